@@ -1,0 +1,59 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+from libc.string cimport memcpy, memset
+
+cdef extern from *:
+    """
+    #if defined(_MSC_VER)
+    #include <intrin.h>
+    static __inline unsigned long long cw_load(unsigned long long *p) {
+        return (unsigned long long)_InterlockedOr64((volatile __int64 *)p, 0); }
+    static __inline void cw_store(unsigned long long *p, unsigned long long v) {
+        _InterlockedExchange64((volatile __int64 *)p, (__int64)v); }
+    static __inline void cw_fence(void) { volatile long x = 0; _InterlockedExchange(&x, 1); }
+    #else
+    static inline unsigned long long cw_load(unsigned long long *p) {
+        return __atomic_load_n(p, __ATOMIC_ACQUIRE); }
+    static inline void cw_store(unsigned long long *p, unsigned long long v) {
+        __atomic_store_n(p, v, __ATOMIC_RELEASE); }
+    static inline void cw_fence(void) { __atomic_thread_fence(__ATOMIC_SEQ_CST); }
+    #endif
+    """
+    unsigned long long cw_load(unsigned long long *p) noexcept nogil
+    void cw_store(unsigned long long *p, unsigned long long v) noexcept nogil
+    void cw_fence() noexcept nogil
+
+
+cdef inline unsigned long long *words_of(object buffer) except NULL:
+    cdef unsigned char[::1] view = memoryview(buffer).cast("B")
+    return <unsigned long long *> &view[0]
+
+
+cdef inline void copy_record(unsigned long long *target, Py_ssize_t at,
+                             unsigned long long *source, Py_ssize_t source_at) noexcept nogil:
+    memcpy(target + at, source + source_at, 80)
+
+
+cdef inline bytes data_of(unsigned long long *words, Py_ssize_t at, Py_ssize_t length):
+    return (<char *> (words + at))[:length]
+
+
+cdef inline void store_data(unsigned long long *words, Py_ssize_t at, bytes data) noexcept:
+    memset(words + at, 0, 64)
+    memcpy(words + at, <char *> data, len(data))
+
+
+cdef inline unsigned long long load_acquire(unsigned long long *words, Py_ssize_t at) noexcept nogil:
+    return cw_load(words + at)
+
+
+cdef inline void store_release(unsigned long long *words, Py_ssize_t at, unsigned long long value) noexcept nogil:
+    cw_store(words + at, value)
+
+
+cdef inline void fence() noexcept nogil:
+    cw_fence()
+
+
+cdef inline unsigned short *shorts_of(object buffer) except NULL:
+    cdef unsigned char[::1] view = memoryview(buffer).cast("B")
+    return <unsigned short *> &view[0]

@@ -1,0 +1,46 @@
+"""Memory below the rings, as ordinary Python; `_mem.pxd` is its compiled twin, function by function.
+
+`words` is a block of 64-bit little-endian words: here a memoryview, compiled a pointer. Whoever
+asks for one keeps the buffer alive for as long as it uses the words.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+Words = Any  # memoryview of format Q here, unsigned long long* compiled
+
+
+def words_of(buffer: Any) -> Words:
+    return memoryview(buffer).cast("B").cast("Q")
+
+
+def copy_record(target: Words, at: int, source: Words, source_at: int) -> None:
+    target[at : at + 10] = source[source_at : source_at + 10]
+
+
+def data_of(words: Words, at: int, length: int) -> bytes:
+    """`length` bytes that start with word `at`."""
+    return words[at : at + 8].tobytes()[:length]  # type: ignore[no-any-return]
+
+
+def store_data(words: Words, at: int, data: bytes) -> None:
+    """Fill the eight words from `at` with up to 64 bytes, zeros behind them."""
+    words[at : at + 8] = memoryview(data.ljust(64, b"\0")).cast("Q")
+
+
+def load_acquire(words: Words, at: int) -> int:
+    return words[at]  # type: ignore[no-any-return]
+
+
+def store_release(words: Words, at: int, value: int) -> None:
+    words[at] = value
+
+
+def fence() -> None:
+    """Order a store before a later load. Python cannot, so its waiters re-check on a timeout."""
+
+
+def shorts_of(buffer: Any) -> Any:
+    """A table of 16-bit numbers."""
+    return memoryview(buffer).cast("B").cast("H")

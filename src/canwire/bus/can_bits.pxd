@@ -1,0 +1,25 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+from canwire cimport _mem
+from canwire.bus.node cimport Mailbox
+
+cdef unsigned int _EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH, _ERROR_STATE
+cdef int _NON_ISO, _TAIL_BITS, _START_STATE
+cdef unsigned short *_CRC15
+cdef unsigned short *_STUFF
+cdef unsigned short *_LENGTHS
+cdef int _OFF1, _OFF3, _OFF4, _OFF5, _OFF7, _OFF8
+
+@cython.locals(head="unsigned long long", info="unsigned int", identifier="unsigned int", remote="unsigned int")
+cpdef void measure(Mailbox box, int fd_mode) noexcept
+
+@cython.locals(info="unsigned int", identifier="unsigned long long", dlc="unsigned int", remote="unsigned int",
+               length=int, table="unsigned short *", crc_table="unsigned short *", header="unsigned long long",
+               bits=int, step="unsigned int", count=int, crc="unsigned int", data="unsigned long long", _=int)
+cdef int _measure_classic(unsigned long long *words, unsigned long long head) noexcept nogil
+
+@cython.locals(words="unsigned long long *", info="unsigned int", identifier="unsigned long long", dlc="unsigned int",
+               length=int, switch="unsigned int", table="unsigned short *", header="unsigned long long", bits=int,
+               step="unsigned int", count=int, nominal=int, at=int, left=int, data="unsigned long long",
+               crc_field=int, _=int)
+cdef void _measure_fd(Mailbox box, unsigned long long head, int fd_mode) noexcept

@@ -1,0 +1,446 @@
+"""The bus: who sends next, for how long, and who hears it.
+
+Undisturbed frames are worked out in one step each: arbitration by the lowest key, exact length, delivery.
+Everything else (errors, collisions, faults, clocks that disagree, a trace of levels) goes bit by bit through
+bit_level.py until the bus rests again. Both ways give the same times, counters and events; tests hold
+them against each other.
+
+Source: ISO 11898-1:2015; reference/can-protocol.md sections 5 to 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from canwire.bus import can_bits
+from canwire.bus.bit_level import BitLevel
+from canwire.bus.load import BusLoad
+from canwire.bus.node import NO_RULE, RECEIVED, TRANSMIT_ERROR, Bus, Mailbox, Node
+from canwire.timeline import NEVER, Timeline
+
+_NEVER = NEVER
+_ACK_ERROR = 3
+_FD = 1 << 10
+_ERROR_STATE = 1 << 12
+_ESI_WORD = _ERROR_STATE << 32
+_NO_RULE, _RECEIVED, _TRANSMIT_ERROR = NO_RULE, RECEIVED, TRANSMIT_ERROR
+_REST, _SENDING, _BITWISE = range(3)
+_INTERMISSION = 3
+_EOF_END_TO_ACK = 8  # bits from the end of the ACK slot to the end of EOF
+_ACK_DELIMITER_TO_EOF_END = 8
+_ERROR_FRAME = 14
+
+
+class CanBus(Bus):
+    """A wired AND between any number of nodes, on a timeline."""
+
+    def __init__(self, timeline: Timeline, name: str = "") -> None:
+        self.name = name
+        self.timeline = timeline
+        self.nodes: list[Node] = []
+        self.load = BusLoad()
+        self.collisions = 0
+        self.delay_ps = 0
+        self.bitwise = False
+        self.noise_left = -1  # undisturbed bits before the next one that noise inverts; -1: no noise
+        self.scripted: Callable[[Mailbox], bool] | None = None
+        self.bits = BitLevel()
+        self.tally = self.bits.tally
+        self._state = _REST
+        self._free_ns = 0
+        self._free_ps = 0
+        self._start_ns = 0
+        self._busy_since_ns = 0
+        self._pause_ns = 0
+        self._end_ns = 0
+        self._end_ps = 0
+        self._quiet_from_ns = 0
+        self._acknowledged = False
+        self._sender: Node | None = None
+        self._box: Mailbox | None = None
+        self._members: list[Node] = []
+        self._alike = True
+        self._alike_fd = True
+        self._acknowledgers = 0
+        self._listeners = 0
+        self._waiting = False
+        self._rivals = 0
+        timeline.add(self)
+
+    def attach(self, node: Node) -> None:
+        """Put a controller on the copper."""
+        node.bus = self
+        self.nodes.append(node)
+        self.changed()
+
+    def detach(self, node: Node) -> None:
+        """Take a controller off the copper; others see it go recessive at this moment."""
+        self.interrupt()
+        self.nodes.remove(node)
+        node.bus = None
+        self.changed()
+
+    def poll(self, node: Node) -> None:
+        if self._state == _BITWISE:
+            self.bits.request(node, self._elapsed_ps())
+        self.timeline.interrupted = True
+
+    def changed(self) -> None:
+        """Work out anew who takes part and whether whole frames can be skipped over."""
+        members = []
+        self._acknowledgers = self._listeners = 0
+        self._waiting = False
+        for node in self.nodes:
+            if node.on_bus:
+                members.append(node)
+                if node.listen_only:
+                    self._listeners += 1
+                else:
+                    self._acknowledgers += 1
+            elif node.waiting:
+                self._waiting = True
+        self._members = members
+        self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
+        self._alike, self._alike_fd = self._compare(members)
+        if self._state == _BITWISE:
+            self.bits.refresh(self._stations())
+        self.timeline.interrupted = True
+
+    def interrupt(self) -> None:
+        """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
+        if self._state != _SENDING:
+            return
+        now_ns = self.timeline.now_ns
+        self._enter_bitwise()
+        while self.bits.at_ns(self.bits.next_ps()) < now_ns:
+            self.bits.step()
+
+    def short(self, shorted: bool) -> None:
+        """Short the two wires (a dominant bus for everybody), or take the short away."""
+        self.interrupt()
+        self.bits.shorted = shorted
+        if self._state == _REST and shorted:
+            self._begin_at(max(self.timeline.now_ns, self._free_ns))
+            self._sender = None
+            self._forget_contenders()
+            self._enter_bitwise()
+        if self._state == _BITWISE:
+            self.bits.refresh(self._stations())
+        self.timeline.interrupted = True
+
+    def on_wire(self, node: Node) -> bool:
+        """This node has been the sender since SOF, or still takes part in arbitration."""
+        if self._state == _SENDING:
+            return node is self._sender
+        return self._state == _BITWISE and self.bits.transmits(node)
+
+    def busy(self) -> bool:
+        """A frame or an error is on the wire, or a frame waits to go."""
+        return self._state != _REST or self._next_start() != _NEVER
+
+    def busy_since_ns(self) -> int:
+        """Since when the bus has not rested."""
+        return self._busy_since_ns
+
+    def next_ns(self) -> int:
+        if self._state == _SENDING:
+            return self._end_ns
+        if self._state == _BITWISE:
+            return self.bits.at_ns(self.bits.next_ps())
+        start = self._next_start()
+        if self._waiting:
+            joining = self._next_join()
+            return joining if joining < start else start
+        return start
+
+    def run(self, limit_ns: int) -> None:
+        timeline = self.timeline
+        while not timeline.interrupted:
+            if self._state == _SENDING:
+                if self._end_ns > limit_ns:
+                    return
+                timeline.now_ns = self._end_ns
+                self._complete()
+            elif self._state == _BITWISE:
+                if not self._run_bits(limit_ns):
+                    return
+            else:
+                start = self._next_start()
+                if self._waiting:
+                    joining = self._next_join()
+                    if joining <= start:
+                        if joining > limit_ns:
+                            return
+                        timeline.now_ns = joining
+                        self._join(joining)
+                        continue
+                if start > limit_ns:
+                    return
+                timeline.now_ns = start
+                self._start(start)
+
+    # whole frames
+
+    def _next_start(self) -> int:
+        """When the next SOF is: not before the bus is free, and somebody is ready."""
+        free = self._free_ns
+        soonest = _NEVER
+        for node in self._members:
+            box = node.offer
+            if box is not None and not node.listen_only:
+                ready = box.ready_ns
+                if node.suspended_ns > ready:
+                    ready = node.suspended_ns
+                if ready <= free:
+                    return free
+                if ready < soonest:
+                    soonest = ready
+        return soonest
+
+    def _start(self, start_ns: int) -> None:
+        """Arbitrate among everybody who is ready, and find out how the frame will go."""
+        sender = None
+        lowest = 1 << 32
+        rivals = 0
+        collision = False
+        for node in self._members:
+            box = node.offer
+            node.contending = None
+            if box is None or node.listen_only or box.ready_ns > start_ns or node.suspended_ns > start_ns:
+                continue
+            node.contending = box
+            rivals += 1
+            key = box.key
+            if key == lowest:
+                collision = True
+            elif key < lowest:
+                collision = False
+                lowest = key
+                sender = node
+        self._begin_at(start_ns)
+        self._sender = sender
+        self._box = sender.contending
+        self._rivals = rivals
+        if self._waiting:
+            self._count_quiet(start_ns)
+        if collision:
+            self.collisions += 1
+        if collision or self.bitwise or not self._alike or not self._skippable():
+            self._enter_bitwise()
+            return
+        self._time_frame()
+
+    def _skippable(self) -> bool:
+        """No injected fault will meet this frame, and everybody will understand it."""
+        box = self._box
+        if box.words[1] >> 32 & _FD and not self._alike_fd:
+            return False
+        self._acknowledged = self._acknowledgers > 1
+        if not self._acknowledged and (self._listeners or self._waiting):
+            return False
+        if self.noise_left >= 0:
+            if self.noise_left < box.bits:
+                return False
+            self.noise_left -= box.bits
+        return self.scripted is None or not self.scripted(box)
+
+    def _time_frame(self) -> None:
+        """The frame's end, from its bits at one or two rates."""
+        node = self._sender
+        box = self._box
+        if box.words[1] >> 32 & _FD:
+            self._check_error_state(node, box)
+        bits = box.bits
+        length_ps = bits * node.bit_ps
+        if box.data_bits:
+            length_ps += (box.data_bits + 1) * (node.data_bit_ps - node.bit_ps)
+        if not self._acknowledged:
+            length_ps -= _EOF_END_TO_ACK * node.bit_ps - (node.bit_ps if box.words[1] >> 32 & _FD else 0)
+        self._end_ps = self._free_ps + length_ps
+        if self._acknowledged:
+            self._end_ns = self._start_ns + self._end_ps // 1000
+        else:
+            self._end_ns = self._start_ns + (self._end_ps - node.bit_ps + node.sample_ps) // 1000
+        self._state = _SENDING
+
+    def _check_error_state(self, node: Node, box: Mailbox) -> None:
+        """An error-passive sender of an FD frame sets its ESI bit, which may move stuff bits."""
+        info = box.words[1] >> 32
+        if node.passive and not info & _ERROR_STATE:
+            box.words[1] = box.words[1] | _ESI_WORD
+            box.esi_added = True
+        elif box.esi_added and not node.passive:
+            box.words[1] = box.words[1] ^ _ESI_WORD
+            box.esi_added = False
+        else:
+            return
+        can_bits.measure(box, node.fd)
+
+    def _tell_losers(self) -> None:
+        """Each contender but the winner, with the first bit where its arbitration field is the higher one."""
+        for node in self._members:
+            box = node.contending
+            if box is not None and node is not self._sender:
+                differing = box.key ^ self._box.key
+                bit = 0
+                while differing < 0x8000_0000:
+                    differing <<= 1
+                    bit += 1
+                node.arbitration_lost(box, bit, self._start_ns)
+
+    def _complete(self) -> None:
+        """The frame's last EOF bit has passed (or the ACK slot that nobody filled)."""
+        sender = self._sender
+        box = self._box
+        end_ns = self._end_ns
+        self._state = _REST
+        bit_ps = sender.bit_ps
+        if self._rivals > 1:
+            self._tell_losers()
+        if not self._acknowledged:
+            self._fail_unacknowledged(sender, box)
+            return
+        free_ps = self._end_ps + _INTERMISSION * bit_ps
+        self._free_ns = self._start_ns + free_ps // 1000
+        self._free_ps = free_ps % 1000
+        self.load.add(self._start_ns, self._free_ns)
+        if self._waiting:
+            self._quiet_from_ns = self._start_ns + (self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps) // 1000
+            self._restart_waits()
+        self.tally.frames += 1
+        self.tally.last_success_ns = end_ns
+        if self.tally.tap is not None:
+            self.tally.tap.transmitted(sender, box, end_ns)
+        if sender.passive:
+            sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
+        for node in self._members:
+            node.contending = None
+            if node is not sender:
+                if node.tainted and not node.listen_only:
+                    node.count(_RECEIVED, end_ns)
+                node.received(box, end_ns)
+        sender.transmitted(box, end_ns)  # last, for it may load the mailbox anew
+
+    def _fail_unacknowledged(self, sender: Node, box: Mailbox) -> None:
+        """A lone sender: error flag and delimiter, then it tries again. `_end_ps` is the ACK slot's end."""
+        bit_ps = sender.bit_ps
+        free_ps = self._end_ps + (_ERROR_FRAME + _INTERMISSION) * bit_ps
+        self._free_ns = self._start_ns + free_ps // 1000
+        self._free_ps = free_ps % 1000
+        self.load.add(self._start_ns, self._free_ns)
+        self.tally.error_frames += 1
+        rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
+        extra = 7 if box.words[1] >> 32 & _FD else 8
+        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self._end_ns)
+        if sender.passive:
+            sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
+
+    def _begin_at(self, start_ns: int) -> None:
+        if start_ns != self._free_ns:
+            self._free_ps = 0
+            if start_ns > self._free_ns + self._pause_ns:
+                self._busy_since_ns = start_ns
+        self._start_ns = start_ns
+
+    # nodes that wait for 11 recessive bits
+
+    def _quiet_since(self, node: Node) -> int:
+        return node.waiting_from_ns if node.waiting_from_ns > self._quiet_from_ns else self._quiet_from_ns
+
+    def _next_join(self) -> int:
+        soonest = _NEVER
+        for node in self.nodes:
+            if node.waiting:
+                bits = 11 * (node.waiting - node.sequences)
+                soonest = min(soonest, self._quiet_since(node) + (bits * node.bit_ps + 999) // 1000)
+        return soonest
+
+    def _join(self, at_ns: int) -> None:
+        for node in self.nodes:
+            if node.waiting:
+                bits = 11 * (node.waiting - node.sequences)
+                if self._quiet_since(node) + (bits * node.bit_ps + 999) // 1000 <= at_ns:
+                    node.joined(at_ns)
+
+    def _count_quiet(self, start_ns: int) -> None:
+        """An SOF ends the recessive time: whole runs of 11 bits count, the rest is lost."""
+        for node in self.nodes:
+            if node.waiting:
+                quiet_ns = start_ns - self._quiet_since(node)
+                if quiet_ns > 0:
+                    node.sequences += quiet_ns * 1000 // (11 * node.bit_ps)
+
+    def _restart_waits(self) -> None:
+        for node in self.nodes:
+            if node.waiting and node.waiting_from_ns < self._quiet_from_ns:
+                node.waiting_from_ns = self._quiet_from_ns
+
+    # bit by bit
+
+    def _forget_contenders(self) -> None:
+        for node in self.nodes:
+            node.contending = None
+
+    def _elapsed_ps(self) -> int:
+        return (self.timeline.now_ns - self.bits.origin_ns) * 1000 - self.bits.origin_ps
+
+    def _stations(self) -> list[Node]:
+        return [node for node in self.nodes if node.on_bus or node.waiting]
+
+    def _enter_bitwise(self) -> None:
+        bits = self.bits
+        bits.delay_ps = self.delay_ps
+        self._state = _BITWISE
+        bits.enter(self._stations(), self._start_ns, self._free_ps, self._sender)
+
+    def _run_bits(self, limit_ns: int) -> bool:
+        """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
+        bits = self.bits
+        while not self.timeline.interrupted:
+            at_ns = bits.at_ns(bits.next_ps())
+            if at_ns > limit_ns:
+                return False
+            self.timeline.now_ns = at_ns
+            bits.step()
+            if bits.resting():
+                self._leave_bitwise()
+                return True
+        return True
+
+    def _leave_bitwise(self) -> None:
+        bits = self.bits
+        bits.leave()
+        self._state = _REST
+        self._free_ns = bits.at_ns(bits.now_ps)
+        self._free_ps = bits.remainder_ps()
+        self.load.add(self._start_ns, self._free_ns)
+        self._sender = None
+        self._forget_contenders()
+
+    def _compare(self, members: list[Node]) -> tuple[bool, bool]:
+        """Whether all these nodes can follow each other's bits, and each other's FD frames too."""
+        timings = {node.timing(): node for node in members}
+        nodes = list(timings.values())
+        alike = all(follows(node, other, self.delay_ps) for node in nodes for other in nodes)
+        modes = {node.fd for node in members}
+        alike_fd = len(modes) == 1 and 0 not in modes
+        alike_fd = alike_fd and all(follows_data(node, other) for node in nodes for other in nodes)
+        return alike, alike and alike_fd
+
+
+def follows(node: Node, other: Node, delay_ps: int) -> bool:
+    """True when `node` surely stays in step with the bits of `other`: drift within conditions 1 and 2, in reach.
+
+    Conditions: reference/can-protocol.md section 8, I and II, with the real drift between the two in
+    place of twice the tolerance. Where this is False the bit level shows what comes of it.
+    """
+    drift = abs(node.bit_ps - other.bit_ps)
+    phase2 = node.bit_ps - node.sample_ps
+    kept = 10 * drift <= node.jump_ps
+    kept = kept and drift * (13 * node.bit_ps - phase2) <= min(node.phase1_ps, phase2) * node.bit_ps
+    return kept and 2 * delay_ps <= node.sample_ps
+
+
+def follows_data(node: Node, other: Node) -> bool:
+    """The same for the data phase: condition III."""
+    return 10 * abs(node.data_bit_ps - other.data_bit_ps) <= node.data_jump_ps

@@ -1,0 +1,47 @@
+"""Copper has length: how late a level arrives at the other end.
+
+The table of the INduCAN104 manual (seed 001, "Medium") gives the longest cable for a bit rate: 1 Mbit/s 25 m,
+800 kbit/s 50 m, 500 kbit/s 100 m, 250 kbit/s 250 m, 125 kbit/s 500 m, and 15 m less for each opto-coupler (75 ns)
+between two nodes. At 5 ns/m that leaves, of the half bit up to the usual sample point that a level may take one way,
+a share of the bit time for what it calls hardware delay; that share is what the nodes here add to the cable.
+"""
+
+from __future__ import annotations
+
+from canwire.errors import BadValue
+from canwire.values.bit_timing import BitTiming
+
+PS_PER_METRE = 5_000
+# bit time in ps, longest cable in m, usual sample point: what remains of sample / 2 is the hardware's
+_TABLE = (
+    (1_000_000, 25, 0.75),
+    (1_250_000, 50, 0.80),
+    (2_000_000, 100, 0.875),
+    (4_000_000, 250, 0.875),
+    (8_000_000, 500, 0.875),
+)
+_SHARES = tuple((bit, (bit * sample / 2 - metres * PS_PER_METRE) / bit) for bit, metres, sample in _TABLE)
+
+
+def one_way_delay_ps(timing: BitTiming, length_m: float, node_delay_ns: float) -> int:
+    """From one node's output to another's input: cable, both nodes' extra delays, and the usual hardware's.
+
+    0 for an ideal bus, without length or delay.
+    """
+    if length_m < 0 or node_delay_ns < 0:
+        raise BadValue(f"length_m {length_m}, node_delay_ns {node_delay_ns}: neither can be negative")
+    if length_m == 0 and node_delay_ns == 0:
+        return 0
+    bit_ps = timing.bit_time_ps
+    cable = length_m * PS_PER_METRE + 2 * node_delay_ns * 1000
+    return round(cable + hardware_share(bit_ps) * bit_ps)
+
+
+def hardware_share(bit_ps: int) -> float:
+    """Part of a bit time that transceivers and controllers take one way, from the manual's table."""
+    if bit_ps <= _SHARES[0][0]:
+        return _SHARES[0][1]
+    for (short, high), (long, low) in zip(_SHARES, _SHARES[1:], strict=False):
+        if bit_ps <= long:
+            return high + (low - high) * (bit_ps - short) / (long - short)
+    return _SHARES[-1][1]

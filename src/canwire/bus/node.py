@@ -1,0 +1,138 @@
+"""The seam between a bus and whatever hangs on it.
+
+A `Node` is one controller as the copper sees it: a bus reads its attributes and calls its methods,
+a chip fills them in. Nothing above knows how a chip is built; nothing here knows registers.
+"""
+
+from __future__ import annotations
+
+from canwire import _mem
+from canwire.timeline import Source
+from canwire.values.record import RECORD_SIZE
+
+# what a detected error does to the counters, by the numbers of reference/can-protocol.md section 7
+NO_RULE = 0
+RECEIVE_ERROR = 1
+DOMINANT_AFTER_FLAG = 2
+TRANSMIT_ERROR = 3
+FLAG_BIT_ERROR_TRANSMITTER = 4
+FLAG_BIT_ERROR_RECEIVER = 5
+LONG_DOMINANT_TRANSMITTER = 6
+LONG_DOMINANT_RECEIVER = 7
+RECEIVED = 8
+
+# Node.fd
+CLASSIC_ONLY = 0
+ISO_FD = 1
+NON_ISO_FD = 2
+
+
+class Mailbox:
+    """One frame in a controller, and what the wire needs to know of it.
+
+    `words` is its 80-byte record. `key` is its arbitration field, most significant bit first, so
+    that the lowest key wins; `bits` its length from SOF to the end of EOF and `data_bits` those of
+    them that follow BRS up to the end of the CRC, both at the sender's present error state.
+    """
+
+    def __init__(self) -> None:
+        self.block = bytearray(RECORD_SIZE)
+        self.words = _mem.words_of(self.block)
+        self.key = 0
+        self.bits = 0
+        self.data_bits = 0
+        self.ready_ns = 0
+        self.occupied = False
+        self.esi_added = False
+        self.owner: object = None
+
+    def record(self) -> bytes:
+        return bytes(self.block)
+
+
+class Node:
+    """One controller on a bus.
+
+    The bus reads: `on_bus` (started, integrated, not bus-off), `listen_only`, `passive`, `fd`, `offer`
+    (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF of its own before), `waiting` and
+    `sequences` (how many runs of 11 recessive bits it needs to join, and has seen), and the timing
+    in picoseconds, by its own oscillator. It writes only `contending` (its mailbox on the wire, if any),
+    `sequences`, `suspended_ns` and `waiting_from_ns`.
+
+    The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
+    node. A node may call back only what `Bus` offers.
+    """
+
+    def __init__(self) -> None:
+        self.name = ""
+        self.bus: Bus | None = None
+        self.on_bus = False
+        self.listen_only = False
+        self.passive = False
+        self.tainted = False
+        self.fd = CLASSIC_ONLY
+        self.offer: Mailbox | None = None
+        self.contending: Mailbox | None = None
+        self.suspended_ns = 0
+        self.waiting = 0
+        self.sequences = 0
+        self.waiting_from_ns = 0
+        self.bit_ps = 2_000_000
+        self.sample_ps = 1_750_000
+        self.quantum_ps = 125_000
+        self.phase1_ps = 250_000
+        self.jump_ps = 125_000
+        self.data_bit_ps = 500_000
+        self.data_sample_ps = 400_000
+        self.data_quantum_ps = 12_500
+        self.data_jump_ps = 12_500
+
+    def timing(self) -> tuple[int, ...]:
+        """Everything about this node's bit times; equal tuples follow each other without fail."""
+        nominal = (self.bit_ps, self.sample_ps, self.quantum_ps, self.phase1_ps, self.jump_ps)
+        return (*nominal, self.data_bit_ps, self.data_sample_ps, self.data_quantum_ps, self.data_jump_ps)
+
+    def received(self, box: Mailbox, at_ns: int) -> None:
+        """A valid frame ended; `box` is the sender's, good until this returns."""
+        raise NotImplementedError
+
+    def transmitted(self, box: Mailbox, at_ns: int) -> None:
+        """This node's frame went through and was acknowledged."""
+        raise NotImplementedError
+
+    def arbitration_lost(self, box: Mailbox, bit: int, at_ns: int) -> None:
+        """A lower arbitration field won; `bit` is where, 0..31 as SJA1000's ALC counts, `at_ns` its SOF."""
+        raise NotImplementedError
+
+    def error(self, kind: int, bit: int, transmitting: bool, rule: int, at_ns: int) -> None:
+        """An error (ErrorKind) was detected at frame bit `bit`; apply counter rule `rule`."""
+        raise NotImplementedError
+
+    def count(self, rule: int, at_ns: int) -> None:
+        """Apply a counter rule that goes with no new error."""
+        raise NotImplementedError
+
+    def joined(self, at_ns: int) -> None:
+        """The 11 (after bus-off 128 x 11) recessive bits have been seen; the node is on the bus again."""
+        raise NotImplementedError
+
+
+class Bus(Source):
+    """What a node may ask of its bus."""
+
+    def poll(self, node: Node) -> None:
+        """The node has an offer where it had none; not needed from inside the methods above."""
+        raise NotImplementedError
+
+    def interrupt(self) -> None:
+        """A node is about to change its timing, mode or part in the bus, perhaps in the middle of a frame."""
+        raise NotImplementedError
+
+    def changed(self) -> None:
+        """It has; takes effect at this very moment."""
+        raise NotImplementedError
+
+
+    def on_wire(self, node: Node) -> bool:
+        """This node's frame is being transmitted at this moment."""
+        raise NotImplementedError

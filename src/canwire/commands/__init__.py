@@ -1,0 +1,90 @@
+"""The `canwire` command: one verb per file, loaded when it is called for.
+
+A verb's module has two functions, `add_arguments(parser)` and `run(arguments) -> int`; the table
+below names it. Exit status: what `run` returns; 2 for a mistake, one line on stderr; 130 after
+Ctrl-C; 141 when whoever read the output has gone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+
+class Verb(NamedTuple):
+    """Where a verb lives, and its line in --help."""
+
+    module: str
+    help: str
+
+
+VERBS = {
+    "play": Verb("canwire.commands.play", "send the frames of a log, at their times"),
+    "demo": Verb("canwire.commands.demo", "show a small bus at work"),
+    "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
+    "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
+}
+
+
+class _ShowVersion(argparse.Action):
+    """--version: the package's version and whether its core is compiled."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        import canwire
+        from canwire.version import VERSION
+
+        core = "compiled core" if canwire.core_mode() == "compiled" else "uncompiled core: slower"
+        print(f"canwire {VERSION} ({core})")
+        parser.exit()
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command line, sys.argv's by default; the exit status. argparse exits by itself (SystemExit)."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    try:
+        status = _run(words)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _forget_output()
+        return 141
+    except KeyboardInterrupt:
+        return 130
+    return status
+
+
+def _run(words: list[str]) -> int:
+    from canwire.errors import CanwireError
+
+    parser = argparse.ArgumentParser(
+        prog="canwire", description="CAN and CAN FD buses that behave like copper."
+    )
+    parser.add_argument("--version", nargs=0, action=_ShowVersion, help="print the version and exit")
+    verbs = parser.add_subparsers(metavar="verb", required=True)
+    called = next((word for word in words if word in VERBS), None)
+    for name, verb in VERBS.items():
+        sub = verbs.add_parser(name, help=verb.help, description=verb.help)
+        if name == called:  # the others stay unloaded: --help must be quick
+            module = importlib.import_module(verb.module)
+            module.add_arguments(sub)
+            sub.set_defaults(run=module.run)
+    arguments = parser.parse_args(words)
+    try:
+        return int(arguments.run(arguments))
+    except CanwireError as error:
+        print(f"canwire: {error}", file=sys.stderr)
+        return 2
+
+
+def _forget_output() -> None:
+    """Point stdout at nothing: the interpreter flushes it once more on exit, and the pipe is gone."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, sys.stdout.fileno())
+    except (OSError, ValueError):  # stdout was replaced by something without a descriptor
+        pass
+    finally:
+        os.close(nowhere)

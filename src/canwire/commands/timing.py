@@ -1,0 +1,167 @@
+"""`canwire timing`: from bit rate, registers or tolerances to bit timings, and back.
+
+canwire timing 500000                           one sensible timing
+canwire timing 500000 --sample-point 80 --list  every timing, nearest to 80 % first
+canwire timing --btr 001C                       what registers of an SJA1000 mean
+canwire timing 500000 --search --tolerance 0.1 --delay-ns 300
+canwire timing 500000 --data-bit-rate 2000000   both phases of a CAN FD bus
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from canwire import BadTiming, BitTiming, TimingLimits
+
+_CLOCK_HZ = {"sja1000": 8_000_000, "fd": 80_000_000}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument("bit_rate", nargs="?", type=int, metavar="bit/s", help="nominal bit rate")
+    parser.add_argument("--sample-point", type=float, metavar="PERCENT", help="default: CiA's for the rate")
+    parser.add_argument("--sjw", type=int, metavar="QUANTA", help="default: the widest jump allowed")
+    parser.add_argument(
+        "--controller", choices=sorted(_CLOCK_HZ), help="default: sja1000, fd with a data rate"
+    )
+    parser.add_argument(
+        "--clock", type=int, metavar="HZ", help="clock of the prescaler; SJA1000: half its crystal"
+    )
+    parser.add_argument("--data-bit-rate", type=int, metavar="BIT/S", help="bit rate of the data phase")
+    parser.add_argument("--data-sample-point", type=float, metavar="PERCENT", help="default: 80")
+    parser.add_argument("--btr", metavar="HEX", help="explain BTR0 and BTR1, as 001C")
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument("--list", action="store_true", help="every timing, not only the best")
+    way.add_argument("--search", action="store_true", help="search as the VCI manual does")
+    parser.add_argument(
+        "--tolerance", type=float, default=0.1, metavar="PERCENT", help="of the worst oscillator"
+    )
+    parser.add_argument(
+        "--delay-ns", type=float, default=300.0, metavar="NS", help="of the cable, there and back"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON, one object a timing")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what was asked for; BadTiming where nothing can be."""
+    phases = _phases(arguments)
+    nominal, data = phases["nominal"], phases.get("data", [])
+    tolerance = nominal[0].fd_tolerance(data[0]) if data and not arguments.list else None
+    if arguments.json:
+        found: dict[str, Any] = {
+            name: [_facts(timing) for timing in timings] for name, timings in phases.items()
+        }
+        if tolerance is not None:
+            found["fd_tolerance"] = tolerance
+        print(json.dumps(found, indent=2))
+        return 0
+    for name, timings in phases.items():
+        if data:
+            print(f"{name} phase:")
+        for timing in timings:
+            print(_line(timing) if arguments.list else _paragraph(timing))
+    if tolerance is not None:
+        shown = ", ".join(f"{name} {value:.3%}" for name, value in tolerance.items())
+        print(f"oscillators: {min(tolerance.values()):.3%} (conditions {shown})")
+    return 0
+
+
+def _phases(arguments: argparse.Namespace) -> dict[str, list[BitTiming]]:
+    """The timings asked for: "nominal" and perhaps "data"."""
+    if arguments.btr is not None:
+        if arguments.bit_rate is not None:
+            raise BadTiming("give a bit rate or --btr, not both")
+        return {"nominal": [_registers(arguments)]}
+    if arguments.bit_rate is None:
+        raise BadTiming("give a bit rate, or registers with --btr")
+    controller = arguments.controller or ("fd" if arguments.data_bit_rate else "sja1000")
+    limits = TimingLimits.FD_NOMINAL if controller == "fd" else TimingLimits.SJA1000
+    clock_hz = arguments.clock or _CLOCK_HZ[controller]
+    phases = {"nominal": _timings(arguments, arguments.bit_rate, arguments.sample_point, clock_hz, limits)}
+    if arguments.data_bit_rate is not None:
+        if controller != "fd":
+            raise BadTiming("an SJA1000 has no data phase; leave --controller out or say fd")
+        phases["data"] = _timings(
+            arguments, arguments.data_bit_rate, arguments.data_sample_point, clock_hz, TimingLimits.FD_DATA
+        )
+    return phases
+
+
+def _timings(
+    arguments: argparse.Namespace, bit_rate: int, percent: float | None, clock_hz: int, limits: TimingLimits
+) -> list[BitTiming]:
+    """One timing, or all of them with --list."""
+    sample_point = None if percent is None else percent / 100
+    if arguments.list:
+        return BitTiming.solutions(bit_rate, clock_hz, limits=limits, sample_point=sample_point)
+    if arguments.search:
+        return [BitTiming.search(bit_rate, clock_hz, arguments.tolerance / 100, arguments.delay_ns, limits)]
+    return [
+        BitTiming.for_bit_rate(bit_rate, sample_point, clock_hz=clock_hz, sjw=arguments.sjw, limits=limits)
+    ]
+
+
+def _registers(arguments: argparse.Namespace) -> BitTiming:
+    """The timing in --btr, four hex digits."""
+    try:
+        btr0, btr1 = bytes.fromhex(arguments.btr)
+    except ValueError:
+        raise BadTiming(f"--btr {arguments.btr}: four hex digits, BTR0 first, as 001C") from None
+    return BitTiming.from_btr(btr0, btr1, 2 * (arguments.clock or _CLOCK_HZ["sja1000"]))
+
+
+def _facts(timing: BitTiming) -> dict[str, Any]:
+    """Everything there is to know of a timing, for --json; `btr` is None where registers are too small."""
+    return {
+        "bit_rate": timing.bit_rate,
+        "clock_hz": timing.clock_hz,
+        "prescaler": timing.prescaler,
+        "quanta": timing.quanta,
+        "prop": timing.prop,
+        "phase1": timing.phase1,
+        "tseg1": timing.tseg1,
+        "tseg2": timing.tseg2,
+        "sjw": timing.sjw,
+        "triple_sampling": timing.triple_sampling,
+        "sample_point": timing.sample_point,
+        "bit_time_ps": timing.bit_time_ps,
+        "quantum_ps": timing.quantum_ps,
+        "condition_1": timing.condition_1,
+        "condition_2": timing.condition_2,
+        "tolerance": timing.tolerance,
+        "btr": _btr(timing),
+    }
+
+
+def _btr(timing: BitTiming) -> str | None:
+    try:
+        return "{:02X}{:02X}".format(*timing.to_btr())
+    except BadTiming:
+        return None
+
+
+def _line(timing: BitTiming) -> str:
+    """One timing in one line, for lists."""
+    segments = f"tseg1 {timing.tseg1:3d}  tseg2 {timing.tseg2:3d}  sjw {timing.sjw:3d}"
+    quality = f"sample {timing.sample_point:7.2%}  oscillators {timing.tolerance:.3%}"
+    return f"prescaler {timing.prescaler:3d}  {segments}  {quality}  BTR {_btr(timing) or '-'}"
+
+
+def _paragraph(timing: BitTiming) -> str:
+    """One timing, explained."""
+    lines = [
+        f"{timing.bit_rate} bit/s from {timing.clock_hz} Hz / {timing.prescaler}"
+        + (", three samples a bit" if timing.triple_sampling else ""),
+        f"  {timing.quanta} quanta of {timing.quantum_ps / 1000:g} ns: SYNC 1, PROP {timing.prop}, "
+        f"PHASE1 {timing.phase1}, PHASE2 {timing.tseg2}; SJW {timing.sjw}",
+        f"  sample point {timing.sample_point:.2%}, {timing.sample_time_ps / 1000:g} of "
+        f"{timing.bit_time_ps / 1000:g} ns",
+        f"  oscillators: {timing.tolerance:.3%} (condition 1 {timing.condition_1:.3%}, "
+        f"condition 2 {timing.condition_2:.3%})",
+    ]
+    registers = _btr(timing)
+    if registers:
+        lines.append(f"  SJA1000 at {timing.clock_hz * 2} Hz: BTR0 {registers[:2]}, BTR1 {registers[2:]}")
+    return "\n".join(lines)

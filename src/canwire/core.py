@@ -1,0 +1,17 @@
+"""Which form of the core runs: the same sources, compiled or interpreted."""
+
+from __future__ import annotations
+
+from canwire import ring, timeline
+from canwire.boards import channel, line
+from canwire.bus import bit_level, can_bits, can_bus, load, node, station
+from canwire.chips import can_fd, confinement
+from canwire.values import frame
+
+MODULES = (frame, timeline, ring, node, can_bits, station, bit_level, load, can_bus, confinement, can_fd, channel, line)
+
+
+def core_mode() -> str:
+    """ "compiled", "uncompiled", or "mixed" when only some of the core's files were compiled."""
+    compiled = sum(not str(module.__file__).endswith(".py") for module in MODULES)
+    return "compiled" if compiled == len(MODULES) else "mixed" if compiled else "uncompiled"

@@ -1,0 +1,107 @@
+"""A node's behaviour as a class: what it does on messages, on timers, and when things go wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire.errors import BadValue
+from canwire.timeline import Timer
+from canwire.values.event import BusEvent
+from canwire.values.frame import Frame
+
+if TYPE_CHECKING:
+    from canwire.lab.node import LabNode
+
+
+class NodeScript:
+    """Override what you need; everything runs in the lab's time, one call after another.
+
+    >>> class Thermometer(NodeScript):
+    ...     def on_start(self):
+    ...         self.every(1.0, self.report)
+    ...     def report(self):
+    ...         self.send(Frame(0x100, b"\\x01\\x50"))
+
+    `bus.node("thermometer", Thermometer())` puts it on a bus.
+    """
+
+    node: LabNode
+
+    def on_start(self) -> None:
+        """The node is on the bus."""
+
+    def on_message(self, frame: Frame) -> None:
+        """A frame passed the node's filters."""
+
+    def on_event(self, event: BusEvent) -> None:
+        """An error, a change of state, a lost arbitration."""
+
+    def on_timer(self) -> None:
+        """A turn of `every` or `after` that named no function of its own."""
+
+    @property
+    def now_ns(self) -> int:
+        return self.node._lab.timeline.now_ns
+
+    def send(self, frame: Frame) -> None:
+        self.node.send(frame)
+
+    def every(self, seconds: float, callback: Callable[[], None] | None = None) -> Periodic:
+        """Call `callback` (or on_timer) each time this many seconds have passed; `cancel` ends it."""
+        if seconds <= 0:
+            raise BadValue(f"every {seconds} s: a period is longer than 0")
+        return Periodic(self.node, round(seconds * 1e9), callback or self.on_timer)
+
+    def after(self, seconds: float, callback: Callable[[], None] | None = None) -> Timer:
+        """Call `callback` (or on_timer) once."""
+        lab = self.node._lab
+        return lab.at(lab.timeline.now_ns + round(seconds * 1e9), callback or self.on_timer)
+
+    def run_on(self, node: LabNode) -> None:
+        """Start on this node; `LabBus.node` does it."""
+        self.node = node
+        self._pump_due = False
+        node.on_frames(self._schedule)
+        if type(self).on_event is not NodeScript.on_event:
+            node.events()
+            node.on_events(self._schedule)
+        self.on_start()
+
+    def _schedule(self) -> None:
+        if not self._pump_due:
+            self._pump_due = True
+            self.node._lab.timeline.at(self.now_ns, self._pump)
+
+    def _pump(self) -> None:
+        self._pump_due = False
+        if type(self).on_event is not NodeScript.on_event:
+            for event in self.node.events():
+                self.on_event(event)
+        while (frame := self.node.receive()) is not None:
+            self.on_message(frame)
+
+
+class Periodic:
+    """A callback that comes again and again, without drift."""
+
+    def __init__(self, node: LabNode, period_ns: int, callback: Callable[[], None]) -> None:
+        self._lab = node._lab
+        self._period_ns = period_ns
+        self._callback = callback
+        self._next_ns = self._lab.timeline.now_ns
+        self._timer: Timer | None = None
+        self._arm()
+
+    def cancel(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _arm(self) -> None:
+        self._next_ns += self._period_ns
+        self._timer = self._lab.at(self._next_ns, self._turn, background=True)
+
+    def _turn(self) -> None:
+        self._arm()
+        self._callback()

@@ -1,0 +1,48 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+from canwire cimport _mem
+from canwire.values cimport frame as codec
+from canwire.values.frame cimport Frame
+
+cdef int _CAPACITY, _RECORD_WORDS, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS
+
+cdef class Ring:
+    cdef readonly long long capacity
+    cdef long long _mask
+    cdef object _buffer
+    cdef unsigned long long *_words
+    cdef object _memory
+    cdef bint _shared
+    cdef public object event, free_event, listener, free_listener
+    cdef public long long threshold, free_threshold
+
+    @cython.locals(count="long long")
+    cpdef long long fill(self) noexcept
+
+    @cython.locals(count="long long")
+    cpdef long long free(self) noexcept
+
+    @cython.locals(words="unsigned long long *", head="unsigned long long", fill="long long", slot=Py_ssize_t)
+    cdef bint put(self, unsigned long long *source, Py_ssize_t at, unsigned long long time_ns,
+                  unsigned long long head_word) except -1
+
+    @cython.locals(source="unsigned long long *")
+    cpdef bint put_bytes(self, record) except -1
+
+    @cython.locals(words="unsigned long long *", tail="unsigned long long")
+    cpdef Py_ssize_t front(self) noexcept
+
+    @cython.locals(words="unsigned long long *", tail="unsigned long long", free="long long")
+    cpdef void release(self, long long count) except *
+
+    @cython.locals(at=Py_ssize_t, frame=Frame)
+    cpdef Frame take_frame(self)
+
+    @cython.locals(tail="unsigned long long", count="long long", k="long long")
+    cpdef list take_frames(self, long long limit)
+
+    @cython.locals(wanted="unsigned long long")
+    cdef void _wake_consumer(self, unsigned long long head) except *
+
+    @cython.locals(wanted="unsigned long long")
+    cdef void _wake_producer(self, unsigned long long tail) except *

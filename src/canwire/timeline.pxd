@@ -1,0 +1,41 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+
+cdef unsigned long long _NEVER
+
+cdef class Source:
+    cpdef unsigned long long next_ns(self) except? 0
+    cpdef void run(self, unsigned long long limit_ns) except *
+
+cdef class Timer:
+    cdef public unsigned long long time_ns
+    cdef public object callback
+    cdef public bint background
+
+cdef class Timeline:
+    cdef public unsigned long long now_ns
+    cdef public bint interrupted
+    cdef bint _halted
+    cdef unsigned long long _sequence
+    cdef list _timers
+    cdef list _sources
+
+    cpdef void halt(self) noexcept
+
+    @cython.locals(soonest="unsigned long long", source=Source)
+    cpdef unsigned long long next_ns(self) except? 0
+
+    @cython.locals(source=Source, timer=Timer)
+    cpdef bint idle(self) except -1
+
+    cpdef bint run_until(self, unsigned long long limit_ns) except -1
+
+    cpdef bint run_until_idle(self, unsigned long long limit_ns) except -1
+
+    cdef unsigned long long _next_timer_ns(self) except? 0
+
+    @cython.locals(due_ns="unsigned long long", first_ns="unsigned long long", second_ns="unsigned long long",
+                   at_ns="unsigned long long", source=Source, first=Source)
+    cdef bint _step(self, unsigned long long limit_ns) except -1
+
+    cdef bint _run_timer(self) except -1

@@ -1,0 +1,147 @@
+"""Integer nanoseconds and everything that happens in them.
+
+A timeline holds callbacks at given times and *sources* (buses) that know when they want to act
+next. Nothing here reads a clock: virtual time jumps from one happening to the next, and
+pacing.py drives the very same calls against the wall clock. Equal times run in a fixed order:
+callbacks as they were scheduled, then sources as they were added, so a run repeats byte by byte.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from heapq import heappop, heappush
+
+NEVER = (1 << 63) - 1
+_NEVER = NEVER
+
+
+class Source:
+    """What a timeline asks of a bus.
+
+    `next_ns` is when the source acts next (NEVER: only once something else happens). `run` acts
+    on everything up to and including `limit_ns`, moving the timeline's `now_ns` along, and returns
+    early, between two happenings, once the timeline is `interrupted`.
+    """
+
+    def next_ns(self) -> int:
+        raise NotImplementedError
+
+    def run(self, limit_ns: int) -> None:
+        raise NotImplementedError
+
+
+class Timer:
+    """One scheduled callback; `cancel` as often as you like."""
+
+    __slots__ = ("background", "callback", "time_ns")
+
+    def __init__(self, time_ns: int, callback: Callable[[], None], background: bool) -> None:
+        self.time_ns = time_ns
+        self.callback: Callable[[], None] | None = callback
+        self.background = background
+
+    def cancel(self) -> None:
+        self.callback = None
+
+
+class Timeline:
+    """One order of events for any number of buses."""
+
+    def __init__(self) -> None:
+        self.now_ns = 0
+        self.interrupted = False
+        self._halted = False
+        self._sequence = 0
+        self._timers: list[tuple[int, int, Timer]] = []
+        self._sources: list[Source] = []
+
+    def add(self, source: Source) -> None:
+        self._sources.append(source)
+
+    def remove(self, source: Source) -> None:
+        self._sources = [other for other in self._sources if other is not source]
+
+    def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
+        """Call back at `time_ns`, or now if that has passed.
+
+        A `background` timer (a periodic task's next turn) does not keep the timeline from being idle.
+        """
+        timer = Timer(max(time_ns, self.now_ns), callback, background)
+        self._sequence += 1
+        heappush(self._timers, (timer.time_ns, self._sequence, timer))
+        self.interrupted = True
+        return timer
+
+    def halt(self) -> None:
+        """Make the running `run_until` return right after the present happening."""
+        self._halted = True
+        self.interrupted = True
+
+    def next_ns(self) -> int:
+        """When anything happens next; NEVER when nothing will."""
+        soonest = self._next_timer_ns()
+        for source in self._sources:
+            soonest = min(soonest, source.next_ns())
+        return soonest
+
+    def idle(self) -> bool:
+        """True when no bus has anything to do and no timer but background ones waits."""
+        for source in self._sources:
+            if source.next_ns() != _NEVER:
+                return False
+        for _, _, timer in self._timers:
+            if timer.callback is not None and not timer.background:
+                return False
+        return True
+
+    def run_until(self, limit_ns: int) -> bool:
+        """Let everything up to and including `limit_ns` happen; False if `halt` cut it short."""
+        self._halted = False
+        while self._step(limit_ns):
+            if self._halted:
+                return False
+        if limit_ns > self.now_ns:
+            self.now_ns = limit_ns
+        return True
+
+    def run_until_idle(self, limit_ns: int) -> bool:
+        """Let things happen until nothing is left to do; False if that is not so by `limit_ns`."""
+        self._halted = False
+        while not self.idle():
+            if self.next_ns() > limit_ns or not self._step(limit_ns):
+                return False
+        return True
+
+    def _next_timer_ns(self) -> int:
+        while self._timers and self._timers[0][2].callback is None:
+            heappop(self._timers)
+        return self._timers[0][0] if self._timers else _NEVER
+
+    def _step(self, limit_ns: int) -> bool:
+        """Run the next timer, or the next source for as long as nothing else is due."""
+        due_ns = self._next_timer_ns()
+        first_ns = second_ns = _NEVER
+        first = None
+        for source in self._sources:
+            at_ns = source.next_ns()
+            if at_ns < first_ns:
+                second_ns = first_ns
+                first_ns = at_ns
+                first = source
+            elif at_ns < second_ns:
+                second_ns = at_ns
+        if due_ns <= first_ns:
+            return due_ns <= limit_ns and due_ns != _NEVER and self._run_timer()
+        if first is None or first_ns > limit_ns:
+            return False
+        self.interrupted = False
+        first.run(min(limit_ns, due_ns - 1, second_ns))
+        return True
+
+    def _run_timer(self) -> bool:
+        time_ns, _, timer = heappop(self._timers)
+        callback, timer.callback = timer.callback, None
+        self.now_ns = time_ns
+        if callback is not None:
+            callback()
+        return True

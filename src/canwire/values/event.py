@@ -1,0 +1,112 @@
+"""What happens on a bus besides frames: errors, changes of state, lost arbitration.
+
+Source: VCI V4 manual (seed 004) 7.3.14 (message types, error codes); ISO 11898-1 fault confinement.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from canwire.values.record import (
+    EVENT_BIT,
+    EVENT_ERROR,
+    EVENT_FLAGS,
+    EVENT_REC,
+    EVENT_STATUS,
+    EVENT_TEC,
+    NO_ID,
+    RECORD_SIZE,
+)
+
+
+class EventKind(IntEnum):
+    """Message type of a record; 1..6 are VCI's CAN_MSGTYPE_, the rest are ours."""
+
+    INFO = 1
+    ERROR = 2
+    STATE = 3
+    ARBITRATION_LOST = 0x10
+    ABORTED = 0x11
+
+
+class ErrorKind(IntEnum):
+    """What was wrong with a frame: VCI's CAN_ERROR_ values."""
+
+    NONE = 0
+    STUFF = 1
+    FORM = 2
+    ACK = 3
+    BIT = 4
+    FAST_DATA_BIT = 5
+    CRC = 6
+    DLC = 7
+    OTHER = 8
+
+
+class ErrorState(IntEnum):
+    """Where fault confinement has put a controller."""
+
+    ERROR_ACTIVE = 0
+    ERROR_WARNING = 1
+    ERROR_PASSIVE = 2
+    BUS_OFF = 3
+    STOPPED = 4
+
+
+STATUS_OF_STATE = {  # VCI's CAN_STATUS_: ERRLIM 4, BUSOFF 8, ININIT 16
+    ErrorState.ERROR_ACTIVE: 0,
+    ErrorState.ERROR_WARNING: 4,
+    ErrorState.ERROR_PASSIVE: 4,
+    ErrorState.BUS_OFF: 4 | 8,
+    ErrorState.STOPPED: 16,
+}
+_TRANSMITTING = 0x80
+_EVENT = struct.Struct(f"<QIIBBBBHh{RECORD_SIZE - 24}x")
+assert (EVENT_ERROR, EVENT_STATUS, EVENT_FLAGS, EVENT_REC, EVENT_TEC, EVENT_BIT) == (0, 1, 2, 3, 4, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class BusEvent:
+    """One event as a controller saw it.
+
+    `bit` is where it happened: for an error the bit of the frame counted from SOF (stuff bits
+    included), for a lost arbitration the deciding bit in SJA1000's order (0 first identifier
+    bit, 11 RTR or SRR, 12 IDE, 13..30 identifier extension, 31 its RTR); -1 where it means
+    nothing. `transmitting` tells a sender's event from a receiver's. `tec` and `rec` are the
+    counters after the event; TEC is held at 256 in bus-off.
+    """
+
+    kind: EventKind
+    timestamp_ns: int = field(default=0, compare=True)
+    error: ErrorKind = ErrorKind.NONE
+    state: ErrorState = ErrorState.ERROR_ACTIVE
+    bit: int = -1
+    transmitting: bool = False
+    tec: int = 0
+    rec: int = 0
+
+    def to_record(self) -> bytes:
+        """The 80-byte record of values/record.py."""
+        flags = self.state | (_TRANSMITTING if self.transmitting else 0)
+        status = STATUS_OF_STATE[self.state]
+        rec = min(self.rec, 255)
+        return _EVENT.pack(
+            self.timestamp_ns, NO_ID, self.kind, self.error, status, flags, rec, self.tec, self.bit
+        )
+
+    @classmethod
+    def from_record(cls, record: bytes | bytearray | memoryview) -> BusEvent:
+        """The event in an 80-byte record; its kind must not be a frame's (0)."""
+        time_ns, _, info, error, _, flags, rec, tec, bit = _EVENT.unpack(record)
+        return cls(
+            kind=EventKind(info & 0xFF),
+            timestamp_ns=time_ns,
+            error=ErrorKind(error),
+            state=ErrorState(flags & 0x7F),
+            bit=bit,
+            transmitting=bool(flags & _TRANSMITTING),
+            tec=tec,
+            rec=rec,
+        )

@@ -1,0 +1,77 @@
+"""The record that travels through every ring: 80 bytes, laid out like VCI's CANMSG2.
+
+Words are little-endian. `dwTime` and the reserved word behind it hold one 64-bit time in
+nanoseconds; a dialect that wants ticks converts on its own side.
+
+    offset  size  field
+    0       8     time_ns   received: end of frame; to send: delay after the frame sent before
+    8       4     id        right-aligned, 11 or 29 bits; 0xFFFFFFFF for events
+    12      4     info      the bits below
+    16      64    data      events: see EVENT_* below
+
+Source: VCI V4 manual (seed 004) 7.3.14-7.3.16, reference/vci.md sections 3 and 5.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy
+
+RECORD_SIZE = 80
+RECORD_WORDS = 10
+NO_ID = 0xFFFF_FFFF
+
+# info: message type in bits 0..7, then CANMSGINFO's bits
+TYPE_MASK = 0xFF
+SINGLE_SHOT = 1 << 8
+HIGH_PRIORITY = 1 << 9
+EXTENDED_DATA_LENGTH = 1 << 10
+FAST_DATA_RATE = 1 << 11
+ERROR_STATE_INDICATOR = 1 << 12
+CONFIRM = 1 << 13  # ours, in a bit VCI reserves: the sender wants to be told of the outcome
+DLC_SHIFT = 16
+DLC_MASK = 0xF << DLC_SHIFT
+OVERRUN = 1 << 20
+SELF_RECEPTION = 1 << 21
+REMOTE = 1 << 22
+EXTENDED = 1 << 23
+ACCEPT_SHIFT = 24
+
+# event records: offsets into the data field
+EVENT_ERROR = 0
+EVENT_STATUS = 1
+EVENT_FLAGS = 2
+EVENT_REC = 3
+EVENT_TEC = 4
+EVENT_BIT = 6
+
+STRUCT_CANMSG = "<3I8s"
+STRUCT_CANMSG2 = "<4I64s"
+STRUCT_LINMSG = "<2I8s"
+
+
+@cache
+def record_dtype() -> numpy.dtype[numpy.void]:
+    """numpy dtype of a record: time_ns, id, info, data[64]."""
+    import numpy
+
+    return numpy.dtype([("time_ns", "<u8"), ("id", "<u4"), ("info", "<u4"), ("data", "u1", 64)])
+
+
+@cache
+def canmsg_dtype() -> numpy.dtype[numpy.void]:
+    """numpy dtype of VCI's CANMSG: dwTime (ticks), dwMsgId, uMsgInfo, abData[8]; 20 bytes."""
+    import numpy
+
+    return numpy.dtype([("dwTime", "<u4"), ("dwMsgId", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", 8)])
+
+
+@cache
+def linmsg_dtype() -> numpy.dtype[numpy.void]:
+    """numpy dtype of VCI's LINMSG: dwTime (ticks), uMsgInfo, abData[8]; 16 bytes."""
+    import numpy
+
+    return numpy.dtype([("dwTime", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", 8)])
