@@ -6,6 +6,7 @@ from canwire.values.frame cimport Frame
 
 cdef int _CAPACITY, _RECORD_WORDS, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS
 
+@cython.final
 cdef class Ring:
     cdef readonly long long capacity
     cdef long long _mask
@@ -33,7 +34,7 @@ cdef class Ring:
     cpdef Py_ssize_t front(self) noexcept
 
     @cython.locals(words="unsigned long long *", tail="unsigned long long", free="long long")
-    cpdef void release(self, long long count) except *
+    cpdef int release(self, long long count) except -1
 
     @cython.locals(at=Py_ssize_t, frame=Frame)
     cpdef Frame take_frame(self)
@@ -42,7 +43,7 @@ cdef class Ring:
     cpdef list take_frames(self, long long limit)
 
     @cython.locals(wanted="unsigned long long")
-    cdef void _wake_consumer(self, unsigned long long head) except *
+    cdef int _wake_consumer(self, unsigned long long head) except -1
 
     @cython.locals(wanted="unsigned long long")
-    cdef void _wake_producer(self, unsigned long long tail) except *
+    cdef int _wake_producer(self, unsigned long long tail) except -1

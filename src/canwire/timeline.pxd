@@ -5,13 +5,15 @@ cdef unsigned long long _NEVER
 
 cdef class Source:
     cpdef unsigned long long next_ns(self) except? 0
-    cpdef void run(self, unsigned long long limit_ns) except *
+    cpdef run(self, unsigned long long limit_ns)
 
+@cython.final
 cdef class Timer:
     cdef public unsigned long long time_ns
     cdef public object callback
     cdef public bint background
 
+@cython.final
 cdef class Timeline:
     cdef public unsigned long long now_ns
     cdef public bint interrupted

@@ -1,18 +1,20 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire cimport _mem
-from canwire.bus.node cimport Mailbox
+from canwire.bus.node cimport Mailbox, Sink
 from canwire.ring cimport Ring
 
 cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY
 cdef unsigned long long _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
 
-cdef class Channel:
+@cython.final
+cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
     cdef public bint frames
     cdef public object events, acceptance
     cdef public unsigned long long accepted, sent, delivered, aborted, last_sent_ns
     cdef public bint held
+    cdef public long long urgent
     cdef bint _overrun_due, _open
     cdef tuple _outcomes
     cdef object _pairs_block
@@ -20,10 +22,12 @@ cdef class Channel:
     cdef int _pair_count
     cdef list _listed
 
-    @cython.locals(head="unsigned long long")
-    cdef void deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags) except *
 
-    cpdef void deliver_event(self, bytes record) except *
+    cdef int _take(self, Mailbox box, unsigned long long at_ns, unsigned long long head, unsigned long long flags) except -1
+
+    cpdef int deliver_event(self, bytes record) except -1
+
+    cdef int _offer(self, Mailbox box, unsigned long long head, unsigned long long at_ns, unsigned long long flags) except -1
 
     @cython.locals(info="unsigned int", identifier="unsigned long long", key="unsigned long long",
                    data="unsigned long long", k=int, length=int)

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 
 from canwire import _mem
-from canwire.bus.node import Mailbox
+from canwire.bus.node import Mailbox, Sink
 from canwire.ring import Ring
 from canwire.values.acceptance import (
     KEY_EXTENDED,
@@ -37,7 +37,7 @@ _KEY_NO_BYTES = KEY_NO_BYTE_0 | KEY_NO_BYTE_1
 Outcome = Callable[[bool, int], None]
 
 
-class Channel:
+class Channel(Sink):
     """Queues between one client and a line.
 
     `receive` and `transmit` are rings of records; a transmit record's time word is the delay in ns after
@@ -57,6 +57,7 @@ class Channel:
         self.aborted = 0
         self.last_sent_ns = 0
         self.held = False
+        self.urgent = 0
         self._overrun_due = False
         self._outcomes: tuple[deque[Outcome], deque[Outcome]] = (deque(), deque())
         self.set_acceptance(None)
@@ -83,9 +84,18 @@ class Channel:
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
         """A frame for this channel, unless its filter says otherwise; `flags` are more info bits."""
-        head = box.words[1]
-        if not self._open and not self._passes(box.words, head):
-            return
+        self._offer(box, box.words[1], at_ns, flags)
+
+    def deliver_event(self, record: bytes) -> None:
+        """An event's record; filters do not apply."""
+        self.accepted += 1
+        self.receive.put_bytes(record)
+
+    def _offer(self, box: Mailbox, head: int, at_ns: int, flags: int) -> None:
+        if self._open or self._passes(box.words, head):
+            self._take(box, at_ns, head, flags)
+
+    def _take(self, box: Mailbox, at_ns: int, head: int, flags: int) -> None:
         self.accepted += 1
         head &= _FRAME_BITS
         if flags:
@@ -96,11 +106,6 @@ class Channel:
             self._overrun_due = False
         else:
             self._overrun_due = True
-
-    def deliver_event(self, record: bytes) -> None:
-        """An event's record; filters do not apply."""
-        self.accepted += 1
-        self.receive.put_bytes(record)
 
     def expect_outcome(self, high_priority: bool, outcome: Outcome) -> None:
         """Call `outcome(delivered, at_ns)` for the frame sent last with CONFIRM in its info."""

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire.boards.channel import Channel
-from canwire.bus.node import Mailbox
+from canwire.bus.node import Mailbox, Sink
 from canwire.chips.can_fd import CanFdController, Host
 from canwire.errors import LineError, QueueFull
 from canwire.ring import Ring
@@ -17,7 +17,7 @@ from canwire.timeline import Timeline
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values import frame as codec
 from canwire.values.frame import Frame
-from canwire.values.record import CONFIRM
+from canwire.values.record import CONFIRM, HIGH_PRIORITY
 from canwire.values.records import checked_records
 
 if TYPE_CHECKING:
@@ -27,7 +27,22 @@ if TYPE_CHECKING:
 
 _SELF_RECEPTION = 1 << 21
 _CONFIRM = CONFIRM
+_HIGH_PRIORITY = HIGH_PRIORITY
 _ABORTED = int(EventKind.ABORTED)
+
+
+class Splitter(Sink):
+    """One copy for every channel."""
+
+    def __init__(self) -> None:
+        self.channels: list[Channel] = []
+
+    def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        self._deliver(box, at_ns, flags)
+
+    def _deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        for channel in self.channels:
+            channel.deliver(box, at_ns, flags)
 
 
 class Line(Host):
@@ -42,7 +57,7 @@ class Line(Host):
         self._turn = 0
         self._all: list[Channel] = []
         self._senders: list[Channel] = []
-        self._receivers: list[Channel] = []
+        self._splitter = Splitter()
         self._observers: list[Channel] = []
 
     def open(self, channel: Channel) -> Channel:
@@ -70,6 +85,8 @@ class Line(Host):
             raise QueueFull(self.name, channel.transmit.capacity)
         channel.transmit.put(self._scratch.words, 0, delay_ns, self._scratch.words[1])
         channel.sent += 1
+        if flags & _HIGH_PRIORITY:
+            channel.urgent += 1
         self.kick()
 
     def send_records(self, channel: Channel, records: numpy.ndarray, flags: int) -> int:  # type: ignore[type-arg]
@@ -79,6 +96,8 @@ class Line(Host):
         checked = checked_records(records, fd=self.controller.fd != 0, flags=flags)
         count = channel.transmit.put_array(checked)
         channel.sent += count
+        if flags & _HIGH_PRIORITY:
+            channel.urgent += count
         self.kick()
         return count
 
@@ -96,6 +115,7 @@ class Line(Host):
         before = channel.aborted
         if channel.transmit is not None:
             channel.aborted += channel.transmit.clear()
+            channel.urgent = 0
         for box in (self.controller.high, self.controller.normal):
             if box.occupied and box.owner is channel:
                 self.controller.abort(box, self.timeline.now_ns)
@@ -104,8 +124,7 @@ class Line(Host):
     # the controller's side
 
     def received(self, box: Mailbox, at_ns: int) -> None:
-        for channel in self._receivers:
-            channel.deliver(box, at_ns, 0)
+        self._splitter.deliver(box, at_ns, 0)
 
     def transmitted(self, box: Mailbox, at_ns: int) -> None:
         channel = box.owner
@@ -114,8 +133,7 @@ class Line(Host):
         info = box.words[1] >> 32
         if info & (_SELF_RECEPTION | _CONFIRM):
             if info & _SELF_RECEPTION:
-                for listener in self._receivers:
-                    listener.deliver(box, at_ns, _SELF_RECEPTION)
+                self._splitter.deliver(box, at_ns, _SELF_RECEPTION)
             if info & _CONFIRM:
                 channel.tell_outcome(box, True, at_ns)
 
@@ -128,24 +146,31 @@ class Line(Host):
 
     def fill(self, at_ns: int) -> None:
         """Load free mailboxes, one frame from each channel in turn."""
+        while self._load_one(at_ns):
+            pass
+
+    def _load_one(self, at_ns: int) -> bool:
+        """Load one frame of the first channel in turn whose next frame finds its mailbox free."""
         senders = self._senders
         count = len(senders)
         controller = self.controller
-        loaded = True
-        while loaded:
-            loaded = False
-            for k in range(count):
-                turn = self._turn + k
-                if turn >= count:
-                    turn -= count
-                channel = senders[turn]
-                at = channel.transmit.front()
-                if at and self._due(channel, channel.transmit, at, at_ns):
-                    if controller.load(channel.transmit._words, at, at_ns, channel):
-                        channel.transmit.release(1)
-                        self._turn = turn + 1 if turn + 1 < count else 0
-                        loaded = True
-                        break
+        normal_taken = controller.normal.occupied
+        for k in range(count):
+            turn = self._turn + k
+            if turn >= count:
+                turn -= count
+            channel = senders[turn]
+            if normal_taken and channel.urgent == 0:
+                continue
+            ring = channel.transmit
+            at = ring.front()
+            if at and not controller.occupied(ring._words, at) and self._due(channel, ring, at, at_ns):
+                if controller.load(ring._words, at, at_ns, channel):
+                    channel.urgent -= 1
+                ring.release(1)
+                self._turn = turn + 1 if turn + 1 < count else 0
+                return True
+        return False
 
     def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int) -> None:
         if not self._observers:
@@ -186,8 +211,10 @@ class Line(Host):
     def _sort(self) -> None:
         self._turn = 0
         self._senders = [channel for channel in self._all if channel.transmit is not None]
-        self._receivers = [channel for channel in self._all if channel.frames]
+        receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
         self._observers = [channel for channel in self._all if channel.events]
+        self.controller.sink = receivers[0] if len(receivers) == 1 else self._splitter
+        self.controller.attentive = bool(self._observers)
 
     def _check_fd(self, frame: Frame) -> None:
         if self.controller.fd == 0:

@@ -7,6 +7,7 @@ cdef int _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_
 cdef long long _NEVER
 cdef int _RES_FIELD, _HISTORY
 
+@cython.final
 cdef class Clock:
     cdef public Station station
     cdef public Node node
@@ -18,19 +19,20 @@ cdef class Clock:
     cdef long long bit_ps(self) noexcept
     cdef long long sample_ps(self) noexcept
     @cython.locals(before=int)
-    cpdef void begin_bit(self, long long at_ps) except *
+    cpdef int begin_bit(self, long long at_ps) except -1
     @cython.locals(slot="long long")
-    cpdef void note(self, long long at_ps) except *
+    cpdef int note(self, long long at_ps) except -1
     @cython.locals(newest="long long", oldest="long long")
     cpdef int level_at(self, long long at_ps) except -1
     @cython.locals(change=int)
-    cpdef void sampled(self, long long at_ps) except *
+    cpdef int sampled(self, long long at_ps) except -1
     @cython.locals(station=Station, state=int, idle=bint, third_bit=bint)
     cpdef void edge(self, long long at_ps) except *
-    cdef void _restart_bit(self, long long at_ps) except *
+    cdef int _restart_bit(self, long long at_ps) except -1
     @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
-    cdef void _resynchronise(self, long long at_ps) except *
+    cdef int _resynchronise(self, long long at_ps) except -1
 
+@cython.final
 cdef class BitLevel:
     cdef public Tally tally
     cdef public list clocks
@@ -45,15 +47,15 @@ cdef class BitLevel:
 
     cpdef unsigned long long at_ns(self, long long at_ps) noexcept
     @cython.locals(soonest="long long", clock=Clock)
-    cpdef long long next_ps(self) except? -1
+    cpdef long long next_ps(self) noexcept
     @cython.locals(at_ps="long long", at_ns="unsigned long long", changed=bint, clock=Clock)
-    cpdef void step(self) except *
+    cpdef int step(self) except -1
     @cython.locals(clock=Clock)
     cpdef bint resting(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)
-    cdef void _settle(self, long long at_ps) except *
+    cdef int _settle(self, long long at_ps) except -1
     @cython.locals(driver=Clock, clock=Clock, fell=bint, arrives="long long")
-    cdef void _send_edges(self, long long at_ps) except *
+    cdef int _send_edges(self, long long at_ps) except -1
     @cython.locals(level=int, other=Clock)
     cdef int _seen_by(self, Clock clock, long long at_ps) except -1
     cdef bint _flipped_for(self, Clock clock) except -1

@@ -167,8 +167,9 @@ class BitLevel:
         station.now_ns = self.at_ns(at_ps)
         self.clocks.append(Clock(station, at_ps))
 
-    def refresh(self, nodes: list[Node]) -> None:
+    def refresh(self, nodes: list[Node], at_ps: int) -> None:
         """Nodes have come, gone, been started or stopped."""
+        self.now_ps = max(self.now_ps, at_ps)
         kept = [clock for clock in self.clocks if clock.node in nodes]
         known = [clock.node for clock in kept]
         self.clocks = kept

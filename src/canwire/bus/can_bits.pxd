@@ -4,6 +4,7 @@ from canwire cimport _mem
 from canwire.bus.node cimport Mailbox
 
 cdef unsigned int _EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH, _ERROR_STATE
+cdef unsigned long long _ESI_WORD
 cdef int _NON_ISO, _TAIL_BITS, _START_STATE
 cdef unsigned short *_CRC15
 cdef unsigned short *_STUFF
@@ -12,6 +13,9 @@ cdef int _OFF1, _OFF3, _OFF4, _OFF5, _OFF7, _OFF8
 
 @cython.locals(head="unsigned long long", info="unsigned int", identifier="unsigned int", remote="unsigned int")
 cpdef void measure(Mailbox box, int fd_mode) noexcept
+
+@cython.locals(shown=bint)
+cdef void show_error_state(Mailbox box, bint passive, int fd_mode) noexcept
 
 @cython.locals(info="unsigned int", identifier="unsigned long long", dlc="unsigned int", remote="unsigned int",
                length=int, table="unsigned short *", crc_table="unsigned short *", header="unsigned long long",

@@ -17,6 +17,7 @@ _REMOTE = 1 << 22
 _FD = 1 << 10
 _BIT_RATE_SWITCH = 1 << 11
 _ERROR_STATE = 1 << 12
+_ESI_WORD = 1 << 44  # ESI in a record's id/info word
 NON_ISO = 2
 _NON_ISO = NON_ISO
 
@@ -28,7 +29,7 @@ CRC21_ISO_START = 1 << 20
 STUFF_COUNT_CODE = (0b0000, 0b0011, 0b0110, 0b0101, 0b1100, 0b1111, 0b1010, 0b1001)
 
 _TAIL_BITS = 10  # CRC delimiter, ACK slot, ACK delimiter, EOF
-START_STATE = 8  # last bit recessive, run of none
+START_STATE = 8 << 8  # last bit recessive, run of none
 _START_STATE = START_STATE
 
 
@@ -43,9 +44,9 @@ def _crc15_table() -> array[int]:
 
 
 def _stuff_tables() -> tuple[array[int], tuple[int, ...]]:
-    """For 1..8 bits at once: (stuff bits inserted << 4 | next state) by state and bits.
+    """For 1..8 bits at once, by state << 8 | bits: next state << 8 | stuff bits inserted.
 
-    A state is last bit << 3 | run length 0..5. A stuff bit is inserted when the bit after a run
+    A state is last bit << 3 | run length 0..5; it stands where the next look-up wants it. A stuff bit is inserted when the bit after a run
     of five is about to come, so a run that ends a CAN FD data field stays without one.
     """
     table = array("H")
@@ -53,7 +54,7 @@ def _stuff_tables() -> tuple[array[int], tuple[int, ...]]:
     for count in range(1, 9):
         offsets.append(len(table))
         for state in range(16):
-            table.extend(_stuffed(state, bits, count) for bits in range(1 << count))
+            table.extend(_stuffed(state, bits & (1 << count) - 1, count) for bits in range(256))
     return table, tuple(offsets)
 
 
@@ -65,7 +66,7 @@ def _stuffed(state: int, bits: int, count: int) -> int:
         bit = bits >> k & 1
         run = run + 1 if bit == last and run else 1
         last = bit
-    return inserted << 4 | last << 3 | min(run, 5)
+    return (last << 3 | min(run, 5)) << 8 | inserted
 
 
 _CRC15_BLOCK = _crc15_table()
@@ -94,6 +95,15 @@ def measure(box: Mailbox, fd_mode: int) -> None:
         box.bits = _measure_classic(box.words, head)
 
 
+def show_error_state(box: Mailbox, passive: bool, fd_mode: int) -> None:
+    """An error-passive sender of an FD frame sets its ESI bit, which may move stuff bits."""
+    shown = box.words[1] & _ESI_WORD != 0
+    if (passive and not shown) or (box.esi_added and not passive):
+        box.words[1] = box.words[1] ^ _ESI_WORD
+        box.esi_added = not box.esi_added
+        measure(box, fd_mode)
+
+
 def _measure_classic(words: _mem.Words, head: int) -> int:
     info = head >> 32
     identifier = head & 0x1FFFFFFF
@@ -105,38 +115,38 @@ def _measure_classic(words: _mem.Words, head: int) -> int:
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RTR, r1, r0, DLC: 39 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 7 | remote << 6 | dlc
         bits = 64 + 8 * length
-        step = table[_OFF7 + (_START_STATE << 7) + (header >> 32)]
-        count = step >> 4
-        step = table[_OFF8 + ((step & 15) << 8) + (header >> 24 & 255)]
-        count += step >> 4
-        step = table[_OFF8 + ((step & 15) << 8) + (header >> 16 & 255)]
-        count += step >> 4
+        step = table[_OFF7 + _START_STATE + (header >> 32)]
+        count = step & 15
+        step = table[_OFF8 + (step & 0xF00 | header >> 24 & 255)]
+        count += step & 15
+        step = table[_OFF8 + (step & 0xF00 | header >> 16 & 255)]
+        count += step & 15
         crc = crc_table[header >> 32]
         crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 24) & 255]
         crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 16) & 255]
     else:  # SOF, base, RTR, IDE, r0, DLC: 19 bits
         header = identifier << 7 | remote << 6 | dlc
         bits = 44 + 8 * length
-        step = table[_OFF3 + (_START_STATE << 3) + (header >> 16)]
-        count = step >> 4
+        step = table[_OFF3 + _START_STATE + (header >> 16)]
+        count = step & 15
         crc = crc_table[header >> 16]
-    step = table[_OFF8 + ((step & 15) << 8) + (header >> 8 & 255)]
-    count += step >> 4
+    step = table[_OFF8 + (step & 0xF00 | header >> 8 & 255)]
+    count += step & 15
     crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 8) & 255]
-    step = table[_OFF8 + ((step & 15) << 8) + (header & 255)]
-    count += step >> 4
+    step = table[_OFF8 + (step & 0xF00 | header & 255)]
+    count += step & 15
     crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header) & 255]
     data = words[2]
     for _ in range(length):
-        step = table[_OFF8 + ((step & 15) << 8) + (data & 255)]
-        count += step >> 4
+        step = table[_OFF8 + (step & 0xF00 | data & 255)]
+        count += step & 15
         crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ data) & 255]
         data >>= 8
-    step = table[_OFF7 + ((step & 15) << 7) + (crc >> 8)]
-    count += step >> 4
-    step = table[_OFF8 + ((step & 15) << 8) + (crc & 255)]
-    count += step >> 4
-    if step & 7 == 5:
+    step = table[_OFF7 + (step & 0xF00 | crc >> 8)]
+    count += step & 15
+    step = table[_OFF8 + (step & 0xF00 | crc & 255)]
+    count += step & 15
+    if step & 0x700 == 0x500:
         count += 1
     return bits + count
 
@@ -152,32 +162,32 @@ def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RRS, FDF, res, BRS: 36 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 4 | 4 | switch
         bits = 41
-        step = table[_OFF4 + (_START_STATE << 4) + (header >> 32)]
-        count = step >> 4
-        step = table[_OFF8 + ((step & 15) << 8) + (header >> 24 & 255)]
-        count += step >> 4
-        step = table[_OFF8 + ((step & 15) << 8) + (header >> 16 & 255)]
-        count += step >> 4
+        step = table[_OFF4 + _START_STATE + (header >> 32)]
+        count = step & 15
+        step = table[_OFF8 + (step & 0xF00 | header >> 24 & 255)]
+        count += step & 15
+        step = table[_OFF8 + (step & 0xF00 | header >> 16 & 255)]
+        count += step & 15
     else:  # SOF, base, RRS, IDE, FDF, res, BRS: 17 bits
         header = identifier << 5 | 4 | switch
         bits = 22
-        step = table[_OFF1 + (_START_STATE << 1) + (header >> 16)]
-        count = step >> 4
-    step = table[_OFF8 + ((step & 15) << 8) + (header >> 8 & 255)]
-    count += step >> 4
-    step = table[_OFF8 + ((step & 15) << 8) + (header & 255)]
-    count += step >> 4
+        step = table[_OFF1 + _START_STATE + (header >> 16)]
+        count = step & 15
+    step = table[_OFF8 + (step & 0xF00 | header >> 8 & 255)]
+    count += step & 15
+    step = table[_OFF8 + (step & 0xF00 | header & 255)]
+    count += step & 15
     nominal = bits - 5 + count
-    step = table[_OFF5 + ((step & 15) << 5) + ((16 if info & _ERROR_STATE else 0) | dlc)]
-    count += step >> 4
+    step = table[_OFF5 + (step & 0xF00 | (16 if info & _ERROR_STATE else 0) | dlc)]
+    count += step & 15
     at = 2
     left = length
     while left > 0:
         data = words[at]
         at += 1
         for _ in range(left if left < 8 else 8):
-            step = table[_OFF8 + ((step & 15) << 8) + (data & 255)]
-            count += step >> 4
+            step = table[_OFF8 + (step & 0xF00 | data & 255)]
+            count += step & 15
             data >>= 8
         left -= 8
     crc_field = (27 if length <= 16 else 32) - (5 if fd_mode == _NON_ISO else 0)

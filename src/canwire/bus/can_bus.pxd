@@ -7,10 +7,9 @@ from canwire.bus.station cimport Tally
 from canwire.bus.load cimport BusLoad
 from canwire.timeline cimport Timeline
 
-cdef unsigned long long _NEVER
+cdef unsigned long long _NEVER, _TOP_BIT, _NOBODY
 cdef int _ACK_ERROR, _NO_RULE, _RECEIVED, _TRANSMIT_ERROR, _REST, _SENDING, _BITWISE
-cdef unsigned int _FD, _ERROR_STATE
-cdef unsigned long long _ESI_WORD
+cdef unsigned int _FD
 cdef long long _INTERMISSION, _EOF_END_TO_ACK, _ACK_DELIMITER_TO_EOF_END, _ERROR_FRAME
 
 cdef class CanBus(Bus):
@@ -26,42 +25,66 @@ cdef class CanBus(Bus):
     cdef public BitLevel bits
     cdef public Tally tally
     cdef int _state, _acknowledgers, _listeners, _rivals
-    cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _pause_ns, _end_ns, _quiet_from_ns
+    cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _pause_ns, _end_ns, _quiet_from_ns
     cdef long long _free_ps, _end_ps
     cdef bint _acknowledged, _alike, _alike_fd, _waiting
     cdef Node _sender
     cdef Mailbox _box
     cdef list _members
+    cdef Node _first
+
+    @cython.locals(busy_ns="long long", ahead_ns="long long")
+    cpdef long long busy_ns(self) noexcept
 
     @cython.locals(start="unsigned long long", joining="unsigned long long")
     cpdef unsigned long long next_ns(self) except? 0
 
     @cython.locals(timeline=Timeline, start="unsigned long long", joining="unsigned long long")
-    cpdef void run(self, unsigned long long limit_ns) except *
+    cpdef run(self, unsigned long long limit_ns)
 
+    @cython.final
     @cython.locals(free="unsigned long long", soonest="unsigned long long", ready="unsigned long long", node=Node, box=Mailbox)
     cdef unsigned long long _next_start(self) except? 0
 
+    @cython.final
     @cython.locals(sender=Node, lowest="unsigned long long", rivals=int, collision=bint, node=Node, box=Mailbox,
                    key="unsigned long long")
-    cdef void _start(self, unsigned long long start_ns) except *
+    cdef bint _start(self, unsigned long long start_ns) except -1
 
+    @cython.final
     @cython.locals(box=Mailbox)
     cdef bint _skippable(self) except -1
 
+    @cython.final
     @cython.locals(node=Node, box=Mailbox, bits="long long", length_ps="long long")
-    cdef void _time_frame(self) except *
+    cdef int _time_frame(self) except -1
 
-    @cython.locals(info="unsigned int")
-    cdef void _check_error_state(self, Node node, Mailbox box) except *
+    @cython.final
+    @cython.locals(sender=Node, box=Mailbox)
+    cdef int _complete(self) except -1
 
-    @cython.locals(sender=Node, box=Mailbox, end_ns="unsigned long long", bit_ps="long long", free_ps="long long", node=Node)
-    cdef void _complete(self) except *
+    @cython.final
+    @cython.locals(end_ns="unsigned long long", bit_ps="long long", free_ps="long long", node=Node)
+    cdef int _succeed(self, Node sender, Mailbox box) except -1
 
-    @cython.locals(node=Node, box=Mailbox, differing="unsigned long long", bit=int)
-    cdef void _tell_losers(self) except *
+    @cython.final
+    @cython.locals(free="unsigned long long", now="unsigned long long")
+    cdef bint _go_on(self, unsigned long long limit_ns) except -1
 
-    @cython.locals(bit_ps="long long", free_ps="long long", rule=int, extra=int)
-    cdef void _fail_unacknowledged(self, Node sender, Mailbox box) except *
+    @cython.final
+    @cython.locals(node=Node, box=Mailbox)
+    cdef int _tell_losers(self) except -1
 
+    @cython.final
+    @cython.locals(differing="unsigned long long", bit=int)
+    cdef int _differing_bit(self, unsigned long long key) except -1
+
+    @cython.locals(sampled_ps="long long")
+    cdef int _count_reception(self, Node node, long long bit_ps) except -1
+
+    @cython.final
+    @cython.locals(bit_ps="long long", sampled_ps="long long", rule=int, extra=int)
+    cdef int _fail_unacknowledged(self, Node sender, Mailbox box) except -1
+
+    @cython.final
     cdef void _begin_at(self, unsigned long long start_ns) noexcept

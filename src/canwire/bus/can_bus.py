@@ -21,9 +21,9 @@ from canwire.timeline import NEVER, Timeline
 _NEVER = NEVER
 _ACK_ERROR = 3
 _FD = 1 << 10
-_ERROR_STATE = 1 << 12
-_ESI_WORD = _ERROR_STATE << 32
 _NO_RULE, _RECEIVED, _TRANSMIT_ERROR = NO_RULE, RECEIVED, TRANSMIT_ERROR
+_TOP_BIT = 1 << 31
+_NOBODY = 1 << 32
 _REST, _SENDING, _BITWISE = range(3)
 _INTERMISSION = 3
 _EOF_END_TO_ACK = 8  # bits from the end of the ACK slot to the end of EOF
@@ -51,6 +51,7 @@ class CanBus(Bus):
         self._free_ps = 0
         self._start_ns = 0
         self._busy_since_ns = 0
+        self._busy_from_ns = 0
         self._pause_ns = 0
         self._end_ns = 0
         self._end_ps = 0
@@ -59,6 +60,7 @@ class CanBus(Bus):
         self._sender: Node | None = None
         self._box: Mailbox | None = None
         self._members: list[Node] = []
+        self._first: Node | None = None
         self._alike = True
         self._alike_fd = True
         self._acknowledgers = 0
@@ -99,12 +101,19 @@ class CanBus(Bus):
                     self._acknowledgers += 1
             elif node.waiting:
                 self._waiting = True
-        self._members = members
+        self._link(members)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
         self._alike, self._alike_fd = self._compare(members)
         if self._state == _BITWISE:
-            self.bits.refresh(self._stations())
+            self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
+
+    def _link(self, members: list[Node]) -> None:
+        """Chain the members: the frame path follows the chain, which costs no type checks."""
+        self._members = members
+        self._first = members[0] if members else None
+        for k, node in enumerate(members):
+            node.next_member = members[k + 1] if k + 1 < len(members) else None
 
     def interrupt(self) -> None:
         """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
@@ -112,7 +121,7 @@ class CanBus(Bus):
             return
         now_ns = self.timeline.now_ns
         self._enter_bitwise()
-        while self.bits.at_ns(self.bits.next_ps()) < now_ns:
+        while self.bits.clocks and self.bits.at_ns(self.bits.next_ps()) < now_ns:
             self.bits.step()
 
     def short(self, shorted: bool) -> None:
@@ -125,7 +134,7 @@ class CanBus(Bus):
             self._forget_contenders()
             self._enter_bitwise()
         if self._state == _BITWISE:
-            self.bits.refresh(self._stations())
+            self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
 
     def on_wire(self, node: Node) -> bool:
@@ -138,6 +147,20 @@ class CanBus(Bus):
         """A frame or an error is on the wire, or a frame waits to go."""
         return self._state != _REST or self._next_start() != _NEVER
 
+    def account(self) -> BusLoad:
+        """The load, with the frame on the wire counted up to this moment."""
+        now_ns = self.timeline.now_ns
+        if self._state != _REST and now_ns > self._busy_from_ns:
+            self.load.add(self._busy_from_ns, now_ns)
+            self._busy_from_ns = now_ns
+        return self.load
+
+    def busy_ns(self) -> int:
+        """How long the bus has been busy so far."""
+        busy_ns = self.account().busy_ns
+        ahead_ns = self._free_ns - self.timeline.now_ns
+        return busy_ns - ahead_ns if self._state == _REST and ahead_ns > 0 else busy_ns
+
     def busy_since_ns(self) -> int:
         """Since when the bus has not rested."""
         return self._busy_since_ns
@@ -146,7 +169,7 @@ class CanBus(Bus):
         if self._state == _SENDING:
             return self._end_ns
         if self._state == _BITWISE:
-            return self.bits.at_ns(self.bits.next_ps())
+            return self.bits.at_ns(self.bits.next_ps()) if self.bits.clocks else self.timeline.now_ns
         start = self._next_start()
         if self._waiting:
             joining = self._next_join()
@@ -164,7 +187,7 @@ class CanBus(Bus):
             elif self._state == _BITWISE:
                 if not self._run_bits(limit_ns):
                     return
-            else:
+            elif self._waiting or not self._go_on(limit_ns):
                 start = self._next_start()
                 if self._waiting:
                     joining = self._next_join()
@@ -176,8 +199,21 @@ class CanBus(Bus):
                         continue
                 if start > limit_ns:
                     return
+                if start < timeline.now_ns:
+                    start = timeline.now_ns  # somebody who has only just come has waited for long
                 timeline.now_ns = start
                 self._start(start)
+
+    def _go_on(self, limit_ns: int) -> bool:
+        """The usual case in one look: the next frame follows the last one at once."""
+        free = self._free_ns
+        now = self.timeline.now_ns
+        if free > limit_ns or now > free:
+            return False
+        if not self._start(free):
+            return False
+        self.timeline.now_ns = free
+        return True
 
     # whole frames
 
@@ -185,7 +221,8 @@ class CanBus(Bus):
         """When the next SOF is: not before the bus is free, and somebody is ready."""
         free = self._free_ns
         soonest = _NEVER
-        for node in self._members:
+        node = self._first
+        while node is not None:
             box = node.offer
             if box is not None and not node.listen_only:
                 ready = box.ready_ns
@@ -195,28 +232,33 @@ class CanBus(Bus):
                     return free
                 if ready < soonest:
                     soonest = ready
+            node = node.next_member
         return soonest
 
-    def _start(self, start_ns: int) -> None:
-        """Arbitrate among everybody who is ready, and find out how the frame will go."""
+    def _start(self, start_ns: int) -> bool:
+        """Arbitrate among everybody who is ready, and find out how the frame will go; False if nobody is."""
         sender = None
-        lowest = 1 << 32
+        lowest = _NOBODY
         rivals = 0
         collision = False
-        for node in self._members:
+        node = self._first
+        while node is not None:
             box = node.offer
-            node.contending = None
             if box is None or node.listen_only or box.ready_ns > start_ns or node.suspended_ns > start_ns:
-                continue
-            node.contending = box
-            rivals += 1
-            key = box.key
-            if key == lowest:
-                collision = True
-            elif key < lowest:
-                collision = False
-                lowest = key
-                sender = node
+                node.contending = None
+            else:
+                node.contending = box
+                rivals += 1
+                key = box.key
+                if key == lowest:
+                    collision = True
+                elif key < lowest:
+                    collision = False
+                    lowest = key
+                    sender = node
+            node = node.next_member
+        if sender is None:
+            return False
         self._begin_at(start_ns)
         self._sender = sender
         self._box = sender.contending
@@ -227,8 +269,9 @@ class CanBus(Bus):
             self.collisions += 1
         if collision or self.bitwise or not self._alike or not self._skippable():
             self._enter_bitwise()
-            return
-        self._time_frame()
+        else:
+            self._time_frame()
+        return True
 
     def _skippable(self) -> bool:
         """No injected fault will meet this frame, and everybody will understand it."""
@@ -249,61 +292,56 @@ class CanBus(Bus):
         node = self._sender
         box = self._box
         if box.words[1] >> 32 & _FD:
-            self._check_error_state(node, box)
+            can_bits.show_error_state(box, node.passive, node.fd)
         bits = box.bits
         length_ps = bits * node.bit_ps
         if box.data_bits:
             length_ps += (box.data_bits + 1) * (node.data_bit_ps - node.bit_ps)
         if not self._acknowledged:
             length_ps -= _EOF_END_TO_ACK * node.bit_ps - (node.bit_ps if box.words[1] >> 32 & _FD else 0)
+            length_ps += (_ERROR_FRAME + _INTERMISSION) * node.bit_ps
         self._end_ps = self._free_ps + length_ps
-        if self._acknowledged:
-            self._end_ns = self._start_ns + self._end_ps // 1000
-        else:
-            self._end_ns = self._start_ns + (self._end_ps - node.bit_ps + node.sample_ps) // 1000
+        self._end_ns = self._start_ns + self._end_ps // 1000
         self._state = _SENDING
-
-    def _check_error_state(self, node: Node, box: Mailbox) -> None:
-        """An error-passive sender of an FD frame sets its ESI bit, which may move stuff bits."""
-        info = box.words[1] >> 32
-        if node.passive and not info & _ERROR_STATE:
-            box.words[1] = box.words[1] | _ESI_WORD
-            box.esi_added = True
-        elif box.esi_added and not node.passive:
-            box.words[1] = box.words[1] ^ _ESI_WORD
-            box.esi_added = False
-        else:
-            return
-        can_bits.measure(box, node.fd)
 
     def _tell_losers(self) -> None:
         """Each contender but the winner, with the first bit where its arbitration field is the higher one."""
-        for node in self._members:
+        node = self._first
+        while node is not None:
             box = node.contending
             if box is not None and node is not self._sender:
-                differing = box.key ^ self._box.key
-                bit = 0
-                while differing < 0x8000_0000:
-                    differing <<= 1
-                    bit += 1
-                node.arbitration_lost(box, bit, self._start_ns)
+                node.arbitration_losses += 1
+                if node.attentive or box.single_shot:
+                    node.arbitration_lost(box, self._differing_bit(box.key), self._start_ns)
+            node = node.next_member
+
+    def _differing_bit(self, key: int) -> int:
+        differing = key ^ self._box.key
+        bit = 0
+        while differing < _TOP_BIT:
+            differing <<= 1
+            bit += 1
+        return bit
 
     def _complete(self) -> None:
         """The frame's last EOF bit has passed (or the ACK slot that nobody filled)."""
         sender = self._sender
         box = self._box
-        end_ns = self._end_ns
         self._state = _REST
-        bit_ps = sender.bit_ps
         if self._rivals > 1:
             self._tell_losers()
-        if not self._acknowledged:
+        if self._acknowledged:
+            self._succeed(sender, box)
+        else:
             self._fail_unacknowledged(sender, box)
-            return
+
+    def _succeed(self, sender: Node, box: Mailbox) -> None:
+        bit_ps = sender.bit_ps
+        end_ns = self._end_ns
         free_ps = self._end_ps + _INTERMISSION * bit_ps
         self._free_ns = self._start_ns + free_ps // 1000
         self._free_ps = free_ps % 1000
-        self.load.add(self._start_ns, self._free_ns)
+        self.load.add(self._busy_from_ns, self._free_ns)
         if self._waiting:
             self._quiet_from_ns = self._start_ns + (self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps) // 1000
             self._restart_waits()
@@ -311,27 +349,39 @@ class CanBus(Bus):
         self.tally.last_success_ns = end_ns
         if self.tally.tap is not None:
             self.tally.tap.transmitted(sender, box, end_ns)
-        if sender.passive:
-            sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
-        for node in self._members:
+        node = self._first
+        while node is not None:
             node.contending = None
             if node is not sender:
                 if node.tainted and not node.listen_only:
-                    node.count(_RECEIVED, end_ns)
-                node.received(box, end_ns)
+                    self._count_reception(node, bit_ps)
+                if node.sink is not None:
+                    node.frames_received += 1
+                    node.sink.deliver(box, end_ns, 0)
+                else:
+                    node.received(box, end_ns)
+            node = node.next_member
         sender.transmitted(box, end_ns)  # last, for it may load the mailbox anew
+        if sender.passive:
+            sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
+
+    def _count_reception(self, node: Node, bit_ps: int) -> None:
+        """REC goes down where the ACK delimiter is sampled (rule 8)."""
+        sampled_ps = self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps + node.sample_ps
+        node.count(_RECEIVED, self._start_ns + sampled_ps // 1000)
 
     def _fail_unacknowledged(self, sender: Node, box: Mailbox) -> None:
-        """A lone sender: error flag and delimiter, then it tries again. `_end_ps` is the ACK slot's end."""
+        """A lone sender: nobody filled the ACK slot; error flag, delimiter and intermission are over by now."""
         bit_ps = sender.bit_ps
-        free_ps = self._end_ps + (_ERROR_FRAME + _INTERMISSION) * bit_ps
-        self._free_ns = self._start_ns + free_ps // 1000
-        self._free_ps = free_ps % 1000
-        self.load.add(self._start_ns, self._free_ns)
+        self._free_ns = self._end_ns
+        sampled_ps = self._end_ps - (_ERROR_FRAME + _INTERMISSION + 1) * bit_ps + sender.sample_ps
+        self._free_ps = self._end_ps % 1000
+        self.load.add(self._busy_from_ns, self._free_ns)
         self.tally.error_frames += 1
         rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
         extra = 7 if box.words[1] >> 32 & _FD else 8
-        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self._end_ns)
+        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self._start_ns + sampled_ps // 1000)
+        sender.contending = None
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
 
@@ -340,7 +390,7 @@ class CanBus(Bus):
             self._free_ps = 0
             if start_ns > self._free_ns + self._pause_ns:
                 self._busy_since_ns = start_ns
-        self._start_ns = start_ns
+        self._start_ns = self._busy_from_ns = start_ns
 
     # nodes that wait for 11 recessive bits
 
@@ -397,6 +447,9 @@ class CanBus(Bus):
         """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
         bits = self.bits
         while not self.timeline.interrupted:
+            if not bits.clocks:
+                self._leave_bitwise()  # the last node has left
+                return True
             at_ns = bits.at_ns(bits.next_ps())
             if at_ns > limit_ns:
                 return False
@@ -413,7 +466,7 @@ class CanBus(Bus):
         self._state = _REST
         self._free_ns = bits.at_ns(bits.now_ps)
         self._free_ps = bits.remainder_ps()
-        self.load.add(self._start_ns, self._free_ns)
+        self.load.add(self._busy_from_ns, self._free_ns)
         self._sender = None
         self._forget_contenders()
 

@@ -1,19 +1,28 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
 from canwire cimport _mem
 from canwire.timeline cimport Source
 
+@cython.final
 cdef class Mailbox:
     cdef readonly object block
     cdef unsigned long long *words
     cdef public unsigned int key
     cdef public int bits, data_bits
     cdef public unsigned long long ready_ns
-    cdef public bint occupied, esi_added
+    cdef public bint occupied, esi_added, single_shot
     cdef public object owner
+
+cdef class Sink:
+    cpdef deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags)
 
 cdef class Node:
     cdef public object name
     cdef public Bus bus
+    cdef public Node next_member
+    cdef public bint attentive
+    cdef public Sink sink
+    cdef public unsigned long long arbitration_losses, frames_received
     cdef public bint on_bus, listen_only, passive, tainted
     cdef public int fd
     cdef public Mailbox offer, contending
@@ -22,15 +31,15 @@ cdef class Node:
     cdef public long long bit_ps, sample_ps, quantum_ps, phase1_ps, jump_ps
     cdef public long long data_bit_ps, data_sample_ps, data_quantum_ps, data_jump_ps
 
-    cpdef void received(self, Mailbox box, unsigned long long at_ns) except *
-    cpdef void transmitted(self, Mailbox box, unsigned long long at_ns) except *
-    cpdef void arbitration_lost(self, Mailbox box, int bit, unsigned long long at_ns) except *
-    cpdef void error(self, int kind, int bit, bint transmitting, int rule, unsigned long long at_ns) except *
-    cpdef void count(self, int rule, unsigned long long at_ns) except *
-    cpdef void joined(self, unsigned long long at_ns) except *
+    cpdef received(self, Mailbox box, unsigned long long at_ns)
+    cpdef transmitted(self, Mailbox box, unsigned long long at_ns)
+    cpdef arbitration_lost(self, Mailbox box, int bit, unsigned long long at_ns)
+    cpdef error(self, int kind, int bit, bint transmitting, int rule, unsigned long long at_ns)
+    cpdef count(self, int rule, unsigned long long at_ns)
+    cpdef joined(self, unsigned long long at_ns)
 
 cdef class Bus(Source):
-    cpdef void poll(self, Node node) except *
-    cpdef void interrupt(self) except *
-    cpdef void changed(self) except *
+    cpdef poll(self, Node node)
+    cpdef interrupt(self)
+    cpdef changed(self)
     cpdef bint on_wire(self, Node node) except -1

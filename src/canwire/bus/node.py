@@ -44,10 +44,19 @@ class Mailbox:
         self.ready_ns = 0
         self.occupied = False
         self.esi_added = False
+        self.single_shot = False
         self.owner: object = None
 
     def record(self) -> bytes:
         return bytes(self.block)
+
+
+class Sink:
+    """Where the frames go that a node receives, if nobody between it and the bus needs to see them."""
+
+    def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        """A frame; `box` is good until this returns, `flags` are more info bits for its record."""
+        raise NotImplementedError
 
 
 class Node:
@@ -57,7 +66,9 @@ class Node:
     (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF of its own before), `waiting` and
     `sequences` (how many runs of 11 recessive bits it needs to join, and has seen), and the timing
     in picoseconds, by its own oscillator. It writes only `contending` (its mailbox on the wire, if any),
-    `sequences`, `suspended_ns` and `waiting_from_ns`.
+    `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns`, and `next_member`, which links those
+    on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead of
+    `received` being called. Only an `attentive` node is told of lost arbitrations; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.
@@ -66,6 +77,11 @@ class Node:
     def __init__(self) -> None:
         self.name = ""
         self.bus: Bus | None = None
+        self.next_member: Node | None = None
+        self.attentive = False
+        self.sink: Sink | None = None
+        self.frames_received = 0
+        self.arbitration_losses = 0
         self.on_bus = False
         self.listen_only = False
         self.passive = False

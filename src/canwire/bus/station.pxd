@@ -1,5 +1,6 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
+from canwire.bus cimport can_bits
 from canwire.bus.node cimport Mailbox, Node
 from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
@@ -12,13 +13,15 @@ cdef int _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR
 cdef int _TO_DATA_RATE, _TO_NOMINAL_RATE
 
 cdef class Tap:
-    cpdef void transmitted(self, Node node, Mailbox box, unsigned long long at_ns) except *
+    cpdef transmitted(self, Node node, Mailbox box, unsigned long long at_ns)
 
+@cython.final
 cdef class Tally:
     cdef public unsigned long long frames, error_frames, last_success_ns
     cdef public int erring
     cdef public Tap tap
 
+@cython.final
 cdef class Station:
     cdef public Node node
     cdef public Tally tally
@@ -33,49 +36,49 @@ cdef class Station:
     cdef public unsigned int crc15, crc17, crc21, identifier
     cdef public object data
 
-    cpdef void begin_bit(self) except *
+    cpdef int begin_bit(self) except -1
     @cython.locals(state=int)
-    cpdef void sample(self, int level) except *
+    cpdef int sample(self, int level) except -1
     @cython.locals(node=Node, offer=Mailbox)
     cpdef bint ready_to_send(self) except -1
     cpdef bint resting(self) except -1
-    cpdef void wait_for_bus(self) except *
+    cpdef int wait_for_bus(self) except -1
     @cython.locals(node=Node, box=Mailbox)
-    cdef void _offer(self) except *
-    cdef void _transmit(self, Mailbox box) except *
-    cdef void _begin_parse(self) except *
-    cdef void _start_receiving(self) except *
+    cdef int _offer(self) except -1
+    cdef int _transmit(self, Mailbox box) except -1
+    cdef int _begin_parse(self) except -1
+    cdef int _start_receiving(self) except -1
     cdef void _idle_bit(self, int level) except *
-    cdef void _intermission_bit(self, int level) except *
+    cdef int _intermission_bit(self, int level) except -1
     @cython.locals(node=Node)
     cdef void _waiting_bit(self, int level) except *
-    cdef void _deliver(self) except *
+    cdef int _deliver(self) except -1
     @cython.locals(stuff_bit=bint, previous=int)
     cdef void _frame_bit(self, int level) except *
     cdef void _cover(self, unsigned int level) noexcept
     cdef void _stuff_bit(self, int level) except *
     @cython.locals(field=int)
     cdef bint _tolerated(self, int level, bint stuff_bit) except -1
-    cdef void _lose(self) except *
-    cdef void _next(self, int field, int bits) except *
-    cdef void _field_done(self, object value) except *
-    cdef void _control_done(self, int field, object value) except *
-    cdef void _body_done(self, int field, object value) except *
+    cdef int _lose(self) except -1
+    cdef int _next(self, int field, int bits) except -1
+    cdef int _field_done(self, object value) except -1
+    cdef int _control_done(self, int field, object value) except -1
+    cdef int _body_done(self, int field, object value) except -1
     cdef void _begin_crc(self) except *
     cdef void _fd_crc_bit(self, int level, int previous) except *
     cdef void _tail_bit(self, int level) except *
-    cdef void _ack_bit(self, int level) except *
-    cdef void _ack_delimiter_bit(self, int level) except *
-    cdef void _eof_bit(self, int level) except *
+    cdef int _ack_bit(self, int level) except -1
+    cdef int _ack_delimiter_bit(self, int level) except -1
+    cdef int _eof_bit(self, int level) except -1
     @cython.locals(node=Node, passive=bint, rule=int)
-    cdef void _error(self, int kind, int bit, bint exempt=*) except *
-    cdef void _overload(self) except *
-    cdef void _count(self, int rule) except *
-    cdef void _leave_if_off(self) except *
-    cdef void _flag_bit(self, int level) except *
-    cdef void _passive_flag_bit(self, int level) except *
+    cdef int _error(self, int kind, int bit, bint exempt=*) except -1
+    cdef int _overload(self) except -1
+    cdef int _count(self, int rule) except -1
+    cdef int _leave_if_off(self) except -1
+    cdef int _flag_bit(self, int level) except -1
+    cdef int _passive_flag_bit(self, int level) except -1
     cdef void _after_flag_bit(self, int level) except *
-    cdef void _delimiter_bit(self, int level) except *
+    cdef int _delimiter_bit(self, int level) except -1
     cdef void _recovered(self) noexcept
 
 @cython.locals(fed_back="unsigned int")

@@ -9,6 +9,7 @@ Source: ISO 11898-1:2015 chapters 8 and 10; Bosch CAN FD 1.0; reference/can-prot
 
 from __future__ import annotations
 
+from canwire.bus import can_bits
 from canwire.bus.bit_layout import BitLayout
 from canwire.bus.can_bits import (
     CRC15_POLY,
@@ -186,8 +187,11 @@ class Station:
     def _transmit(self, box: Mailbox) -> None:
         self.sent = self.node.contending = box
         self.sof_ns = self.now_ns
-        frame = codec.frame_at(self.sent.words, 0)
-        layout = BitLayout(frame, fd_mode=self.node.fd, error_passive=self.node.passive)
+        frame = codec.frame_at(box.words, 0)
+        if frame.fd:
+            can_bits.show_error_state(box, self.node.passive, self.node.fd)
+            frame = codec.frame_at(box.words, 0)
+        layout = BitLayout(frame, fd_mode=self.node.fd)
         self.levels = bytes(layout.levels)
         self._begin_parse()
         self.transmitting = True
@@ -284,7 +288,11 @@ class Station:
                 dlc=self.dlc,
             )
             codec.store_frame(frame, self.box.words, 0, 0, 0)
-            self.node.received(self.box, self.now_ns)
+            if self.node.sink is not None:
+                self.node.frames_received += 1
+                self.node.sink.deliver(self.box, self.now_ns, 0)
+            else:
+                self.node.received(self.box, self.now_ns)
 
     # inside a frame
 
@@ -356,7 +364,9 @@ class Station:
         else:
             bit = {_RTR: 11, _IDE: 12, _RTR2: 31}[field]
         self.transmitting = False
-        self.node.arbitration_lost(self.sent, bit, self.sof_ns)
+        self.node.arbitration_losses += 1
+        if self.node.attentive or self.sent.single_shot:
+            self.node.arbitration_lost(self.sent, bit, self.sof_ns)
 
     def _next(self, field: int, bits: int) -> None:
         self.field = field

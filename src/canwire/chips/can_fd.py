@@ -56,11 +56,9 @@ class CanFdController(Node):
         self.normal = Mailbox()
         self.high = Mailbox()
         self.running = False
-        self.arbitration_losses = 0
         self.errors = 0
         self.last_error = 0
         self.frames_sent = 0
-        self.frames_received = 0
 
     # the host's side
 
@@ -92,19 +90,23 @@ class CanFdController(Node):
             self.frames_received,
         )
 
+    def occupied(self, words: _mem.Words, at: int) -> bool:
+        """The mailbox for the priority of the record at word `at` is taken."""
+        return self.high.occupied if words[at + 1] >> 32 & _HIGH_PRIORITY else self.normal.occupied
+
     def load(self, words: _mem.Words, at: int, now_ns: int, owner: object) -> bool:
-        """Take the record at word `at` into the mailbox of its priority; False if that is occupied."""
-        box = self.high if words[at + 1] >> 32 & _HIGH_PRIORITY else self.normal
-        if box.occupied:
-            return False
+        """Take the record at word `at` into the mailbox of its priority, which must be free; True if high."""
+        urgent = words[at + 1] >> 32 & _HIGH_PRIORITY != 0
+        box = self.high if urgent else self.normal
         _mem.copy_record(box.words, 0, words, at)
         box.occupied = True
         box.esi_added = False
+        box.single_shot = words[at + 1] >> 32 & _SINGLE_SHOT != 0
         box.owner = owner
         box.ready_ns = now_ns
         can_bits.measure(box, self.fd)
         self._make_offer()
-        return True
+        return urgent
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
         """Give up the frame in a mailbox, unless it is on the wire this very moment."""
@@ -169,9 +171,8 @@ class CanFdController(Node):
         self.host.fill(at_ns)
 
     def arbitration_lost(self, box: Mailbox, bit: int, at_ns: int) -> None:
-        self.arbitration_losses += 1
         self.host.event(_ARBITRATION_LOST, 0, bit, True, at_ns)
-        if box.words[1] >> 32 & _SINGLE_SHOT and box.occupied:
+        if box.single_shot and box.occupied:
             self._give_up(box, at_ns)
 
     def error(self, kind: int, bit: int, transmitting: bool, rule: int, at_ns: int) -> None:
@@ -183,7 +184,7 @@ class CanFdController(Node):
         if changed:
             self._state_changed(at_ns)
         box = self.contending
-        if transmitting and box is not None and box.occupied and box.words[1] >> 32 & _SINGLE_SHOT:
+        if transmitting and box is not None and box.occupied and box.single_shot:
             self._give_up(box, at_ns)
 
     def count(self, rule: int, at_ns: int) -> None:

@@ -5,6 +5,7 @@ cdef int _ACTIVE, _WARNING, _PASSIVE, _BUS_OFF, _WARNING_LIMIT, _PASSIVE_LIMIT, 
 cdef int _RECEIVED_RULE, _REC_AFTER_PASSIVE
 cdef tuple _TEC_STEP, _REC_STEP
 
+@cython.final
 cdef class Confinement:
     cdef public int tec, rec, state, warning_limit
 

@@ -105,17 +105,17 @@ class LabBus:
     @property
     def load(self) -> float:
         """Busy bit times over elapsed bit times in the last second, 0..100 %."""
-        return self.wire.load.percent(self._lab.now_ns)
+        return self.wire.account().percent(self._lab.now_ns)
 
     @property
     def mean_load(self) -> float:
         """The same since the lab began."""
-        return 100.0 * self.wire.load.busy_ns / max(1, self._lab.now_ns)
+        return 100.0 * self.wire.busy_ns() / max(1, self._lab.now_ns)
 
     @property
     def peak_load(self) -> float:
         """The busiest 100 ms so far, 0..100 %."""
-        return self.wire.load.peak()
+        return self.wire.account().peak()
 
     @property
     def frames(self) -> int:

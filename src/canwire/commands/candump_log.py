@@ -1,0 +1,111 @@
+"""A candump log read twice: once to learn what it asks of a bus, once to play it.
+
+Nothing is kept of it but counts and identifiers, so a log may be larger than memory.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import BinaryIO
+
+from canwire import BadText, Frame, LogLine, parse_log_line
+
+_LONGEST_NS = 100 * 365 * 86_400 * 1_000_000_000  # well inside the timeline's 63 bits
+
+
+@dataclass(slots=True)
+class Survey:
+    """What a log holds.
+
+    `keys` are (extended, identifier) in order of appearance; `first_ns` is the first time stamp;
+    `fd_line` is the number of the first line with a CAN FD frame, or None.
+    """
+
+    lines: int = 0
+    frames: int = 0
+    broken_lines: int = 0
+    error_frames: int = 0
+    first_ns: int = 0
+    fd_line: int | None = None
+    keys: dict[tuple[bool, int], None] = field(default_factory=dict)
+
+
+class CandumpLog:
+    """One log file; "-" is standard input. What cannot be read twice goes into a temporary file first.
+
+    A context manager. Raises OSError like `open`.
+    """
+
+    def __init__(self, path: str) -> None:
+        self._closing = ExitStack()
+        self._file: BinaryIO = self._open(path)
+
+    def survey(self, complain: Callable[[int, str], None]) -> Survey:
+        """Read all of it; `complain(number, what)` hears of every broken line. Empty lines are no lines."""
+        found = Survey()
+        for number, content in self._contents():
+            found.lines = number
+            if isinstance(content, BadText):
+                found.broken_lines += 1
+                complain(number, str(content))
+            elif not isinstance(content.content, Frame):
+                found.error_frames += 1
+            else:
+                _note(found, number, content)
+        return found
+
+    def frames(self) -> Iterator[tuple[int, Frame]]:
+        """Line number and frame (its time stamp is the line's), from the beginning."""
+        for number, content in self._contents():
+            if isinstance(content, LogLine) and isinstance(content.content, Frame):
+                yield number, content.content
+
+    def _contents(self) -> Iterator[tuple[int, LogLine | BadText]]:
+        self._file.seek(0)
+        latest_ns: int | None = None
+        for number, raw in enumerate(self._file, 1):
+            text = raw.decode("utf-8", "replace").rstrip("\r\n")
+            if not text.strip():
+                continue
+            try:
+                content = parse_log_line(text)
+                if latest_ns is None:
+                    latest_ns = content.timestamp_ns + _LONGEST_NS
+                elif content.timestamp_ns > latest_ns:
+                    raise BadText(f"{text!r}: more than a century after the log's first time stamp")
+                yield number, content
+            except BadText as error:
+                yield number, error
+
+    def _open(self, path: str) -> BinaryIO:
+        if path == "-":
+            source: BinaryIO = sys.stdin.buffer
+        else:
+            source = self._closing.enter_context(open(path, "rb"))  # noqa: SIM115
+        if source.seekable():
+            return source
+        copy = self._closing.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
+        shutil.copyfileobj(source, copy)
+        return copy
+
+    def __enter__(self) -> CandumpLog:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closing.close()
+
+
+def _note(found: Survey, number: int, line: LogLine) -> None:
+    frame = line.content
+    assert isinstance(frame, Frame)
+    if not found.frames:
+        found.first_ns = line.timestamp_ns
+    found.frames += 1
+    found.keys[frame.extended, frame.id] = None
+    if frame.fd and found.fd_line is None:
+        found.fd_line = number

@@ -1,0 +1,200 @@
+"""`canwire play`: the frames of a candump log on a simulated bus, at their times.
+
+canwire play drive.log                             as fast as it goes, with a summary at the end
+canwire play drive.log --time real                 at the speed of the wall clock
+canwire play drive.log --log out.log --vcd out.vcd what a node on the bus received, and the level of the wire
+
+A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes.
+Every identifier has a node of its own, as in a car, so frames that are due together arbitrate.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import sys
+import time
+from contextlib import ExitStack
+from typing import TextIO
+
+from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
+from canwire.commands.candump_log import CandumpLog, Survey
+from canwire.commands.progress import Progress
+from canwire.commands.summary import Summary, line
+
+_IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
+_SENDER_QUEUE = 1024
+_STEP_S = 0.001  # how long a full queue is given before it is looked at again
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument("log", metavar="LOG", help="log of candump -l or -L; - is standard input")
+    parser.add_argument("--bus", default="can0", metavar="NAME", help="name of the bus (can0)")
+    parser.add_argument("--time", choices=("virtual", "real"), default="virtual", help="virtual: no waiting")
+    parser.add_argument("--bit-rate", type=int, default=500_000, metavar="BIT/S", help="default: 500000")
+    parser.add_argument(
+        "--data-bit-rate", type=int, metavar="BIT/S", help="a log with CAN FD frames needs it"
+    )
+    parser.add_argument("--log", dest="log_out", metavar="OUT", help="write what arrives to this log")
+    parser.add_argument("--vcd", metavar="OUT", help="write the level on the bus to this VCD file; slower")
+    parser.add_argument(
+        "--senders", choices=("each", "one"), default="each", help="a node an identifier, or one"
+    )
+    parser.add_argument("--strict", action="store_true", help="exit status 1 if the log has broken lines")
+    parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Play the log; raises BadValue for a log that this bus cannot carry and for files that do not open."""
+    try:
+        return _run(arguments)
+    except BrokenPipeError:
+        raise  # whoever read our output has gone: no mistake of the user's
+    except OSError as error:
+        raise BadValue(f"{error.filename or arguments.log}: {error.strerror}") from error
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    _check_names(arguments)
+    with CandumpLog(arguments.log) as log:
+        found = log.survey(lambda number, what: _complain(arguments.log, number, what))
+        if found.fd_line is not None and arguments.data_bit_rate is None:
+            raise BadValue(
+                f"{arguments.log}:{found.fd_line}: a CAN FD frame; add --data-bit-rate, 2000000 perhaps"
+            )
+        with ExitStack() as closing:
+            player = Player(arguments, found, closing)
+            player.play(log)
+            summary = player.summary()
+    skipped = {
+        "broken_lines": found.broken_lines,
+        "error_frames_skipped": found.error_frames,
+        "stamps_going_back": player.going_back,
+    }
+    if arguments.json:
+        print(json.dumps({**summary.facts(), **skipped}, indent=2))
+    else:
+        print(*summary.lines(), *_skipped_lines(skipped), sep="\n")
+    return 1 if arguments.strict and found.broken_lines else 0
+
+
+class Player:
+    """A bus with the log's senders and a recorder."""
+
+    def __init__(self, arguments: argparse.Namespace, found: Survey, closing: ExitStack) -> None:
+        self.going_back = 0
+        self._started_ns = time.monotonic_ns()
+        self._lab = closing.enter_context(Lab(time=arguments.time))
+        self._bus = self._lab.can_bus(
+            arguments.bus, bit_rate=arguments.bit_rate, data_bit_rate=arguments.data_bit_rate
+        )
+        self._recorder = self._bus.node("recorder", receive_queue=_IN_FLIGHT, transmit_queue=1)
+        self._senders = _senders(self._bus, found, arguments.senders)
+        if arguments.vcd is not None:
+            self._bus.trace_levels(arguments.vcd)
+        self._out: TextIO | None = None
+        if arguments.log_out is not None:
+            out = open(arguments.log_out, "w", encoding="utf-8")  # noqa: SIM115
+            self._out = closing.enter_context(out)
+        self._progress = closing.enter_context(Progress(found.lines, "playing"))
+        self._first_ns = found.first_ns
+        self._zero_ns = self._lab.now_ns  # real time has begun to run already
+        self._sent = 0
+        self._recorded = 0
+
+    def play(self, log: CandumpLog) -> None:
+        """Every frame of the log, and on until the bus is idle."""
+        due_ns = 0
+        for number, frame in log.frames():
+            stamp_ns = frame.timestamp_ns - self._first_ns
+            if stamp_ns < due_ns:
+                self.going_back += 1
+            elif stamp_ns > due_ns:
+                due_ns = stamp_ns
+                self._run_until(self._zero_ns + due_ns)
+                self._progress.show(number)
+            self._send(frame)
+        self._lab.run_until_idle()
+        self._record()
+
+    def summary(self) -> Summary:
+        """The numbers so far."""
+        return Summary.of(
+            self._bus,
+            frames=self._recorded,
+            lost=self._recorder.lost,
+            bus_time_ns=self._lab.now_ns - self._zero_ns,
+            wall_time_ns=time.monotonic_ns() - self._started_ns,
+        )
+
+    def _send(self, frame: Frame) -> None:
+        """Queue the frame; where queues are full the log waits for the bus."""
+        node = self._senders[frame.extended, frame.id]
+        while True:
+            try:
+                if self._sent - self._recorded < _IN_FLIGHT:
+                    node.send(frame)
+                    self._sent += 1
+                    return
+            except QueueFull:
+                pass
+            self._run_until(self._lab.now_ns + round(_STEP_S * 1e9))
+
+    def _run_until(self, time_ns: int) -> None:
+        self._lab.run_until(time_ns)
+        self._record()
+
+    def _record(self) -> None:
+        """Empty the recorder's queue."""
+        frames = self._recorder.receive_many(_IN_FLIGHT)
+        self._recorded += len(frames)
+        if self._out is not None:
+            zero_ns = self._first_ns - self._zero_ns
+            for frame in frames:
+                self._out.write(format_log_line(LogLine(zero_ns + frame.timestamp_ns, self._bus.name, frame)))
+                self._out.write("\n")
+
+
+def _senders(bus: LabBus, found: Survey, senders: str) -> dict[tuple[bool, int], LabNode]:
+    """Who sends which identifier; all of them are on the bus before the first frame."""
+    if senders == "one":
+        player = bus.node("player", receives=False, receive_queue=1, transmit_queue=_IN_FLIGHT)
+        return dict.fromkeys(found.keys, player)
+    return {
+        (extended, id): bus.node(
+            f"{id:08X}" if extended else f"{id:03X}",
+            receives=False,
+            receive_queue=1,
+            transmit_queue=_SENDER_QUEUE,
+        )
+        for extended, id in found.keys
+    }
+
+
+def _check_names(arguments: argparse.Namespace) -> None:
+    """The bus's name must fit into a log; no output may overwrite the log that is read, or the other one."""
+    if not re.fullmatch(r"[^\s()]+", arguments.bus):
+        raise BadValue(f"--bus {arguments.bus!r}: a name without blanks and parentheses")
+    taken: dict[str, str] = {}
+    for path in (arguments.log, arguments.log_out, arguments.vcd):
+        if path is None or path == os.devnull:
+            continue
+        if taken.setdefault(os.path.realpath(path), path) is not path:
+            raise BadValue(f"{path}: the same file twice; give each its own name")
+
+
+def _complain(path: str, number: int, what: str) -> None:
+    print(f"canwire: {path}:{number}: {what}", file=sys.stderr)
+
+
+def _skipped_lines(skipped: dict[str, int]) -> list[str]:
+    """A line for everything that was not played as it stood in the log."""
+    notes = {
+        "broken_lines": ("skipped", "broken lines"),
+        "error_frames_skipped": ("skipped", "error frames of the log"),
+        "stamps_going_back": ("sent at once", "frames with a time stamp before an earlier line's"),
+    }
+    return [line(notes[name][0], f"{count} {notes[name][1]}") for name, count in skipped.items() if count]
