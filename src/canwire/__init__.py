@@ -10,6 +10,8 @@
 Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 """
 
+from canwire.bus.bit_layout import FIELDS, BitLayout
+from canwire.bus.can_bits import NON_ISO
 from canwire.core import core_mode
 from canwire.errors import (
     BadFilter,
@@ -37,15 +39,18 @@ from canwire.values.record import record_dtype
 from canwire.values.screen_text import format_candump_line, parse_candump_line
 from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
 from canwire.values.timing_limits import TimingLimits
-from canwire.version import VERSION as __version__
+from canwire.version import __version__
 
 __all__ = [
+    "FIELDS",
+    "NON_ISO",
     "Acceptance",
     "BadFilter",
     "BadFrame",
     "BadText",
     "BadTiming",
     "BadValue",
+    "BitLayout",
     "BitTiming",
     "BusEvent",
     "BusOff",

@@ -21,7 +21,7 @@ def copy_record(target: Words, at: int, source: Words, source_at: int) -> None:
 
 def data_of(words: Words, at: int, length: int) -> bytes:
     """`length` bytes that start with word `at`."""
-    return words[at : at + 8].tobytes()[:length]  # type: ignore[no-any-return]
+    return words[at : at + 8].tobytes()[:length]
 
 
 def store_data(words: Words, at: int, data: bytes) -> None:
@@ -30,7 +30,7 @@ def store_data(words: Words, at: int, data: bytes) -> None:
 
 
 def load_acquire(words: Words, at: int) -> int:
-    return words[at]  # type: ignore[no-any-return]
+    return words[at]
 
 
 def store_release(words: Words, at: int, value: int) -> None:

@@ -8,7 +8,21 @@ from canwire.bus import bit_level, can_bits, can_bus, load, node, station
 from canwire.chips import can_fd, confinement
 from canwire.values import frame
 
-MODULES = (frame, timeline, ring, node, can_bits, station, bit_level, load, can_bus, confinement, can_fd, channel, line)
+MODULES = (
+    frame,
+    timeline,
+    ring,
+    node,
+    can_bits,
+    station,
+    bit_level,
+    load,
+    can_bus,
+    confinement,
+    can_fd,
+    channel,
+    line,
+)
 
 
 def core_mode() -> str:

@@ -1,19 +1,19 @@
 """Every error canwire raises.
 
-    CanwireError
-    ├── BadValue (also ValueError)     the caller handed in something impossible
-    │   ├── BadFrame                   a frame that no bus could carry
-    │   ├── BadTiming                  a bit timing that no controller could run
-    │   ├── BadFilter                  an acceptance filter that means nothing
-    │   └── BadText                    text that is no frame, event or log line
-    ├── LineError                      a line cannot do that now
-    │   ├── QueueFull                  the transmit queue has no room
-    │   ├── NotTransmitted             a frame was given up: single shot, abort
-    │   └── BusOff                     the controller left the bus
-    ├── Closed                         the object was closed before
-    ├── NotIdle                        the bus never came to rest
-    ├── NotReceived                    an expected frame did not arrive
-    └── ExtraMissing (also ImportError)   an optional dependency is not installed
+CanwireError
+├── BadValue (also ValueError)     the caller handed in something impossible
+│   ├── BadFrame                   a frame that no bus could carry
+│   ├── BadTiming                  a bit timing that no controller could run
+│   ├── BadFilter                  an acceptance filter that means nothing
+│   └── BadText                    text that is no frame, event or log line
+├── LineError                      a line cannot do that now
+│   ├── QueueFull                  the transmit queue has no room
+│   ├── NotTransmitted             a frame was given up: single shot, abort
+│   └── BusOff                     the controller left the bus
+├── Closed                         the object was closed before
+├── NotIdle                        the bus never came to rest
+├── NotReceived                    an expected frame did not arrive
+└── ExtraMissing (also ImportError)   an optional dependency is not installed
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ import contextlib
 import os
 import select
 import sys
+import threading
 from multiprocessing import resource_tracker
 from multiprocessing.shared_memory import SharedMemory
 
@@ -58,7 +59,17 @@ def attach_shared_memory(name: str) -> SharedMemory:
     """An existing block; its creator alone removes it. Raises FileNotFoundError."""
     if sys.version_info >= (3, 13):
         return SharedMemory(name, track=False)
-    memory = SharedMemory(name)
-    # before 3.13 attaching registers for removal too, and the first process to end would remove it
-    resource_tracker.unregister(memory._name, "shared_memory")  # type: ignore[attr-defined]
-    return memory
+    with _ATTACHING:
+        # before 3.13 attaching registers for removal too, and the first process to end would remove it
+        register, resource_tracker.register = resource_tracker.register, _no_registration
+        try:
+            return SharedMemory(name)
+        finally:
+            resource_tracker.register = register
+
+
+def _no_registration(name: str, rtype: str) -> None:
+    """Stands in for the resource tracker's while somebody else's memory is attached."""
+
+
+_ATTACHING = threading.Lock()

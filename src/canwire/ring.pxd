@@ -4,6 +4,7 @@ from canwire cimport _mem
 from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
+cdef unsigned long long _M64
 cdef int _CAPACITY, _RECORD_WORDS, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS
 
 @cython.final
@@ -12,25 +13,26 @@ cdef class Ring:
     cdef long long _mask
     cdef object _buffer
     cdef unsigned long long *_words
-    cdef object _memory
+    cdef public object _memory
     cdef bint _shared
     cdef public object event, free_event, listener, free_listener
     cdef public long long threshold, free_threshold
 
-    @cython.locals(count="long long")
+    @cython.locals(count="unsigned long long")
     cpdef long long fill(self) noexcept
 
-    @cython.locals(count="long long")
+    @cython.locals(count="unsigned long long")
     cpdef long long free(self) noexcept
 
-    @cython.locals(words="unsigned long long *", head="unsigned long long", fill="long long", slot=Py_ssize_t)
+    @cython.locals(words="unsigned long long *", head="unsigned long long", fill="unsigned long long", slot=Py_ssize_t)
     cdef bint put(self, unsigned long long *source, Py_ssize_t at, unsigned long long time_ns,
                   unsigned long long head_word) except -1
 
     @cython.locals(source="unsigned long long *")
     cpdef bint put_bytes(self, record) except -1
 
-    @cython.locals(words="unsigned long long *", tail="unsigned long long")
+    @cython.locals(words="unsigned long long *", tail="unsigned long long",
+                   count="unsigned long long")
     cpdef Py_ssize_t front(self) noexcept
 
     @cython.locals(words="unsigned long long *", tail="unsigned long long", free="long long")

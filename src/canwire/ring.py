@@ -43,6 +43,8 @@ _WANTED = 17
 _FREE_WANTED = 24
 _RECORDS = 32
 _WORDS = 10
+_M64 = (1 << 64) - 1  # counters wrap; only their differences count
+LARGEST_CAPACITY = 1 << 24
 
 
 class Ring:
@@ -54,10 +56,10 @@ class Ring:
     """
 
     def __init__(self, capacity: int, *, buffer: memoryview | None = None) -> None:
-        if not isinstance(capacity, int) or capacity < 1 or capacity > 1 << 24:
-            raise BadValue(f"ring capacity {capacity!r}: 1 to {1 << 24} records")
-        self.capacity = 1 << (capacity - 1).bit_length()
+        self.capacity = rounded_capacity(capacity)
         self._mask = self.capacity - 1
+        if buffer is not None and buffer.nbytes < ring_size(self.capacity):
+            raise BadValue(f"buffer of {buffer.nbytes} bytes: this ring takes {ring_size(self.capacity)}")
         self._buffer = buffer if buffer is not None else memoryview(bytearray(ring_size(self.capacity)))
         self._words = _mem.words_of(self._buffer)
         self._memory: SharedMemory | None = None
@@ -75,10 +77,10 @@ class Ring:
 
     @classmethod
     def create(cls, name: str, capacity: int) -> Ring:
-        """A ring in new shared memory of this name; `close` by its creator removes it."""
+        """A ring in new shared memory of this name; `close(remove=True)` by its creator removes it."""
         from canwire.platform import create_shared_memory
 
-        memory = create_shared_memory(name, ring_size(1 << (capacity - 1).bit_length()))
+        memory = create_shared_memory(name, ring_size(rounded_capacity(capacity)))
         ring = cls(capacity, buffer=memory.buf)
         ring._memory = memory
         return ring
@@ -89,11 +91,8 @@ class Ring:
         from canwire.platform import attach_shared_memory
 
         memory = attach_shared_memory(name)
-        head = memory.buf[:24].cast("Q")
-        magic, capacity, words = head
-        head.release()
-        sane = magic == MAGIC and words == _WORDS and 0 < capacity <= 1 << 24 and capacity & (capacity - 1) == 0
-        if not sane or memory.size < ring_size(capacity):
+        capacity = capacity_of(memoryview(memory.buf))  # type: ignore[arg-type]
+        if capacity == 0:
             memory.close()
             raise BadValue(f"shared memory {name!r} holds no ring of this version")
         ring = cls(capacity, buffer=memory.buf)
@@ -102,13 +101,13 @@ class Ring:
 
     def fill(self) -> int:
         """Records that wait for the consumer."""
-        count = _mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)
-        return count if 0 <= count <= self.capacity else 0
+        count = (_mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)) & _M64
+        return count if count <= self.capacity else 0
 
     def free(self) -> int:
         """Records that the producer can still write."""
-        count = _mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)
-        return self.capacity - count if 0 <= count <= self.capacity else 0
+        count = (_mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)) & _M64
+        return self.capacity - count if count <= self.capacity else 0
 
     @property
     def written(self) -> int:
@@ -127,17 +126,18 @@ class Ring:
         """Append the record at word `at` of `source`, with this time and id/info word; False if full (counted)."""
         words = self._words
         head = words[_HEAD]
-        fill = head - _mem.load_acquire(words, _TAIL)
-        if fill < 0 or fill >= self.capacity:
-            words[_LOST] += 1
+        fill = (head - _mem.load_acquire(words, _TAIL)) & _M64
+        if fill >= self.capacity:
+            words[_LOST] = (words[_LOST] + 1) & _M64
             return False
         slot = _RECORDS + (head & self._mask) * _WORDS
         _mem.copy_record(words, slot, source, at)
         words[slot] = time_ns
         words[slot + 1] = head_word
-        _mem.store_release(words, _HEAD, head + 1)
+        head = (head + 1) & _M64
+        _mem.store_release(words, _HEAD, head)
         if self._shared:
-            self._wake_consumer(head + 1)
+            self._wake_consumer(head)
         if self.listener is not None and fill + 1 == self.threshold:
             self.listener()
         return True
@@ -154,19 +154,20 @@ class Ring:
         """The word where the oldest record starts, or 0 when the ring is empty."""
         words = self._words
         tail = words[_TAIL]
-        if _mem.load_acquire(words, _HEAD) - tail <= 0:
+        count = (_mem.load_acquire(words, _HEAD) - tail) & _M64
+        if count == 0 or count > self.capacity:
             return 0
         return _RECORDS + (tail & self._mask) * _WORDS
 
     def release(self, count: int) -> None:
         """Give `count` oldest records back to the producer."""
         words = self._words
-        tail = words[_TAIL] + count
+        tail = (words[_TAIL] + count) & _M64
         _mem.store_release(words, _TAIL, tail)
         if self._shared:
             self._wake_producer(tail)
         if self.free_listener is not None:
-            free = self.capacity - (words[_HEAD] - tail)
+            free = self.free()
             if free >= self.free_threshold > free - count:
                 self.free_listener()
 
@@ -214,7 +215,7 @@ class Ring:
                 blocks.append(self._buffer[at : at + length * RECORD_SIZE])
         return blocks
 
-    def take_array(self, limit: int) -> numpy.ndarray:  # type: ignore[type-arg]
+    def take_array(self, limit: int) -> numpy.ndarray:
         """Up to `limit` oldest records as one numpy array of record_dtype(), copied in one or two moves."""
         import numpy
 
@@ -225,11 +226,13 @@ class Ring:
         self.release(len(array))
         return array
 
-    def put_array(self, records: numpy.ndarray) -> int:  # type: ignore[type-arg]
+    def put_array(self, records: numpy.ndarray) -> int:
         """Append as many of these records as fit, in one or two moves; returns how many did."""
         import numpy
 
-        count = min(len(records), self.free())
+        room = self.free()
+        count = min(len(records), room)
+        before = self.capacity - room
         start = int(self._words[_HEAD])
         first = start & self._mask
         until_wrap = min(count, self.capacity - first)
@@ -237,10 +240,11 @@ class Ring:
         slots[first : first + until_wrap] = records[:until_wrap]
         slots[: count - until_wrap] = records[until_wrap:count]
         del slots
-        _mem.store_release(self._words, _HEAD, start + count)
+        head = (start + count) & _M64
+        _mem.store_release(self._words, _HEAD, head)
         if self._shared:
-            self._wake_consumer(start + count)
-        if self.listener is not None and count:
+            self._wake_consumer(head)
+        if self.listener is not None and before < self.threshold <= before + count:
             self.listener()
         return count
 
@@ -295,20 +299,41 @@ class Ring:
     def _goal(self, wanted: int) -> int:
         """The counter value of the other side that a sleeper waits for; never 0, which means awake."""
         if wanted == _WANTED:
-            return max(1, int(self._words[_TAIL]) + self.threshold)
-        return max(1, int(self._words[_HEAD]) + self.free_threshold - self.capacity)
+            goal = int(self._words[_TAIL]) + self.threshold
+        else:
+            goal = int(self._words[_HEAD]) + self.free_threshold - self.capacity
+        return goal & _M64 or 1
 
     def _wake_consumer(self, head: int) -> None:
         _mem.fence()
         wanted = self._words[_WANTED]
-        if wanted and head >= wanted and self.event is not None:
+        if wanted and (head - wanted) & _M64 <= LARGEST_CAPACITY and self.event is not None:
             self.event.signal()
 
     def _wake_producer(self, tail: int) -> None:
         _mem.fence()
         wanted = self._words[_FREE_WANTED]
-        if wanted and tail >= wanted and self.free_event is not None:
+        if wanted and (tail - wanted) & _M64 <= LARGEST_CAPACITY and self.free_event is not None:
             self.free_event.signal()
+
+
+def rounded_capacity(capacity: int) -> int:
+    """The next power of two; raises BadValue outside 1..2**24."""
+    if not isinstance(capacity, int) or capacity < 1 or capacity > LARGEST_CAPACITY:
+        raise BadValue(f"ring capacity {capacity!r}: 1 to {LARGEST_CAPACITY} records")
+    return 1 << (capacity - 1).bit_length()
+
+
+def capacity_of(block: memoryview) -> int:
+    """The capacity of the ring in this block, or 0 if it holds none of this version that fits."""
+    with block:
+        if block.nbytes < HEADER_SIZE:
+            return 0
+        size = block.nbytes
+        with block[:24] as first, first.cast("Q") as head:
+            magic, capacity, words = head
+    sane = magic == MAGIC and words == _WORDS and 0 < capacity <= LARGEST_CAPACITY
+    return int(capacity) if sane and not capacity & (capacity - 1) and ring_size(capacity) <= size else 0
 
 
 def ring_size(capacity: int) -> int:

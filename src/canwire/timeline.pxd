@@ -36,8 +36,10 @@ cdef class Timeline:
 
     cdef unsigned long long _next_timer_ns(self) except? 0
 
-    @cython.locals(due_ns="unsigned long long", first_ns="unsigned long long", second_ns="unsigned long long",
-                   at_ns="unsigned long long", source=Source, first=Source)
+    @cython.locals(due_ns="unsigned long long", first_ns="unsigned long long", at_ns="unsigned long long", source=Source, first=Source)
     cdef bint _step(self, unsigned long long limit_ns) except -1
+
+    @cython.locals(bound_ns="unsigned long long", earlier=int, source=Source)
+    cdef unsigned long long _turn_of_others(self, Source running) except? 0
 
     cdef bint _run_timer(self) except -1

@@ -120,23 +120,31 @@ class Timeline:
     def _step(self, limit_ns: int) -> bool:
         """Run the next timer, or the next source for as long as nothing else is due."""
         due_ns = self._next_timer_ns()
-        first_ns = second_ns = _NEVER
+        first_ns = _NEVER
         first = None
         for source in self._sources:
             at_ns = source.next_ns()
             if at_ns < first_ns:
-                second_ns = first_ns
                 first_ns = at_ns
                 first = source
-            elif at_ns < second_ns:
-                second_ns = at_ns
         if due_ns <= first_ns:
             return due_ns <= limit_ns and due_ns != _NEVER and self._run_timer()
         if first is None or first_ns > limit_ns:
             return False
         self.interrupted = False
-        first.run(min(limit_ns, due_ns - 1, second_ns))
+        first.run(min(limit_ns, due_ns - 1, self._turn_of_others(first)))
         return True
+
+    def _turn_of_others(self, running: Source) -> int:
+        """Until when one source may run: at equal times those added earlier go first."""
+        bound_ns = _NEVER
+        earlier = 1
+        for source in self._sources:
+            if source is running:
+                earlier = 0
+            else:
+                bound_ns = min(bound_ns, source.next_ns() - earlier)
+        return bound_ns
 
     def _run_timer(self) -> bool:
         time_ns, _, timer = heappop(self._timers)

@@ -10,7 +10,7 @@ cdef unsigned long long _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_
 @cython.final
 cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
-    cdef public bint frames
+    cdef public bint frames, sends
     cdef public object events, acceptance
     cdef public unsigned long long accepted, sent, delivered, aborted, last_sent_ns
     cdef public bint held

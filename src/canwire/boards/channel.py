@@ -41,14 +41,21 @@ class Channel(Sink):
     """Queues between one client and a line.
 
     `receive` and `transmit` are rings of records; a transmit record's time word is the delay in ns after
-    the frame that this channel sent before. `frames` and `events` say what the channel wants to receive.
+    the frame that this channel sent before. A transmit capacity of 0 makes a channel that only receives.
+    `frames` and `events` (EventKinds) say what the channel wants to receive.
     """
 
     def __init__(
-        self, receive_capacity: int, transmit_capacity: int, *, frames: bool = True, events: frozenset[int] = frozenset()
+        self,
+        receive_capacity: int,
+        transmit_capacity: int,
+        *,
+        frames: bool = True,
+        events: frozenset[int] = frozenset(),
     ) -> None:
         self.receive = Ring(receive_capacity)
-        self.transmit = Ring(transmit_capacity) if transmit_capacity else None
+        self.sends = transmit_capacity > 0
+        self.transmit = Ring(max(1, transmit_capacity))
         self.frames = frames
         self.events = events
         self.accepted = 0

@@ -14,8 +14,8 @@ from canwire.chips.can_fd import CanFdController, Host
 from canwire.errors import LineError, QueueFull
 from canwire.ring import Ring
 from canwire.timeline import Timeline
-from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values import frame as codec
+from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame
 from canwire.values.record import CONFIRM, HIGH_PRIORITY
 from canwire.values.records import checked_records
@@ -78,7 +78,7 @@ class Line(Host):
         """
         if frame.fd:
             self._check_fd(frame)
-        if channel.transmit is None:
+        if not channel.sends:
             raise LineError(f"{self.name}: this channel was opened without a transmit queue")
         codec.store_frame(frame, self._scratch.words, 0, flags, delay_ns)
         if not channel.transmit.free():
@@ -89,9 +89,9 @@ class Line(Host):
             channel.urgent += 1
         self.kick()
 
-    def send_records(self, channel: Channel, records: numpy.ndarray, flags: int) -> int:  # type: ignore[type-arg]
+    def send_records(self, channel: Channel, records: numpy.ndarray, flags: int) -> int:
         """Queue as many of these records as fit; returns how many. Raises BadFrame before queueing any."""
-        if channel.transmit is None:
+        if not channel.sends:
             raise LineError(f"{self.name}: this channel was opened without a transmit queue")
         checked = checked_records(records, fd=self.controller.fd != 0, flags=flags)
         count = channel.transmit.put_array(checked)
@@ -113,7 +113,7 @@ class Line(Host):
     def cancel(self, channel: Channel) -> int:
         """Give up everything this channel has queued, but for a frame on the wire; returns how many."""
         before = channel.aborted
-        if channel.transmit is not None:
+        if channel.sends:
             channel.aborted += channel.transmit.clear()
             channel.urgent = 0
         for box in (self.controller.high, self.controller.normal):
@@ -210,7 +210,7 @@ class Line(Host):
 
     def _sort(self) -> None:
         self._turn = 0
-        self._senders = [channel for channel in self._all if channel.transmit is not None]
+        self._senders = [channel for channel in self._all if channel.sends]
         receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
         self._observers = [channel for channel in self._all if channel.events]
         self.controller.sink = receivers[0] if len(receivers) == 1 else self._splitter
@@ -218,4 +218,6 @@ class Line(Host):
 
     def _check_fd(self, frame: Frame) -> None:
         if self.controller.fd == 0:
-            raise LineError(f"{self.name}: the line is set up for classic CAN; give the bus a data_bit_rate for FD")
+            raise LineError(
+                f"{self.name}: the line is set up for classic CAN; give the bus a data_bit_rate for FD"
+            )

@@ -39,6 +39,7 @@ cdef class BitLevel:
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
     cdef public bint shorted
+    cdef bint _stepping
     cdef public object capture, disturb
     cdef public Node victim
     cdef int _wire, _shown, _flip
@@ -48,8 +49,9 @@ cdef class BitLevel:
     cpdef unsigned long long at_ns(self, long long at_ps) noexcept
     @cython.locals(soonest="long long", clock=Clock)
     cpdef long long next_ps(self) noexcept
-    @cython.locals(at_ps="long long", at_ns="unsigned long long", changed=bint, clock=Clock)
     cpdef int step(self) except -1
+    @cython.locals(at_ns="unsigned long long", changed=bint, clock=Clock)
+    cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef bint resting(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)

@@ -12,14 +12,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from canwire.bus.frame_reader import RES
 from canwire.bus.node import Node
-from canwire.bus.station import FRAME, IDLE, INTERMISSION, KEEP_RATE, SUSPEND, TO_DATA_RATE, WAITING, Station, Tally
+from canwire.bus.station import (
+    FRAME,
+    IDLE,
+    INTERMISSION,
+    KEEP_RATE,
+    SUSPEND,
+    TO_DATA_RATE,
+    WAITING,
+    Station,
+    Tally,
+)
 from canwire.timeline import NEVER
 
 _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
 _KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
 _NEVER = NEVER
-_RES_FIELD = 8
+_RES_FIELD = RES
 _HISTORY = 64
 
 # who sees a disturbed bit
@@ -95,7 +106,7 @@ class Clock:
         if idle or third_bit or state == _WAITING:
             station.sof_seen = state != _WAITING
             self._restart_bit(at_ps)
-        elif state == _FRAME and station.field == _RES_FIELD and not station.transmitting:
+        elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
             self._restart_bit(at_ps)
         elif not (station.transmitting and self.data_rate):
             self._resynchronise(at_ps)
@@ -140,6 +151,7 @@ class BitLevel:
         self.capture: Callable[[int, int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
         self.victim: Node | None = None
+        self._stepping = False
         self._wire = 1
         self._shown = 1
         self._flip = -1
@@ -155,7 +167,7 @@ class BitLevel:
         self._wire = 1
         self._flip = -1
         self._reference = reference
-        self.tally.erring = 0
+        self.tally.erring = False
         for node in nodes:
             self.add(node, 0)
 
@@ -170,22 +182,25 @@ class BitLevel:
     def refresh(self, nodes: list[Node], at_ps: int) -> None:
         """Nodes have come, gone, been started or stopped."""
         self.now_ps = max(self.now_ps, at_ps)
-        kept = [clock for clock in self.clocks if clock.node in nodes]
+        # in the middle of a step, nodes that have just gone off drive their bit to its end
+        kept = [clock for clock in self.clocks if self._stepping or clock.node in nodes]
         known = [clock.node for clock in kept]
         self.clocks = kept
         for clock in kept:
             node, station = clock.node, clock.station
             if not node.on_bus and station.state != _WAITING:
                 station.wait_for_bus()
-                station.out = 1
-                clock.note(self.now_ps)
                 clock.data_rate = False
+                if not self._stepping:
+                    station.out = 1
+                    clock.note(self.now_ps)
             if node.waiting and node.waiting_from_ns == self.at_ns(self.now_ps):
                 station.run = 0
         for node in nodes:
             if node not in known:
                 self.add(node, self.now_ps)
-        self._settle(self.now_ps)
+        if not self._stepping:
+            self._settle(self.now_ps)
 
     def at_ns(self, at_ps: int) -> int:
         return self.origin_ns + (self.origin_ps + at_ps) // 1000
@@ -203,7 +218,12 @@ class BitLevel:
         """An idle node has something to send: it need not wait for a bit boundary of its own."""
         for clock in self.clocks:
             station = clock.station
-            if clock.node is node and station.state == _IDLE and not station.sof_seen and clock.start_ps != at_ps:
+            if (
+                clock.node is node
+                and station.state == _IDLE
+                and not station.sof_seen
+                and clock.start_ps != at_ps
+            ):
                 clock.due_ps = at_ps
                 clock.sampling = False
 
@@ -213,7 +233,11 @@ class BitLevel:
 
     def step(self) -> None:
         """Everything that happens at the next instant: boundaries, then edges, then samples."""
-        at_ps = self.next_ps()
+        self._stepping = True
+        self._step(self.next_ps())
+        self._stepping = False
+
+    def _step(self, at_ps: int) -> None:
         self.now_ps = at_ps
         at_ns = self.at_ns(at_ps)
         changed = False
@@ -276,7 +300,11 @@ class BitLevel:
 
     def _send_edges(self, at_ps: int) -> None:
         for driver in self.clocks:
-            fell = driver.station.out == 0 and driver.changes and driver.times[(driver.changes - 1) % _HISTORY] == at_ps
+            fell = (
+                driver.station.out == 0
+                and driver.changes
+                and driver.times[(driver.changes - 1) % _HISTORY] == at_ps
+            )
             if not fell and not self.shorted:
                 continue
             for clock in self.clocks:

@@ -46,27 +46,37 @@ def _crc15_table() -> array[int]:
 def _stuff_tables() -> tuple[array[int], tuple[int, ...]]:
     """For 1..8 bits at once, by state << 8 | bits: next state << 8 | stuff bits inserted.
 
-    A state is last bit << 3 | run length 0..5; it stands where the next look-up wants it. A stuff bit is inserted when the bit after a run
-    of five is about to come, so a run that ends a CAN FD data field stays without one.
+    A state is last bit << 3 | run length 0..5; it stands where the next look-up wants it. A stuff bit
+    is inserted when the bit after a run of five is about to come, so a run that ends a CAN FD data field
+    stays without one.
     """
     table = array("H")
     offsets = [0]
+    shorter = [_stuffed(state, bits & 1) for state in range(16) for bits in range(256)]
+    one = shorter
     for count in range(1, 9):
         offsets.append(len(table))
-        for state in range(16):
-            table.extend(_stuffed(state, bits & (1 << count) - 1, count) for bits in range(256))
+        table.extend(shorter)
+        shorter = [
+            _then(shorter[state << 8 | bits >> 1], one, bits & 1) if bits >> count + 1 == 0 else 0
+            for state in range(16)
+            for bits in range(256)
+        ]
     return table, tuple(offsets)
 
 
-def _stuffed(state: int, bits: int, count: int) -> int:
+def _stuffed(state: int, bit: int) -> int:
     last, run, inserted = state >> 3, state & 7, 0
-    for k in range(count - 1, -1, -1):
-        if run == 5:
-            last, run, inserted = 1 - last, 1, inserted + 1
-        bit = bits >> k & 1
-        run = run + 1 if bit == last and run else 1
-        last = bit
-    return (last << 3 | min(run, 5)) << 8 | inserted
+    if run == 5:
+        last, run, inserted = 1 - last, 1, 1
+    run = run + 1 if bit == last and run else 1
+    return (bit << 3 | min(run, 5)) << 8 | inserted
+
+
+def _then(step: int, one: list[int], bit: int) -> int:
+    """One bit more after a step of several."""
+    last = one[step & 0xF00 | bit]
+    return last + (step & 0xF)
 
 
 _CRC15_BLOCK = _crc15_table()

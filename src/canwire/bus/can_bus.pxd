@@ -28,7 +28,7 @@ cdef class CanBus(Bus):
     cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _pause_ns, _end_ns, _quiet_from_ns
     cdef long long _free_ps, _end_ps
     cdef bint _acknowledged, _alike, _alike_fd, _waiting
-    cdef Node _sender
+    cdef Node _sender, _nobody
     cdef Mailbox _box
     cdef list _members
     cdef Node _first

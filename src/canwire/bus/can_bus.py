@@ -57,8 +57,9 @@ class CanBus(Bus):
         self._end_ps = 0
         self._quiet_from_ns = 0
         self._acknowledged = False
-        self._sender: Node | None = None
-        self._box: Mailbox | None = None
+        self._nobody = Node()
+        self._sender = self._nobody
+        self._box = Mailbox()
         self._members: list[Node] = []
         self._first: Node | None = None
         self._alike = True
@@ -130,7 +131,7 @@ class CanBus(Bus):
         self.bits.shorted = shorted
         if self._state == _REST and shorted:
             self._begin_at(max(self.timeline.now_ns, self._free_ns))
-            self._sender = None
+            self._sender = self._nobody
             self._forget_contenders()
             self._enter_bitwise()
         if self._state == _BITWISE:
@@ -256,12 +257,12 @@ class CanBus(Bus):
                     collision = False
                     lowest = key
                     sender = node
+                    self._box = box
             node = node.next_member
         if sender is None:
             return False
         self._begin_at(start_ns)
         self._sender = sender
-        self._box = sender.contending
         self._rivals = rivals
         if self._waiting:
             self._count_quiet(start_ns)
@@ -467,7 +468,7 @@ class CanBus(Bus):
         self._free_ns = bits.at_ns(bits.now_ps)
         self._free_ps = bits.remainder_ps()
         self.load.add(self._busy_from_ns, self._free_ns)
-        self._sender = None
+        self._sender = self._nobody
         self._forget_contenders()
 
     def _compare(self, members: list[Node]) -> tuple[bool, bool]:

@@ -18,7 +18,14 @@ from canwire.errors import BadValue
 from canwire.values.frame import Frame, frame_of_record
 
 SEEN_BY = {"all": EVERYBODY, "receivers": RECEIVERS, "sender": SENDER}
-_PLACES = {"ack": "ACK", "crc delimiter": "CRC DEL", "ack delimiter": "ACK DEL", "eof": "EOF", "dlc": "DLC", "data": "DATA"}
+_PLACES = {
+    "ack": "ACK",
+    "crc delimiter": "CRC DEL",
+    "ack delimiter": "ACK DEL",
+    "eof": "EOF",
+    "dlc": "DLC",
+    "data": "DATA",
+}
 INJECTED = ("stuff", "form", "crc", "bit", "ack")
 
 
@@ -192,7 +199,9 @@ def first_stuff_bit(layout: BitLayout) -> int:
         run = layout.levels[k - 4 : k]
         if len(set(run)) == 1 and layout.levels[k] != run[0]:
             return k  # four equal bits become five, and the bit behind them is read as a wrong stuff bit
-    raise BadValue("this frame has no run of equal bits that a single inverted bit could turn into a stuff error")
+    raise BadValue(
+        "this frame has no run of equal bits that a single inverted bit could turn into a stuff error"
+    )
 
 
 def quiet_crc_bit(layout: BitLayout) -> int:

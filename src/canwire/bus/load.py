@@ -23,7 +23,7 @@ class BusLoad:
     def add(self, start_ns: int, end_ns: int) -> None:
         """The bus was busy in between; calls come in order of time and never overlap."""
         self.busy_ns += end_ns - start_ns
-        if end_ns > self._bucket_end_ns:
+        if end_ns > self._bucket_end_ns or start_ns < self._bucket_end_ns - _BUCKET_NS:
             self._roll(start_ns, end_ns)
         else:
             self._bucket_ns += end_ns - start_ns
@@ -44,12 +44,15 @@ class BusLoad:
 
     def _roll(self, start_ns: int, end_ns: int) -> None:
         self._advance(start_ns)
+        start_ns = max(
+            start_ns, self._bucket_end_ns - BUCKET_NS
+        )  # what was looked at already stays as it was
         while end_ns > self._bucket_end_ns:
             edge_ns = self._bucket_end_ns
             self._bucket_ns += edge_ns - start_ns
             start_ns = edge_ns
             self._advance(edge_ns + 1)
-        self._bucket_ns += end_ns - start_ns
+        self._bucket_ns += max(0, end_ns - start_ns)
 
     def _advance(self, now_ns: int) -> None:
         """Close every bucket that ended before `now_ns`."""

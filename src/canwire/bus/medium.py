@@ -8,6 +8,8 @@ a share of the bit time for what it calls hardware delay; that share is what the
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from canwire.errors import BadValue
 from canwire.values.bit_timing import BitTiming
 
@@ -41,7 +43,7 @@ def hardware_share(bit_ps: int) -> float:
     """Part of a bit time that transceivers and controllers take one way, from the manual's table."""
     if bit_ps <= _SHARES[0][0]:
         return _SHARES[0][1]
-    for (short, high), (long, low) in zip(_SHARES, _SHARES[1:], strict=False):
+    for (short, high), (long, low) in pairwise(_SHARES):
         if bit_ps <= long:
             return high + (low - high) * (bit_ps - short) / (long - short)
     return _SHARES[-1][1]

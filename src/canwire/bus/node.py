@@ -6,6 +6,8 @@ a chip fills them in. Nothing above knows how a chip is built; nothing here know
 
 from __future__ import annotations
 
+from typing import Any
+
 from canwire import _mem
 from canwire.timeline import Source
 from canwire.values.record import RECORD_SIZE
@@ -45,7 +47,7 @@ class Mailbox:
         self.occupied = False
         self.esi_added = False
         self.single_shot = False
-        self.owner: object = None
+        self.owner: Any = None
 
     def record(self) -> bytes:
         return bytes(self.block)
@@ -63,12 +65,14 @@ class Node:
     """One controller on a bus.
 
     The bus reads: `on_bus` (started, integrated, not bus-off), `listen_only`, `passive`, `fd`, `offer`
-    (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF of its own before), `waiting` and
-    `sequences` (how many runs of 11 recessive bits it needs to join, and has seen), and the timing
-    in picoseconds, by its own oscillator. It writes only `contending` (its mailbox on the wire, if any),
-    `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns`, and `next_member`, which links those
-    on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead of
-    `received` being called. Only an `attentive` node is told of lost arbitrations; a single-shot frame makes it one.
+    (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF of its own
+    before), `waiting` and `sequences` (how many runs of 11 recessive bits it needs to join, and has seen),
+    and the timing in picoseconds, by its own oscillator.
+
+    It writes only `contending` (the node's mailbox on the wire, if any), `arbitration_losses`, `sequences`,
+    `suspended_ns`, `waiting_from_ns`, and `next_member`, which links those on the bus. A node with a `sink`
+    has its frames put there and counted in `frames_received` instead of `received` being called. Only an
+    `attentive` node is told of lost arbitrations; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.
@@ -147,7 +151,6 @@ class Bus(Source):
     def changed(self) -> None:
         """It has; takes effect at this very moment."""
         raise NotImplementedError
-
 
     def on_wire(self, node: Node) -> bool:
         """This node's frame is being transmitted at this moment."""

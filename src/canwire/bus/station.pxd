@@ -1,14 +1,15 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire.bus cimport can_bits
+from canwire.bus.frame_reader cimport FrameReader
 from canwire.bus.node cimport Mailbox, Node
 from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
 cdef int _IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT
 cdef int _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING
-cdef int _SOF, _BASE, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA
-cdef int _FD_CRC, _CRC, _CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF
+cdef int _BASE, _RTR, _IDE, _EXT, _RTR2, _CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF
+cdef int _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE
 cdef int _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR
 cdef int _TO_DATA_RATE, _TO_NOMINAL_RATE
 
@@ -18,7 +19,7 @@ cdef class Tap:
 @cython.final
 cdef class Tally:
     cdef public unsigned long long frames, error_frames, last_success_ns
-    cdef public int erring
+    cdef public bint erring
     cdef public Tap tap
 
 @cython.final
@@ -26,15 +27,12 @@ cdef class Station:
     cdef public Node node
     cdef public Tally tally
     cdef public unsigned long long now_ns, sof_ns
-    cdef public int state, out, last_sample, rate_change, index, run, left, dominant_run, field, left_in_field
-    cdef public bint erring, fast, sof_seen, transmitting, finished, rejoined, overload, tec_due
+    cdef public int state, out, last_sample, rate_change, index, run, left, dominant_run, flag_level
+    cdef public FrameReader reader
+    cdef public bint fast, sof_seen, transmitting, finished, rejoined, overload, tec_due
     cdef public Mailbox box, sent, contending
     cdef public bytes levels
-    cdef public object value
-    cdef public int same, last, stuff_count, dlc, crc_width, crc_position
-    cdef public bint stuffing, extended, remote, fd, switch, esi, crc_ok, acknowledging, acknowledged, second_ack
-    cdef public unsigned int crc15, crc17, crc21, identifier
-    cdef public object data
+    cdef public bint acknowledging, acknowledged, second_ack
 
     cpdef int begin_bit(self) except -1
     @cython.locals(state=int)
@@ -46,26 +44,23 @@ cdef class Station:
     @cython.locals(node=Node, box=Mailbox)
     cdef int _offer(self) except -1
     cdef int _transmit(self, Mailbox box) except -1
-    cdef int _begin_parse(self) except -1
+    @cython.locals(offer=Mailbox)
+    cdef int _transmit_offer(self) except -1
+    cdef int _begin_frame(self) except -1
     cdef int _start_receiving(self) except -1
     cdef void _idle_bit(self, int level) except *
     cdef int _intermission_bit(self, int level) except -1
     @cython.locals(node=Node)
     cdef void _waiting_bit(self, int level) except *
     cdef int _deliver(self) except -1
-    @cython.locals(stuff_bit=bint, previous=int)
-    cdef void _frame_bit(self, int level) except *
-    cdef void _cover(self, unsigned int level) noexcept
-    cdef void _stuff_bit(self, int level) except *
+    @cython.locals(stuff_bit=bint)
+    cdef int _frame_bit(self, int level) except -1
+    @cython.locals(reader=FrameReader, tail=bint, outcome=int)
+    cdef int _take_bit(self, int level, bint stuff_bit) except -1
+    cdef int _react(self, int outcome) except -1
     @cython.locals(field=int)
     cdef bint _tolerated(self, int level, bint stuff_bit) except -1
     cdef int _lose(self) except -1
-    cdef int _next(self, int field, int bits) except -1
-    cdef int _field_done(self, object value) except -1
-    cdef int _control_done(self, int field, object value) except -1
-    cdef int _body_done(self, int field, object value) except -1
-    cdef void _begin_crc(self) except *
-    cdef void _fd_crc_bit(self, int level, int previous) except *
     cdef void _tail_bit(self, int level) except *
     cdef int _ack_bit(self, int level) except -1
     cdef int _ack_delimiter_bit(self, int level) except -1
@@ -79,7 +74,3 @@ cdef class Station:
     cdef int _passive_flag_bit(self, int level) except -1
     cdef void _after_flag_bit(self, int level) except *
     cdef int _delimiter_bit(self, int level) except -1
-    cdef void _recovered(self) noexcept
-
-@cython.locals(fed_back="unsigned int")
-cdef unsigned int _shift(unsigned int register, unsigned int bit, int width, unsigned int poly) noexcept nogil

@@ -11,14 +11,22 @@ from __future__ import annotations
 
 from canwire.bus import can_bits
 from canwire.bus.bit_layout import BitLayout
-from canwire.bus.can_bits import (
-    CRC15_POLY,
-    CRC17_ISO_START,
-    CRC17_POLY,
-    CRC21_ISO_START,
-    CRC21_POLY,
-    NON_ISO,
-    STUFF_COUNT_CODE,
+from canwire.bus.frame_reader import (
+    ACK,
+    ACK_DELIMITER,
+    BASE,
+    CRC_DELIMITER,
+    EOF,
+    EXT,
+    FAST_FROM_HERE,
+    FORM_ERROR,
+    IDE,
+    PROTOCOL_EXCEPTION,
+    RTR,
+    RTR2,
+    STUFF_ERROR,
+    TAKEN,
+    FrameReader,
 )
 from canwire.bus.node import (
     DOMINANT_AFTER_FLAG,
@@ -33,20 +41,31 @@ from canwire.bus.node import (
     Mailbox,
     Node,
 )
-from canwire.values.dlc import dlc_to_length
 from canwire.values import frame as codec
-from canwire.values.frame import Frame
 
 # states
-IDLE, FRAME, ACTIVE_FLAG, PASSIVE_FLAG, FLAG_WAIT, DELIMITER, OVERLOAD_FLAG, INTERMISSION, SUSPEND, WAITING = range(10)
+(
+    IDLE,
+    FRAME,
+    ACTIVE_FLAG,
+    PASSIVE_FLAG,
+    FLAG_WAIT,
+    DELIMITER,
+    OVERLOAD_FLAG,
+    INTERMISSION,
+    SUSPEND,
+    WAITING,
+) = range(10)
 _IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT = IDLE, FRAME, ACTIVE_FLAG, PASSIVE_FLAG, FLAG_WAIT
 _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING = (
     DELIMITER, OVERLOAD_FLAG, INTERMISSION, SUSPEND, WAITING,
 )  # fmt: skip
 
-# fields of a frame, in the order of the wire
-(_SOF, _BASE, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA,
- _FD_CRC, _CRC, _CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF) = range(19)  # fmt: skip
+# of frame_reader.py, as C constants
+_BASE, _RTR, _IDE, _EXT, _RTR2 = BASE, RTR, IDE, EXT, RTR2
+_CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF = CRC_DELIMITER, ACK, ACK_DELIMITER, EOF
+_TAKEN, _STUFF_ERROR, _FORM_ERROR = TAKEN, STUFF_ERROR, FORM_ERROR
+_PROTOCOL_EXCEPTION, _FAST_FROM_HERE = PROTOCOL_EXCEPTION, FAST_FROM_HERE
 
 # ErrorKind
 _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR = 1, 2, 3, 4, 5, 6
@@ -69,7 +88,7 @@ class Tally:
     def __init__(self) -> None:
         self.frames = 0
         self.error_frames = 0
-        self.erring = 0
+        self.erring = False
         self.last_success_ns = 0
         self.tap: Tap | None = None
 
@@ -84,7 +103,6 @@ class Station:
     def __init__(self, node: Node, tally: Tally) -> None:
         self.node = node
         self.tally = tally
-        self.erring = False
         self.now_ns = 0
         self.sof_ns = 0
         self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
@@ -98,7 +116,7 @@ class Station:
         self.run = 0
         self.box = Mailbox()
         self.contending = node.contending
-        self.sent: Mailbox | None = None
+        self.sent = self.box
         self.levels = b""
         self.finished = False
         self.rejoined = False
@@ -106,7 +124,9 @@ class Station:
         self.tec_due = False
         self.left = 0
         self.dominant_run = 0
-        self._begin_parse()
+        self.flag_level = 1
+        self.reader = FrameReader(node.fd)
+        self._begin_frame()
 
     def begin_bit(self) -> None:
         """A bit of this node starts: settle what the last one brought about, then choose `out`."""
@@ -122,8 +142,9 @@ class Station:
         self.out = 1
         if self.state == _FRAME:
             if self.transmitting:
-                self.out = self.levels[self.index]
-            elif self.field == _ACK and self.acknowledging:
+                # a second ACK bit makes an FD frame one bit longer than its sender laid it out
+                self.out = self.levels[self.index] if self.index < len(self.levels) else 1
+            elif self.reader.field == _ACK and self.acknowledging:
                 self.out = 0
         elif self.state == _ACTIVE_FLAG or self.state == _OVERLOAD_FLAG:
             self.out = 0
@@ -163,26 +184,27 @@ class Station:
         if self.finished or self.rejoined or self.sof_seen:
             return False
         return (
-            self.state == _IDLE
-            or self.state == _SUSPEND
-            or (self.state == _WAITING and not self.node.on_bus)
+            self.state == _IDLE or self.state == _SUSPEND or (self.state == _WAITING and not self.node.on_bus)
         )
 
     def wait_for_bus(self) -> None:
         """Leave whatever was going on; the node looks for 11 recessive bits."""
-        self._recovered()
         self.state = _WAITING
         self.transmitting = False
         self.finished = False
         self.run = 0
 
     def _offer(self) -> None:
-        node = self.node
         box, self.contending = self.contending, None
         if box is not None:
             self._transmit(box)
         elif self.ready_to_send():
-            self._transmit(node.offer)
+            self._transmit_offer()
+
+    def _transmit_offer(self) -> None:
+        offer = self.node.offer
+        assert offer is not None
+        self._transmit(offer)
 
     def _transmit(self, box: Mailbox) -> None:
         self.sent = self.node.contending = box
@@ -193,28 +215,14 @@ class Station:
             frame = codec.frame_at(box.words, 0)
         layout = BitLayout(frame, fd_mode=self.node.fd)
         self.levels = bytes(layout.levels)
-        self._begin_parse()
+        self._begin_frame()
         self.transmitting = True
         self.state = _FRAME
 
-    def _begin_parse(self) -> None:
-        self.field = _SOF
-        self.left_in_field = 1
-        self.value = 0
+    def _begin_frame(self) -> None:
+        self.reader.fd_mode = self.node.fd
+        self.reader.begin()
         self.index = 0
-        self.same = 0
-        self.last = 1
-        self.stuffing = True
-        self.stuff_count = 0
-        self.crc15 = 0
-        iso = self.node.fd != NON_ISO
-        self.crc17 = CRC17_ISO_START if iso else 0
-        self.crc21 = CRC21_ISO_START if iso else 0
-        self.identifier = 0
-        self.extended = self.remote = self.fd = self.switch = self.esi = False
-        self.dlc = 0
-        self.data = bytearray()
-        self.crc_ok = False
         self.acknowledging = False
         self.acknowledged = False
         self.second_ack = False
@@ -222,7 +230,7 @@ class Station:
 
     def _start_receiving(self) -> None:
         """The bit just sampled is an SOF."""
-        self._begin_parse()
+        self._begin_frame()
         self.transmitting = False
         self.sof_seen = False
         self.state = _FRAME
@@ -246,7 +254,7 @@ class Station:
             if self.left > 0:
                 self._overload()
             elif self.ready_to_send() and not (self.transmitting and self.node.passive):
-                self._transmit(self.node.offer)  # the third bit is somebody's SOF, and counts as its own too
+                self._transmit_offer()  # the third bit is somebody's SOF, and counts as its own too
                 self._frame_bit(0)
             else:
                 self._start_receiving()
@@ -277,17 +285,7 @@ class Station:
                 self.tally.tap.transmitted(self.node, self.sent, self.now_ns)
             self.node.transmitted(self.sent, self.now_ns)
         else:
-            frame = Frame(
-                self.identifier,
-                bytes(self.data),
-                extended=self.extended,
-                remote=self.remote,
-                fd=self.fd,
-                bit_rate_switch=self.switch,
-                error_state_indicator=self.esi,
-                dlc=self.dlc,
-            )
-            codec.store_frame(frame, self.box.words, 0, 0, 0)
+            codec.store_frame(self.reader.frame(), self.box.words, 0, 0, 0)
             if self.node.sink is not None:
                 self.node.frames_received += 1
                 self.node.sink.deliver(self.box, self.now_ns, 0)
@@ -297,49 +295,32 @@ class Station:
     # inside a frame
 
     def _frame_bit(self, level: int) -> None:
-        stuff_bit = self.stuffing and self.same == 5
-        if self.transmitting and level != self.out and not self._tolerated(level, stuff_bit):
-            return
+        stuff_bit = self.reader.expects_stuff_bit()
+        if not self.transmitting or level == self.out or self._tolerated(level, stuff_bit):
+            self._take_bit(level, stuff_bit)
+
+    def _take_bit(self, level: int, stuff_bit: bool) -> None:
+        reader = self.reader
         self.index += 1
-        if stuff_bit:
-            self._stuff_bit(level)
-            return
-        if self.stuffing:
-            self.same = self.same + 1 if level == self.last and self.same else 1
-        if self.field <= _DATA:
-            self._cover(level)
-            if self.stuffing:
-                self.crc15 = _shift(self.crc15, level, 15, CRC15_POLY)
-        self.last, previous = level, self.last
-        if self.field == _FD_CRC:
-            self._fd_crc_bit(level, previous)
-            return
-        self.value = self.value << 1 | level
-        self.left_in_field -= 1
-        if self.field >= _CRC_DELIMITER:
+        tail = reader.field >= _CRC_DELIMITER and not stuff_bit
+        outcome = reader.take(level)
+        if tail:
             self._tail_bit(level)
-        elif self.left_in_field == 0:
-            self._field_done(self.value)
+        elif outcome != _TAKEN:
+            self._react(outcome)
 
-    def _cover(self, level: int) -> None:
-        self.crc17 = _shift(self.crc17, level, 17, CRC17_POLY)
-        self.crc21 = _shift(self.crc21, level, 21, CRC21_POLY)
-
-    def _stuff_bit(self, level: int) -> None:
-        if level == self.last:
-            self._error(_STUFF, self.index - 1)
-            return
-        self.last = level
-        self.same = 1
-        self.stuff_count += 1
-        if self.field <= _DATA:
-            self._cover(level)
-        if self.field == _CRC_DELIMITER:
-            self.stuffing = False
+    def _react(self, outcome: int) -> None:
+        if outcome == _FAST_FROM_HERE:
+            self.fast = True
+            self.rate_change = _TO_DATA_RATE
+        elif outcome == _PROTOCOL_EXCEPTION:
+            self.wait_for_bus()
+        else:
+            self._error(_STUFF if outcome == _STUFF_ERROR else _FORM, self.index - 1)
 
     def _tolerated(self, level: int, stuff_bit: bool) -> bool:
         """A sender reads another level than it drives: False when that was an error."""
-        field = self.field
+        field = self.reader.field
         if level == 0:
             if _BASE <= field <= _RTR2:
                 if stuff_bit:
@@ -347,7 +328,7 @@ class Station:
                     return False
                 self._lose()
                 return True
-            if field == _ACK or (field == _ACK_DELIMITER and self.fd):
+            if field == _ACK or (field == _ACK_DELIMITER and self.reader.fd):
                 return True
             if field >= _CRC_DELIMITER:
                 self._error(_FORM, self.index)
@@ -356,7 +337,7 @@ class Station:
         return False
 
     def _lose(self) -> None:
-        field, left = self.field, self.left_in_field
+        field, left = self.reader.field, self.reader.left
         if field == _BASE:
             bit = 11 - left
         elif field == _EXT:
@@ -368,130 +349,28 @@ class Station:
         if self.node.attentive or self.sent.single_shot:
             self.node.arbitration_lost(self.sent, bit, self.sof_ns)
 
-    def _next(self, field: int, bits: int) -> None:
-        self.field = field
-        self.left_in_field = bits
-        self.value = 0
-
-    def _field_done(self, value: int) -> None:
-        field = self.field
-        if field == _SOF:
-            self._next(_BASE, 11)
-        elif field == _BASE:
-            self.identifier = value
-            self._next(_RTR, 1)
-        elif field == _RTR:
-            self.remote = value == 1
-            self._next(_IDE, 1)
-        elif field == _IDE:
-            self.extended = value == 1
-            self._next(_EXT if value else _FDF, 18 if value else 1)
-        elif field == _EXT:
-            self.identifier = self.identifier << 18 | value
-            self._next(_RTR2, 1)
-        elif field == _RTR2:
-            self.remote = value == 1
-            self._next(_FDF, 1)
-        else:
-            self._control_done(field, value)
-
-    def _control_done(self, field: int, value: int) -> None:
-        if field == _FDF:
-            self.fd = value == 1 and self.node.fd != 0
-            if self.fd:
-                self.remote = False
-                self._next(_RES, 1)
-            else:
-                self._next(_R0 if self.extended else _DLC, 1 if self.extended else 4)
-        elif field == _R0:
-            self._next(_DLC, 4)
-        elif field == _RES:
-            if value:
-                self.wait_for_bus()  # protocol exception
-            else:
-                self._next(_BRS, 1)
-        elif field == _BRS:
-            self.switch = value == 1
-            if self.switch:
-                self.fast = True
-                self.rate_change = _TO_DATA_RATE
-            self._next(_ESI, 1)
-        elif field == _ESI:
-            self.esi = value == 1
-            self._next(_DLC, 4)
-        else:
-            self._body_done(field, value)
-
-    def _body_done(self, field: int, value: int) -> None:
-        if field == _DLC:
-            self.dlc = value
-            length = 0 if self.remote else dlc_to_length(value, fd=self.fd)
-            if length:
-                self._next(_DATA, 8 * length)
-            else:
-                self._begin_crc()
-        elif field == _DATA:
-            self.data = bytearray(value.to_bytes(dlc_to_length(self.dlc, fd=self.fd), "big"))
-            self._begin_crc()
-        else:
-            self.crc_ok = value == self.crc15
-            self.stuffing = self.same == 5  # one more stuff bit may follow the last CRC bit
-            self._next(_CRC_DELIMITER, 1)
-
-    def _begin_crc(self) -> None:
-        if not self.fd:
-            self._next(_CRC, 15)
-            return
-        self.stuffing = False
-        short = len(self.data) <= 16
-        coded = 4 if self.node.fd != NON_ISO else 0
-        self.crc_width = 17 if short else 21
-        self.crc_position = 0
-        bits = coded + self.crc_width
-        self._next(_FD_CRC, bits + (bits + 3) // 4)
-
-    def _fd_crc_bit(self, level: int, previous: int) -> None:
-        """Fixed stuff bits stand before every group of four bits, the inverse of their predecessor."""
-        if self.crc_position % 5 == 0:
-            if level == previous:
-                self._error(_FORM, self.index - 1)
-                return
-        else:
-            self.value = self.value << 1 | level
-            iso = self.node.fd != NON_ISO
-            if iso and self.crc_position < 5:
-                self._cover(level)
-        self.crc_position += 1
-        self.left_in_field -= 1
-        if self.left_in_field == 0:
-            received = self.value & (1 << self.crc_width) - 1
-            code = self.value >> self.crc_width
-            counted = self.node.fd == NON_ISO or code == STUFF_COUNT_CODE[self.stuff_count & 7]
-            self.crc_ok = counted and received == (self.crc17 if self.crc_width == 17 else self.crc21)
-            self._next(_CRC_DELIMITER, 1)
-
     def _tail_bit(self, level: int) -> None:
-        if self.field == _CRC_DELIMITER:
+        if self.reader.field == _CRC_DELIMITER:
             if self.fast:
                 self.fast = False
                 self.rate_change = _TO_NOMINAL_RATE
             if level == 0:
                 self._error(_FORM, self.index - 1)
                 return
-            self.acknowledging = self.crc_ok and not self.transmitting and not self.node.listen_only
-            self._next(_ACK, 1)
-        elif self.field == _ACK:
+            self.acknowledging = self.reader.crc_ok and not self.transmitting and not self.node.listen_only
+            self.reader.go_on(_ACK, 1)
+        elif self.reader.field == _ACK:
             self._ack_bit(level)
-        elif self.field == _ACK_DELIMITER:
+        elif self.reader.field == _ACK_DELIMITER:
             self._ack_delimiter_bit(level)
         else:
             self._eof_bit(level)
 
     def _ack_bit(self, level: int) -> None:
-        self._next(_ACK_DELIMITER, 1)
+        self.reader.go_on(_ACK_DELIMITER, 1)
         if self.transmitting:
             self.acknowledged = level == 0
-            if level == 1 and not self.fd:
+            if level == 1 and not self.reader.fd:
                 self._error(_ACK_ERROR, self.index - 1)
         elif self.acknowledging and level == 1:
             self._error(_BIT, self.index - 1)
@@ -499,25 +378,25 @@ class Station:
     def _ack_delimiter_bit(self, level: int) -> None:
         """CAN FD tolerates an acknowledge that comes one bit late or lasts two bits."""
         late = self.transmitting and not self.acknowledged
-        if level == 0 and self.fd and not self.second_ack:
+        if level == 0 and self.reader.fd and not self.second_ack:
             self.acknowledged = True
             self.second_ack = True
-            self._next(_ACK_DELIMITER, 1)
+            self.reader.go_on(_ACK_DELIMITER, 1)
         elif late:
             self._error(_ACK_ERROR, self.index - 1)
-        elif not self.crc_ok and not self.transmitting:
+        elif not self.reader.crc_ok and not self.transmitting:
             self._error(_CRC_ERROR, self.index - 1)
         elif level == 0:
             self._error(_FORM, self.index - 1)
         else:
             if not self.transmitting and not self.node.listen_only:
                 self.node.count(RECEIVED, self.now_ns)
-            self._next(_EOF, 7)
+            self.reader.go_on(_EOF, 7)
 
     def _eof_bit(self, level: int) -> None:
-        if level == 0 and (self.left_in_field > 0 or self.transmitting):
+        if level == 0 and (self.reader.left > 0 or self.transmitting):
             self._error(_FORM, self.index - 1)
-        elif self.left_in_field == 0:
+        elif self.reader.left == 0:
             self.finished = True  # a receiver accepts even if this bit was dominant
             self.state = _INTERMISSION
             self.left = 3
@@ -536,11 +415,9 @@ class Station:
         if self.fast:
             self.fast = False
             self.rate_change = _TO_NOMINAL_RATE
-        if not self.erring:
-            self.erring = True
-            self.tally.erring += 1
-            if self.tally.erring == 1:
-                self.tally.error_frames += 1
+        if not self.tally.erring:
+            self.tally.erring = True
+            self.tally.error_frames += 1
         self.state = _PASSIVE_FLAG if passive else _ACTIVE_FLAG
         self.overload = False
         self.left = 6
@@ -578,9 +455,9 @@ class Station:
                 self._count(FLAG_BIT_ERROR_TRANSMITTER if self.transmitting else FLAG_BIT_ERROR_RECEIVER)
 
     def _passive_flag_bit(self, level: int) -> None:
-        """Complete once six equal bits have been seen; `run` counts them, `last` is their level."""
-        self.run = self.run + 1 if self.run and level == self.last else 1
-        self.last = level
+        """Complete once six equal bits have been seen; `run` counts them, `flag_level` is their level."""
+        self.run = self.run + 1 if self.run and level == self.flag_level else 1
+        self.flag_level = level
         if self.run == 6:
             self.state = _FLAG_WAIT
         if level == 0 and self.tec_due:
@@ -606,17 +483,6 @@ class Station:
             else:
                 self._overload()
         elif self.left == 0:
-            self._recovered()
+            self.tally.erring = False  # the error frame that all of them made is complete
             self.state = _INTERMISSION
             self.left = 3
-
-    def _recovered(self) -> None:
-        if self.erring:
-            self.erring = False
-            self.tally.erring -= 1
-
-
-def _shift(register: int, bit: int, width: int, poly: int) -> int:
-    fed_back = bit ^ register >> (width - 1)
-    register = register << 1 & ((1 << width) - 1)
-    return register ^ poly if fed_back else register

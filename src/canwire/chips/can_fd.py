@@ -69,7 +69,12 @@ class CanFdController(Node):
         self._interrupt()
         self.bit_ps, self.sample_ps, self.quantum_ps, self.phase1_ps, self.jump_ps = nominal
         bit, sample, quantum, _, jump = nominal if data is None else data
-        self.data_bit_ps, self.data_sample_ps, self.data_quantum_ps, self.data_jump_ps = bit, sample, quantum, jump
+        self.data_bit_ps, self.data_sample_ps, self.data_quantum_ps, self.data_jump_ps = (
+            bit,
+            sample,
+            quantum,
+            jump,
+        )
         self.fd = fd
         self.listen_only = listen_only
         for box in (self.normal, self.high):

@@ -45,14 +45,14 @@ class Confinement:
 
     def transmitted(self) -> bool:
         """A frame went through (rule 7); True if the state changed."""
-        if self.tec == 0:
+        if self.tec == 0 or self.state == _BUS_OFF:
             return False
         self.tec -= 1
         return self._settle()
 
     def received(self) -> bool:
         """A frame was received without error (rule 8); True if the state changed."""
-        if self.rec == 0:
+        if self.rec == 0 or self.state == _BUS_OFF:
             return False
         self.rec = self.rec - 1 if self.rec < _PASSIVE_LIMIT else _REC_AFTER_PASSIVE
         return self._settle()

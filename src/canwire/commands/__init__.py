@@ -35,10 +35,10 @@ class _ShowVersion(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         import canwire
-        from canwire.version import VERSION
+        from canwire import __version__
 
         core = "compiled core" if canwire.core_mode() == "compiled" else "uncompiled core: slower"
-        print(f"canwire {VERSION} ({core})")
+        print(f"canwire {__version__} ({core})")
         parser.exit()
 
 
@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(words: list[str]) -> int:
-    from canwire.errors import CanwireError
+    from canwire import CanwireError
 
     parser = argparse.ArgumentParser(
         prog="canwire", description="CAN and CAN FD buses that behave like copper."
@@ -74,7 +74,9 @@ def _run(words: list[str]) -> int:
     arguments = parser.parse_args(words)
     try:
         return int(arguments.run(arguments))
-    except CanwireError as error:
+    except BrokenPipeError:
+        raise
+    except (CanwireError, OSError) as error:
         print(f"canwire: {error}", file=sys.stderr)
         return 2
 

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--data-bit-rate", type=int, metavar="BIT/S", help="a log with CAN FD frames needs it"
     )
     parser.add_argument("--log", dest="log_out", metavar="OUT", help="write what arrives to this log")
-    parser.add_argument("--vcd", metavar="OUT", help="write the level on the bus to this VCD file; slower")
+    parser.add_argument("--vcd", metavar="OUT", help="write the level of the wire, bit by bit: slow")
     parser.add_argument(
         "--senders", choices=("each", "one"), default="each", help="a node an identifier, or one"
     )

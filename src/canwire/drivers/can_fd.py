@@ -64,6 +64,12 @@ def bit_times(timing: BitTiming, ppm: float) -> tuple[int, int, int, int, int]:
     """Bit, sample point, quantum, PHASE1 and synchronisation jump in ps, by an oscillator off by `ppm`."""
     scale = 1.0 / (1.0 + ppm * 1e-6)
     quantum = timing.quantum_ps
-    exact = (timing.bit_time_ps, timing.sample_time_ps, quantum, timing.phase1 * quantum, timing.jump * quantum)
+    exact = (
+        timing.bit_time_ps,
+        timing.sample_time_ps,
+        quantum,
+        timing.phase1 * quantum,
+        timing.jump * quantum,
+    )
     bit, sample, quantum, phase1, jump = (round(value * scale) for value in exact)
     return bit, sample, quantum, phase1, jump

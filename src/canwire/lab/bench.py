@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, Closed, NotIdle
 from canwire.lab.bus import LabBus
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
 from canwire.values.bit_timing import BitTiming
+
+if TYPE_CHECKING:
+    import asyncio  # 35 ms that only asyncio's users pay
 
 _SECOND_NS = 1_000_000_000
 _STALL_NS = _SECOND_NS
@@ -156,6 +159,8 @@ class Lab:
 
     async def turn(self, deadline_ns: int) -> None:
         """Let other tasks have their turn; when none of them did anything, let the next thing happen."""
+        import asyncio
+
         waiter = asyncio.get_running_loop().create_future()
         self._activity.add(waiter)
         try:
@@ -174,6 +179,8 @@ class Lab:
                 waiter.get_loop().call_soon_threadsafe(_resolve, waiter)
 
     async def _pass_time(self, waiter: asyncio.Future[None], deadline_ns: int) -> None:
+        import asyncio
+
         if self.pacer is not None:
             timeout = None if deadline_ns >= NEVER else max(0.0, (deadline_ns - self.now_ns) / 1e9)
             with contextlib.suppress(TimeoutError):

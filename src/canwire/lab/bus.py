@@ -93,7 +93,16 @@ class LabBus:
         with self._lab.touch():
             line = ideal_line(f"{self.name}/{name}", self._lab.timeline)
             node = LabNode(
-                self._lab, self, name, line, settings, acceptance, self_reception, receives, receive_queue, transmit_queue
+                self._lab,
+                self,
+                name,
+                line,
+                settings,
+                acceptance,
+                self_reception,
+                receives,
+                receive_queue,
+                transmit_queue,
             )
             plug(line, self.wire)
             node.begin()
@@ -156,7 +165,9 @@ class LabBus:
         if self._lab.now_ns - last_ns < after_ns:
             return None
         waiting = [node for node in self.nodes.values() if node.pending]
-        what = "; ".join(f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting)
+        what = "; ".join(
+            f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting
+        )
         return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what or 'the bus is shorted'}"
 
     def close(self) -> None:

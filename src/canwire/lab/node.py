@@ -95,7 +95,7 @@ class LabNode:
             count += 1
         return count
 
-    def send_array(self, records: numpy.ndarray) -> int:  # type: ignore[type-arg]
+    def send_array(self, records: numpy.ndarray) -> int:
         """Queue records of numpy dtype `record_dtype()`, as from `receive_array`; their time is a delay in ns.
 
         Returns how many fitted into the queue. Raises BadFrame for a record that is no frame of this line.
@@ -106,7 +106,9 @@ class LabNode:
         self._lab.active()
         return count
 
-    async def send_async(self, frame: Frame, *, single_shot: bool = False, high_priority: bool = False) -> int:
+    async def send_async(
+        self, frame: Frame, *, single_shot: bool = False, high_priority: bool = False
+    ) -> int:
         """Send and wait until the frame went through; returns when that was, in ns.
 
         Raises NotTransmitted if it was given up, BusOff if the node left the bus. Cancelled, the frame
@@ -114,7 +116,12 @@ class LabNode:
         """
         outcome: list[tuple[bool, int]] = []
         self._check_open()
-        flags = CONFIRM | self._flags | (SINGLE_SHOT if single_shot else 0) | (HIGH_PRIORITY if high_priority else 0)
+        flags = (
+            CONFIRM
+            | self._flags
+            | (SINGLE_SHOT if single_shot else 0)
+            | (HIGH_PRIORITY if high_priority else 0)
+        )
 
         def settle(delivered: bool, at_ns: int) -> None:
             outcome.append((delivered, at_ns))
@@ -155,7 +162,7 @@ class LabNode:
         """Up to `limit` frames, oldest first; takes only what is there."""
         return self._ring.take_frames(limit)
 
-    def receive_array(self, limit: int | None = None) -> numpy.ndarray:  # type: ignore[type-arg]
+    def receive_array(self, limit: int | None = None) -> numpy.ndarray:
         """Up to `limit` frames (None: all) as numpy records: time_ns, id, info, data. Needs canwire[arrays]."""
         return self._ring.take_array(self._ring.capacity if limit is None else limit)
 
@@ -176,9 +183,7 @@ class LabNode:
             if frame is not None:
                 yield frame
 
-    def expect(
-        self, id: int, *, within: float, extended: bool = False, data: bytes | None = None
-    ) -> Frame:
+    def expect(self, id: int, *, within: float, extended: bool = False, data: bytes | None = None) -> Frame:
         """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
         deadline_ns = self._lab.now_ns + round(within * 1e9)
         others: list[Frame] = []
@@ -190,7 +195,9 @@ class LabNode:
                 return frame
             others.append(frame)
         came = ", ".join(repr(frame) for frame in others[-5:]) or "nothing"
-        raise NotReceived(f"{self.line.name}: no frame {id:#x} within {within:g} s; {len(others)} others, last: {came}")
+        raise NotReceived(
+            f"{self.line.name}: no frame {id:#x} within {within:g} s; {len(others)} others, last: {came}"
+        )
 
     def expect_nothing(self, *, within: float) -> None:
         """Let time pass; raises NotReceived if any frame arrives."""

@@ -62,7 +62,9 @@ class Frame:
         if (bit_rate_switch or error_state_indicator) and not fd:
             raise BadFrame("bit_rate_switch and error_state_indicator exist only in FD frames; add fd=True")
         if not isinstance(timestamp_ns, int) or timestamp_ns < 0 or timestamp_ns >> 64:
-            raise BadFrame(f"timestamp_ns {timestamp_ns!r}: a whole number of nanoseconds from 0 to 2**64 - 1")
+            raise BadFrame(
+                f"timestamp_ns {timestamp_ns!r}: a whole number of nanoseconds from 0 to 2**64 - 1"
+            )
         if extended:
             info |= _EXTENDED
         if remote:
@@ -231,11 +233,23 @@ def frame_at(words: _mem.Words, at: int) -> Frame:
 
 
 def frame_of_record(record: bytes | bytearray | memoryview) -> Frame:
-    """The frame in 80 bytes of record."""
+    """The frame in 80 bytes of record; raises BadFrame if it holds none that could be."""
     block = bytearray(record)
     if len(block) != 80:
         raise BadFrame(f"a record has 80 bytes, not {len(block)}")
-    return frame_at(_mem.words_of(block), 0)
+    frame = frame_at(_mem.words_of(block), 0)
+    _check_format(frame, int.from_bytes(block[8:12], "little"))
+    return frame
+
+
+def _check_format(frame: Frame, identifier: int) -> None:
+    """Records come from anywhere; what Frame's constructor refuses is refused here too."""
+    if identifier > (0x1FFFFFFF if frame.extended else 0x7FF):
+        raise BadFrame(_bad_id(identifier, frame.extended))
+    if frame.fd and frame.remote:
+        raise BadFrame("a remote frame is never FD: CAN FD has none")
+    if (frame.bit_rate_switch or frame.error_state_indicator) and not frame.fd:
+        raise BadFrame("bit_rate_switch and error_state_indicator exist only in FD frames")
 
 
 def record_of_frame(frame: Frame) -> bytes:

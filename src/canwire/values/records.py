@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadFrame, ExtraMissing
 from canwire.values.record import (
@@ -18,10 +18,13 @@ from canwire.values.record import (
 if TYPE_CHECKING:
     import numpy
 
-_FRAME_INFO = EXTENDED | REMOTE | EXTENDED_DATA_LENGTH | FAST_DATA_RATE | ERROR_STATE_INDICATOR | 0xF << DLC_SHIFT
+_FD_ONLY = FAST_DATA_RATE | ERROR_STATE_INDICATOR
+_FRAME_INFO = (
+    EXTENDED | REMOTE | EXTENDED_DATA_LENGTH | FAST_DATA_RATE | ERROR_STATE_INDICATOR | 0xF << DLC_SHIFT
+)
 
 
-def frames_to_array(frames: list[object]) -> numpy.ndarray:  # type: ignore[type-arg]
+def frames_to_array(frames: list[object]) -> numpy.ndarray:
     """Frames as records of `record_dtype()`; the time is each frame's timestamp."""
     from canwire.values.frame import Frame, record_of_frame
 
@@ -30,7 +33,7 @@ def frames_to_array(frames: list[object]) -> numpy.ndarray:  # type: ignore[type
     return numpy.frombuffer(bytearray(block), record_dtype())
 
 
-def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.ndarray:  # type: ignore[type-arg]
+def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.ndarray:
     """A copy that is fit to send: info reduced to the frame's own bits plus `flags`, bytes behind the data zeroed.
 
     Raises BadFrame naming the first record at fault, TypeError for another dtype.
@@ -46,7 +49,8 @@ def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.nd
         "FD frame on a classic line": is_fd & (not fd),
         "remote frame that is FD": is_fd & (info & REMOTE != 0),
         "no data or remote frame": records["info"] & 0xFF != 0,
-        "bit-rate switch or error indicator without FD": ~is_fd & (info & (FAST_DATA_RATE | ERROR_STATE_INDICATOR) != 0),
+        "bit-rate switch or error indicator without FD": ~is_fd
+        & (info & (FAST_DATA_RATE | ERROR_STATE_INDICATOR) != 0),
     }
     for what, wrong in faults.items():
         if wrong.any():
@@ -61,7 +65,7 @@ def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.nd
     return checked
 
 
-def load_numpy():  # type: ignore[no-untyped-def]
+def load_numpy() -> Any:
     """numpy, or one clear line that names the extra."""
     try:
         import numpy

@@ -1,0 +1,13 @@
+"""What all tests share: canwire's own pytest plugin, whether canwire is installed or not."""
+
+from __future__ import annotations
+
+import pytest
+
+from canwire import pytest_plugin
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Installed, pytest has found the plugin by its entry point already, under that name."""
+    if not config.pluginmanager.is_registered(pytest_plugin):
+        config.pluginmanager.register(pytest_plugin, "canwire")

@@ -1,0 +1,124 @@
+"""Compiled or interpreted: known, as expected, and the same to the last byte."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import random
+import runpy
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import canwire
+from canwire import core
+
+pytestmark = pytest.mark.core
+
+load_uncompiled = runpy.run_path(str(Path(__file__).parent / "uncompiled.py"))["load_uncompiled"]
+FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+
+
+@pytest.mark.skipif("CANWIRE_EXPECT" not in os.environ, reason="CANWIRE_EXPECT does not say what is expected")
+def test_runs_in_the_form_that_was_asked_for() -> None:
+    assert canwire.core_mode() == os.environ["CANWIRE_EXPECT"]
+
+
+def test_the_core_is_never_half_compiled() -> None:
+    assert canwire.core_mode() in ("compiled", "uncompiled")
+
+
+def test_the_twin_is_another_copy_and_interpreted() -> None:
+    mode, frame = canwire.core_mode(), canwire.Frame
+    with load_uncompiled(canwire) as twin:
+        assert twin is not canwire
+        assert twin.Frame is not frame
+        assert twin.core_mode() == "uncompiled"
+        assert twin.Frame.__init__.__class__.__name__ == "function"  # a Python function, no C slot
+    assert (canwire.core_mode(), canwire.Frame) == (mode, frame)
+    if mode == "compiled":
+        assert all(not str(module.__file__).endswith(".py") for module in core.MODULES)
+        assert frame.__init__.__class__.__name__ != "function"
+
+
+@pytest.mark.conforms("G-17")
+@pytest.mark.parametrize("seed", range(4))
+def test_both_forms_do_the_same(seed: int) -> None:
+    here = traffic(canwire, seed)
+    with load_uncompiled(canwire) as twin:
+        assert traffic(twin, seed) == here
+
+
+def test_other_seeds_do_something_else() -> None:
+    assert traffic(canwire, 1)["all"] != traffic(canwire, 2)["all"]
+
+
+def traffic(package: ModuleType, seed: int) -> dict[str, object]:
+    """Random frames of five nodes with noise and scripted faults: what everybody saw, hashed."""
+    chance = random.Random(seed)
+    with package.Lab(seed=seed) as lab:
+        bus = lab.can_bus(bit_rate=500_000, data_bit_rate=2_000_000, iso_fd=bool(seed % 2))
+        nodes = [
+            bus.node("everything"),
+            bus.node("filtered", filters=[(0x100, 0x700), (0x100, 0x1FFFFF00, True)]),
+            bus.node("own too", self_reception=True),
+            bus.node("small", receive_queue=16),
+            bus.node("silent", listen_only=True),
+        ]
+        for node in nodes:
+            node.events()
+        bus.faults.noise(1e-3)
+        bus.faults.flip(frame_id=0x123, bit=20, times=2)
+        bus.faults.flip(bit="crc delimiter", times=1, seen_by=nodes[1])
+        for _ in range(300):
+            sender = nodes[chance.randrange(4)]
+            sender.send(
+                random_frame(package, chance),
+                single_shot=chance.random() < 0.1,
+                high_priority=chance.random() < 0.1,
+                delay_ns=chance.choice([0, 0, 0, 700_000]),
+            )
+            if chance.random() < 0.3:
+                lab.run_for(chance.uniform(0, 0.002))
+        lab.run_for(2.0)
+        return summary(lab, bus, nodes)
+
+
+def summary(lab: object, bus: object, nodes: list[object]) -> dict[str, object]:
+    """A hash of every record, event and counter, beside some of them for whoever reads the difference."""
+    whole = hashlib.sha256()
+    told: dict[str, object] = {"now": lab.now_ns, "frames": bus.frames, "errors": bus.error_frames}  # type: ignore[attr-defined]
+    told["load"] = (bus.load, bus.mean_load, bus.peak_load)  # type: ignore[attr-defined]
+    for node in nodes:
+        records = node.receive_array().tobytes()  # type: ignore[attr-defined]
+        events = b"".join(event.to_record() for event in node.events())  # type: ignore[attr-defined]
+        counts = [str(node.counters)]  # type: ignore[attr-defined]
+        for name in (
+            "accepted",
+            "waiting",
+            "lost",
+            "sent",
+            "delivered",
+            "aborted",
+            "pending",
+            "arbitration_losses",
+        ):
+            counts.append(f"{name} {getattr(node, name)}")
+        told[node.name] = (counts, len(records) // 80, len(events) // 80)  # type: ignore[attr-defined]
+        whole.update(records + events)
+    whole.update(repr(told).encode())
+    return told | {"all": whole.hexdigest()}
+
+
+def random_frame(package: ModuleType, chance: random.Random) -> object:
+    extended = chance.random() < 0.4
+    id = chance.choice([0x100, 0x101, 0x123, 0x1FF, chance.getrandbits(29 if extended else 11)])
+    kind = chance.random()
+    if kind < 0.1:
+        return package.Frame(id, extended=extended, remote=True, dlc=chance.randrange(9))
+    if kind < 0.4:
+        data = chance.randbytes(chance.choice(FD_LENGTHS))
+        switch = chance.random() < 0.7
+        return package.Frame(id, data, extended=extended, fd=True, bit_rate_switch=switch)
+    return package.Frame(id, chance.randbytes(chance.randrange(9)), extended=extended)

@@ -1,0 +1,55 @@
+"""The one public door: its names, its examples, and the command behind `python -m canwire`."""
+
+from __future__ import annotations
+
+import doctest
+import subprocess
+import sys
+from types import ModuleType
+
+import canwire
+
+# Adding a name is a promise; taking one away breaks somebody's program.
+EXPORTED = """
+Acceptance BadFilter BadFrame BadText BadTiming BadValue BitLayout BitTiming BusEvent BusOff
+CanwireError Closed ErrorKind ErrorState EventKind ExtraMissing FIELDS Frame Lab LabBus LabNode
+LineError LogLine NON_ISO NodeScript NotIdle NotReceived NotTransmitted QueueFull TimingLimits
+__version__ core_mode dlc_to_length format_candump_line format_frame format_log_line length_to_dlc
+parse_candump_line parse_frame parse_log_line record_dtype
+"""
+
+
+def test_names_are_pinned() -> None:
+    assert sorted(canwire.__all__) == sorted(EXPORTED.split())
+    missing = [name for name in canwire.__all__ if not hasattr(canwire, name)]
+    assert missing == []
+
+
+def test_nothing_else_stands_in_the_door() -> None:
+    public = {
+        name
+        for name, value in vars(canwire).items()
+        if not name.startswith("_") and not isinstance(value, ModuleType)
+    }
+    assert public == set(canwire.__all__) - {"__version__"}
+
+
+def test_examples_in_docstrings() -> None:
+    names = {name: getattr(canwire, name) for name in canwire.__all__}
+    finder = doctest.DocTestFinder(recurse=False)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    found = [finder.find(canwire, "canwire", globs={})]
+    found += [finder.find(value, name, globs=dict(names)) for name, value in names.items()]
+    for examples in found:
+        for example in examples:
+            runner.run(example)
+    assert runner.tries > 5
+    assert runner.failures == 0
+
+
+def test_python_m_is_the_command() -> None:
+    shown = subprocess.run(
+        [sys.executable, "-m", "canwire", "--version"], capture_output=True, text=True, check=True, timeout=60
+    )
+    mode = "compiled core" if canwire.core_mode() == "compiled" else "uncompiled core: slower"
+    assert (shown.stdout, shown.stderr) == (f"canwire {canwire.__version__} ({mode})\n", "")

@@ -1,0 +1,312 @@
+"""The house's order is law: a file imports only what stands above it. See docs/architecture.md."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SOURCE = ROOT / "src" / "canwire"
+DOOR = "canwire"
+
+# rooms from the top of the house down; a room is a module or a package directly under canwire
+ROOMS = [
+    "errors",
+    "version",
+    "platform",
+    "_mem",
+    "values",
+    "timeline",
+    "ring",
+    "pacing",
+    "bus",
+    "chips",
+    "drivers",
+    "boards",
+    "hub",
+    "lab",
+    "core",
+    DOOR,
+]
+# behind the door: they use the package as any program does, and each only itself besides
+OUTSIDE = ["pytest_plugin", "commands", "__main__"]
+OUTSIDE_MAY = {"pytest_plugin": set(), "commands": set(), "__main__": {"commands"}}
+
+# clocks, threads and sockets
+CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
+          "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
+MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin"}
+NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
+SEAMS = {"drivers": {"driver"}}
+STRANGERS = [("chips", "drivers"), ("drivers", "chips")]
+TOUCH_CHIPS = {"boards.catalogue", "boards.line"}
+
+LINES = 300
+LONGEST = 500
+LONG = {  # files that need more than 300 lines; nothing needs more than 500
+    "bus/bit_level.py",
+    "bus/can_bus.py",
+    "lab/node.py",
+    "ring.py",
+}
+
+
+class Import(NamedTuple):
+    """One imported module, at its line; `typing_only` under `if TYPE_CHECKING`."""
+
+    importer: str
+    imported: str
+    line: int
+    typing_only: bool
+
+    def __str__(self) -> str:
+        return f"{self.importer}:{self.line} imports {self.imported}"
+
+
+def sources() -> list[Path]:
+    return sorted(SOURCE.rglob("*.py"))
+
+
+def name_of(path: Path) -> str:
+    """Dotted name below canwire; the door itself is "canwire"."""
+    parts = path.relative_to(SOURCE).with_suffix("").parts
+    if parts[-1] == "__init__":
+        parts = parts[:-1]
+    return ".".join(parts) or DOOR
+
+
+def room_of(name: str) -> str:
+    return name.partition(".")[0]
+
+
+MODULES = {name_of(path): path for path in sources()}
+
+
+def imports_of(name: str, path: Path) -> Iterator[Import]:
+    """Every import of a file, wherever it stands; modules of canwire by their name below it."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
+    typing_only = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        for statement in node.body
+        for inner in ast.walk(statement)
+    }
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found = list(from_import(node, package))
+        else:
+            continue
+        for module in found:
+            yield Import(name, module, node.lineno, node in typing_only)
+
+
+def from_import(node: ast.ImportFrom, package: str) -> Iterator[str]:
+    """`from canwire.bus import node` imports canwire.bus.node, `from canwire import Frame` the door."""
+    base = node.module or ""
+    if node.level:
+        inside = "" if package == DOOR else package
+        above = inside.split(".")[: len(inside.split(".")) - node.level + 1] if inside else []
+        base = ".".join(filter(None, [DOOR, *above, base]))
+    for alias in node.names:
+        deeper = f"{base}.{alias.name}"
+        is_module = deeper.startswith(f"{DOOR}.") and deeper.removeprefix(f"{DOOR}.") in MODULES
+        yield deeper if is_module else base
+
+
+def own(found: Import) -> str | None:
+    """What of canwire is imported, below it; None for other packages."""
+    if found.imported == DOOR:
+        return DOOR
+    return found.imported.removeprefix(f"{DOOR}.") if found.imported.startswith(f"{DOOR}.") else None
+
+
+IMPORTS = [found for name, path in MODULES.items() for found in imports_of(name, path)]
+
+
+def complaints(wrong: list[Import]) -> str:
+    return "\n".join(map(str, wrong))
+
+
+def test_every_file_has_its_place() -> None:
+    assert sorted({room_of(name) for name in MODULES} - {*ROOMS, *OUTSIDE}) == []
+
+
+def test_every_own_import_exists() -> None:
+    wrong = [found for found in IMPORTS if own(found) not in {None, DOOR, *MODULES}]
+    assert not wrong, complaints(wrong)
+
+
+def test_no_relative_imports_hide_the_order() -> None:
+    relative = [
+        f"{name}:{node.lineno}"
+        for name, path in MODULES.items()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.level
+    ]
+    assert relative == []
+
+
+def test_imports_point_up_the_house() -> None:
+    wrong = []
+    for found in IMPORTS:
+        target = own(found)
+        here = room_of(found.importer)
+        if target is None or here in OUTSIDE:
+            continue
+        there = room_of(target)
+        if here == there and here != DOOR:
+            continue
+        if there not in ROOMS or ROOMS.index(there) >= ROOMS.index(here):
+            wrong.append(found)
+    assert not wrong, complaints(wrong)
+
+
+def test_nobody_behind_the_door_looks_further_in() -> None:
+    wrong = []
+    for found in IMPORTS:
+        target, here = own(found), room_of(found.importer)
+        if target is not None and here in OUTSIDE:
+            allowed = {DOOR, here, *OUTSIDE_MAY[here]}
+            if room_of(target) not in allowed:
+                wrong.append(found)
+    assert not wrong, complaints(wrong)
+
+
+@pytest.mark.parametrize("room", [room for room in ROOMS if room != DOOR])
+def test_no_circles_inside_a_room(room: str) -> None:
+    """The order inside a room is free, a circle is not; for types alone files may name each other."""
+    edges: dict[str, set[str]] = {}
+    for found in IMPORTS:
+        target = own(found)
+        if target is None or found.typing_only:
+            continue
+        if room_of(found.importer) == room_of(target) == room:
+            edges.setdefault(found.importer, set()).add(target)
+    done: set[str] = set()
+
+    def walk(name: str, way: tuple[str, ...]) -> None:
+        assert name not in way, " -> ".join([*way, name])
+        if name not in done:
+            for following in sorted(edges.get(name, ())):
+                walk(following, (*way, name))
+            done.add(name)
+
+    for start in sorted(edges):
+        walk(start, ())
+
+
+@pytest.mark.parametrize("room", NEVER_EACH_OTHER)
+def test_siblings_never_import_each_other(room: str) -> None:
+    seam = {f"{room}.{name}" for name in SEAMS[room]} | {room}
+    wrong = [
+        found
+        for found in IMPORTS
+        if room_of(found.importer) == room == room_of(own(found) or "") and own(found) not in seam
+    ]
+    assert not wrong, complaints(wrong)
+
+
+@pytest.mark.parametrize(("one", "other"), STRANGERS)
+def test_a_driver_never_sees_a_model(one: str, other: str) -> None:
+    """But its register map, once there is one: chips/*_map.py."""
+    wrong = [
+        found
+        for found in IMPORTS
+        if room_of(found.importer) == one
+        and room_of(own(found) or "") == other
+        and not found.imported.endswith("_map")
+    ]
+    assert not wrong, complaints(wrong)
+
+
+def test_only_catalogue_and_line_touch_chips() -> None:
+    wrong = [
+        found
+        for found in IMPORTS
+        if room_of(found.importer) in ("boards", "hub", "lab")
+        and room_of(own(found) or "") == "chips"
+        and found.importer not in TOUCH_CHIPS
+    ]
+    assert not wrong, complaints(wrong)
+
+
+def test_only_the_catalogue_puts_chips_on_buses() -> None:
+    """Nothing else in boards sees a whole bus; bus/node.py is the seam."""
+    wrong = [
+        found
+        for found in IMPORTS
+        if room_of(found.importer) == "boards"
+        and found.importer != "boards.catalogue"
+        and (own(found) or "").startswith("bus.")
+        and own(found) != "bus.node"
+    ]
+    assert not wrong, complaints(wrong)
+
+
+def test_clocks_threads_and_sockets_stay_where_they_belong() -> None:
+    wrong = [
+        found
+        for found in IMPORTS
+        if found.imported.partition(".")[0] in CLOCKS
+        and room_of(found.importer) not in MAY_HAVE_CLOCKS
+        and not found.typing_only
+    ]
+    assert not wrong, complaints(wrong)
+
+
+@pytest.mark.parametrize("path", sources(), ids=lambda path: str(path.relative_to(SOURCE)))
+def test_length(path: Path) -> None:
+    """300 lines; 500 for the listed ones."""
+    limit = LONGEST if path.relative_to(SOURCE).as_posix() in LONG else LINES
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= limit
+
+
+def test_the_list_of_long_files_is_not_longer_than_needed() -> None:
+    short = [name for name in LONG if len((SOURCE / name).read_text(encoding="utf-8").splitlines()) <= LINES]
+    assert short == []
+
+
+def core_names() -> list[str]:
+    """CORE of setup.py, in names below canwire."""
+    tree = ast.parse((ROOT / "setup.py").read_text(encoding="utf-8"))
+    found = [
+        ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "CORE"
+    ]
+    assert len(found) == 1
+    return [name.removeprefix(f"{DOOR}.") for name in found[0]]
+
+
+def test_each_core_file_has_its_declarations() -> None:
+    missing = [name for name in core_names() if not (SOURCE / (name.replace(".", "/") + ".pxd")).exists()]
+    assert missing == []
+
+
+def test_each_core_file_stands_in_a_package_that_cimport_can_find() -> None:
+    folders = {(SOURCE / name.replace(".", "/")).parent for name in core_names()} | {SOURCE}
+    assert [str(folder) for folder in sorted(folders) if not (folder / "__init__.pxd").exists()] == []
+
+
+def test_no_declarations_without_a_core_file() -> None:
+    declared = {
+        ".".join(path.relative_to(SOURCE).with_suffix("").parts) for path in SOURCE.rglob("*.pxd")
+    } - {"_mem"}  # included where it is cimported: it has no module of its own
+    spare = [name for name in declared - set(core_names()) if not name.endswith("__init__")]
+    assert sorted(spare) == []
+
+
+def test_each_core_file_counts_for_core_mode() -> None:
+    text = (SOURCE / "core.py").read_text(encoding="utf-8")
+    listed = re.search(r"MODULES = \((.*?)\)", text, re.S)
+    assert listed is not None
+    assert sorted(re.findall(r"\w+", listed[1])) == sorted(name.rpartition(".")[2] for name in core_names())
