@@ -17,6 +17,7 @@ CORE = [
     "canwire.ring",
     "canwire.bus.node",
     "canwire.bus.can_bits",
+    "canwire.bus.bit_layout",
     "canwire.bus.frame_reader",
     "canwire.bus.station",
     "canwire.bus.bit_level",

@@ -14,7 +14,8 @@ EXPORTED = """
 Acceptance BadFilter BadFrame BadText BadTiming BadValue BitLayout BitTiming BusEvent BusOff
 CanwireError Closed ErrorKind ErrorState EventKind ExtraMissing FIELDS Frame Lab LabBus LabNode
 LineError LogLine NON_ISO NodeScript NotIdle NotReceived NotTransmitted QueueFull TimingLimits
-__version__ core_mode dlc_to_length format_candump_line format_frame format_log_line length_to_dlc
+__version__ core_mode dlc_to_length format_candump_line format_frame format_log_line frames_to_array
+length_to_dlc
 parse_candump_line parse_frame parse_log_line record_dtype
 """
 

@@ -51,6 +51,7 @@ LONGEST = 500
 LONG = {  # files that need more than 300 lines; nothing needs more than 500
     "bus/bit_level.py",
     "bus/can_bus.py",
+    "bus/station.py",
     "lab/node.py",
     "ring.py",
 }

@@ -36,6 +36,7 @@ from canwire.values.dlc import dlc_to_length, length_to_dlc
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame
 from canwire.values.record import record_dtype
+from canwire.values.records import frames_to_array
 from canwire.values.screen_text import format_candump_line, parse_candump_line
 from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
 from canwire.values.timing_limits import TimingLimits
@@ -78,6 +79,7 @@ __all__ = [
     "format_candump_line",
     "format_frame",
     "format_log_line",
+    "frames_to_array",
     "length_to_dlc",
     "parse_candump_line",
     "parse_frame",

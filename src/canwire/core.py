@@ -4,24 +4,13 @@ from __future__ import annotations
 
 from canwire import ring, timeline
 from canwire.boards import channel, line
-from canwire.bus import bit_level, can_bits, can_bus, load, node, station
+from canwire.bus import bit_layout, bit_level, can_bits, can_bus, frame_reader, load, node, station
 from canwire.chips import can_fd, confinement
 from canwire.values import frame
 
 MODULES = (
-    frame,
-    timeline,
-    ring,
-    node,
-    can_bits,
-    station,
-    bit_level,
-    load,
-    can_bus,
-    confinement,
-    can_fd,
-    channel,
-    line,
+    *(frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, can_bus),
+    *(confinement, can_fd, channel, line),
 )
 
 

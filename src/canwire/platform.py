@@ -68,7 +68,7 @@ def attach_shared_memory(name: str) -> SharedMemory:
             resource_tracker.register = register
 
 
-def _no_registration(name: str, rtype: str) -> None:
+def _no_registration(name: object, rtype: str) -> None:
     """Stands in for the resource tracker's while somebody else's memory is attached."""
 
 

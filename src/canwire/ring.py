@@ -17,6 +17,7 @@ peer is broken, and the ring counts as full for the producer and as empty for th
 from __future__ import annotations
 
 from collections.abc import Callable
+from mmap import mmap
 from typing import TYPE_CHECKING
 
 from canwire import _mem
@@ -60,7 +61,8 @@ class Ring:
         self._mask = self.capacity - 1
         if buffer is not None and buffer.nbytes < ring_size(self.capacity):
             raise BadValue(f"buffer of {buffer.nbytes} bytes: this ring takes {ring_size(self.capacity)}")
-        self._buffer = buffer if buffer is not None else memoryview(bytearray(ring_size(self.capacity)))
+        self._buffer = buffer if buffer is not None else memoryview(mmap(-1, ring_size(self.capacity)))
+        # anonymous memory costs nothing until it is written to
         self._words = _mem.words_of(self._buffer)
         self._memory: SharedMemory | None = None
         self._shared = buffer is not None
@@ -184,7 +186,7 @@ class Ring:
         """Up to `limit` oldest records as frames."""
         frames = []
         tail = self._words[_TAIL]
-        count = min(limit, self.fill())
+        count = max(0, min(limit, self.fill()))
         for k in range(count):
             frames.append(codec.frame_at(self._words, _RECORDS + ((tail + k) & self._mask) * _WORDS))
         if count:
@@ -205,7 +207,7 @@ class Ring:
 
         The blocks are dead once `release` has given the records back.
         """
-        count = min(limit, self.fill())
+        count = max(0, min(limit, self.fill()))
         first = int(self._words[_TAIL]) & self._mask
         until_wrap = min(count, self.capacity - first)
         blocks = []
@@ -273,7 +275,7 @@ class Ring:
                 memory.unlink()
 
     def _detach(self) -> None:
-        self._buffer = memoryview(bytearray(ring_size(1)))
+        self._buffer = memoryview(mmap(-1, ring_size(1)))
         self._words = _mem.words_of(self._buffer)
         self.capacity = 1
         self._mask = 0

@@ -215,9 +215,7 @@ def test_same_identifier_other_data_is_a_bit_error_and_never_a_mixture(
 
 @pytest.mark.conforms("G-07")
 @settings(deadline=None)
-@given(
-    data=st.lists(st.binary(max_size=8), min_size=2, max_size=3, unique=True), extended=st.booleans()
-)
+@given(data=st.lists(st.binary(max_size=8), min_size=2, max_size=3, unique=True), extended=st.booleans())
 def test_collisions_are_never_silently_merged(data: list[bytes], extended: bool) -> None:
     frames = [Frame(0x2AA, payload, extended=extended) for payload in data]
     with Lab() as lab:
@@ -253,7 +251,9 @@ def test_classic_and_fd_frame_with_one_identifier(lab: Lab, can_bus: LabBus, ext
     lab.run_for(0.000_15)
     error = b.events(EventKind.ERROR)[0]
     assert (error.error, error.transmitting) == (ErrorKind.BIT, True)
-    assert all(event.error is not ErrorKind.BIT or event.bit > error.bit for event in a.events(EventKind.ERROR))
+    assert all(
+        event.error is not ErrorKind.BIT or event.bit > error.bit for event in a.events(EventKind.ERROR)
+    )
     lab.run_until_idle()
     assert {(frame.fd, frame.data) for frame in c.receive_many(9)} == {(False, b"\x11"), (True, b"\x11")}
     assert (a.delivered, b.delivered) == (1, 1)

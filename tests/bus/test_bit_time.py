@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import runpy
 from pathlib import Path
 from typing import Any
@@ -88,7 +89,7 @@ def test_best_case_frames_per_second(lab: Lab, kilobits: int) -> None:
         times = [frame.timestamp_ns - start_ns for frame in receiver.receive_many(9999)]
         # a frame and its intermission are one period
         period_ns = times[1] - times[0]
-        assert {later - earlier for earlier, later in zip(times, times[1:], strict=False)} == {period_ns}
+        assert {later - earlier for earlier, later in itertools.pairwise(times)} == {period_ns}
         assert 10**9 // period_ns == rate
 
 
@@ -103,11 +104,13 @@ def test_saturated_1_mbit_reaches_9009_frames_in_a_second_and_no_more(lab: Lab) 
 
 @pytest.mark.conforms("G-06")
 @settings(deadline=None)
-@given(payloads=st.lists(st.binary(min_size=8, max_size=8), min_size=5, max_size=30), id=st.integers(0, 0x7FF))
+@given(
+    payloads=st.lists(st.binary(min_size=8, max_size=8), min_size=5, max_size=30), id=st.integers(0, 0x7FF)
+)
 def test_no_standard_8_byte_traffic_is_faster(payloads: list[bytes], id: int) -> None:
     with Lab() as lab:
         times = ends(lab, [Frame(id, data) for data in payloads], bit_rate=1_000_000)
-        gaps_ns = [later - earlier for earlier, later in zip(times, times[1:], strict=False)]
+        gaps_ns = [later - earlier for earlier, later in itertools.pairwise(times)]
         assert min(gaps_ns) >= 111_000
         assert max(gaps_ns) <= 135_000
         assert all(gap_ns % 1000 == 0 for gap_ns in gaps_ns)

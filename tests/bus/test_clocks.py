@@ -203,9 +203,7 @@ def contest(
 @pytest.mark.conforms("G-21")
 @pytest.mark.parametrize("bitwise", [False, True], ids=["whole frames", "bit by bit"])
 @by_rate
-def test_the_table_s_lengths_work(
-    lab: Lab, bit_rate: int, length_m: int, more_m: int, bitwise: bool
-) -> None:
+def test_the_table_s_lengths_work(lab: Lab, bit_rate: int, length_m: int, more_m: int, bitwise: bool) -> None:
     a, b, c = contest(lab, bit_rate, length_m, bitwise=bitwise)
     assert (a.delivered, b.delivered, c.waiting) == (5, 5, 10)
     assert lab.buses["can0"].error_frames == 0
@@ -242,9 +240,7 @@ def test_beyond_the_table_s_lengths_the_acknowledge_comes_too_late(
 
 @pytest.mark.conforms("G-21")
 @by_rate
-def test_an_opto_coupler_is_worth_15_metres(
-    lab: Lab, bit_rate: int, length_m: int, more_m: int
-) -> None:
+def test_an_opto_coupler_is_worth_15_metres(lab: Lab, bit_rate: int, length_m: int, more_m: int) -> None:
     """One at each of the two nodes takes 30 m from the table's length."""
     left_m = length_m - 2 * OPTO_COUPLER_M
     if left_m < 0:

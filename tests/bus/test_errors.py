@@ -88,15 +88,13 @@ def test_a_lone_sender_turns_passive_and_never_bus_off(
 def test_a_lone_sender_never_comes_to_rest(lab: Lab, can_bus: LabBus) -> None:
     a = can_bus.node("engine")
     a.send(C04)
-    with pytest.raises(NotIdle, match="engine .ERROR_PASSIVE, TEC 128. repeats its frame"):
+    with pytest.raises(NotIdle, match=r"engine .ERROR_PASSIVE, TEC 128. repeats its frame"):
         lab.run_until_idle()
 
 
 @pytest.mark.conforms("G-08")
 @BOTH_WAYS
-def test_as_soon_as_somebody_comes_the_frame_gets_through(
-    lab: Lab, can_bus: LabBus, bitwise: bool
-) -> None:
+def test_as_soon_as_somebody_comes_the_frame_gets_through(lab: Lab, can_bus: LabBus, bitwise: bool) -> None:
     can_bus.wire.bitwise = bitwise
     a = can_bus.node("a")
     a.send(C04)
@@ -573,8 +571,13 @@ def test_an_error_at_any_bit_of_an_fd_frame(bit: int, seen_by: str) -> None:
         bus.faults.flip(frame_id=0x321, bit=bit, seen_by=b if seen_by == "one" else seen_by)
         a.send_many([frame, C08])
         lab.run_until_idle()
+        # with its res bit recessive, FDF announces a protocol that b does not know: it looks away
+        blind = [b] if (bit, seen_by) == (15, "one") else []
         for node in (b, c):
             came = node.receive_many(9)
+            if node in blind:
+                assert came == [C08]
+                continue
             assert came in ([frame, C08], [frame, frame, C08])
             assert len(came) == 2 or bit in (237, 238)
         assert (a.delivered, a.pending) == (2, 0)
@@ -588,8 +591,11 @@ def test_an_fd_acknowledge_of_two_bits_is_tolerated(lab: Lab, can_bus: LabBus) -
     can_bus.faults.flip(frame_id=0x123, bit="ack delimiter")
     a.send_many([frame, C08])
     lab.run_until_idle()
-    assert (b.receive_many(9), c.receive_many(9)) == ([frame, C08], [frame, C08])
+    came = b.receive_many(9)
+    assert (came, c.receive_many(9)) == ([frame, C08], [frame, C08])
     assert (a.delivered, can_bus.error_frames) == (2, 0)
+    # no overload frame between the two either, which a dominant bit too many would bring about
+    assert came[1].timestamp_ns - came[0].timestamp_ns == (INTERMISSION + 108) * BIT_NS
 
 
 # listening only
@@ -597,9 +603,7 @@ def test_an_fd_acknowledge_of_two_bits_is_tolerated(lab: Lab, can_bus: LabBus) -
 
 @pytest.mark.conforms("G-15")
 @BOTH_WAYS
-def test_a_listener_receives_everything_and_changes_nothing(
-    lab: Lab, can_bus: LabBus, bitwise: bool
-) -> None:
+def test_a_listener_receives_everything_and_changes_nothing(lab: Lab, can_bus: LabBus, bitwise: bool) -> None:
     can_bus.wire.bitwise = bitwise
     a, b = can_bus.node("a"), can_bus.node("b")
     listener = can_bus.node("listener", listen_only=True)

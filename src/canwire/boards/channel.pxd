@@ -25,6 +25,8 @@ cdef class Channel(Sink):
 
     cdef int _take(self, Mailbox box, unsigned long long at_ns, unsigned long long head, unsigned long long flags) except -1
 
+    cpdef int tell_outcome(self, Mailbox box, bint delivered, unsigned long long at_ns) except -1
+
     cpdef int deliver_event(self, bytes record) except -1
 
     cdef int _offer(self, Mailbox box, unsigned long long head, unsigned long long at_ns, unsigned long long flags) except -1

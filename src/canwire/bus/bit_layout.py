@@ -41,6 +41,7 @@ class BitLayout:
         self.stuff_bits = 0
         self.crc = 0
         self._run = 0
+        self._last = 1
         self._plain: list[int] = []  # SOF to data without stuff bits: what CRC-15 covers
         self._wired: list[int] = []  # and with them: what CRC-17 and CRC-21 cover
         self._header(frame, frame.error_state_indicator or error_passive)
@@ -111,7 +112,7 @@ class BitLayout:
         for k, level in enumerate(code + _bits_of(self.crc, width)):
             field = "STUFF COUNT" if k < len(code) else "CRC"
             if k % 4 == 0:
-                self._append(field, 1 - self.levels[-1], 1)
+                self._append(field, 1 - self._last, 1)
             self._append(field, level, 0)
 
     def _tail(self) -> None:
@@ -120,22 +121,24 @@ class BitLayout:
                 self._append(field, RECESSIVE, 0)
 
     def _put(self, field: str, value: int, width: int) -> None:
-        for level in _bits_of(value, width):
+        for k in range(width - 1, -1, -1):
+            level = value >> k & 1
             if self._run == 5:
                 self._stuff(field)
             self._plain.append(level)
             self._wired.append(level)
-            self._run = self._run + 1 if self.levels and level == self.levels[-1] else 1
+            self._run = self._run + 1 if level == self._last and self._run else 1
             self._append(field, level, 0)
 
     def _stuff(self, field: str) -> None:
-        level = 1 - self.levels[-1]
+        level = 1 - self._last
         self._append(field, level, 1)
         self._run = 1
         self.stuff_bits += 1
         self._wired.append(level)
 
     def _append(self, field: str, level: int, stuffed: int) -> None:
+        self._last = level
         self.levels.append(level)
         self.fields.append(_INDEX[field])
         self.stuffed.append(stuffed)

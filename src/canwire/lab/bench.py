@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, Closed, NotIdle
+from canwire.lab.spans import nanoseconds
 from canwire.lab.bus import LabBus
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
@@ -66,7 +67,7 @@ class Lab:
         adds in each direction (75 for one 6N137 opto-coupler). Raises BadTiming for rates that the 80 MHz
         clock of the lab's controllers cannot make, BadValue for a name that is taken.
         """
-        self._check_open()
+        self.check_open()
         if name in self.buses:
             raise BadValue(f"there is a bus {name!r} already")
         nominal = timing or BitTiming.for_bit_rate(bit_rate, clock_hz=CLOCK_HZ)
@@ -85,13 +86,11 @@ class Lab:
 
     def run_for(self, seconds: float) -> None:
         """Let this much time pass."""
-        if seconds < 0:
-            raise BadValue(f"seconds {seconds}: time does not run backwards")
-        self.run_until(self.now_ns + round(seconds * _SECOND_NS))
+        self.run_until(self.now_ns + nanoseconds("seconds", seconds))
 
     def run_until(self, time_ns: int) -> None:
         """Let time pass until `time_ns`; everything due at that very moment happens too."""
-        self._check_open()
+        self.check_open()
         if self.pacer is None:
             while not self.timeline.run_until(time_ns):
                 pass  # somebody's halt was not meant for us
@@ -103,7 +102,7 @@ class Lab:
 
         Raises NotIdle when a bus has been busy for a second without getting a single frame through.
         """
-        self._check_open()
+        self.check_open()
         if self.pacer is not None:
             self.pacer.wait(lambda: self.timeline.idle() or self._stalled() is not None, None)
         else:
@@ -118,6 +117,7 @@ class Lab:
 
     def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
         """Call back at this time; a background timer does not keep the lab from being idle."""
+        self.check_open()
         with self.touch():
             return self.timeline.at(time_ns, callback, background=background)
 
@@ -210,7 +210,8 @@ class Lab:
             yield
             pacer.wake()
 
-    def _check_open(self) -> None:
+    def check_open(self) -> None:
+        """Raise Closed after `close`."""
         if self._closed:
             raise Closed("this lab")
 

@@ -79,6 +79,7 @@ class LabBus:
         makes a classic controller, which destroys FD frames as real ones do. Queues are in frames.
         `script` is the node's behaviour: see NodeScript.
         """
+        self._lab.check_open()
         if name in self.nodes:
             raise BadValue(f"{self.name}: there is a node {name!r} already")
         nominal = timing or self.timing
@@ -139,7 +140,7 @@ class LabBus:
         """Write the level on the bus to a VCD file (sigrok, PulseView, GTKWave) from now on."""
         with self._lab.touch():
             self.end_trace()
-            file = Path(path).open("w", encoding="ascii")
+            file = Path(path).open("w", encoding="ascii")  # noqa: SIM115 - end_trace closes it
             self._trace = VcdTrace(self.wire, file, self.name), file
 
     def end_trace(self) -> None:

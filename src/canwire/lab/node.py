@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from canwire.boards.channel import Channel
 from canwire.boards.line import Line
 from canwire.drivers.driver import Counters, Driver, LineSettings
-from canwire.errors import BusOff, Closed, NotReceived, NotTransmitted
+from canwire.errors import BadValue, BusOff, Closed, NotReceived, NotTransmitted
+from canwire.lab.spans import LONGEST_NS, nanoseconds
 from canwire.timeline import NEVER
 from canwire.values.acceptance import Acceptance
 from canwire.values.event import BusEvent, ErrorState, EventKind
@@ -79,6 +80,8 @@ class LabNode:
             flags |= HIGH_PRIORITY
         if self._closed:
             raise Closed(f"node {self.name}")
+        if not 0 <= delay_ns <= LONGEST_NS:
+            raise BadValue(f"delay_ns {delay_ns}: from 0 to {LONGEST_NS}")
         if self._paced:
             with self._lab.touch():
                 self.line.send(self._channel, frame, flags, delay_ns)
@@ -153,8 +156,10 @@ class LabNode:
         With a `timeout` in seconds, time passes until a frame arrives or the timeout is over.
         """
         frame = self._ring.take_frame()
+        if frame is None and self._closed:
+            raise Closed(f"node {self.name}")
         if frame is None and timeout is not None:
-            self._wait(self._lab.now_ns + round(timeout * 1e9))
+            self._wait(self._lab.now_ns + nanoseconds("timeout", timeout))
             frame = self._ring.take_frame()
         return frame
 
@@ -168,7 +173,7 @@ class LabNode:
 
     async def receive_async(self, timeout: float | None = None) -> Frame | None:
         """The oldest frame, waiting for one; None after `timeout` seconds. Cancelled, it takes nothing."""
-        deadline_ns = NEVER if timeout is None else self._lab.now_ns + round(timeout * 1e9)
+        deadline_ns = NEVER if timeout is None else self._lab.now_ns + nanoseconds("timeout", timeout)
         with self._listening(self._lab.active):
             while True:
                 self._check_open()
@@ -185,7 +190,7 @@ class LabNode:
 
     def expect(self, id: int, *, within: float, extended: bool = False, data: bytes | None = None) -> Frame:
         """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
-        deadline_ns = self._lab.now_ns + round(within * 1e9)
+        deadline_ns = self._lab.now_ns + nanoseconds("within", within)
         others: list[Frame] = []
         while True:
             frame = self.receive(max(0.0, (deadline_ns - self._lab.now_ns) / 1e9))
@@ -305,6 +310,7 @@ class LabNode:
         if not self._closed:
             self._closed = True
             self._driver.stop(self._lab.timeline.now_ns)
+            self._lab.active()
 
     def on_frames(self, callback: Callable[[], None] | None) -> None:
         """Call back, within the bus's run, when the empty receive queue gets a frame; None ends it."""

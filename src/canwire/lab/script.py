@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue
+from canwire.lab.spans import nanoseconds
 from canwire.timeline import Timer
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame
@@ -49,14 +50,15 @@ class NodeScript:
 
     def every(self, seconds: float, callback: Callable[[], None] | None = None) -> Periodic:
         """Call `callback` (or on_timer) each time this many seconds have passed; `cancel` ends it."""
-        if seconds <= 0:
-            raise BadValue(f"every {seconds} s: a period is longer than 0")
-        return Periodic(self.node, round(seconds * 1e9), callback or self.on_timer)
+        period_ns = nanoseconds("every", seconds)
+        if period_ns == 0:
+            raise BadValue(f"every {seconds} s: a period is at least one nanosecond")
+        return Periodic(self.node, period_ns, callback or self.on_timer)
 
     def after(self, seconds: float, callback: Callable[[], None] | None = None) -> Timer:
         """Call `callback` (or on_timer) once."""
         lab = self.node._lab
-        return lab.at(lab.timeline.now_ns + round(seconds * 1e9), callback or self.on_timer)
+        return lab.at(lab.timeline.now_ns + nanoseconds("after", seconds), callback or self.on_timer)
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `LabBus.node` does it."""

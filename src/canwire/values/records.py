@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadFrame, ExtraMissing
+from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import (
     DLC_SHIFT,
     ERROR_STATE_INDICATOR,
@@ -24,13 +26,11 @@ _FRAME_INFO = (
 )
 
 
-def frames_to_array(frames: list[object]) -> numpy.ndarray:
-    """Frames as records of `record_dtype()`; the time is each frame's timestamp."""
-    from canwire.values.frame import Frame, record_of_frame
-
-    numpy = load_numpy()
-    block = b"".join(record_of_frame(frame) for frame in frames if isinstance(frame, Frame))
-    return numpy.frombuffer(bytearray(block), record_dtype())
+def frames_to_array(frames: Iterable[Frame]) -> numpy.ndarray:
+    """Frames as records of `record_dtype()` for `send_array`; timestamps are left out. Needs canwire[arrays]."""
+    array = load_numpy().frombuffer(bytearray(b"".join(map(record_of_frame, frames))), record_dtype())
+    array["time_ns"] = 0
+    return array
 
 
 def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.ndarray:

@@ -1,0 +1,135 @@
+"""Typed, self-contained, and at home for any user: what the package promises before it does anything."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import subprocess
+import sys
+import textwrap
+import typing
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import canwire
+
+HOME = Path(canwire.__file__).parents[1]
+
+USE_THE_BUS = textwrap.dedent(
+    """
+    import sys
+    before = set(sys.modules)
+    import canwire
+    with canwire.Lab() as lab:
+        bus = lab.can_bus("can0", bit_rate=500_000, data_bit_rate=2_000_000)
+        a, b = bus.node("engine"), bus.node("tester", filters=[(0x100, 0x700)])
+        bus.faults.inject("crc")
+        a.send(canwire.Frame(0x123, b"\\x11\\x22"))
+        a.send(canwire.Frame(0x124, bytes(64), fd=True, bit_rate_switch=True))
+        lab.run_until_idle()
+        assert [frame.id for frame in b.receive_many(9)] == [0x123, 0x124]
+    loaded = {name.partition(".")[0] for name in sys.modules.keys() - before}
+    print(*sorted(loaded - set(sys.stdlib_module_names) - {"canwire"}))
+    """
+)
+
+
+def run_isolated(program: str, **environment: str) -> str:
+    """The program in a fresh interpreter that finds the standard library and canwire, and nothing else."""
+    bootstrap = f"import sys; sys.path.insert(0, {str(HOME)!r})\n"
+    only = {key: os.environ[key] for key in ("PATH", "SYSTEMROOT") if key in os.environ}
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-B", "-c", bootstrap + program],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=only | environment,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.conforms("PL-04")
+def test_py_typed_is_shipped() -> None:
+    assert (Path(canwire.__file__).parent / "py.typed").is_file()
+
+
+@pytest.mark.conforms("PL-04")
+def test_the_virtual_bus_needs_nothing_but_python() -> None:
+    """Without site-packages at all; what is loaded besides the standard library is canwire's own.
+
+    A compiled module makes up two modules in memory, for its runtime and the types it shares.
+    """
+    made_up = ("_cython_", "cython_runtime")
+    assert [name for name in run_isolated(USE_THE_BUS).split() if not name.startswith(made_up)] == []
+
+
+@pytest.mark.conforms("G-20")
+@pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() != 0, reason="is run by an ordinary user anyway"
+)
+def test_the_virtual_bus_runs_as_an_ordinary_user(tmp_path: Path) -> None:
+    """As nobody, who may open no device and write nowhere: no driver, no module, no right is needed."""
+    program = USE_THE_BUS.replace("import sys\n", f"import os, sys\nsys.path.insert(0, {str(HOME)!r})\n", 1)
+    become_nobody = "import os; os.setgroups([]); os.setgid(65534); os.setuid(65534)\n"
+    if not all(os.stat(folder).st_mode & 0o005 == 0o005 for folder in [HOME, *HOME.parents]):
+        pytest.skip(f"an ordinary user may not read {HOME}")
+    run_isolated(program.replace("import canwire\n", f"import canwire\n{become_nobody}", 1))
+
+
+@pytest.mark.conforms("PL-04")
+def test_importing_loads_neither_numpy_nor_cython() -> None:
+    program = (
+        "import sys, canwire; print(*[n for n in ('numpy', 'Cython', 'cython', 'can') if n in sys.modules])"
+    )
+    assert run_isolated(program).split() == []
+
+
+def door() -> Iterator[tuple[str, object]]:
+    """Every public function and method that the door leads to, by its name."""
+    for name in canwire.__all__:
+        thing = getattr(canwire, name)
+        if inspect.isclass(thing):
+            for attribute, value in vars(thing).items():
+                if isinstance(value, classmethod | staticmethod):
+                    value = value.__func__
+                if isinstance(value, property):
+                    value = value.fget
+                public = not attribute.startswith("_") or attribute == "__init__"
+                if public and inspect.isfunction(value) and value.__module__.startswith("canwire"):
+                    yield f"{name}.{attribute}", value
+        elif inspect.isfunction(thing):
+            yield name, thing
+
+
+@pytest.mark.conforms("PL-04")
+@pytest.mark.parametrize("name", [name for name, _ in door()])
+def test_every_public_function_is_annotated(name: str) -> None:
+    function = dict(door())[name]
+    signature = inspect.signature(function)  # type: ignore[arg-type]
+    bare = [
+        parameter.name
+        for k, parameter in enumerate(signature.parameters.values())
+        if parameter.annotation is parameter.empty and not (k == 0 and parameter.name in ("self", "cls"))
+    ]
+    assert bare == []
+    generated = function.__qualname__.startswith("__create_fn__")  # type: ignore[attr-defined]
+    assert generated or signature.return_annotation is not signature.empty
+
+
+def test_the_door_has_functions_to_look_at() -> None:
+    names = {name for name, _ in door()}
+    assert {"Lab.can_bus", "LabBus.node", "LabNode.send", "parse_frame", "NodeScript.every"} <= names
+
+
+def test_errors_of_the_door_are_one_tree() -> None:
+    errors = [
+        value
+        for name in canwire.__all__
+        if isinstance(value := getattr(canwire, name), type) and issubclass(value, BaseException)
+    ]
+    assert all(issubclass(error, canwire.CanwireError) for error in errors)
+    assert typing.get_type_hints(canwire.Closed.__init__)
