@@ -67,17 +67,23 @@ def test_the_virtual_bus_needs_nothing_but_python() -> None:
     assert [name for name in run_isolated(USE_THE_BUS).split() if not name.startswith(made_up)] == []
 
 
-@pytest.mark.conforms("G-20")
-@pytest.mark.skipif(
-    not hasattr(os, "geteuid") or os.geteuid() != 0, reason="is run by an ordinary user anyway"
-)
-def test_the_virtual_bus_runs_as_an_ordinary_user(tmp_path: Path) -> None:
-    """As nobody, who may open no device and write nowhere: no driver, no module, no right is needed."""
-    program = USE_THE_BUS.replace("import sys\n", f"import os, sys\nsys.path.insert(0, {str(HOME)!r})\n", 1)
-    become_nobody = "import os; os.setgroups([]); os.setgid(65534); os.setuid(65534)\n"
-    if not all(os.stat(folder).st_mode & 0o005 == 0o005 for folder in [HOME, *HOME.parents]):
-        pytest.skip(f"an ordinary user may not read {HOME}")
-    run_isolated(program.replace("import canwire\n", f"import canwire\n{become_nobody}", 1))
+def test_the_virtual_bus_runs_as_an_ordinary_user() -> None:
+    """As nobody, who may open no device and write nowhere: no driver, no kernel module, no right is needed.
+
+    On this machine; that other systems do the same, only a run there can show (G-20).
+    """
+    become_nobody = textwrap.dedent(
+        """
+        import contextlib, os
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            with contextlib.suppress(OSError):
+                os.setgroups([])
+                os.setgid(65534)
+            os.setuid(65534)
+            assert os.geteuid() == os.getuid() == 65534
+        """
+    )
+    run_isolated(USE_THE_BUS + become_nobody + USE_THE_BUS)
 
 
 @pytest.mark.conforms("PL-04")

@@ -142,7 +142,7 @@ class TestVectors:
     @fd_by_name
     def test_stuff_count_and_parity(self, vector: Any) -> None:
         layout = BitLayout(frame_of(vector))
-        start = layout.first("STUFF COUNT")
+        start = layout.find("STUFF COUNT")
         assert levels_of(layout)[start : start + 4] == vector.stuff_count
 
     @fd_by_name
@@ -196,7 +196,7 @@ class TestAgainstReference:
         fixed = ({17: 6, 21: 7}[crc]) if frame.fd else 0
         assert sum(layout.stuffed) == layout.stuff_bits + fixed
         fixed_from = layout.first_fixed_stuff_bit()
-        assert fixed_from == (layout.first("STUFF COUNT") - 1 if frame.fd else -1)
+        assert fixed_from == (layout.find("STUFF COUNT") - 1 if frame.fd else -1)
 
     @given(fd_frames())
     def test_an_error_passive_sender_shows_it(self, frame: Frame) -> None:

@@ -4,7 +4,7 @@ from canwire cimport _mem
 from canwire.bus.node cimport Mailbox, Sink
 from canwire.ring cimport Ring
 
-cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY
+cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM
 cdef unsigned long long _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
 
 @cython.final

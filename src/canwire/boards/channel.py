@@ -25,6 +25,7 @@ _OVERRUN = 1 << 20
 _REMOTE = 1 << 22
 _EXTENDED = 1 << 23
 _HIGH_PRIORITY = 1 << 9
+_CONFIRM = 1 << 13
 # what of a frame's id/info word is the frame itself: identifier, format, DLC; requests of the sender are not
 _FRAME_BITS = 0x1FFFFFFF | (1 << 10 | 1 << 11 | 1 << 12 | 0xF << 16 | 1 << 22 | 1 << 23) << 32
 
@@ -97,6 +98,20 @@ class Channel(Sink):
         """An event's record; filters do not apply."""
         self.accepted += 1
         self.receive.put_bytes(record)
+
+    def drop_queued(self, at_ns: int) -> None:
+        """Give up every frame that waits in the transmit ring, and tell who asked about them."""
+        asked = [0, 0]
+        while (record := self.transmit.take_bytes()) is not None:
+            info = int.from_bytes(record[12:16], "little")
+            self.aborted += 1
+            if info & _CONFIRM:
+                asked[1 if info & _HIGH_PRIORITY else 0] += 1
+        self.urgent = 0
+        for outcomes, count in zip(self._outcomes, asked, strict=True):
+            # the frames in the controller were sent before these: theirs are the newest outcomes
+            for outcome in [outcomes.pop() for _ in range(count)][::-1]:
+                outcome(False, at_ns)
 
     def _offer(self, box: Mailbox, head: int, at_ns: int, flags: int) -> None:
         if self._open or self._passes(box.words, head):

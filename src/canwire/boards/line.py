@@ -78,6 +78,8 @@ class Line(Host):
         """
         if frame.fd:
             self._check_fd(frame)
+        if self.controller.listen_only:
+            raise LineError(f"{self.name}: a listen-only line sends nothing")
         if not channel.sends:
             raise LineError(f"{self.name}: this channel was opened without a transmit queue")
         codec.store_frame(frame, self._scratch.words, 0, flags, delay_ns)
@@ -93,6 +95,8 @@ class Line(Host):
         """Queue as many of these records as fit; returns how many. Raises BadFrame before queueing any."""
         if not channel.sends:
             raise LineError(f"{self.name}: this channel was opened without a transmit queue")
+        if self.controller.listen_only:
+            raise LineError(f"{self.name}: a listen-only line sends nothing")
         checked = checked_records(records, fd=self.controller.fd != 0, flags=flags)
         count = channel.transmit.put_array(checked)
         channel.sent += count
@@ -114,8 +118,7 @@ class Line(Host):
         """Give up everything this channel has queued, but for a frame on the wire; returns how many."""
         before = channel.aborted
         if channel.sends:
-            channel.aborted += channel.transmit.clear()
-            channel.urgent = 0
+            channel.drop_queued(self.timeline.now_ns)
         for box in (self.controller.high, self.controller.normal):
             if box.occupied and box.owner is channel:
                 self.controller.abort(box, self.timeline.now_ns)

@@ -59,10 +59,11 @@ class BitLayout:
         """Index of the ACK slot."""
         return self.fields.index(_INDEX["ACK"])
 
-    def first(self, field: str) -> int:
-        """Index of the first bit of a field that is no stuff bit; raises ValueError if there is none."""
+    def find(self, field: str) -> int:
+        """Index of the first bit of a field that is no stuff bit, or -1 if this frame has none."""
         wanted = _INDEX[field]
-        return next(k for k, name in enumerate(self.fields) if name == wanted and not self.stuffed[k])
+        found = [k for k, name in enumerate(self.fields) if name == wanted and not self.stuffed[k]]
+        return found[0] if found else -1
 
     def first_fixed_stuff_bit(self) -> int:
         """Index of the bit where an FD frame's fixed stuffing begins, or -1 in a classic frame."""

@@ -38,7 +38,7 @@ cdef class BitLevel:
     cdef public list clocks
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
-    cdef public bint shorted
+    cdef public bint shorted, undisturbed
     cdef bint _stepping
     cdef public object capture, disturb
     cdef public Node victim

@@ -137,7 +137,8 @@ class BitLevel:
 
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
     is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the first
-    sender drives: it returns who shall see that bit inverted, or -1.
+    sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
+    already, and well.
     """
 
     def __init__(self) -> None:
@@ -148,6 +149,7 @@ class BitLevel:
         self.now_ps = 0
         self.delay_ps = 0
         self.shorted = False
+        self.undisturbed = False
         self.capture: Callable[[int, int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
         self.victim: Node | None = None

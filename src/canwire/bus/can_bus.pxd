@@ -26,7 +26,7 @@ cdef class CanBus(Bus):
     cdef public Tally tally
     cdef int _state, _acknowledgers, _listeners, _rivals
     cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _pause_ns, _end_ns, _quiet_from_ns
-    cdef long long _free_ps, _end_ps
+    cdef long long _free_ps, _end_ps, _noise_taken
     cdef bint _acknowledged, _alike, _alike_fd, _waiting
     cdef Node _sender, _nobody
     cdef Mailbox _box
@@ -52,7 +52,7 @@ cdef class CanBus(Bus):
     cdef bint _start(self, unsigned long long start_ns) except -1
 
     @cython.final
-    @cython.locals(box=Mailbox)
+    @cython.locals(box=Mailbox, bits="long long")
     cdef bint _skippable(self) except -1
 
     @cython.final

@@ -68,6 +68,7 @@ class CanBus(Bus):
         self._listeners = 0
         self._waiting = False
         self._rivals = 0
+        self._noise_taken = 0
         timeline.add(self)
 
     def attach(self, node: Node) -> None:
@@ -122,8 +123,12 @@ class CanBus(Bus):
             return
         now_ns = self.timeline.now_ns
         self._enter_bitwise()
+        if self.noise_left >= 0:
+            self.noise_left += self._noise_taken
+        self.bits.undisturbed = True  # up to now this frame went well, whatever is to come
         while self.bits.clocks and self.bits.at_ns(self.bits.next_ps()) < now_ns:
             self.bits.step()
+        self.bits.undisturbed = False
 
     def short(self, shorted: bool) -> None:
         """Short the two wires (a dominant bus for everybody), or take the short away."""
@@ -283,9 +288,13 @@ class CanBus(Bus):
         if not self._acknowledged and (self._listeners or self._waiting):
             return False
         if self.noise_left >= 0:
-            if self.noise_left < box.bits:
+            bits = box.bits
+            if not self._acknowledged:
+                bits -= _EOF_END_TO_ACK - (1 if box.words[1] >> 32 & _FD else 0)
+            if self.noise_left < bits:
                 return False
-            self.noise_left -= box.bits
+            self._noise_taken = bits
+            self.noise_left -= bits
         return self.scripted is None or not self.scripted(box)
 
     def _time_frame(self) -> None:
@@ -433,6 +442,8 @@ class CanBus(Bus):
             node.contending = None
 
     def _elapsed_ps(self) -> int:
+        if self.timeline.now_ns <= self.bits.origin_ns:
+            return 0
         return (self.timeline.now_ns - self.bits.origin_ns) * 1000 - self.bits.origin_ps
 
     def _stations(self) -> list[Node]:

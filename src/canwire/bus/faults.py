@@ -74,16 +74,10 @@ class Faults:
         """Invert one bit of matching frames for `seen_by`: "all", "receivers", "sender" or one node.
 
         `bit` counts from SOF (0), stuff bits included, or names a place: "ack", "crc delimiter", "ack delimiter",
-        "eof", "dlc", "data", or an error to provoke (see `inject`). A frame too short for it passes undisturbed.
+        "eof", "dlc", "data", or an error to provoke (see `inject`). A frame that has no such bit passes undisturbed,
+        and the fault waits for the next one.
         """
-        if isinstance(bit, int) and bit < 0:
-            raise BadValue(f"bit {bit}: bits count from 0 (SOF)")
-        if isinstance(bit, str) and bit not in _PLACES and bit not in INJECTED:
-            raise BadValue(f"bit {bit!r}: a number from 0, or one of {', '.join([*_PLACES, *INJECTED])}")
-        if times is not None and times < 1:
-            raise BadValue(f"times {times}: at least 1, or None for every frame")
-        if isinstance(seen_by, str) and seen_by not in SEEN_BY:
-            raise BadValue(f"seen_by {seen_by!r}: a node, or one of {', '.join(SEEN_BY)}")
+        self._check(bit, frame_id, extended, times, seen_by)
         victim = None if isinstance(seen_by, str) else seen_by
         viewers = SEEN_BY[seen_by] if isinstance(seen_by, str) else ONE_NODE
         fault = Fault(frame_id, extended, bit, viewers, victim, times)
@@ -91,13 +85,29 @@ class Faults:
         self._bus.scripted = self._scripted
         return fault
 
+    def _check(
+        self, bit: object, frame_id: int | None, extended: bool | None, times: int | None, seen_by: object
+    ) -> None:
+        """Raise BadValue for what no fault can be."""
+        if isinstance(bit, str):
+            if bit not in _PLACES and bit not in INJECTED:
+                raise BadValue(f"bit {bit!r}: a number from 0, or one of {', '.join([*_PLACES, *INJECTED])}")
+        elif not isinstance(bit, int) or bit < 0:
+            raise BadValue(f"bit {bit!r}: bits count from 0 (SOF), or have a name")
+        if times is not None and times < 1:
+            raise BadValue(f"times {times}: at least 1, or None for every frame")
+        if not isinstance(seen_by, Node) and seen_by not in SEEN_BY:
+            raise BadValue(f"seen_by {seen_by!r}: a node, or one of {', '.join(SEEN_BY)}")
+        if frame_id is not None and not 0 <= frame_id <= (0x7FF if extended is False else 0x1FFFFFFF):
+            raise BadValue(f"frame_id {frame_id:#x}: an identifier of 11 bits, or with extended not False of 29")
+
     def inject(
         self, error: str, *, frame_id: int | None = None, extended: bool | None = None, times: int | None = 1
     ) -> Fault:
         """Provoke one kind of error in matching frames: "stuff", "form", "crc", "bit" or "ack".
 
         The receivers see a stuff, form or CRC error, the sender a bit or acknowledge error; everybody sees the
-        error frame. A frame without a stuff bit gets its first data or identifier bits lengthened instead.
+        error frame.
         """
         if error not in INJECTED:
             raise BadValue(f"error {error!r}: one of {', '.join(INJECTED)}")
@@ -144,6 +154,9 @@ class Faults:
             if bus.noise_left < 0:
                 bus.noise_left = self._next_noise()
                 return EVERYBODY
+        if bus.bits.undisturbed:
+            self._active = None
+            return -1
         if not self._faults:
             return -1
         if index == 0:
@@ -169,44 +182,44 @@ class Faults:
             if fault.matches(frame):
                 layout = BitLayout(frame, fd_mode=node.fd, error_passive=node.passive)
                 at = fault.bit if isinstance(fault.bit, int) else place(layout, fault.bit)
-                if at < len(layout.levels):
+                if 0 <= at < len(layout.levels):
                     self._active = (fault, at)
                     return
 
 
 def place(layout: BitLayout, name: str) -> int:
-    """The bit to invert for a named place or error."""
+    """The bit to invert for a named place or error; -1 where this frame has none."""
     if name in _PLACES:
-        return layout.first(_PLACES[name])
+        return layout.find(_PLACES[name])
     if name == "stuff":
-        return first_stuff_bit(layout)
+        return stuff_error_bit(layout)
     if name == "form":
-        return layout.first("CRC DEL")
+        return layout.find("CRC DEL")
     if name == "ack":
         return layout.ack_slot()
     if name == "bit":
-        return next(k for k in range(layout.first("DLC"), len(layout.levels)) if layout.levels[k] == 0)
+        return next(k for k in range(layout.find("DLC"), len(layout.levels)) if layout.levels[k] == 0)
     return quiet_crc_bit(layout)
 
 
-def first_stuff_bit(layout: BitLayout) -> int:
-    """A stuff bit to invert, or the bit that ends a run of five where there is none."""
-    crc = layout.first("CRC DEL")
-    for k in range(crc):
-        if layout.stuffed[k] and len(set(layout.levels[k - 5 : k])) == 1:
+def stuff_error_bit(layout: BitLayout) -> int:
+    """A bit whose inversion makes six equal bits: a stuff bit, or one that breaks up a long run."""
+    fixed = layout.first_fixed_stuff_bit()
+    levels = layout.levels[: fixed if fixed >= 0 else layout.find("CRC DEL")]
+    for k in range(len(levels)):
+        if layout.stuffed[k]:
             return k
-    for k in range(5, crc):
-        run = layout.levels[k - 4 : k]
-        if len(set(run)) == 1 and layout.levels[k] != run[0]:
-            return k  # four equal bits become five, and the bit behind them is read as a wrong stuff bit
-    raise BadValue(
-        "this frame has no run of equal bits that a single inverted bit could turn into a stuff error"
-    )
+    for k in range(1, len(levels)):
+        changed = bytearray(levels)
+        changed[k] ^= 1
+        if -1 in stuff_positions(changed):
+            return k
+    return -1
 
 
 def quiet_crc_bit(layout: BitLayout) -> int:
     """A CRC bit whose inversion changes no stuffing, so that only the check value is wrong."""
-    start, end = layout.first("CRC"), layout.first("CRC DEL")
+    start, end = layout.find("CRC"), layout.find("CRC DEL")
     fixed = layout.first_fixed_stuff_bit() >= 0
     before = stuff_positions(layout.levels[:end])
     for k in range(end - 1, start - 1, -1):
@@ -216,7 +229,7 @@ def quiet_crc_bit(layout: BitLayout) -> int:
         changed[k] ^= 1
         if (fixed and not layout.stuffed[k + 1]) or (not fixed and stuff_positions(changed) == before):
             return k
-    raise BadValue("no CRC bit of this frame can be wrong without a stuff error")
+    return -1
 
 
 def stuff_positions(levels: bytes | bytearray) -> list[int]:

@@ -47,7 +47,7 @@ class Lab:
         self.buses: dict[str, LabBus] = {}
         self.pacer = Pacer(self.timeline) if time == "real" else None
         self._closed = False
-        self._activity: set[asyncio.Future[None]] = set()
+        self._activity: dict[asyncio.Future[None], int] = {}
 
     def can_bus(
         self,
@@ -162,20 +162,20 @@ class Lab:
         import asyncio
 
         waiter = asyncio.get_running_loop().create_future()
-        self._activity.add(waiter)
+        self._activity[waiter] = deadline_ns
         try:
             for _ in range(3):
                 await asyncio.sleep(0)
                 if waiter.done():
                     return
-            await self._pass_time(waiter, deadline_ns)
+            await self._pass_time(waiter, min(self._activity.values()))
         finally:
-            self._activity.discard(waiter)
+            self._activity.pop(waiter, None)
 
     def active(self) -> None:
         """Something happened that a waiting task may be waiting for."""
         if self._activity:
-            for waiter in self._activity:
+            for waiter in list(self._activity):
                 waiter.get_loop().call_soon_threadsafe(_resolve, waiter)
 
     async def _pass_time(self, waiter: asyncio.Future[None], deadline_ns: int) -> None:

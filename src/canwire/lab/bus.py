@@ -160,15 +160,16 @@ class LabBus:
 
     def stalled(self, after_ns: int) -> str | None:
         """Why this bus has got no frame through for `after_ns` although it is busy, or None."""
-        if not self.wire.busy():
-            return None
-        last_ns = max(self.wire.tally.last_success_ns, self.wire.busy_since_ns())
-        if self._lab.now_ns - last_ns < after_ns:
-            return None
+        for wire in (self.wire, *self.faults.islands()):
+            if wire.busy():
+                last_ns = max(wire.tally.last_success_ns, wire.busy_since_ns())
+                if self._lab.now_ns - last_ns >= after_ns:
+                    return self._complaint(after_ns)
+        return None
+
+    def _complaint(self, after_ns: int) -> str:
         waiting = [node for node in self.nodes.values() if node.pending]
-        what = "; ".join(
-            f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting
-        )
+        what = "; ".join(f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting)
         return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what or 'the bus is shorted'}"
 
     def close(self) -> None:
@@ -200,6 +201,10 @@ class LabFaults(Faults):
         viewer = seen_by.line.controller if isinstance(seen_by, LabNode) else seen_by
         with self._lab.touch():
             return super().flip(bit=bit, frame_id=frame_id, extended=extended, times=times, seen_by=viewer)
+
+    def islands(self) -> list[CanBus]:
+        """The stubs of the nodes whose plug is pulled."""
+        return list(self._islands.values())
 
     def disconnect(self, node: LabNode) -> None:
         """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
