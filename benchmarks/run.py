@@ -60,7 +60,10 @@ def core_rows(scale: int, runs: int, pure: Path) -> list[tuple[str, str, str, st
     drained = median(lambda: saturated(1_000_000 // scale)[2], runs)
     slow = median(lambda: float(child(_PURE.format(count=20_000 // scale), pure)), runs)
     if classic < LEAST_RATIO * slow:
-        print(f"the compiled core is only {classic / slow:.1f} times as fast as the uncompiled one", file=sys.stderr)
+        print(
+            f"the compiled core is only {classic / slow:.1f} times as fast as the uncompiled one",
+            file=sys.stderr,
+        )
         raise SystemExit(1)
     hour = median(lambda: hour_at_half_load(3600 / scale), 1)
     bits = median(lambda: bit_by_bit(20_000 // scale), runs)
@@ -88,8 +91,14 @@ def lab_rows(scale: int, runs: int) -> list[tuple[str, str, str, str]]:
     ours = median(lambda: lab_arrays(10 * count), runs)
     rows.append(_beside("numpy records sent, arbitrated and received, 1 to 1", ours, theirs, "50 x"))
     theirs = median(lambda: python_can_draining(count // 2), runs)
-    rows.append(_beside("taking only: receive_array", median(lambda: draining(10 * count, "arrays"), runs), theirs, "50 x"))
-    rows.append(_beside("taking only: receive_many", median(lambda: draining(count, "objects"), runs), theirs, ""))
+    rows.append(
+        _beside(
+            "taking only: receive_array", median(lambda: draining(10 * count, "arrays"), runs), theirs, "50 x"
+        )
+    )
+    rows.append(
+        _beside("taking only: receive_many", median(lambda: draining(count, "objects"), runs), theirs, "")
+    )
     return rows
 
 
@@ -126,12 +135,21 @@ def main() -> int:
         pure = uncompiled_copy(Path(folder))
         rows = [*core_rows(scale, runs, pure), *lab_rows(scale, runs), *process_rows(seconds, runs)]
     if arguments.json:
-        print(json.dumps([dict(zip(("what", "canwire", "python-can", "goal"), row, strict=True)) for row in rows]))
+        print(
+            json.dumps(
+                [dict(zip(("what", "canwire", "python-can", "goal"), row, strict=True)) for row in rows]
+            )
+        )
         return 0
     print(f"canwire {canwire.__version__}, {canwire.core_mode()} core; medians of {runs} runs\n")
     widths = [max(len(row[k]) for row in rows) for k in range(4)]
     for row in (("", "canwire", "python-can virtual", "goal"), *rows):
-        print("  ".join(cell.ljust(width) for cell, width in zip(row, [*widths[:2], max(18, widths[2]), 0], strict=True)))
+        print(
+            "  ".join(
+                cell.ljust(width)
+                for cell, width in zip(row, [*widths[:2], max(18, widths[2]), 0], strict=True)
+            )
+        )
     return 0
 
 

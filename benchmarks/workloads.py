@@ -37,7 +37,9 @@ def saturated(count: int, *, fd: bool = False, filters: bool = True) -> tuple[fl
         bus = lab.can_bus("can0", bit_rate=1_000_000, data_bit_rate=4_000_000)
         halves = [(0x000, 0x004), (0x000, 0x004, True)]
         nodes = [
-            bus.node(f"n{k}", filters=halves if filters else None, receive_queue=4 * BATCH, transmit_queue=BATCH)
+            bus.node(
+                f"n{k}", filters=halves if filters else None, receive_queue=4 * BATCH, transmit_queue=BATCH
+            )
             for k in range(NODES)
         ]
         batches = [canwire.frames_to_array(mixed_frames(k, BATCH // NODES, fd=fd)) for k in range(NODES)]
@@ -115,7 +117,9 @@ def python_can(count: int, receivers: int) -> float:
         began = time.perf_counter()
         for start in range(0, count, 100):
             for k in range(start, start + 100):
-                message = can.Message(arbitration_id=k & 0x7FF, data=b"\x11\x22\x33\x44", is_extended_id=False)
+                message = can.Message(
+                    arbitration_id=k & 0x7FF, data=b"\x11\x22\x33\x44", is_extended_id=False
+                )
                 sender.send(message)
             for taker in takers:
                 for _ in range(100):
@@ -131,7 +135,10 @@ def python_can_draining(count: int) -> float:
     import can
 
     channel = object()
-    with can.Bus(interface="virtual", channel=channel) as sender, can.Bus(interface="virtual", channel=channel) as taker:
+    with (
+        can.Bus(interface="virtual", channel=channel) as sender,
+        can.Bus(interface="virtual", channel=channel) as taker,
+    ):
         for k in range(count):
             sender.send(can.Message(arbitration_id=k & 0x7FF, data=b"\x11\x22\x33\x44", is_extended_id=False))
         began = time.perf_counter()

@@ -45,7 +45,11 @@ def _marks(tree: ast.AST, outer: tuple[str, ...] = ()) -> Iterator[tuple[str, st
 def _numbers(name: str, decorators: list[ast.expr]) -> Iterator[tuple[str, str]]:
     for decorator in decorators:
         for call in ast.walk(decorator):
-            if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == "conforms":
+            if (
+                isinstance(call, ast.Call)
+                and isinstance(call.func, ast.Attribute)
+                and call.func.attr == "conforms"
+            ):
                 for argument in call.args:
                     if isinstance(argument, ast.Constant):
                         yield name, str(argument.value)
@@ -64,7 +68,9 @@ def page(behaviours: str) -> str:
             total += 1
             names = tests.get(row[1], [])
             shown += bool(names)
-            lines.append(f"| {row[1]} | {row[2]} | {'<br>'.join(f'`{name}`' for name in names) or 'not yet'} |")
+            lines.append(
+                f"| {row[1]} | {row[2]} | {'<br>'.join(f'`{name}`' for name in names) or 'not yet'} |"
+            )
     return HEAD.format(shown=shown, total=total) + "\n".join(lines) + "\n"
 
 

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import hypothesis
 import pytest
 
 from canwire import pytest_plugin
+
+
+# a busy machine is no bug: timing belongs to the benchmarks
+hypothesis.settings.register_profile("canwire", deadline=None)
+hypothesis.settings.load_profile("canwire")
 
 
 def pytest_configure(config: pytest.Config) -> None:

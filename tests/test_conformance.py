@@ -14,6 +14,10 @@ def test_the_page_is_what_the_markers_say() -> None:
 
 
 def test_every_marker_names_a_behaviour() -> None:
-    known = {match[1] for line in PAGE.read_text(encoding="utf-8").splitlines() if (match := CONFORMANCE["ROW"].match(line))}
+    known = {
+        match[1]
+        for line in PAGE.read_text(encoding="utf-8").splitlines()
+        if (match := CONFORMANCE["ROW"].match(line))
+    }
     assert len(known) == 352
     assert set(CONFORMANCE["marked_tests"]()) <= known

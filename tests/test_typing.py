@@ -67,6 +67,7 @@ def test_the_virtual_bus_needs_nothing_but_python() -> None:
     assert [name for name in run_isolated(USE_THE_BUS).split() if not name.startswith(made_up)] == []
 
 
+@pytest.mark.conforms("G-20")
 def test_the_virtual_bus_runs_as_an_ordinary_user() -> None:
     """As nobody, who may open no device and write nowhere: no driver, no kernel module, no right is needed.
 

@@ -8,10 +8,12 @@ from canwire.bus import bit_layout, bit_level, can_bits, can_bus, frame_reader, 
 from canwire.chips import can_fd, confinement
 from canwire.values import frame
 
+# fmt: off
 MODULES = (
-    *(frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, can_bus),
-    *(confinement, can_fd, channel, line),
+    frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, can_bus,
+    confinement, can_fd, channel, line,
 )
+# fmt: on
 
 
 def core_mode() -> str:

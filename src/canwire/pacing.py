@@ -35,6 +35,8 @@ class Pacer:
 
     def catch_up(self) -> None:
         """Bring the timeline's `now_ns` to this moment; hold `lock`."""
+        if threading.current_thread() is self._thread:
+            return  # a callback: the time is that of its happening, however late the clock says it is
         now_ns = self.now_ns()
         if now_ns > self._timeline.now_ns and self._timeline.next_ns() > now_ns:
             self._timeline.run_until(now_ns)

@@ -18,10 +18,12 @@ def at(tec: int, rec: int) -> Confinement:
     confinement = Confinement()
     for _ in range(rec):
         confinement.apply(node.RECEIVE_ERROR)
-    for _ in range(-(-tec // 8)):
+    if tec % 8:
         confinement.apply(node.TRANSMIT_ERROR)
-    while confinement.tec > tec:
-        confinement.transmitted()
+        for _ in range(8 - tec % 8):
+            confinement.transmitted()
+    for _ in range(tec // 8):
+        confinement.apply(node.TRANSMIT_ERROR)
     assert (confinement.tec, confinement.rec) == (tec, rec)
     return confinement
 

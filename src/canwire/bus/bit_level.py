@@ -98,13 +98,16 @@ class Clock:
     def edge(self, at_ps: int) -> None:
         """A recessive to dominant edge arrives: synchronise, once a bit, hard where the frame begins."""
         station = self.station
+        state = station.state
+        if state == _WAITING:  # whoever looks for the bus follows every edge
+            self._restart_bit(at_ps)
+            return
         if self.synchronised or station.last_sample == 0:
             return
-        state = station.state
         idle = state == _IDLE or state == _SUSPEND
         third_bit = state == _INTERMISSION and self.sampling and station.left == 1
-        if idle or third_bit or state == _WAITING:
-            station.sof_seen = state != _WAITING
+        if idle or third_bit:
+            station.sof_seen = True
             self._restart_bit(at_ps)
         elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
             self._restart_bit(at_ps)

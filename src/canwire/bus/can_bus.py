@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 from canwire.bus import can_bits
 from canwire.bus.bit_level import BitLevel
+from canwire.bus.in_step import follows, follows_data
 from canwire.bus.load import BusLoad
 from canwire.bus.node import NO_RULE, RECEIVED, TRANSMIT_ERROR, Bus, Mailbox, Node
 from canwire.timeline import NEVER, Timeline
@@ -149,6 +150,10 @@ class CanBus(Bus):
             return node is self._sender
         return self._state == _BITWISE and self.bits.transmits(node)
 
+    def resting(self) -> bool:
+        """Nothing is on the wire."""
+        return self._state == _REST
+
     def busy(self) -> bool:
         """A frame or an error is on the wire, or a frame waits to go."""
         return self._state != _REST or self._next_start() != _NEVER
@@ -282,8 +287,10 @@ class CanBus(Bus):
     def _skippable(self) -> bool:
         """No injected fault will meet this frame, and everybody will understand it."""
         box = self._box
-        if box.words[1] >> 32 & _FD and not self._alike_fd:
-            return False
+        if box.words[1] >> 32 & _FD:
+            if not self._alike_fd:
+                return False
+            can_bits.show_error_state(box, self._sender.passive, self._sender.fd)
         self._acknowledged = self._acknowledgers > 1
         if not self._acknowledged and (self._listeners or self._waiting):
             return False
@@ -301,8 +308,6 @@ class CanBus(Bus):
         """The frame's end, from its bits at one or two rates."""
         node = self._sender
         box = self._box
-        if box.words[1] >> 32 & _FD:
-            can_bits.show_error_state(box, node.passive, node.fd)
         bits = box.bits
         length_ps = bits * node.bit_ps
         if box.data_bits:
@@ -491,21 +496,3 @@ class CanBus(Bus):
         alike_fd = len(modes) == 1 and 0 not in modes
         alike_fd = alike_fd and all(follows_data(node, other) for node in nodes for other in nodes)
         return alike, alike and alike_fd
-
-
-def follows(node: Node, other: Node, delay_ps: int) -> bool:
-    """True when `node` surely stays in step with the bits of `other`: drift within conditions 1 and 2, in reach.
-
-    Conditions: reference/can-protocol.md section 8, I and II, with the real drift between the two in
-    place of twice the tolerance. Where this is False the bit level shows what comes of it.
-    """
-    drift = abs(node.bit_ps - other.bit_ps)
-    phase2 = node.bit_ps - node.sample_ps
-    kept = 10 * drift <= node.jump_ps
-    kept = kept and drift * (13 * node.bit_ps - phase2) <= min(node.phase1_ps, phase2) * node.bit_ps
-    return kept and 2 * delay_ps <= node.sample_ps
-
-
-def follows_data(node: Node, other: Node) -> bool:
-    """The same for the data phase: condition III."""
-    return 10 * abs(node.data_bit_ps - other.data_bit_ps) <= node.data_jump_ps

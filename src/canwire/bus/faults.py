@@ -99,7 +99,9 @@ class Faults:
         if not isinstance(seen_by, Node) and seen_by not in SEEN_BY:
             raise BadValue(f"seen_by {seen_by!r}: a node, or one of {', '.join(SEEN_BY)}")
         if frame_id is not None and not 0 <= frame_id <= (0x7FF if extended is False else 0x1FFFFFFF):
-            raise BadValue(f"frame_id {frame_id:#x}: an identifier of 11 bits, or with extended not False of 29")
+            raise BadValue(
+                f"frame_id {frame_id:#x}: an identifier of 11 bits, or with extended not False of 29"
+            )
 
     def inject(
         self, error: str, *, frame_id: int | None = None, extended: bool | None = None, times: int | None = 1

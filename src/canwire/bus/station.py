@@ -255,6 +255,7 @@ class Station:
                 self._overload()
             elif self.ready_to_send() and not (self.transmitting and self.node.passive):
                 self._transmit_offer()  # the third bit is somebody's SOF, and counts as its own too
+                self.out = 0
                 self._frame_bit(0)
             else:
                 self._start_receiving()

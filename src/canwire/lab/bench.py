@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, Closed, NotIdle
-from canwire.lab.spans import nanoseconds
 from canwire.lab.bus import LabBus
+from canwire.lab.spans import nanoseconds
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
 from canwire.values.bit_timing import BitTiming

@@ -169,7 +169,9 @@ class LabBus:
 
     def _complaint(self, after_ns: int) -> str:
         waiting = [node for node in self.nodes.values() if node.pending]
-        what = "; ".join(f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting)
+        what = "; ".join(
+            f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting
+        )
         return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what or 'the bus is shorted'}"
 
     def close(self) -> None:

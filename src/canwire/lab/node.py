@@ -60,7 +60,7 @@ class LabNode:
     def begin(self) -> None:
         """Configure and start; on a resting bus the node counts as having been there all along."""
         self._driver.configure(self.settings)
-        self._driver.start(self._lab.timeline.now_ns, integrated=not self.bus.wire.busy())
+        self._driver.start(self._lab.timeline.now_ns, integrated=self.bus.wire.resting())
 
     # sending
 
