@@ -28,7 +28,8 @@ def marked_tests() -> dict[str, list[str]]:
     """Test names by behaviour number."""
     found: dict[str, list[str]] = {}
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
-        for name, number in _marks(ast.parse(path.read_text(encoding="utf-8"))):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for name, number in (*_module_marks(tree), *_marks(tree)):
             found.setdefault(number, []).append(f"{path.relative_to(ROOT).as_posix()}::{name}")
     return {number: sorted(set(tests)) for number, tests in found.items()}
 
@@ -40,6 +41,14 @@ def _marks(tree: ast.AST, outer: tuple[str, ...] = ()) -> Iterator[tuple[str, st
             yield from _marks(node, (*outer, node.name))
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             yield from _numbers("::".join((*outer, node.name)), node.decorator_list)
+
+
+def _module_marks(tree: ast.Module) -> Iterator[tuple[str, str]]:
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and any(
+            isinstance(t, ast.Name) and t.id == "pytestmark" for t in node.targets
+        ):
+            yield from _numbers("*", [node.value])
 
 
 def _numbers(name: str, decorators: list[ast.expr]) -> Iterator[tuple[str, str]]:
