@@ -7,7 +7,6 @@ import pytest
 
 from canwire import pytest_plugin
 
-
 # a busy machine is no bug: timing belongs to the benchmarks
 hypothesis.settings.register_profile("canwire", deadline=None)
 hypothesis.settings.load_profile("canwire")
