@@ -103,15 +103,21 @@ def lab_rows(scale: int, runs: int) -> list[tuple[str, str, str, str]]:
 
 
 def process_rows(seconds: float, runs: int) -> list[tuple[str, str, str, str]]:
-    from workloads import lateness, median
+    from workloads import lateness, median, sleep_lateness
 
     ours, theirs = (median(lambda m=name: import_milliseconds(m), runs) for name in ("canwire", "can"))
     memory = median(lambda: float(child("import workloads; print(workloads.resident_megabytes())")), runs)
     p50, p99 = lateness(seconds)
+    bare50, bare99 = sleep_lateness(seconds)
     return [
         ("import", f"{ours:.0f} ms", f"{theirs:.0f} ms", "below 150 ms"),
         ("resident with a Lab of 10 nodes", f"{memory:.0f} MB", "", "below 60 MB"),
-        ("real time, frame ends late (p50 / p99)", f"{p50:.0f} / {p99:.0f} us", "", "p99 below 200 us"),
+        (
+            "real time, frame ends late (p50 / p99)",
+            f"{p50:.0f} / {p99:.0f} us",
+            f"bare sleep {bare50:.0f} / {bare99:.0f} us",
+            "p99 < 200 us",
+        ),
     ]
 
 

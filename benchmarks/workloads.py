@@ -7,6 +7,7 @@ import random
 import resource
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import canwire
 from canwire import Frame, Lab
@@ -194,6 +195,17 @@ def lateness(seconds: float) -> tuple[float, float]:
         return late[len(late) // 2] / 1000, late[len(late) * 99 // 100] / 1000
 
 
+def sleep_lateness(seconds: float) -> tuple[float, float]:
+    """How late this machine wakes a bare sleep of a millisecond, in microseconds, p50 and p99."""
+    late = []
+    for _ in range(round(seconds * 1000)):
+        due = time.monotonic_ns() + 1_000_000
+        time.sleep(0.001)
+        late.append(time.monotonic_ns() - due)
+    late.sort()
+    return late[len(late) // 2] / 1000, late[len(late) * 99 // 100] / 1000
+
+
 def resident_megabytes() -> float:
     """Resident memory of this process with a Lab of ten nodes that have exchanged frames."""
     with Lab() as lab:
@@ -203,7 +215,16 @@ def resident_megabytes() -> float:
             node.send(Frame(k))
         lab.run_until_idle()
         gc.collect()
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        return resident_now()
+
+
+def resident_now() -> float:
+    """Megabytes; where /proc is missing, the most there ever were, which may count a parent's."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmRSS:"))
+        return int(line.split()[1]) / 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def median(measure: Callable[[], float], runs: int) -> float:

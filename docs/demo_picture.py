@@ -9,7 +9,7 @@ import sys
 from html import escape
 
 SHOWN = ("-- ", "200   [2]", "302   [1]")  # the story: events, what the controller says, what fan 2 says
-LINE, LEFT, TOP, WIDTH = 19, 16, 30, 760
+LINE, LEFT, TOP, WIDTH = 19, 16, 30, 900
 COLOURS = (("BUS_OFF", "#ff6b6b"), ("ERROR_", "#ffb454"), ("-- ", "#7fd962"))
 
 

@@ -184,8 +184,9 @@ def test_found_by_its_entry_point_and_by_our_conftest_alike(tmp_path: Path) -> N
 
 def _run_apart(folder: Path, site: Path) -> None:
     program = (
-        "import sys, pytest, canwire\n"
-        f"sys.path.insert(0, {str(site)!r})\n"
+        "import importlib.metadata, sys, pytest\n"
+        "known = importlib.metadata.entry_points(group='pytest11').names\n"
+        f"'canwire' in known or sys.path.insert(0, {str(site)!r})\n"
         "sys.exit(pytest.main(['-q', '-W', 'error', '-p', 'no:cacheprovider', '--rootdir', '.', '.']))\n"
     )
     quiet = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}

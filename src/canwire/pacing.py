@@ -9,6 +9,7 @@ from collections.abc import Callable
 from canwire.timeline import NEVER, Timeline
 
 _KEPT = 100_000
+_EARLY_NS = 150_000  # operating systems wake sleepers about this much late; what is left over is polled away
 
 
 class Pacer:
@@ -24,6 +25,7 @@ class Pacer:
         self._changed = threading.Condition(self.lock)
         self._stopping = False
         self._failure: BaseException | None = None
+        self._failed = threading.Event()
         self._lateness: list[int] = []
         self._origin_ns = time.monotonic_ns() - timeline.now_ns
         self._thread = threading.Thread(target=self._run, name="canwire-pacer", daemon=True)
@@ -52,6 +54,12 @@ class Pacer:
         self.check()
         return met
 
+    def wait_until(self, time_ns: int) -> None:
+        """Block until this time has come and everything due by then has happened."""
+        while (left_ns := time_ns - self.now_ns()) > 0 and not self._failed.is_set():
+            self._failed.wait(left_ns / 1e9)
+        self.wait(lambda: self._timeline.next_ns() > time_ns, None)
+
     def lateness_ns(self) -> list[int]:
         """How late the last happenings were, in order."""
         with self.lock:
@@ -76,6 +84,7 @@ class Pacer:
                     self._turn()
                 except BaseException as failure:
                     self._failure = failure
+                    self._failed.set()
                     self._changed.notify_all()
                     return
 
@@ -89,4 +98,4 @@ class Pacer:
             self._timeline.run_until(due_ns)
             self._changed.notify_all()
         else:
-            self._changed.wait(None if due_ns >= NEVER else -late_ns / 1e9)
+            self._changed.wait(None if due_ns >= NEVER else max(0, -late_ns - _EARLY_NS) / 1e9)

@@ -95,7 +95,7 @@ class Lab:
             while not self.timeline.run_until(time_ns):
                 pass  # somebody's halt was not meant for us
         else:
-            self.pacer.wait(lambda: self.now_ns >= time_ns, max(0.0, (time_ns - self.now_ns) / 1e9))
+            self.pacer.wait_until(time_ns)
 
     def run_until_idle(self) -> None:
         """Let time pass until no bus has anything to do and no timer waits (but for periodic ones).
