@@ -56,10 +56,13 @@ def compiled_core() -> list[Extension]:
 
 
 def optimisation() -> list[str]:
-    return [] if sys.platform == "win32" else ["-O3", "-fno-strict-aliasing"]
+    return [] if sys.platform == "win32" else ["-O2", "-g0", "-fno-strict-aliasing"]
 
 
 if MODE not in ("auto", "pure", "require"):
     sys.exit(f"CANWIRE_BUILD={MODE!r}: choose auto, pure or require")
 os.chdir(Path(__file__).parent)
-setup(ext_modules=[] if MODE == "pure" else compiled_core())
+setup(
+    ext_modules=[] if MODE == "pure" else compiled_core(),
+    options={"build_ext": {"parallel": os.cpu_count() or 1}},
+)
