@@ -311,3 +311,14 @@ def test_each_core_file_counts_for_core_mode() -> None:
     listed = re.search(r"MODULES = \((.*?)\)", text, re.S)
     assert listed is not None
     assert sorted(re.findall(r"\w+", listed[1])) == sorted(name.rpartition(".")[2] for name in core_names())
+
+
+def test_the_core_counts_no_index_from_the_end() -> None:
+    """Compiled without wrap-around, such an index reads outside the buffer instead."""
+    found = []
+    for name in core_names():
+        path = SOURCE.parent / (name.replace(".", "/") + ".py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.UnaryOp):
+                found.append(f"{name}:{node.lineno}")
+    assert found == []

@@ -132,7 +132,7 @@ class Ring:
         if fill >= self.capacity:
             words[_LOST] = (words[_LOST] + 1) & _M64
             return False
-        slot = _RECORDS + (head & self._mask) * _WORDS
+        slot = _RECORDS + (head & self._mask) * 10  # a literal: the compiler makes shifts of it
         _mem.copy_record(words, slot, source, at)
         words[slot] = time_ns
         words[slot + 1] = head_word

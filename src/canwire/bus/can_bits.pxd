@@ -7,9 +7,13 @@ cdef unsigned int _EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH, _ERROR_STATE
 cdef unsigned long long _ESI_WORD
 cdef int _NON_ISO, _TAIL_BITS, _START_STATE
 cdef unsigned short *_CRC15
-cdef unsigned short *_STUFF
+cdef unsigned short *_STUFF1
+cdef unsigned short *_STUFF3
+cdef unsigned short *_STUFF4
+cdef unsigned short *_STUFF5
+cdef unsigned short *_STUFF7
+cdef unsigned short *_STUFF8
 cdef unsigned short *_LENGTHS
-cdef int _OFF1, _OFF3, _OFF4, _OFF5, _OFF7, _OFF8
 
 @cython.locals(head="unsigned long long", info="unsigned int", identifier="unsigned int", remote="unsigned int")
 cpdef void measure(Mailbox box, int fd_mode) noexcept

@@ -43,26 +43,23 @@ def _crc15_table() -> array[int]:
     return table
 
 
-def _stuff_tables() -> tuple[array[int], tuple[int, ...]]:
-    """For 1..8 bits at once, by state << 8 | bits: next state << 8 | stuff bits inserted.
+def _stuff_tables() -> list[array[int]]:
+    """For 0..8 bits at once, by state << 8 | bits: next state << 8 | stuff bits inserted.
 
     A state is last bit << 3 | run length 0..5; it stands where the next look-up wants it. A stuff bit
     is inserted when the bit after a run of five is about to come, so a run that ends a CAN FD data field
     stays without one.
     """
-    table = array("H")
-    offsets = [0]
-    shorter = [_stuffed(state, bits & 1) for state in range(16) for bits in range(256)]
-    one = shorter
-    for count in range(1, 9):
-        offsets.append(len(table))
-        table.extend(shorter)
-        shorter = [
-            _then(shorter[state << 8 | bits >> 1], one, bits & 1) if bits >> count + 1 == 0 else 0
-            for state in range(16)
-            for bits in range(256)
-        ]
-    return table, tuple(offsets)
+    one = [_stuffed(state, bits & 1) for state in range(16) for bits in range(256)]
+    tables = [array("H"), array("H", one)]
+    for count in range(2, 9):
+        shorter = tables[count - 1]
+        table = array("H", bytes(2 * 16 * 256))
+        for state in range(16):
+            for bits in range(1 << count):
+                table[state << 8 | bits] = _then(shorter[state << 8 | bits >> 1], one, bits & 1)
+        tables.append(table)
+    return tables
 
 
 def _stuffed(state: int, bit: int) -> int:
@@ -80,10 +77,14 @@ def _then(step: int, one: list[int], bit: int) -> int:
 
 
 _CRC15_BLOCK = _crc15_table()
-_STUFF_BLOCK, _STUFF_OFFSETS = _stuff_tables()
+_STUFF_BLOCKS = _stuff_tables()
 _CRC15 = _mem.shorts_of(_CRC15_BLOCK)
-_STUFF = _mem.shorts_of(_STUFF_BLOCK)
-_OFF1, _OFF3, _OFF4, _OFF5, _OFF7, _OFF8 = (_STUFF_OFFSETS[k] for k in (1, 3, 4, 5, 7, 8))
+_STUFF1 = _mem.shorts_of(_STUFF_BLOCKS[1])
+_STUFF3 = _mem.shorts_of(_STUFF_BLOCKS[3])
+_STUFF4 = _mem.shorts_of(_STUFF_BLOCKS[4])
+_STUFF5 = _mem.shorts_of(_STUFF_BLOCKS[5])
+_STUFF7 = _mem.shorts_of(_STUFF_BLOCKS[7])
+_STUFF8 = _mem.shorts_of(_STUFF_BLOCKS[8])
 _LENGTH_BLOCK = array("H", FD_LENGTHS)
 _LENGTHS = _mem.shorts_of(_LENGTH_BLOCK)
 
@@ -120,16 +121,16 @@ def _measure_classic(words: _mem.Words, head: int) -> int:
     dlc = info >> 16 & 15
     remote = 1 if info & _REMOTE else 0
     length = 0 if remote else (dlc if dlc < 8 else 8)
-    table = _STUFF
+    table = _STUFF8
     crc_table = _CRC15
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RTR, r1, r0, DLC: 39 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 7 | remote << 6 | dlc
         bits = 64 + 8 * length
-        step = table[_OFF7 + _START_STATE + (header >> 32)]
+        step = _STUFF7[_START_STATE + (header >> 32)]
         count = step & 15
-        step = table[_OFF8 + (step & 0xF00 | header >> 24 & 255)]
+        step = table[step & 0xF00 | header >> 24 & 255]
         count += step & 15
-        step = table[_OFF8 + (step & 0xF00 | header >> 16 & 255)]
+        step = table[step & 0xF00 | header >> 16 & 255]
         count += step & 15
         crc = crc_table[header >> 32]
         crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 24) & 255]
@@ -137,24 +138,24 @@ def _measure_classic(words: _mem.Words, head: int) -> int:
     else:  # SOF, base, RTR, IDE, r0, DLC: 19 bits
         header = identifier << 7 | remote << 6 | dlc
         bits = 44 + 8 * length
-        step = table[_OFF3 + _START_STATE + (header >> 16)]
+        step = _STUFF3[_START_STATE + (header >> 16)]
         count = step & 15
         crc = crc_table[header >> 16]
-    step = table[_OFF8 + (step & 0xF00 | header >> 8 & 255)]
+    step = table[step & 0xF00 | header >> 8 & 255]
     count += step & 15
     crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 8) & 255]
-    step = table[_OFF8 + (step & 0xF00 | header & 255)]
+    step = table[step & 0xF00 | header & 255]
     count += step & 15
     crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header) & 255]
     data = words[2]
     for _ in range(length):
-        step = table[_OFF8 + (step & 0xF00 | data & 255)]
+        step = table[step & 0xF00 | data & 255]
         count += step & 15
         crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ data) & 255]
         data >>= 8
-    step = table[_OFF7 + (step & 0xF00 | crc >> 8)]
+    step = _STUFF7[step & 0xF00 | crc >> 8]
     count += step & 15
-    step = table[_OFF8 + (step & 0xF00 | crc & 255)]
+    step = table[step & 0xF00 | crc & 255]
     count += step & 15
     if step & 0x700 == 0x500:
         count += 1
@@ -168,27 +169,27 @@ def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
     dlc = info >> 16 & 15
     length = _LENGTHS[dlc]
     switch = 1 if info & _BIT_RATE_SWITCH else 0
-    table = _STUFF
+    table = _STUFF8
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RRS, FDF, res, BRS: 36 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 4 | 4 | switch
         bits = 41
-        step = table[_OFF4 + _START_STATE + (header >> 32)]
+        step = _STUFF4[_START_STATE + (header >> 32)]
         count = step & 15
-        step = table[_OFF8 + (step & 0xF00 | header >> 24 & 255)]
+        step = table[step & 0xF00 | header >> 24 & 255]
         count += step & 15
-        step = table[_OFF8 + (step & 0xF00 | header >> 16 & 255)]
+        step = table[step & 0xF00 | header >> 16 & 255]
         count += step & 15
     else:  # SOF, base, RRS, IDE, FDF, res, BRS: 17 bits
         header = identifier << 5 | 4 | switch
         bits = 22
-        step = table[_OFF1 + _START_STATE + (header >> 16)]
+        step = _STUFF1[_START_STATE + (header >> 16)]
         count = step & 15
-    step = table[_OFF8 + (step & 0xF00 | header >> 8 & 255)]
+    step = table[step & 0xF00 | header >> 8 & 255]
     count += step & 15
-    step = table[_OFF8 + (step & 0xF00 | header & 255)]
+    step = table[step & 0xF00 | header & 255]
     count += step & 15
     nominal = bits - 5 + count
-    step = table[_OFF5 + (step & 0xF00 | (16 if info & _ERROR_STATE else 0) | dlc)]
+    step = _STUFF5[step & 0xF00 | (16 if info & _ERROR_STATE else 0) | dlc]
     count += step & 15
     at = 2
     left = length
@@ -196,7 +197,7 @@ def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
         data = words[at]
         at += 1
         for _ in range(left if left < 8 else 8):
-            step = table[_OFF8 + (step & 0xF00 | data & 255)]
+            step = table[step & 0xF00 | data & 255]
             count += step & 15
             data >>= 8
         left -= 8
