@@ -317,7 +317,7 @@ def test_the_core_counts_no_index_from_the_end() -> None:
     """Compiled without wrap-around, such an index reads outside the buffer instead."""
     found = []
     for name in core_names():
-        path = SOURCE.parent / (name.replace(".", "/") + ".py")
+        path = SOURCE / (name.replace(".", "/") + ".py")
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.UnaryOp):
                 found.append(f"{name}:{node.lineno}")
