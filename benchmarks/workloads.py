@@ -82,7 +82,7 @@ def lab_arrays(count: int) -> float:
     with Lab() as lab:
         bus = lab.can_bus("can0", bit_rate=1_000_000)
         sender, taker = bus.node("sender", receive_queue=1), bus.node("taker")
-        batch = canwire.frames_to_array([Frame(k & 0x7FF, b"\x11\x22\x33\x44") for k in range(10_000)])
+        batch = canwire.frames_to_array([Frame(k & 0x7FF, b"\x11\x22\x33\x44") for k in range(BATCH)])
         received = 0
         began = time.perf_counter()
         for _ in range(max(1, count // len(batch))):
@@ -103,7 +103,8 @@ def draining(count: int, take: str) -> float:
             sender.send_array(batch)
             lab.run_until_idle()
             began = time.perf_counter()
-            received += len(taker.receive_array() if take == "arrays" else taker.receive_many(10_000))
+            while taker.waiting:
+                received += len(taker.receive_array(BATCH) if take == "arrays" else taker.receive_many(BATCH))
             spent += time.perf_counter() - began
         return received / spent
 

@@ -140,3 +140,21 @@ def test_errors_of_the_door_are_one_tree() -> None:
     ]
     assert all(issubclass(error, canwire.CanwireError) for error in errors)
     assert typing.get_type_hints(canwire.Closed.__init__)
+
+
+def test_arrays_without_numpy_name_the_extra() -> None:
+    program = textwrap.dedent(
+        """
+        sys.modules["numpy"] = None  # as if it were not installed
+        import canwire
+        with canwire.Lab() as lab:
+            node = lab.can_bus().node("a")
+            for call in (node.receive_array, canwire.record_dtype, lambda: canwire.frames_to_array([])):
+                try:
+                    call()
+                except canwire.ExtraMissing as error:
+                    print(error)
+        """
+    )
+    said = run_isolated(program).splitlines()
+    assert said == ["numpy is not installed; run: pip install 'canwire[arrays]'"] * 3

@@ -24,7 +24,7 @@ from canwire import _mem
 from canwire.errors import BadValue, CanwireError
 from canwire.values import frame as codec
 from canwire.values.frame import Frame
-from canwire.values.record import RECORD_SIZE, record_dtype
+from canwire.values.record import RECORD_SIZE, load_numpy, record_dtype
 
 if TYPE_CHECKING:
     from multiprocessing.shared_memory import SharedMemory
@@ -219,8 +219,7 @@ class Ring:
 
     def take_array(self, limit: int) -> numpy.ndarray:
         """Up to `limit` oldest records as one numpy array of record_dtype(), copied in one or two moves."""
-        import numpy
-
+        numpy = load_numpy()
         blocks = [numpy.frombuffer(block, record_dtype()) for block in self.acquire(limit)]
         if not blocks:
             return numpy.empty(0, record_dtype())
@@ -230,8 +229,7 @@ class Ring:
 
     def put_array(self, records: numpy.ndarray) -> int:
         """Append as many of these records as fit, in one or two moves; returns how many did."""
-        import numpy
-
+        numpy = load_numpy()
         room = self.free()
         count = min(len(records), room)
         before = self.capacity - room

@@ -15,7 +15,9 @@ Source: VCI V4 manual (seed 004) 7.3.14-7.3.16, reference/vci.md sections 3 and 
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from canwire.errors import ExtraMissing
 
 if TYPE_CHECKING:
     import numpy
@@ -56,22 +58,27 @@ STRUCT_LINMSG = "<2I8s"
 @cache
 def record_dtype() -> numpy.dtype[numpy.void]:
     """numpy dtype of a record: time_ns, id, info, data[64]."""
-    import numpy
-
-    return numpy.dtype([("time_ns", "<u8"), ("id", "<u4"), ("info", "<u4"), ("data", "u1", 64)])
+    return load_numpy().dtype([("time_ns", "<u8"), ("id", "<u4"), ("info", "<u4"), ("data", "u1", 64)])
 
 
 @cache
 def canmsg_dtype() -> numpy.dtype[numpy.void]:
     """numpy dtype of VCI's CANMSG: dwTime (ticks), dwMsgId, uMsgInfo, abData[8]; 20 bytes."""
-    import numpy
-
-    return numpy.dtype([("dwTime", "<u4"), ("dwMsgId", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", 8)])
+    return load_numpy().dtype(
+        [("dwTime", "<u4"), ("dwMsgId", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", 8)]
+    )
 
 
 @cache
 def linmsg_dtype() -> numpy.dtype[numpy.void]:
     """numpy dtype of VCI's LINMSG: dwTime (ticks), uMsgInfo, abData[8]; 16 bytes."""
-    import numpy
+    return load_numpy().dtype([("dwTime", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", 8)])
 
-    return numpy.dtype([("dwTime", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", 8)])
+
+def load_numpy() -> Any:
+    """numpy, or one clear line that names the extra."""
+    try:
+        import numpy
+    except ModuleNotFoundError:
+        raise ExtraMissing("numpy", "arrays") from None
+    return numpy

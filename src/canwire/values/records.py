@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from canwire.errors import BadFrame, ExtraMissing
+from canwire.errors import BadFrame
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import (
     DLC_SHIFT,
@@ -14,6 +14,7 @@ from canwire.values.record import (
     EXTENDED_DATA_LENGTH,
     FAST_DATA_RATE,
     REMOTE,
+    load_numpy,
     record_dtype,
 )
 
@@ -63,12 +64,3 @@ def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.nd
     lengths[info & REMOTE != 0] = 0
     checked["data"][numpy.arange(64) >= lengths[:, None]] = 0
     return checked
-
-
-def load_numpy() -> Any:
-    """numpy, or one clear line that names the extra."""
-    try:
-        import numpy
-    except ModuleNotFoundError:
-        raise ExtraMissing("numpy", "arrays") from None
-    return numpy
