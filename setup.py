@@ -25,6 +25,7 @@ CORE = [
     "canwire.bus.can_bus",
     "canwire.chips.confinement",
     "canwire.chips.can_fd",
+    "canwire.boards.message_filter",
     "canwire.boards.channel",
     "canwire.boards.line",
 ]

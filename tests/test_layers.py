@@ -34,13 +34,15 @@ ROOMS = [
     DOOR,
 ]
 # behind the door: they use the package as any program does, and each only itself besides
-OUTSIDE = ["pytest_plugin", "commands", "__main__"]
-OUTSIDE_MAY = {"pytest_plugin": set(), "commands": set(), "__main__": {"commands"}}
+OUTSIDE = ["vci", "pytest_plugin", "commands", "__main__"]
+OUTSIDE_MAY = {"vci": set(), "pytest_plugin": set(), "commands": set(), "__main__": {"commands"}}
 
 # clocks, threads and sockets
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
 MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin"}
+MAY_LOCK = {"vci.fifo"}  # VCI's Lock and Unlock are its threads' own
+HUB_WITHOUT_CLOCKS = {"hub.messages", "hub.session", "hub.world"}
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
 SEAMS = {"drivers": {"driver"}}
 STRANGERS = [("chips", "drivers"), ("drivers", "chips")]
@@ -49,9 +51,12 @@ TOUCH_CHIPS = {"boards.catalogue", "boards.line"}
 LINES = 300
 LONGEST = 500
 LONG = {  # files that need more than 300 lines; nothing needs more than 500
+    "boards/line.py",
     "bus/bit_level.py",
     "bus/can_bus.py",
     "bus/station.py",
+    "hub/messages.py",
+    "hub/requests.py",
     "lab/node.py",
     "ring.py",
 }
@@ -258,7 +263,8 @@ def test_clocks_threads_and_sockets_stay_where_they_belong() -> None:
         found
         for found in IMPORTS
         if found.imported.partition(".")[0] in CLOCKS
-        and room_of(found.importer) not in MAY_HAVE_CLOCKS
+        and (room_of(found.importer) not in MAY_HAVE_CLOCKS or found.importer in HUB_WITHOUT_CLOCKS)
+        and found.importer not in MAY_LOCK
         and not found.typing_only
     ]
     assert not wrong, complaints(wrong)

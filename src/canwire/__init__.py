@@ -10,12 +10,27 @@
 Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 """
 
+from typing import TYPE_CHECKING, Any
+
+from canwire.boards.description import BoardInfo, Capabilities, Feature, LineInfo, Ticks, TimingRange
+from canwire.boards.modes import (
+    ChannelMode,
+    ChannelStatus,
+    CyclicStatus,
+    FilterMode,
+    FilterSetup,
+    LineMode,
+    LineStatus,
+    Siblings,
+)
 from canwire.bus.bit_layout import FIELDS, BitLayout
 from canwire.bus.can_bits import NON_ISO
 from canwire.core import core_mode
 from canwire.errors import (
+    BadConfig,
     BadFilter,
     BadFrame,
+    BadMessage,
     BadText,
     BadTiming,
     BadValue,
@@ -23,11 +38,20 @@ from canwire.errors import (
     CanwireError,
     Closed,
     ExtraMissing,
+    HubError,
+    HubLost,
+    InUse,
     LineError,
+    NoSuchBoard,
+    NothingHeard,
     NotIdle,
+    NotInitialised,
     NotReceived,
     NotTransmitted,
     QueueFull,
+    Unplugged,
+    Unsupported,
+    WrongState,
 )
 from canwire.lab import Lab, LabBus, LabNode, NodeScript
 from canwire.values.acceptance import Acceptance
@@ -42,39 +66,110 @@ from canwire.values.text import LogLine, format_frame, format_log_line, parse_fr
 from canwire.values.timing_limits import TimingLimits
 from canwire.version import __version__
 
+if TYPE_CHECKING:
+    from canwire.hub.channel import HubChannel
+    from canwire.hub.connect import connect, default_address
+    from canwire.hub.ends import RingEnd
+    from canwire.hub.event import Event
+    from canwire.hub.fifo import Fifo
+    from canwire.hub.handles import Control, Filtered, Lease, Scheduler
+    from canwire.hub.hub import Hub
+    from canwire.hub.serve import serve
+
+# loaded when they are first asked for: the lab's users need no messages, sockets and boards
+_LATER = {
+    "Control": "handles",
+    "Event": "event",
+    "Fifo": "fifo",
+    "Filtered": "handles",
+    "Hub": "hub",
+    "HubChannel": "channel",
+    "Lease": "handles",
+    "RingEnd": "ends",
+    "Scheduler": "handles",
+    "connect": "connect",
+    "default_address": "connect",
+    "serve": "serve",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"canwire.hub.{_LATER[name]}"), name)
+
+
 __all__ = [
     "FIELDS",
     "NON_ISO",
     "Acceptance",
+    "BadConfig",
     "BadFilter",
     "BadFrame",
+    "BadMessage",
     "BadText",
     "BadTiming",
     "BadValue",
     "BitLayout",
     "BitTiming",
+    "BoardInfo",
     "BusEvent",
     "BusOff",
     "CanwireError",
+    "Capabilities",
+    "ChannelMode",
+    "ChannelStatus",
     "Closed",
+    "Control",
+    "CyclicStatus",
     "ErrorKind",
     "ErrorState",
+    "Event",
     "EventKind",
     "ExtraMissing",
+    "Feature",
+    "Fifo",
+    "FilterMode",
+    "FilterSetup",
+    "Filtered",
     "Frame",
+    "Hub",
+    "HubChannel",
+    "HubError",
+    "HubLost",
+    "InUse",
     "Lab",
     "LabBus",
     "LabNode",
+    "Lease",
     "LineError",
+    "LineInfo",
+    "LineMode",
+    "LineStatus",
     "LogLine",
+    "NoSuchBoard",
     "NodeScript",
     "NotIdle",
+    "NotInitialised",
     "NotReceived",
     "NotTransmitted",
+    "NothingHeard",
     "QueueFull",
+    "RingEnd",
+    "Scheduler",
+    "Siblings",
+    "Ticks",
     "TimingLimits",
+    "TimingRange",
+    "Unplugged",
+    "Unsupported",
+    "WrongState",
     "__version__",
+    "connect",
     "core_mode",
+    "default_address",
     "dlc_to_length",
     "format_candump_line",
     "format_frame",
@@ -85,4 +180,5 @@ __all__ = [
     "parse_frame",
     "parse_log_line",
     "record_dtype",
+    "serve",
 ]

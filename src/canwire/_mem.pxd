@@ -42,6 +42,10 @@ cdef inline void store_data(unsigned long long *words, Py_ssize_t at, bytes data
     memcpy(words + at, <char *> data, len(data))
 
 
+cdef inline void clear_tail(unsigned long long *words, Py_ssize_t at, Py_ssize_t length) noexcept nogil:
+    memset(<char *> (words + at) + length, 0, 64 - length)
+
+
 cdef inline unsigned long long load_acquire(unsigned long long *words, Py_ssize_t at) noexcept nogil:
     return cw_load(words + at)
 

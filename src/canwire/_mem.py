@@ -29,6 +29,12 @@ def store_data(words: Words, at: int, data: bytes) -> None:
     words[at : at + 8] = memoryview(data.ljust(64, b"\0")).cast("Q")
 
 
+def clear_tail(words: Words, at: int, length: int) -> None:
+    """Zero what lies behind the first `length` of the 64 bytes that start with word `at`."""
+    data = words[at : at + 8].tobytes()[:length].ljust(64, b"\0")
+    words[at : at + 8] = memoryview(data).cast("Q")
+
+
 def load_acquire(words: Words, at: int) -> int:
     return words[at]
 

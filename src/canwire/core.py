@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from canwire import ring, timeline
-from canwire.boards import channel, line
+from canwire.boards import channel, line, message_filter
 from canwire.bus import bit_layout, bit_level, can_bits, can_bus, frame_reader, load, node, station
 from canwire.chips import can_fd, confinement
 from canwire.values import frame
@@ -11,7 +11,7 @@ from canwire.values import frame
 # fmt: off
 MODULES = (
     frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, can_bus,
-    confinement, can_fd, channel, line,
+    confinement, can_fd, message_filter, channel, line,
 )
 # fmt: on
 

@@ -5,11 +5,22 @@ CanwireError
 │   ├── BadFrame                   a frame that no bus could carry
 │   ├── BadTiming                  a bit timing that no controller could run
 │   ├── BadFilter                  an acceptance filter that means nothing
-│   └── BadText                    text that is no frame, event or log line
+│   ├── BadText                    text that is no frame, event or log line
+│   └── BadConfig                  a configuration file that no hub could run
 ├── LineError                      a line cannot do that now
 │   ├── QueueFull                  the transmit queue has no room
 │   ├── NotTransmitted             a frame was given up: single shot, abort
-│   └── BusOff                     the controller left the bus
+│   ├── BusOff                     the controller left the bus
+│   ├── InUse                      somebody else holds it
+│   ├── NotInitialised             it must be initialised first
+│   ├── WrongState                 not while it is running, active or open
+│   ├── Unsupported                this board cannot do that
+│   └── NothingHeard               the bus stayed silent
+├── HubError                       boards that several programs share
+│   ├── HubLost                    the hub is gone
+│   ├── NoSuchBoard                no board by that name or number is plugged in
+│   ├── Unplugged                  the board was pulled out
+│   └── BadMessage                 bytes that mean nothing to the hub, or its client
 ├── Closed                         the object was closed before
 ├── NotIdle                        the bus never came to rest
 ├── NotReceived                    an expected frame did not arrive
@@ -41,6 +52,10 @@ class BadFilter(BadValue):
 
 class BadText(BadValue):
     """Text that is no frame, event or log line."""
+
+
+class BadConfig(BadValue):
+    """A configuration that no hub could run; the message names its file and the place in it."""
 
 
 class LineError(CanwireError):
@@ -77,6 +92,46 @@ class BusOff(LineError):
     def __init__(self, line: str) -> None:
         super().__init__(f"{line}: bus-off; restart it to rejoin the bus")
         self.line = line
+
+
+class InUse(LineError):
+    """Somebody else holds it; the message says who."""
+
+
+class NotInitialised(LineError):
+    """The line or channel must be initialised first."""
+
+
+class WrongState(LineError):
+    """Not now: the line is running, the channel is active, or an end is open."""
+
+
+class Unsupported(LineError):
+    """This board cannot do that."""
+
+
+class NothingHeard(LineError):
+    """No valid frame was heard in time."""
+
+
+class HubError(CanwireError):
+    """Something between this program and the boards it shares."""
+
+
+class HubLost(HubError):
+    """The hub is gone, and with it every handle; connect again and reopen boards by their hardware id."""
+
+
+class NoSuchBoard(HubError, LookupError):
+    """No board, line, bus or FIFO by that name or number."""
+
+
+class Unplugged(HubError):
+    """The board was pulled out; replugged, it can be opened again by its hardware id."""
+
+
+class BadMessage(HubError):
+    """Bytes that mean nothing to the hub, or to its client; the connection is closed."""
 
 
 class Closed(CanwireError):

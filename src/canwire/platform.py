@@ -1,15 +1,24 @@
-"""The only file that knows operating systems: event descriptors and named shared memory.
+"""The only file that knows operating systems: event descriptors, shared memory, where a user's sockets live.
 
-Linux has eventfd; elsewhere a pipe stands in for it, same calls, two descriptors.
+Linux has eventfd and sealed memory files; elsewhere pipes and unlinked temporary files stand in for them.
 """
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
+import mmap
 import os
 import select
+import selectors
+import socket
+import stat
+import struct
 import sys
+import tempfile
 import threading
+import time
+from collections.abc import Callable, Iterator
 from multiprocessing import resource_tracker
 from multiprocessing.shared_memory import SharedMemory
 
@@ -26,8 +35,20 @@ class EventDescriptor:
             os.set_blocking(self._write, False)
         self._closed = False
 
+    @classmethod
+    def adopt(cls, descriptor: int) -> EventDescriptor:
+        """Take over an event's descriptor that another process passed on; with eventfd it is both ends."""
+        event = cls.__new__(cls)
+        event._read = event._write = descriptor
+        event._closed = False
+        return event
+
     def fileno(self) -> int:
         return self._read
+
+    def sender(self) -> int:
+        """The descriptor for `adopt` elsewhere, to signal this event by; it stays this event's own."""
+        return self._write
 
     def signal(self) -> None:
         """Wake whoever waits; signals that nobody has consumed yet count as one."""
@@ -36,18 +57,129 @@ class EventDescriptor:
 
     def wait(self, timeout: float | None = None) -> bool:
         """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
-        readable, _, _ = select.select([self._read], [], [], timeout)
-        if readable:
+        if wait_readable([self._read], timeout):
             with contextlib.suppress(BlockingIOError):  # another waiter was quicker
                 os.read(self._read, 4096)
                 return True
         return False
+
+    def clear(self) -> None:
+        """Consume whatever signal there is, without waiting."""
+        with contextlib.suppress(BlockingIOError):  # there was none
+            os.read(self._read, 4096)
+
+    def wait_for(
+        self, settled: Callable[[], bool], timeout: float | None, recheck: float | None = None
+    ) -> bool:
+        """Wait for signals until `settled()`, which is asked after each, is True; False once the time is over.
+
+        `recheck` asks it every so many seconds even without a signal.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while not settled():
+            left = None if deadline is None else deadline - time.monotonic()
+            if left is not None and left <= 0:
+                return False
+            self.wait(left if recheck is None else min(recheck, recheck if left is None else left))
+        return True
 
     def close(self) -> None:
         if not self._closed:
             self._closed = True
             for descriptor in {self._read, self._write}:
                 os.close(descriptor)
+
+
+def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
+    """Block until one of them is readable, `timeout` seconds at most (None: for ever); False when time is over."""
+    if max(descriptors) < 1024:  # select knows no others, but it is the quicker one and counts microseconds
+        return bool(select.select(descriptors, [], [], timeout)[0])
+    poll = select.poll()
+    for descriptor in descriptors:
+        poll.register(descriptor, select.POLLIN)
+    return bool(poll.poll(None if timeout is None else timeout * 1000))
+
+
+def select_ready(
+    selector: selectors.BaseSelector, timeout: float | None
+) -> list[tuple[selectors.SelectorKey, int]]:
+    """What is ready within `timeout` seconds (None: for ever), to a few microseconds where the system can."""
+    descriptor = selector.fileno() if hasattr(selector, "fileno") else -1
+    # epoll counts whole milliseconds; select counts better, but descriptors below 1024 only
+    if timeout is not None and timeout > 0 and 0 <= descriptor < 1024:
+        select.select([descriptor], [], [], timeout)
+        timeout = 0
+    return selector.select(timeout)
+
+
+def sharpen_sleep() -> None:
+    """Let this thread's sleeps end on time: Linux lets them run some 50 microseconds over unless told otherwise."""
+    with contextlib.suppress(OSError):  # not Linux, or no /proc: then they run over
+        descriptor = os.open(f"/proc/{threading.get_native_id()}/timerslack_ns", os.O_WRONLY)
+        try:
+            os.write(descriptor, b"1000")
+        finally:
+            os.close(descriptor)
+
+
+def peer_of(connection: socket.socket) -> tuple[int, int] | None:
+    """Process and user at the other end of a Unix socket; None where the system does not tell."""
+    if not hasattr(socket, "SO_PEERCRED"):
+        return None
+    credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    pid, uid, _ = _CREDENTIALS.unpack(credentials)
+    return pid, uid
+
+
+@contextlib.contextmanager
+def locked_directory(path: str) -> Iterator[None]:
+    """Keep every other program out that asks for the same directory; it goes with the process, if need be."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def create_memory(size: int) -> int:
+    """Descriptor of new shared memory of zeros, gone with the last process that has it; nobody can shrink it."""
+    if hasattr(os, "memfd_create"):
+        descriptor = os.memfd_create("canwire", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        os.ftruncate(descriptor, size)
+        fcntl.fcntl(
+            descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL
+        )
+        return descriptor
+    with tempfile.TemporaryFile() as file:
+        os.ftruncate(file.fileno(), size)
+        return os.dup(file.fileno())
+
+
+def map_memory(descriptor: int) -> memoryview:
+    """The whole memory behind a descriptor, which may be closed afterwards."""
+    return memoryview(mmap.mmap(descriptor, os.fstat(descriptor).st_size))
+
+
+def close_descriptors(*descriptors: int) -> None:
+    """Close them all."""
+    for descriptor in descriptors:
+        os.close(descriptor)
+
+
+def runtime_directory() -> str:
+    """Where this user's sockets live: XDG_RUNTIME_DIR, else a directory of the user's own in the temporary one."""
+    given = os.environ.get("XDG_RUNTIME_DIR")
+    if given and os.path.isdir(given):
+        return given
+    own = os.path.join(tempfile.gettempdir(), f"canwire-{os.getuid()}")
+    os.makedirs(own, mode=0o700, exist_ok=True)
+    state = os.lstat(own)
+    if not stat.S_ISDIR(state.st_mode) or state.st_uid != os.getuid() or state.st_mode & 0o077:
+        raise PermissionError(
+            f"{own}: not a private directory of this user; remove it or set XDG_RUNTIME_DIR"
+        )
+    return own
 
 
 def create_shared_memory(name: str, size: int) -> SharedMemory:
@@ -73,3 +205,4 @@ def _no_registration(name: object, rtype: str) -> None:
 
 
 _ATTACHING = threading.Lock()
+_CREDENTIALS = struct.Struct("iII")

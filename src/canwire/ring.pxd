@@ -5,11 +5,11 @@ from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
 cdef unsigned long long _M64
-cdef int _CAPACITY, _RECORD_WORDS, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS
+cdef int _CAPACITY, _RECORD_BYTES, _LIMIT, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS
 
 @cython.final
 cdef class Ring:
-    cdef readonly long long capacity
+    cdef readonly long long capacity, record_size
     cdef long long _mask
     cdef object _buffer
     cdef unsigned long long *_words
@@ -43,6 +43,17 @@ cdef class Ring:
 
     @cython.locals(tail="unsigned long long", count="long long", k="long long")
     cpdef list take_frames(self, long long limit)
+
+    cpdef int arm(self) except -1
+
+    cpdef int arm_once(self) except -1
+
+    cdef long long _missing(self, long long count) noexcept
+
+    @cython.locals(goal="unsigned long long")
+    cdef int _arm(self, int wanted, int counter, long long steps) except -1
+
+    cdef int _signal(self, int wanted) except -1
 
     @cython.locals(wanted="unsigned long long")
     cdef int _wake_consumer(self, unsigned long long head) except -1

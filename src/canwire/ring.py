@@ -1,13 +1,17 @@
 """A first-in first-out ring of 80-byte records: one producer, one consumer, any two processes.
 
     words   writer     what
-    0..2    creator    magic and version, capacity in records, words per record
+    0..3    creator    magic and version, slots, bytes per record, capacity in records (at most the slots)
     8       producer   head: records ever written
     9       producer   lost: records dropped because the ring was full
     16      consumer   tail: records ever taken
-    17      both       wanted: head at which the consumer sleeps until (0: it is awake)
-    24..    both       the same for the producer: tail at which it sleeps until (0: awake)
+    17      both       wanted: head whose writing signals the consumer (0: it wants no signal)
+    24      both       the same for the producer: tail whose taking signals it
     32..               records
+
+The consumer sets `wanted`, the producer clears it just before it signals; a consumer that is signalled looks
+again and sets it anew, so that no order of these steps loses a signal. Records of other sizes than 80 bytes go
+in and out as bytes only.
 
 Each counter has its own 64-byte line and one writer, and only differences count, so they may wrap.
 A word read from the other side is never trusted: a fill level above the capacity means that the
@@ -18,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from mmap import mmap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from canwire import _mem
 from canwire.errors import BadValue, CanwireError
@@ -31,12 +35,11 @@ if TYPE_CHECKING:
 
     import numpy
 
-    from canwire.platform import EventDescriptor
-
 MAGIC = 0x0001_4757_4E41_4301  # "\x01CANWG", version 1
 HEADER_SIZE = 256
 _CAPACITY = 1
-_RECORD_WORDS = 2
+_RECORD_BYTES = 2
+_LIMIT = 3
 _HEAD = 8
 _LOST = 9
 _TAIL = 16
@@ -46,6 +49,15 @@ _RECORDS = 32
 _WORDS = 10
 _M64 = (1 << 64) - 1  # counters wrap; only their differences count
 LARGEST_CAPACITY = 1 << 24
+# interpreted there is no memory fence, so a signal may be missed: whoever waits looks again this often
+RECHECK_S = 0.01 if __file__.endswith(".py") else None
+
+
+class Signalled(Protocol):
+    """What wakes the other end: platform.py's EventDescriptor, or what stands in for it."""
+
+    def signal(self) -> None: ...
+    def wait_for(self, settled: Callable[[], bool], timeout: float | None, recheck: float | None) -> bool: ...
 
 
 class Ring:
@@ -56,25 +68,36 @@ class Ring:
     or through the event descriptor of `sleep` across processes.
     """
 
-    def __init__(self, capacity: int, *, buffer: memoryview | None = None) -> None:
-        self.capacity = rounded_capacity(capacity)
-        self._mask = self.capacity - 1
-        if buffer is not None and buffer.nbytes < ring_size(self.capacity):
-            raise BadValue(f"buffer of {buffer.nbytes} bytes: this ring takes {ring_size(self.capacity)}")
-        self._buffer = buffer if buffer is not None else memoryview(mmap(-1, ring_size(self.capacity)))
+    def __init__(
+        self,
+        capacity: int,
+        *,
+        exact: bool = False,
+        record_size: int = RECORD_SIZE,
+        buffer: memoryview | None = None,
+    ) -> None:
+        slots = rounded_capacity(capacity)
+        self.capacity = capacity if exact else slots
+        self.record_size = record_size
+        self._mask = slots - 1
+        size = ring_size(slots, record_size)
+        if buffer is not None and buffer.nbytes < size:
+            raise BadValue(f"buffer of {buffer.nbytes} bytes: this ring takes {size}")
         # anonymous memory costs nothing until it is written to
+        self._buffer = buffer if buffer is not None else memoryview(mmap(-1, size))
         self._words = _mem.words_of(self._buffer)
         self._memory: SharedMemory | None = None
         self._shared = buffer is not None
-        self.event: EventDescriptor | None = None
-        self.free_event: EventDescriptor | None = None
+        self.event: Signalled | None = None
+        self.free_event: Signalled | None = None
         self.listener: Callable[[], None] | None = None
         self.free_listener: Callable[[], None] | None = None
         self.threshold = 1
         self.free_threshold = 1
         if self._words[0] == 0:
-            self._words[_CAPACITY] = self.capacity
-            self._words[_RECORD_WORDS] = _WORDS
+            self._words[_CAPACITY] = slots
+            self._words[_RECORD_BYTES] = record_size
+            self._words[_LIMIT] = self.capacity
             self._words[0] = MAGIC
 
     @classmethod
@@ -146,8 +169,10 @@ class Ring:
 
     def put_bytes(self, record: bytes | bytearray | memoryview) -> bool:
         """Append one 80-byte record as it stands; False if full (counted)."""
-        if len(record) != RECORD_SIZE:
-            raise BadValue(f"a record has {RECORD_SIZE} bytes, not {len(record)}")
+        if len(record) != self.record_size:
+            raise BadValue(f"a record has {self.record_size} bytes, not {len(record)}")
+        if self.record_size != RECORD_SIZE:
+            return self._put_other(record)
         block = bytearray(record)
         source = _mem.words_of(block)
         return self.put(source, 0, source[0], source[1])
@@ -209,13 +234,27 @@ class Ring:
         """
         count = max(0, min(limit, self.fill()))
         first = int(self._words[_TAIL]) & self._mask
-        until_wrap = min(count, self.capacity - first)
+        until_wrap = min(count, self._mask + 1 - first)
         blocks = []
         for start, length in ((first, until_wrap), (0, count - until_wrap)):
             if length:
-                at = HEADER_SIZE + start * RECORD_SIZE
-                blocks.append(self._buffer[at : at + length * RECORD_SIZE])
+                at = HEADER_SIZE + start * self.record_size
+                blocks.append(self._buffer[at : at + length * self.record_size])
         return blocks
+
+    def acquire_free(self, limit: int) -> memoryview:
+        """Up to `limit` free records, as many as lie in one piece, in the ring's own memory; `commit` hands them on."""
+        first = int(self._words[_HEAD]) & self._mask
+        count = max(0, min(limit, self.free(), self._mask + 1 - first))
+        at = HEADER_SIZE + first * self.record_size
+        return self._buffer[at : at + count * self.record_size]
+
+    def commit(self, count: int) -> None:
+        """Let the consumer have the first `count` records written into what `acquire_free` gave."""
+        before = self.capacity - self.free()
+        head = (int(self._words[_HEAD]) + count) & _M64
+        _mem.store_release(self._words, _HEAD, head)
+        self._told(head, before, count)
 
     def take_array(self, limit: int) -> numpy.ndarray:
         """Up to `limit` oldest records as one numpy array of record_dtype(), copied in one or two moves."""
@@ -232,20 +271,13 @@ class Ring:
         numpy = load_numpy()
         room = self.free()
         count = min(len(records), room)
-        before = self.capacity - room
-        start = int(self._words[_HEAD])
-        first = start & self._mask
-        until_wrap = min(count, self.capacity - first)
-        slots = numpy.frombuffer(self._buffer, record_dtype(), self.capacity, HEADER_SIZE)
+        first = int(self._words[_HEAD]) & self._mask
+        until_wrap = min(count, self._mask + 1 - first)
+        slots = numpy.frombuffer(self._buffer, record_dtype(), self._mask + 1, HEADER_SIZE)
         slots[first : first + until_wrap] = records[:until_wrap]
         slots[: count - until_wrap] = records[until_wrap:count]
         del slots
-        head = (start + count) & _M64
-        _mem.store_release(self._words, _HEAD, head)
-        if self._shared:
-            self._wake_consumer(head)
-        if self.listener is not None and before < self.threshold <= before + count:
-            self.listener()
+        self.commit(count)
         return count
 
     def clear(self) -> int:
@@ -263,6 +295,23 @@ class Ring:
         """Wait on `free_event` until at least `free_threshold` records fit; False on timeout (seconds)."""
         return self._sleep(_FREE_WANTED, self.free_event, timeout)
 
+    def arm(self) -> None:
+        """Have `event` signalled once, at the next write that leaves at least `threshold` records."""
+        self._arm(_WANTED, _HEAD, self._missing(self.threshold - self.fill()))
+
+    def arm_once(self) -> None:
+        """`arm`, unless it is armed already."""
+        if self._words[_WANTED] == 0:
+            self.arm()
+
+    def arm_free(self) -> None:
+        """Have `free_event` signalled once, at the next take that leaves room for `free_threshold` records."""
+        self._arm(_FREE_WANTED, _TAIL, self._missing(self.free_threshold - self.free()))
+
+    def disarm(self) -> None:
+        """The consumer is awake: no signal for it."""
+        self._words[_WANTED] = 0
+
     def close(self, *, remove: bool = False) -> None:
         """Let go of shared memory; its creator passes `remove`. Blocks from `acquire` must be gone."""
         if self._memory is not None:
@@ -273,25 +322,53 @@ class Ring:
                 memory.unlink()
 
     def _detach(self) -> None:
-        self._buffer = memoryview(mmap(-1, ring_size(1)))
+        self._buffer = memoryview(mmap(-1, ring_size(1, self.record_size)))
         self._words = _mem.words_of(self._buffer)
         self.capacity = 1
         self._mask = 0
         self._shared = False
 
-    def _sleep(self, wanted: int, event: EventDescriptor | None, timeout: float | None) -> bool:
+    def _put_other(self, record: bytes | bytearray | memoryview) -> bool:
+        room = self.acquire_free(1)
+        if not room:
+            self._words[_LOST] = (int(self._words[_LOST]) + 1) & _M64
+            return False
+        room[:] = record
+        self.commit(1)
+        return True
+
+    def _told(self, head: int, before: int, count: int) -> None:
+        if self._shared:
+            self._wake_consumer(head)
+        if self.listener is not None and before < self.threshold <= before + count:
+            self.listener()
+
+    def _missing(self, count: int) -> int:
+        """How far the other side must move on: at least one step, however much is there already."""
+        return max(1, count)
+
+    def _arm(self, wanted: int, counter: int, steps: int) -> None:
+        """Ask for a signal when the other side's counter has gone `steps` further."""
+        goal = (int(_mem.load_acquire(self._words, counter)) + steps) & _M64 or 1
+        self._words[wanted] = goal
+        _mem.fence()
+        if (int(_mem.load_acquire(self._words, counter)) - goal) & _M64 <= LARGEST_CAPACITY:
+            self._signal(wanted)  # it got there before it could see what is wanted
+
+    def _sleep(self, wanted: int, event: Signalled | None, timeout: float | None) -> bool:
         if event is None:
             raise CanwireError("this end of the ring has no event descriptor to wait on")
-        if self._ready(wanted):
-            return True
-        self._words[wanted] = self._goal(wanted)
-        _mem.fence()
-        if self._ready(wanted):
-            self._words[wanted] = 0
-            return True
-        event.wait(timeout)
+        return event.wait_for(lambda: self._settled(wanted), timeout, RECHECK_S)
+
+    def _settled(self, wanted: int) -> bool:
+        """There is nothing to wait for; otherwise the other side knows from now on that somebody waits."""
+        if not self._ready(wanted):
+            self._words[wanted] = self._goal(wanted)
+            _mem.fence()
+            if not self._ready(wanted):
+                return False
         self._words[wanted] = 0
-        return self._ready(wanted)
+        return True
 
     def _ready(self, wanted: int) -> bool:
         return self.fill() >= self.threshold if wanted == _WANTED else self.free() >= self.free_threshold
@@ -304,17 +381,23 @@ class Ring:
             goal = int(self._words[_HEAD]) + self.free_threshold - self.capacity
         return goal & _M64 or 1
 
+    def _signal(self, wanted: int) -> None:
+        event = self.event if wanted == _WANTED else self.free_event
+        if event is not None:
+            self._words[wanted] = 0
+            event.signal()
+
     def _wake_consumer(self, head: int) -> None:
         _mem.fence()
         wanted = self._words[_WANTED]
-        if wanted and (head - wanted) & _M64 <= LARGEST_CAPACITY and self.event is not None:
-            self.event.signal()
+        if wanted and (head - wanted) & _M64 <= LARGEST_CAPACITY:
+            self._signal(_WANTED)
 
     def _wake_producer(self, tail: int) -> None:
         _mem.fence()
         wanted = self._words[_FREE_WANTED]
-        if wanted and (tail - wanted) & _M64 <= LARGEST_CAPACITY and self.free_event is not None:
-            self.free_event.signal()
+        if wanted and (tail - wanted) & _M64 <= LARGEST_CAPACITY:
+            self._signal(_FREE_WANTED)
 
 
 def rounded_capacity(capacity: int) -> int:
@@ -332,10 +415,10 @@ def capacity_of(block: memoryview) -> int:
         size = block.nbytes
         with block[:24] as first, first.cast("Q") as head:
             magic, capacity, words = head
-    sane = magic == MAGIC and words == _WORDS and 0 < capacity <= LARGEST_CAPACITY
+    sane = magic == MAGIC and words == RECORD_SIZE and 0 < capacity <= LARGEST_CAPACITY
     return int(capacity) if sane and not capacity & (capacity - 1) and ring_size(capacity) <= size else 0
 
 
-def ring_size(capacity: int) -> int:
-    """Bytes that a ring of this capacity takes."""
-    return HEADER_SIZE + capacity * RECORD_SIZE
+def ring_size(capacity: int, record_size: int = RECORD_SIZE) -> int:
+    """Bytes that a ring of this capacity takes, up to whole words."""
+    return HEADER_SIZE + (capacity * record_size + 7 & ~7)

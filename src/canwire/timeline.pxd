@@ -27,12 +27,17 @@ cdef class Timeline:
     @cython.locals(soonest="unsigned long long", source=Source)
     cpdef unsigned long long next_ns(self) except? 0
 
+    @cython.locals(soonest="unsigned long long", source=Source)
+    cpdef unsigned long long busy_ns(self) except? 0
+
     @cython.locals(source=Source, timer=Timer)
     cpdef bint idle(self) except -1
 
     cpdef bint run_until(self, unsigned long long limit_ns) except -1
 
     cpdef bint run_until_idle(self, unsigned long long limit_ns) except -1
+
+    cpdef bint run_busy(self, unsigned long long limit_ns) except -1
 
     cdef unsigned long long _next_timer_ns(self) except? 0
 

@@ -84,6 +84,13 @@ class Timeline:
             soonest = min(soonest, source.next_ns())
         return soonest
 
+    def busy_ns(self) -> int:
+        """When any source acts next, timers apart; NEVER when all of them rest."""
+        soonest = _NEVER
+        for source in self._sources:
+            soonest = min(soonest, source.next_ns())
+        return soonest
+
     def idle(self) -> bool:
         """True when no bus has anything to do and no timer but background ones waits."""
         for source in self._sources:
@@ -109,6 +116,17 @@ class Timeline:
         self._halted = False
         while not self.idle():
             if self.next_ns() > limit_ns or not self._step(limit_ns):
+                return False
+        return True
+
+    def run_busy(self, limit_ns: int) -> bool:
+        """Let everything up to `limit_ns` happen, but only for as long as a source acts by then.
+
+        Ends at the time of the last happening; False if `halt` cut it short.
+        """
+        self._halted = False
+        while self.busy_ns() <= limit_ns and self._step(limit_ns):
+            if self._halted:
                 return False
         return True
 

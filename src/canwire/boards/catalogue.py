@@ -1,11 +1,118 @@
-"""Board kinds by name, and the only place that puts chips on buses."""
+"""Board kinds by name, and the only place that puts chips on buses.
+
+A package adds a kind by an entry point of the group `canwire.boards` that names a BoardKind:
+
+    [project.entry-points."canwire.boards"]
+    my-board = "my_package.boards:MY_BOARD"
+
+It is loaded when somebody asks for that kind; the kinds below cannot be replaced.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from importlib.metadata import EntryPoint, entry_points
+
+from canwire.boards import figures
+from canwire.boards.board import CAN, Board, BoardKind, BoardLine, Connector
 from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
+from canwire.bus.node import Bus
 from canwire.drivers.can_fd import CanFdDriver
+from canwire.errors import NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
+
+GROUP = "canwire.boards"
+USUAL_BUS = "can0"
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        BoardKind(
+            name="usb-to-can-fd",
+            device_class="B9AAAF39-B9B9-4850-9402-7D8250C7B88F",
+            description="USB-to-CAN FD (simulated)",
+            connectors=(Connector(CAN, figures.USB_TO_CAN_FD, USUAL_BUS),) * 2,
+        ),
+        BoardKind(
+            name="usb-to-can",
+            device_class="2219F6A0-732A-4750-B66F-0AE731FB40E1",
+            description="USB-to-CAN V2 (simulated)",
+            connectors=(Connector(CAN, figures.USB_TO_CAN, USUAL_BUS),) * 2,
+        ),
+    )
+}
+"""Our own kinds. Their device classes are those of the real boards, so that programs that look for one find it
+(source: reference/vci.md section 6)."""
+
+
+def kind_names() -> list[str]:
+    """Every kind there is; what other packages bring is not loaded for that."""
+    return sorted({*KINDS, *(point.name for point in entry_points(group=GROUP))})
+
+
+def kind(name: str) -> BoardKind:
+    """The kind of that name; raises NoSuchBoard with the names there are, or saying why it cannot be loaded."""
+    if name in KINDS:
+        return KINDS[name]
+    for point in entry_points(group=GROUP):
+        if point.name == name:
+            return _loaded(point)
+    raise NoSuchBoard(f"no board kind {name!r}; there are {', '.join(kind_names())}")
+
+
+def _loaded(point: EntryPoint) -> BoardKind:
+    try:
+        found = point.load()
+    except Exception as error:  # somebody else's code: anything may come
+        raise NoSuchBoard(
+            f"board kind {point.name!r}: its plug-in {point.value} does not load "
+            f"({type(error).__name__}: {error}); mend or remove the package that brings it"
+        ) from error
+    if not isinstance(found, BoardKind) or found.name != point.name:
+        what = f"the kind {found.name!r}" if isinstance(found, BoardKind) else repr(found)
+        raise NoSuchBoard(
+            f"board kind {point.name!r}: its plug-in {point.value} is {what}, not a BoardKind of that name"
+        )
+    return found
+
+
+def build(
+    kind: BoardKind,
+    board_id: int,
+    hardware_id: str,
+    bus_names: Sequence[str],
+    buses: Mapping[str, CanBus],
+    timeline: Timeline,
+) -> Board:
+    """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
+
+    Nothing is running yet. Raises BadValue, NoSuchBoard for a bus that does not exist, Unsupported for a line of
+    a type that no bus has; nothing is plugged in then.
+    """
+    info = kind.info(board_id, hardware_id, tuple(bus_names))
+    for told in info.lines:
+        if told.bus_type != CAN:
+            raise Unsupported(
+                f"{kind.name}: {told.name} needs a {told.bus_type} bus; there are CAN buses only"
+            )
+        if told.bus not in buses:
+            there = ", ".join(buses) or "none"
+            raise NoSuchBoard(f"{kind.name}: no bus {told.bus!r} for {told.name}; there are {there}")
+    lines = []
+    for index, told in enumerate(info.lines):
+        line = ideal_line(f"{hardware_id}:{index}", timeline)
+        plug(line, buses[told.bus])
+        lines.append(BoardLine(told, line, buses[told.bus]))
+    return Board(info, tuple(lines))
+
+
+def pull(board: Board) -> None:
+    """Pull the board out, in the middle of a frame if need be; a second time does nothing."""
+    for slot in board.lines:
+        if slot.line.controller.bus is not None:
+            unplug(slot.line)
+            slot.line.controller.stop(slot.line.timeline.now_ns)
 
 
 def ideal_line(name: str, timeline: Timeline) -> Line:
@@ -13,6 +120,25 @@ def ideal_line(name: str, timeline: Timeline) -> Line:
     line = Line(name, timeline)
     line.driver = CanFdDriver(line.controller)
     return line
+
+
+def listener(name: str, bus: Bus, timeline: Timeline) -> Line:
+    """An ideal line on this bus, to listen there; `unplug` takes it off. Raises Unsupported without a CAN bus."""
+    if not isinstance(bus, CanBus):
+        raise Unsupported(f"{name}: there is no CAN bus to listen to")
+    line = ideal_line(name, timeline)
+    plug(line, bus)
+    return line
+
+
+def is_shorted(bus: Bus) -> bool:
+    """The two wires of a CAN bus touch each other."""
+    return isinstance(bus, CanBus) and bool(bus.bits.shorted)
+
+
+def load_of(bus: Bus, now_ns: int) -> float:
+    """Busy bit times over elapsed ones in the last second, 0..100 %."""
+    return bus.account().percent(now_ns) if isinstance(bus, CanBus) else 0.0
 
 
 def plug(line: Line, bus: CanBus) -> None:

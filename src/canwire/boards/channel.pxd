@@ -1,20 +1,25 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire cimport _mem
+from canwire.boards.message_filter cimport MessageFilter
 from canwire.bus.node cimport Mailbox, Sink
 from canwire.ring cimport Ring
 
-cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM
-cdef unsigned long long _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
+cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM, _SELF_RECEPTION, _ACCEPTED
+cdef int _ALWAYS, _OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY
+cdef unsigned long long _M32, _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
 
 @cython.final
 cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
-    cdef public bint frames, sends
+    cdef public bint frames, sends, untrusted
     cdef public object events, acceptance
-    cdef public unsigned long long accepted, sent, delivered, aborted, last_sent_ns
+    cdef public unsigned long long accepted, sent, delivered, aborted, refused, last_sent_ns
+    cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay
     cdef public bint held
-    cdef public long long urgent
+    cdef public int siblings
+    cdef public long long urgent, in_flight
+    cdef public MessageFilter filter
     cdef bint _overrun_due, _open
     cdef tuple _outcomes
     cdef object _pairs_block
@@ -27,8 +32,15 @@ cdef class Channel(Sink):
 
     cpdef int tell_outcome(self, Mailbox box, bint delivered, unsigned long long at_ns) except -1
 
-    cpdef int deliver_event(self, bytes record) except -1
+    @cython.locals(head="unsigned long long")
+    cpdef int deliver_sent(self, Mailbox box, unsigned long long at_ns) except -1
 
+    @cython.locals(words="unsigned long long *", time_ns="unsigned long long")
+    cpdef int deliver_event(self, bytes record, bint stamped=*) except -1
+
+    cdef unsigned long long _stamp(self, unsigned long long at_ns) noexcept
+
+    @cython.locals(code="unsigned long long")
     cdef int _offer(self, Mailbox box, unsigned long long head, unsigned long long at_ns, unsigned long long flags) except -1
 
     @cython.locals(info="unsigned int", identifier="unsigned long long", key="unsigned long long",

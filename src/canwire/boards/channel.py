@@ -1,6 +1,6 @@
-"""One client's queues on a line: acceptance filter, receive ring, transmit ring, and honest counters.
+"""One client's queues on a line: filters, receive ring, transmit ring, and honest counters.
 
-At any moment `accepted` = read + waiting + `lost`, and `sent` = `delivered` + `aborted` + `pending()`.
+At any moment `accepted` = read + waiting + `lost`, and `sent` = `delivered` + `aborted` + `refused` + `pending()`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from collections import deque
 from collections.abc import Callable
 
 from canwire import _mem
+from canwire.boards.message_filter import ALWAYS, MessageFilter
+from canwire.boards.modes import Siblings
 from canwire.bus.node import Mailbox, Sink
 from canwire.ring import Ring
 from canwire.values.acceptance import (
@@ -26,6 +28,11 @@ _REMOTE = 1 << 22
 _EXTENDED = 1 << 23
 _HIGH_PRIORITY = 1 << 9
 _CONFIRM = 1 << 13
+_SELF_RECEPTION = 1 << 21
+_ALWAYS = ALWAYS
+_ACCEPTED = ALWAYS << 24
+_M32 = 0xFFFFFFFF
+_OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY = (int(kind) for kind in Siblings)
 # what of a frame's id/info word is the frame itself: identifier, format, DLC; requests of the sender are not
 _FRAME_BITS = 0x1FFFFFFF | (1 << 10 | 1 << 11 | 1 << 12 | 0xF << 16 | 1 << 22 | 1 << 23) << 32
 
@@ -43,7 +50,12 @@ class Channel(Sink):
 
     `receive` and `transmit` are rings of records; a transmit record's time word is the delay in ns after
     the frame that this channel sent before. A transmit capacity of 0 makes a channel that only receives.
-    `frames` and `events` (EventKinds) say what the channel wants to receive.
+    `frames` and `events` (EventKinds) say what the channel wants to receive, `siblings` which frames that its
+    own line sends. With `tick_ns` records are stamped with 32 bits of a counter of such ticks that began at
+    `origin_ns`.
+
+    The transmit ring of an `untrusted` channel is written by another process: its line checks each record,
+    takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts `refused` ones.
     """
 
     def __init__(
@@ -53,12 +65,24 @@ class Channel(Sink):
         *,
         frames: bool = True,
         events: frozenset[int] = frozenset(),
+        siblings: int = 0,
+        rings: tuple[Ring, Ring | None] | None = None,
     ) -> None:
-        self.receive = Ring(receive_capacity)
-        self.sends = transmit_capacity > 0
-        self.transmit = Ring(max(1, transmit_capacity))
+        receive, transmit = rings or (Ring(receive_capacity), Ring(max(1, transmit_capacity)))
+        self.receive = receive
+        self.sends = transmit_capacity > 0 and transmit is not None
+        self.transmit = Ring(1) if transmit is None else transmit
         self.frames = frames
         self.events = events
+        self.siblings = siblings
+        self.filter: MessageFilter | None = None
+        self.untrusted = False
+        self.tick_ns = 0
+        self.origin_ns = 0
+        self.delay_tick_ns = 1
+        self.longest_delay = 1 << 40
+        self.refused = 0
+        self.in_flight = 0
         self.accepted = 0
         self.sent = 0
         self.delivered = 0
@@ -88,16 +112,36 @@ class Channel(Sink):
 
     def pending(self) -> int:
         """Frames sent that wait for the bus, those in the controller included."""
-        return self.sent - self.delivered - self.aborted
+        return self.in_flight + self.transmit.fill()
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
         """A frame for this channel, unless its filter says otherwise; `flags` are more info bits."""
         self._offer(box, box.words[1], at_ns, flags)
 
-    def deliver_event(self, record: bytes) -> None:
-        """An event's record; filters do not apply."""
+    def deliver_sent(self, box: Mailbox, at_ns: int) -> None:
+        """A frame that this channel's own line sent; `siblings` says what becomes of it."""
+        head = box.words[1]
+        if self.siblings == _EVERY:
+            self._offer(box, head, at_ns, _SELF_RECEPTION)
+        elif head >> 32 & _SELF_RECEPTION == 0:
+            pass  # invisible to its own line's channels, as on real boards
+        elif self.siblings == _OWN_FILTERED:
+            self._offer(box, head, at_ns, _SELF_RECEPTION)
+        elif self.siblings == _ALL or box.owner is self:
+            self._take(box, at_ns, head, _SELF_RECEPTION | _ACCEPTED)
+        elif self.siblings == _AS_BUS:
+            self._offer(box, head, at_ns, 0)
+
+    def deliver_event(self, record: bytes, stamped: bool = True) -> None:
+        """An event's record; filters do not apply. Without `stamped` its time stays as it is."""
+        block = bytearray(record)
+        words = _mem.words_of(block)
         self.accepted += 1
-        self.receive.put_bytes(record)
+        time_ns = words[0]
+        if stamped:
+            time_ns = self._stamp(time_ns)
+        if not self.receive.put(words, 0, time_ns, words[1]):
+            self._overrun_due = True
 
     def drop_queued(self, at_ns: int) -> None:
         """Give up every frame that waits in the transmit ring, and tell who asked about them."""
@@ -107,6 +151,8 @@ class Channel(Sink):
             self.aborted += 1
             if info & _CONFIRM:
                 asked[1 if info & _HIGH_PRIORITY else 0] += 1
+            if self.untrusted:
+                self.sent += 1
         self.urgent = 0
         for outcomes, count in zip(self._outcomes, asked, strict=True):
             # the frames in the controller were sent before these: theirs are the newest outcomes
@@ -114,8 +160,19 @@ class Channel(Sink):
                 outcome(False, at_ns)
 
     def _offer(self, box: Mailbox, head: int, at_ns: int, flags: int) -> None:
-        if self._open or self._passes(box.words, head):
+        if self.filter is not None:
+            code = self.filter.judge(head)
+            if code != _ALWAYS or flags >> 24 == 0:
+                flags = flags & 0xFFFFFF | code << 24
+            if code:
+                self._take(box, at_ns, head, flags)
+        elif self._open or self._passes(box.words, head):
             self._take(box, at_ns, head, flags)
+
+    def _stamp(self, at_ns: int) -> int:
+        if self.tick_ns == 0:
+            return at_ns
+        return (at_ns - self.origin_ns) // self.tick_ns & _M32
 
     def _take(self, box: Mailbox, at_ns: int, head: int, flags: int) -> None:
         self.accepted += 1
@@ -124,7 +181,7 @@ class Channel(Sink):
             head |= flags << 32
         if self._overrun_due:
             head |= _OVERRUN << 32
-        if self.receive.put(box.words, 0, at_ns, head):
+        if self.receive.put(box.words, 0, self._stamp(at_ns), head):
             self._overrun_due = False
         else:
             self._overrun_due = True

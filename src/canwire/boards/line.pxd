@@ -2,6 +2,7 @@
 cimport cython
 from canwire cimport _mem
 from canwire.boards.channel cimport Channel
+from canwire.boards.message_filter cimport MessageFilter
 from canwire.bus.node cimport Mailbox, Sink
 from canwire.chips.can_fd cimport CanFdController, Host
 from canwire.ring cimport Ring
@@ -9,13 +10,16 @@ from canwire.timeline cimport Timeline
 from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
-cdef unsigned int _SELF_RECEPTION, _CONFIRM, _HIGH_PRIORITY
-cdef int _ABORTED
+cdef unsigned int _SELF_RECEPTION, _CONFIRM, _HIGH_PRIORITY, _EXTENDED, _REMOTE, _FD, _FAST, _REQUESTS
+cdef unsigned int _LARGEST_STANDARD, _LARGEST_EXTENDED
+cdef unsigned long long _M32
+cdef int _ABORTED, _ERROR, _EVERY, _REFUSALS
 
 cdef class Splitter(Sink):
     cdef public list channels
+    cdef public MessageFilter filter
 
-    @cython.locals(channel=Channel)
+    @cython.locals(channel=Channel, code="unsigned long long")
     cdef int _deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags) except -1
 
 cdef class Line(Host):
@@ -23,8 +27,10 @@ cdef class Line(Host):
     cdef readonly Timeline timeline
     cdef readonly CanFdController controller
     cdef public object driver
+    cdef public bint standard, extended, long_data, fast_data, holding, reports_errors
     cdef Mailbox _scratch
-    cdef int _turn
+    cdef int _turn, _refusals
+    cdef bint _watched
     cdef list _all, _senders, _observers
     cdef Splitter _splitter
 
@@ -33,19 +39,30 @@ cdef class Line(Host):
     @cython.locals(controller=CanFdController, had_offer=Mailbox)
     cpdef int kick(self) except -1
 
-    @cython.locals(channel=Channel, info="unsigned int")
+    @cython.locals(channel=Channel, other=Channel, info="unsigned int")
     cpdef transmitted(self, Mailbox box, unsigned long long at_ns)
 
     @cython.locals(channel=Channel)
     cpdef aborted(self, Mailbox box, unsigned long long at_ns)
 
+    @cython.locals(controller=CanFdController)
     cpdef fill(self, unsigned long long at_ns)
 
     @cython.final
-    @cython.locals(senders=list, count=int, controller=CanFdController, k=int, turn=int, normal_taken=bint, channel=Channel, ring=Ring,
-                   at=Py_ssize_t)
+    @cython.locals(senders=list, count=int, controller=CanFdController, k=int, turn=int, normal_taken=bint, channel=Channel, loaded=bint)
     cdef bint _load_one(self, unsigned long long at_ns) except -1
 
     @cython.final
-    @cython.locals(delay_ns="unsigned long long")
-    cdef bint _due(self, Channel channel, Ring ring, Py_ssize_t at, unsigned long long now_ns) except -1
+    @cython.locals(ring=Ring, at=Py_ssize_t, controller=CanFdController)
+    cdef bint _load_trusted(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(ring=Ring, at=Py_ssize_t, controller=CanFdController, words="unsigned long long *", delay="unsigned long long")
+    cdef bint _load_untrusted(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(info="unsigned long long", identifier="unsigned long long", length=int)
+    cdef bint _admit(self, unsigned long long *words) except -1
+
+    @cython.final
+    cdef bint _due(self, Channel channel, unsigned long long delay_ns, unsigned long long now_ns) except -1

@@ -8,12 +8,15 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from canwire import _mem
 from canwire.boards.channel import Channel
+from canwire.boards.message_filter import MessageFilter
+from canwire.boards.modes import Siblings
 from canwire.bus.node import Mailbox, Sink
 from canwire.chips.can_fd import CanFdController, Host
 from canwire.errors import LineError, QueueFull
-from canwire.ring import Ring
 from canwire.timeline import Timeline
+from canwire.values import dlc as lengths
 from canwire.values import frame as codec
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame
@@ -26,35 +29,63 @@ if TYPE_CHECKING:
     from canwire.drivers.driver import Driver
 
 _SELF_RECEPTION = 1 << 21
+_EXTENDED = 1 << 23
+_REMOTE = 1 << 22
+_FD = 1 << 10
+_FAST = 1 << 11
+# of a record that another process wrote: what it may ask for, what it must not say, its data
+_REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
+_M32 = 0xFFFFFFFF
+_LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
+_REFUSALS = 4096  # records refused in one go, before the bus has its turn again
 _CONFIRM = CONFIRM
 _HIGH_PRIORITY = HIGH_PRIORITY
+_EVERY = int(Siblings.EVERY)
 _ABORTED = int(EventKind.ABORTED)
+_ERROR = int(EventKind.ERROR)
 
 
 class Splitter(Sink):
-    """One copy for every channel."""
+    """One copy for every channel of what passes the line's filter, if it has one."""
 
     def __init__(self) -> None:
         self.channels: list[Channel] = []
+        self.filter: MessageFilter | None = None
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
         self._deliver(box, at_ns, flags)
 
     def _deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
-        for channel in self.channels:
-            channel.deliver(box, at_ns, flags)
+        code = 0
+        if self.filter is not None:
+            code = self.filter.judge(box.words[1])
+        if code or self.filter is None:
+            for channel in self.channels:
+                channel.deliver(box, at_ns, flags | code << 24)
 
 
 class Line(Host):
-    """Splitter between one controller and its channels."""
+    """Splitter between one controller and its channels.
+
+    `standard`, `extended`, `long_data` and `fast_data` say which frames untrusted channels may send. A line that
+    is `holding` loads no more frames; one that does not `reports_errors` keeps error events to itself.
+    """
 
     def __init__(self, name: str, timeline: Timeline) -> None:
         self.name = name
         self.timeline = timeline
         self.controller = CanFdController(self)
         self.driver: Driver | None = None
+        self.standard = True
+        self.extended = True
+        self.long_data = True
+        self.fast_data = True
+        self.holding = False
+        self.reports_errors = True
         self._scratch = Mailbox()
         self._turn = 0
+        self._refusals = 0
+        self._watched = False
         self._all: list[Channel] = []
         self._senders: list[Channel] = []
         self._splitter = Splitter()
@@ -114,6 +145,22 @@ class Line(Host):
             if controller.offer is not had_offer and controller.bus is not None:
                 controller.bus.poll(controller)
 
+    def set_filter(self, message_filter: MessageFilter | None) -> None:
+        """What passes from the bus to the channels; None: everything."""
+        self._splitter.filter = message_filter
+        self._sort()
+
+    def channels(self) -> list[Channel]:
+        """Those that are open on this line."""
+        return list(self._all)
+
+    def tell(self, event: BusEvent, stamped: bool = True) -> None:
+        """Give an event of the line itself to every channel that wants its kind; without `stamped` as it is."""
+        record = event.to_record()
+        for channel in self._observers:
+            if event.kind in channel.events:
+                channel.deliver_event(record, stamped)
+
     def cancel(self, channel: Channel) -> int:
         """Give up everything this channel has queued, but for a frame on the wire; returns how many."""
         before = channel.aborted
@@ -132,23 +179,29 @@ class Line(Host):
     def transmitted(self, box: Mailbox, at_ns: int) -> None:
         channel = box.owner
         channel.delivered += 1
+        channel.in_flight -= 1
         channel.last_sent_ns = at_ns
         info = box.words[1] >> 32
-        if info & (_SELF_RECEPTION | _CONFIRM):
-            if info & _SELF_RECEPTION:
-                self._splitter.deliver(box, at_ns, _SELF_RECEPTION)
+        if info & (_SELF_RECEPTION | _CONFIRM) or self._watched:
+            for other in self._splitter.channels:
+                other.deliver_sent(box, at_ns)
             if info & _CONFIRM:
                 channel.tell_outcome(box, True, at_ns)
 
     def aborted(self, box: Mailbox, at_ns: int) -> None:
         channel = box.owner
         channel.aborted += 1
+        channel.in_flight -= 1
         if box.words[1] >> 32 & _CONFIRM:
             channel.tell_outcome(box, False, at_ns)
         self.event(_ABORTED, 0, -1, True, at_ns)
 
     def fill(self, at_ns: int) -> None:
         """Load free mailboxes, one frame from each channel in turn."""
+        controller = self.controller
+        if self.holding or not controller.running or controller.listen_only:
+            return
+        self._refusals = 0
         while self._load_one(at_ns):
             pass
 
@@ -163,20 +216,89 @@ class Line(Host):
             if turn >= count:
                 turn -= count
             channel = senders[turn]
-            if normal_taken and channel.urgent == 0:
+            if channel.untrusted:
+                loaded = self._load_untrusted(channel, at_ns)
+            elif normal_taken and channel.urgent == 0:
                 continue
-            ring = channel.transmit
-            at = ring.front()
-            if at and not controller.occupied(ring._words, at) and self._due(channel, ring, at, at_ns):
-                if controller.load(ring._words, at, at_ns, channel):
-                    channel.urgent -= 1
-                ring.release(1)
+            else:
+                loaded = self._load_trusted(channel, at_ns)
+            if loaded:
                 self._turn = turn + 1 if turn + 1 < count else 0
                 return True
         return False
 
+    def _load_trusted(self, channel: Channel, at_ns: int) -> bool:
+        ring = channel.transmit
+        at = ring.front()
+        controller = self.controller
+        if at == 0 or controller.occupied(ring._words, at) or not self._due(channel, ring._words[at], at_ns):
+            return False
+        channel.in_flight += 1
+        if controller.load(ring._words, at, at_ns, channel):
+            channel.urgent -= 1
+        ring.release(1)
+        return True
+
+    def _load_untrusted(self, channel: Channel, at_ns: int) -> bool:
+        """Its record is copied before it is looked at: whoever wrote it may still be writing."""
+        ring = channel.transmit
+        controller = self.controller
+        if controller.normal.occupied and controller.high.occupied:
+            return False
+        words = self._scratch.words
+        while self._refusals < _REFUSALS:
+            at = ring.front()
+            if at == 0:
+                break
+            _mem.copy_record(words, 0, ring._words, at)
+            if self._admit(words):
+                delay = words[0] & _M32 if channel.tick_ns else words[0]
+                if delay <= channel.longest_delay:
+                    if controller.occupied(words, 0) or not self._due(
+                        channel, delay * channel.delay_tick_ns, at_ns
+                    ):
+                        return False
+                    channel.sent += 1
+                    channel.in_flight += 1
+                    controller.load(words, 0, at_ns, channel)
+                    ring.release(1)
+                    return True
+            self._refusals += 1
+            channel.sent += 1
+            channel.refused += 1
+            ring.release(1)
+        ring.arm_once()
+        return False
+
+    def _admit(self, words: _mem.Words) -> bool:
+        """Whether this line can send a record as it is, or else put right: only requests and the frame are left."""
+        info = words[1] >> 32
+        identifier = words[1] & _M32
+        if info & 0xFF:
+            return False
+        length = info >> 16 & 15
+        if info & _EXTENDED:
+            if identifier > _LARGEST_EXTENDED or not self.extended:
+                return False
+        elif identifier > _LARGEST_STANDARD or not self.standard:
+            return False
+        if info & (_FD | _FAST):
+            if self.controller.fd == 0 or (info & _FAST and not self.fast_data):
+                return False
+            if length > 8 and not self.long_data:
+                return False
+            info = (info | _FD) & ~_REMOTE
+            length = lengths.FD_LENGTHS[length]
+        elif length > 8:
+            length = 8
+        if info & _REMOTE:
+            length = 0
+        words[1] = identifier | (info & _REQUESTS) << 32
+        _mem.clear_tail(words, 2, length)
+        return True
+
     def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int) -> None:
-        if not self._observers:
+        if not self._observers or (kind == _ERROR and not self.reports_errors):
             return
         confinement = self.controller.confinement
         record = None
@@ -195,12 +317,11 @@ class Line(Host):
                     ).to_record()
                 channel.deliver_event(record)
 
-    def _due(self, channel: Channel, ring: Ring, at: int, now_ns: int) -> bool:
+    def _due(self, channel: Channel, delay_ns: int, now_ns: int) -> bool:
         """A delayed frame goes to the controller only when its time has come."""
-        delay_ns = ring._words[at]
         if delay_ns == 0 or channel.last_sent_ns + delay_ns <= now_ns:
             return True
-        if channel.pending() > channel.transmit.fill():
+        if channel.in_flight > 0:
             return False  # the frame before it is still in the controller
         if not channel.held:
             channel.held = True
@@ -216,7 +337,9 @@ class Line(Host):
         self._senders = [channel for channel in self._all if channel.sends]
         receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
         self._observers = [channel for channel in self._all if channel.events]
-        self.controller.sink = receivers[0] if len(receivers) == 1 else self._splitter
+        self._watched = any(channel.siblings == _EVERY for channel in receivers)
+        direct = len(receivers) == 1 and self._splitter.filter is None
+        self.controller.sink = receivers[0] if direct else self._splitter
         self.controller.attentive = bool(self._observers)
 
     def _check_fd(self, frame: Frame) -> None:

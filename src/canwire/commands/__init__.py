@@ -25,8 +25,14 @@ class Verb(NamedTuple):
 VERBS = {
     "play": Verb("canwire.commands.play", "send the frames of a log, at their times"),
     "demo": Verb("canwire.commands.demo", "show a small bus at work"),
+    "devices": Verb("canwire.commands.devices", "list the boards of the hub and who uses them"),
+    "plug": Verb("canwire.commands.plug", "put a board into the hub"),
+    "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
+    "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
+    "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
+    "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
 }
 
 

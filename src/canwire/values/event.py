@@ -27,8 +27,17 @@ class EventKind(IntEnum):
     INFO = 1
     ERROR = 2
     STATE = 3
+    TIME_OVERRUN = 5
     ARBITRATION_LOST = 0x10
     ABORTED = 0x11
+
+
+class InfoCode(IntEnum):
+    """What happened to a line: VCI's CAN_INFO_ values."""
+
+    STARTED = 1
+    STOPPED = 2
+    RESET = 3
 
 
 class ErrorKind(IntEnum):
@@ -63,6 +72,7 @@ STATUS_OF_STATE = {  # VCI's CAN_STATUS_: ERRLIM 4, BUSOFF 8, ININIT 16
     ErrorState.STOPPED: 16,
 }
 _TRANSMITTING = 0x80
+_ACCEPT_ALWAYS = 0xFF << 24  # VCI's acceptance code of whatever is no data frame
 _EVENT = struct.Struct(f"<QIIBBBBHh{RECORD_SIZE - 24}x")
 assert (EVENT_ERROR, EVENT_STATUS, EVENT_FLAGS, EVENT_REC, EVENT_TEC, EVENT_BIT) == (0, 1, 2, 3, 4, 6)
 
@@ -75,7 +85,8 @@ class BusEvent:
     included), for a lost arbitration the deciding bit in SJA1000's order (0 first identifier
     bit, 11 RTR or SRR, 12 IDE, 13..30 identifier extension, 31 its RTR); -1 where it means
     nothing. `transmitting` tells a sender's event from a receiver's. `tec` and `rec` are the
-    counters after the event; TEC is held at 256 in bus-off.
+    counters after the event; TEC is held at 256 in bus-off. `code` is an INFO's InfoCode, and how often
+    the time-stamp counter has run over in a TIME_OVERRUN.
     """
 
     kind: EventKind
@@ -86,27 +97,40 @@ class BusEvent:
     transmitting: bool = False
     tec: int = 0
     rec: int = 0
+    code: int = 0
 
     def to_record(self) -> bytes:
         """The 80-byte record of values/record.py."""
         flags = self.state | (_TRANSMITTING if self.transmitting else 0)
         status = STATUS_OF_STATE[self.state]
-        rec = min(self.rec, 255)
+        number = self.code if self.kind is EventKind.TIME_OVERRUN else NO_ID
+        first = {EventKind.INFO: self.code, EventKind.ERROR: int(self.error), EventKind.STATE: status}
         return _EVENT.pack(
-            self.timestamp_ns, NO_ID, self.kind, self.error, status, flags, rec, self.tec, self.bit
+            self.timestamp_ns,
+            number,
+            self.kind | _ACCEPT_ALWAYS,
+            first.get(self.kind, 0),
+            status,
+            flags,
+            min(self.rec, 255),
+            self.tec,
+            self.bit,
         )
 
     @classmethod
     def from_record(cls, record: bytes | bytearray | memoryview) -> BusEvent:
         """The event in an 80-byte record; its kind must not be a frame's (0)."""
-        time_ns, _, info, error, _, flags, rec, tec, bit = _EVENT.unpack(record)
+        time_ns, number, info, first, _, flags, rec, tec, bit = _EVENT.unpack(record)
+        kind = EventKind(info & 0xFF)
+        codes = {EventKind.INFO: first, EventKind.TIME_OVERRUN: number}
         return cls(
-            kind=EventKind(info & 0xFF),
+            kind=kind,
             timestamp_ns=time_ns,
-            error=ErrorKind(error),
+            error=ErrorKind(first if kind is EventKind.ERROR else 0),
             state=ErrorState(flags & 0x7F),
             bit=bit,
             transmitting=bool(flags & _TRANSMITTING),
             tec=tec,
             rec=rec,
+            code=codes.get(kind, 0),
         )

@@ -252,6 +252,13 @@ def _check_format(frame: Frame, identifier: int) -> None:
         raise BadFrame("bit_rate_switch and error_state_indicator exist only in FD frames")
 
 
+def record_to_send(frame: Frame, flags: int = 0, delay_ns: int = 0) -> bytes:
+    """The frame as 80 bytes for a transmit queue: request bits in its info word, its delay as time word."""
+    block = bytearray(80)
+    store_frame(frame, _mem.words_of(block), 0, flags, delay_ns)
+    return bytes(block)
+
+
 def record_of_frame(frame: Frame) -> bytes:
     """The frame as 80 bytes of record; its time word is the frame's timestamp."""
     block = bytearray(80)

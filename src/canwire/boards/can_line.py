@@ -1,0 +1,250 @@
+"""One CAN connector as its clients see it: set up, started and stopped, with a filter towards its channels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from canwire.boards.board import BoardLine
+from canwire.boards.catalogue import is_shorted, load_of
+from canwire.boards.description import Feature
+from canwire.boards.detection import Detection
+from canwire.boards.message_filter import FormatFilter, MessageFilter, message_filter
+from canwire.boards.modes import FilterMode, FilterSetup, LineMode
+from canwire.drivers.driver import Driver, LineSettings
+from canwire.errors import BadTiming, CanwireError, LineError, NotInitialised, Unsupported, WrongState
+from canwire.timeline import Timer
+from canwire.values.bit_timing import BitTiming
+from canwire.values.event import BusEvent, ErrorState, EventKind, InfoCode
+from canwire.values.timing_limits import BTR_OF_BIT_RATE
+
+LOW_SPEED_COUPLING = 1
+LOW_SPEED_LIMIT = 125_000  # bit/s of a fault-tolerant transceiver; source: ISO 11898-3
+_COUNTER = 1 << 32
+_NO_FRAMES = FilterSetup(FilterMode.LOCK, 0)
+_LOOK_AGAIN_BITS = 4  # a frame on the wire is looked at so often when the line waits for its end
+
+Done = Callable[[int | CanwireError], None]
+
+
+class CanLine:
+    """States: undefined, `initialise` -> stopped, `start` -> running, `stop` -> stopped, `reset` -> undefined.
+
+    Source: VCI V4 manual (seed 004) 5.2.3 and 5.2.4; rulings 4. No I/O; times are the timeline's.
+    """
+
+    def __init__(self, slot: BoardLine) -> None:
+        self.info = slot.info
+        self.line = slot.line
+        self.bus = slot.bus
+        self.mode: LineMode | None = None
+        self.filter: MessageFilter | None = None
+        self.origin_ns: int | None = None
+        self._overruns = 0
+        self._overrun_timer: Timer | None = None
+        self._detection: Detection | None = None
+        self._stopping: list[Done] = []
+
+    @property
+    def running(self) -> bool:
+        return bool(self.line.controller.running)
+
+    @property
+    def coupling_fault(self) -> bool:
+        """The fault-tolerant transceiver reports a fault of its wires."""
+        return self.mode is not None and self.mode.low_speed and is_shorted(self.bus)
+
+    def load(self) -> float:
+        """Of the bus it is plugged into, in the last second, 0..100 %."""
+        return load_of(self.bus, self.line.timeline.now_ns)
+
+    def initialise(self, mode: LineMode, done: Done) -> None:
+        """Reset and set up; `done(0)` at once, or when the bit rate has been found. Raises for what is impossible."""
+        self._check(mode)
+        self._clear()
+        if mode.timing is not None:
+            self._set_up(mode, mode.timing, mode.data_timing)
+            done(0)
+            return
+        rates = sorted(BTR_OF_BIT_RATE, reverse=True)
+        candidates = [(BitTiming.from_btr(*BTR_OF_BIT_RATE[rate]), None) for rate in rates]
+
+        def found(result: int | CanwireError) -> None:
+            if isinstance(result, int):
+                self._set_up(mode, candidates[result][0], None)
+                result = 0
+            done(result)
+
+        self.detect(candidates, mode.timeout_ms, mode.iso_fd, found)
+
+    def start(self) -> None:
+        """Take part in the bus; nothing changes if it does. Raises NotInitialised."""
+        if self.mode is None:
+            raise NotInitialised(f"{self.line.name}: initialise the line before it is started")
+        if self.running:
+            return
+        now_ns = self.line.timeline.now_ns
+        if self.origin_ns is None:
+            self.begin_stamps(now_ns)
+        self.line.tell(self._info(InfoCode.STARTED, now_ns))
+        self._driver.start(now_ns)
+
+    def stop(self, done: Done) -> None:
+        """Leave the bus; `done(0)` once a frame of its own on the wire is over."""
+        if not self.running:
+            done(0)
+            return
+        self._stopping.append(done)
+        self.line.holding = True
+        self._stop_when_quiet()
+
+    def reset(self) -> None:
+        """Leave the bus mid-bit if need be, forget settings and filters; queues of channels keep what they have."""
+        self._clear()
+        self.line.tell(self._info(InfoCode.RESET, 0), False)
+
+    def detect(
+        self,
+        candidates: Sequence[tuple[BitTiming, BitTiming | None]],
+        timeout_ms: int,
+        iso_fd: bool,
+        done: Done,
+    ) -> None:
+        """Find which rate the bus speaks, only listening: `done` gets its place among the candidates, or NothingHeard.
+
+        Raises WrongState while the line is running or looking already.
+        """
+        if self.running or self._detection is not None:
+            raise WrongState(f"{self.line.name}: stop the line before it looks for a bit rate")
+
+        def finished(result: int | CanwireError) -> None:
+            self._detection = None
+            done(result)
+
+        self._detection = Detection(
+            self.line.name, self.bus, self.line.timeline, candidates, timeout_ms, iso_fd, finished
+        )
+        self._detection.begin()
+
+    def format_filter(self, extended: bool) -> FormatFilter:
+        """The filter of one frame format; raises NotInitialised before `initialise`."""
+        if self.filter is None:
+            raise NotInitialised(f"{self.line.name}: a line has filters once it is initialised")
+        return self.filter.of(extended)
+
+    def begin_stamps(self, now_ns: int) -> None:
+        """The time-stamp counter starts at 0 with the first start after a reset."""
+        self.origin_ns = now_ns
+        for channel in self.line.channels():
+            channel.origin_ns = now_ns
+        self._overruns = 0
+        self._await_overrun()
+
+    def close(self) -> None:
+        """The board is gone: nobody is kept waiting."""
+        self._clear()
+
+    def _set_up(self, mode: LineMode, timing: BitTiming, data: BitTiming | None) -> None:
+        fd_timing = data if data is not None else timing if mode.long_data else None
+        self._driver.configure(LineSettings(timing, fd_timing, mode.iso_fd, mode.listen_only))
+        line = self.line
+        line.standard, line.extended = mode.standard, mode.extended
+        line.long_data, line.fast_data = mode.long_data, data is not None
+        line.reports_errors = mode.error_frames
+        standard, extended = (
+            _effective(setup) if wanted else _NO_FRAMES
+            for setup, wanted in (
+                (mode.standard_filter, mode.standard),
+                (mode.extended_filter, mode.extended),
+            )
+        )
+        self.filter = message_filter(standard.mode, standard.size, extended.mode, extended.size)
+        line.set_filter(self.filter)
+        self.mode = mode
+
+    def _check(self, mode: LineMode) -> None:
+        """Refuse what this board cannot do, naming it (X4-15)."""
+        wanted = {
+            Feature.LISTEN_ONLY: mode.listen_only,
+            Feature.ERROR_FRAMES: mode.error_frames,
+            Feature.STANDARD_AND_EXTENDED: mode.standard and mode.extended,
+            Feature.AUTO_BAUD: mode.timing is None,
+            Feature.EXTENDED_DATA: mode.long_data,
+            Feature.FAST_DATA: mode.data_timing is not None,
+            Feature.NON_ISO_FRAME: not mode.iso_fd,
+        }
+        for feature, asked in wanted.items():
+            if asked and not self.info.capabilities.can(feature):
+                raise Unsupported(f"{self.line.name} ({self.info.name}) has no {feature.name}")
+        if not mode.standard and not mode.extended:
+            raise LineError(f"{self.line.name}: allow 11-bit frames, 29-bit frames, or both")
+        if mode.timing is None and mode.data_timing is not None:
+            raise Unsupported(
+                f"{self.line.name}: only the nominal bit rate can be found, not that of the data"
+            )
+        if mode.low_speed:
+            self._check_low_speed(mode.timing)
+
+    def _check_low_speed(self, timing: BitTiming | None) -> None:
+        if not self.info.capabilities.bus_coupling & LOW_SPEED_COUPLING:
+            raise Unsupported(f"{self.line.name} ({self.info.name}) has no low-speed coupling")
+        if timing is not None and timing.bit_rate > LOW_SPEED_LIMIT:
+            raise BadTiming(f"{timing.bit_rate} bit/s: low-speed coupling goes up to {LOW_SPEED_LIMIT}")
+
+    def _clear(self) -> None:
+        """Off the bus at this moment, with empty mailboxes and without settings."""
+        line, now_ns = self.line, self.line.timeline.now_ns
+        if self._detection is not None:
+            self._detection.cancel()
+        self._driver.stop(now_ns)
+        for box in (line.controller.high, line.controller.normal):
+            line.controller.abort(box, now_ns)
+        line.set_filter(None)
+        self.mode = self.filter = self.origin_ns = None
+        if self._overrun_timer is not None:
+            self._overrun_timer.cancel()
+        self._stopped()
+
+    def _stop_when_quiet(self) -> None:
+        controller = self.line.controller
+        if self.running and controller.bus is not None and controller.bus.on_wire(controller):
+            later_ns = _LOOK_AGAIN_BITS * controller.bit_ps // 1000
+            self.line.timeline.at(self.line.timeline.now_ns + later_ns, self._stop_when_quiet)
+        elif self._stopping:
+            self._driver.stop(self.line.timeline.now_ns)
+            self.line.tell(self._info(InfoCode.STOPPED, 0), False)
+            self._stopped()
+
+    def _stopped(self) -> None:
+        self.line.holding = False
+        waiting, self._stopping = self._stopping, []
+        for done in waiting:
+            done(0)
+
+    def _await_overrun(self) -> None:
+        tick_ns = self.info.capabilities.stamps.tick_ns
+        if tick_ns and self.origin_ns is not None:
+            at_ns = self.origin_ns + (self._overruns + 1) * _COUNTER * tick_ns
+            self._overrun_timer = self.line.timeline.at(at_ns, self._tell_overrun, background=True)
+
+    def _tell_overrun(self) -> None:
+        self._overruns += 1
+        self.line.tell(
+            BusEvent(EventKind.TIME_OVERRUN, self.line.timeline.now_ns, code=1, state=self._state())
+        )
+        self._await_overrun()
+
+    def _info(self, code: InfoCode, at_ns: int) -> BusEvent:
+        return BusEvent(EventKind.INFO, at_ns, code=code, state=self._state())
+
+    def _state(self) -> ErrorState:
+        return ErrorState(self.line.controller.state())
+
+    @property
+    def _driver(self) -> Driver:
+        assert self.line.driver is not None
+        return self.line.driver
+
+
+def _effective(setup: FilterSetup) -> FilterSetup:
+    """Without room for identifiers there is no filter, whatever its mode (VCI V4 manual 7.3.7, dwSFIds)."""
+    return setup if setup.size else FilterSetup(FilterMode.PASS, 0)

@@ -1,0 +1,106 @@
+"""What a board is and can do, as facts that never change while it is plugged in.
+
+The numbers of `Feature`, `controller_type` and `bus_coupling` are VCI's (reference/vci.md section 3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntFlag
+
+
+class Feature(IntFlag):
+    """VCI's CAN_FEATURE_ bits."""
+
+    STANDARD_OR_EXTENDED = 0x1
+    STANDARD_AND_EXTENDED = 0x2
+    REMOTE_FRAMES = 0x4
+    ERROR_FRAMES = 0x8
+    BUS_LOAD = 0x10
+    ID_FILTER = 0x20
+    LISTEN_ONLY = 0x40
+    SCHEDULER = 0x80
+    DELAYED_TRANSMISSION = 0x200
+    SINGLE_SHOT = 0x400
+    HIGH_PRIORITY = 0x800
+    AUTO_BAUD = 0x1000
+    EXTENDED_DATA = 0x2000
+    FAST_DATA = 0x4000
+    ISO_FRAME = 0x8000
+    NON_ISO_FRAME = 0x10000
+
+
+@dataclass(frozen=True, slots=True)
+class TimingRange:
+    """Ranges of the bit timing registers, both ends included; `offset_max` is that of the delay compensation."""
+
+    prescaler: tuple[int, int]
+    tseg1: tuple[int, int]
+    tseg2: tuple[int, int]
+    sjw: tuple[int, int]
+    offset_max: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Ticks:
+    """A timer of a board: one tick lasts divisor / clock_hz seconds; `maximum` ticks can be asked for.
+
+    All zeros where the board has no such timer.
+    """
+
+    clock_hz: int = 0
+    divisor: int = 0
+    maximum: int = 0
+
+    @property
+    def tick_ns(self) -> int:
+        """Length of a tick in nanoseconds, 0 without a timer."""
+        return self.divisor * 1_000_000_000 // self.clock_hz if self.clock_hz else 0
+
+
+@dataclass(frozen=True, slots=True)
+class Capabilities:
+    """What one CAN line can do."""
+
+    controller_type: int
+    bus_coupling: int
+    features: int
+    clock_hz: int
+    nominal: TimingRange
+    data: TimingRange | None
+    stamps: Ticks
+    cyclic: Ticks
+    delay: Ticks
+
+    def can(self, feature: int) -> bool:
+        return self.features & feature == feature
+
+
+@dataclass(frozen=True, slots=True)
+class LineInfo:
+    """One connector: `name` counts per kind of bus from 1 ("CAN-1"), `bus` is the copper it is plugged into."""
+
+    name: str
+    bus: str
+    bus_type: str
+    capabilities: Capabilities
+
+
+@dataclass(frozen=True, slots=True)
+class BoardInfo:
+    """One board in the device list.
+
+    `id` is unique for as long as the hub runs and new after every plug; `hardware_id` ("HW" and digits) stays.
+    Versions: driver is major, minor, release, build; hardware is major, minor, branch, build.
+    """
+
+    id: int
+    kind: str
+    hardware_id: str
+    device_class: str
+    description: str
+    manufacturer: str
+    driver_version: tuple[int, int, int, int]
+    hardware_version: tuple[int, int, int, int]
+    firmware_version: tuple[int, int]
+    lines: tuple[LineInfo, ...]

@@ -1,0 +1,62 @@
+"""What the simulated boards say they can do.
+
+These are simulated figures. Clocks, register ranges and controller types are those of the real boards as far as
+they are published; the divisors of the timers are not, and are ours (source: rulings.md 11, reference/vci.md
+sections 3 and 8).
+"""
+
+from __future__ import annotations
+
+from canwire.boards.description import Capabilities, Feature, Ticks, TimingRange
+
+LOW_SPEED, HIGH_SPEED = 1, 2  # CAN_BUSC_LOWSPEED, CAN_BUSC_HIGHSPEED
+BXCAN, IFICFD = 0x0C, 0x0D  # CAN_CTRL_BXCAN, CAN_CTRL_IFICFD
+
+_LARGEST_TICKS = 65_535
+_CLASSIC = (
+    Feature.STANDARD_AND_EXTENDED
+    | Feature.REMOTE_FRAMES
+    | Feature.ERROR_FRAMES
+    | Feature.BUS_LOAD
+    | Feature.ID_FILTER
+    | Feature.LISTEN_ONLY
+    | Feature.SCHEDULER
+    | Feature.DELAYED_TRANSMISSION
+    | Feature.SINGLE_SHOT
+    | Feature.HIGH_PRIORITY
+    | Feature.AUTO_BAUD
+)
+_FD = Feature.EXTENDED_DATA | Feature.FAST_DATA | Feature.ISO_FRAME | Feature.NON_ISO_FRAME
+
+_FD_CLOCK_HZ = 80_000_000
+_FD_NOMINAL = TimingRange(prescaler=(2, 513), tseg1=(1, 256), tseg2=(1, 256), sjw=(1, 128))
+# The offset that VCI's presets of the data phase ask for is 128 periods at most (CAN_BTP_DBR_LL_500KB).
+_FD_DATA = TimingRange(prescaler=(2, 513), tseg1=(1, 256), tseg2=(1, 256), sjw=(1, 128), offset_max=255)
+
+USB_TO_CAN_FD = Capabilities(
+    controller_type=IFICFD,
+    bus_coupling=HIGH_SPEED,
+    features=int(_CLASSIC | _FD),
+    clock_hz=_FD_CLOCK_HZ,
+    nominal=_FD_NOMINAL,
+    data=_FD_DATA,
+    stamps=Ticks(_FD_CLOCK_HZ, 80, 0xFFFF_FFFF),  # 1 us
+    cyclic=Ticks(_FD_CLOCK_HZ, 8_000, _LARGEST_TICKS),  # 100 us
+    delay=Ticks(_FD_CLOCK_HZ, 8_000, _LARGEST_TICKS),  # 100 us
+)
+"""A CAN line of the USB-to-CAN FD."""
+
+_CLASSIC_CLOCK_HZ = 36_000_000
+
+USB_TO_CAN = Capabilities(
+    controller_type=BXCAN,
+    bus_coupling=HIGH_SPEED | LOW_SPEED,
+    features=int(_CLASSIC),
+    clock_hz=_CLASSIC_CLOCK_HZ,
+    nominal=TimingRange(prescaler=(1, 1024), tseg1=(1, 16), tseg2=(1, 8), sjw=(1, 4)),
+    data=None,
+    stamps=Ticks(_CLASSIC_CLOCK_HZ, 36, 0xFFFF_FFFF),  # 1 us
+    cyclic=Ticks(_CLASSIC_CLOCK_HZ, 3_600, _LARGEST_TICKS),  # 100 us
+    delay=Ticks(_CLASSIC_CLOCK_HZ, 3_600, _LARGEST_TICKS),  # 100 us
+)
+"""A CAN line of the USB-to-CAN V2, which knows classic CAN only."""

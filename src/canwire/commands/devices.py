@@ -1,0 +1,163 @@
+"""`canwire devices`: the boards of the hub, their lines, and who does what with them.
+
+canwire devices            a tree for people
+canwire devices --json     one object with everything: identity, capabilities, settings, counters
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import canwire
+from canwire import (
+    BitTiming,
+    BoardInfo,
+    ErrorKind,
+    ErrorState,
+    Feature,
+    LineInfo,
+    LineStatus,
+    NoSuchBoard,
+    Unplugged,
+)
+from canwire.commands.hub_line import add_hub_argument, complain, rates_text
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+Found = tuple[BoardInfo, list[LineStatus]]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_hub_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what is plugged in now; HubLost if the hub of that address does not answer."""
+    with ExitStack() as closing:
+        hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire devices"))
+        if not hub.address:
+            complain(
+                "no hub is running; this is what a program finds by itself (`canwire serve` starts a shared one)"
+            )
+        found = list(boards_of(hub))
+        if arguments.json:
+            boards = [board_facts(board, states) for board, states in found]
+            print(json.dumps({"hub": hub.address, "time": hub.time, "boards": boards}, indent=2))
+        else:
+            print(*(tree(found) or ["no boards; `canwire plug usb-to-can-fd` plugs one in"]), sep="\n")
+    return 0
+
+
+def boards_of(hub: Hub) -> Iterator[Found]:
+    """Every board with the status of its lines; one that is pulled out meanwhile is left out."""
+    for board in hub.boards():
+        try:
+            yield board, [hub.line_status(board.id, index) for index in range(len(board.lines))]
+        except (NoSuchBoard, Unplugged):
+            continue
+
+
+def tree(found: list[Found]) -> list[str]:
+    """For people: a line for each board, two for each of its lines, columns aligned over all of them."""
+    cells = [
+        line_cells(index, line, status)
+        for board, states in found
+        for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
+    ]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    rows = iter(cells)
+    shown = []
+    for board, states in found:
+        shown.append(f"{board.hardware_id}  {board.kind}  {board.description}")
+        for status in states:
+            aligned = "  ".join(cell.ljust(width) for cell, width in zip(next(rows), widths, strict=True))
+            shown.append(f"  {aligned.rstrip()}")
+            shown.append(f"      {counters_text(status)}; {holders_text(status)}")
+    return shown
+
+
+def line_cells(index: int, line: LineInfo, status: LineStatus) -> tuple[str, ...]:
+    """What a line is and how it is, in columns."""
+    if not status.initialised:
+        return f":{index}", line.name, line.bus, "not initialised", "", "", "", ""
+    state = ErrorState(status.state).name.lower().replace("_", " ")
+    return (
+        f":{index}",
+        line.name,
+        line.bus,
+        "shorted" if status.coupling_fault else state,
+        rates_text(status.mode),
+        f"TEC {status.tec}",
+        f"REC {status.rec}",
+        f"load {status.load:.1f} %",
+    )
+
+
+def counters_text(status: LineStatus) -> str:
+    """Everything counted, losses included."""
+    last = f" (last {ErrorKind(status.last_error).name})" if status.errors else ""
+    return (
+        f"sent {status.frames_sent}, received {status.frames_received}, errors {status.errors}{last}, "
+        f"lost {status.lost}, refused {status.refused}"
+    )
+
+
+def holders_text(status: LineStatus) -> str:
+    """Who has it."""
+    channels = f"{status.channels} channel{'' if status.channels == 1 else 's'}"
+    exclusive = " (exclusive)" if status.exclusive else ""
+    return (
+        f"{channels}{exclusive}, control {status.control_holder or 'free'}, "
+        f"cyclic list {status.scheduler_holder or 'free'}"
+    )
+
+
+def board_facts(board: BoardInfo, states: list[LineStatus]) -> dict[str, Any]:
+    """For --json."""
+    lines = [
+        line_facts(index, line, status)
+        for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
+    ]
+    return {**asdict(board), "lines": lines}
+
+
+def line_facts(index: int, line: LineInfo, status: LineStatus) -> dict[str, Any]:
+    """For --json: numbers as numbers, states, errors and features by their names, bytes in hex."""
+    capabilities = asdict(line.capabilities)
+    capabilities["features"] = [str(one.name) for one in Feature if line.capabilities.can(one)]
+    return {
+        **asdict(line),
+        "index": index,
+        "capabilities": capabilities,
+        "status": {
+            **asdict(status),
+            "state": ErrorState(status.state).name,
+            "last_error": ErrorKind(status.last_error).name,
+            "mode": _mode_facts(status),
+        },
+    }
+
+
+def _mode_facts(status: LineStatus) -> dict[str, Any] | None:
+    if status.mode is None:
+        return None
+    return {
+        **asdict(status.mode),
+        "note": status.mode.note.hex(),
+        "timing": _timing_facts(status.mode.timing),
+        "data_timing": _timing_facts(status.mode.data_timing),
+    }
+
+
+def _timing_facts(timing: BitTiming | None) -> dict[str, Any] | None:
+    if timing is None:
+        return None
+    return {**asdict(timing), "bit_rate": timing.bit_rate, "sample_point": round(timing.sample_point, 4)}

@@ -1,0 +1,182 @@
+"""`canwire send`: frames from a line, waiting until the bus has taken them.
+
+canwire send can0 123#1122                    from the first line on can0 that nobody configures
+canwire send HW000001:0 123#1122 12345678#R   from this one, whoever configures it
+canwire send can0 '123##1AABB' -n 10 --gap 0.1
+
+Exit status 1 if frames were not delivered: a frame counts once another controller acknowledged it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from canwire import (
+    BadValue,
+    ChannelMode,
+    ChannelStatus,
+    ErrorKind,
+    ErrorState,
+    Frame,
+    LineStatus,
+    QueueFull,
+    parse_frame,
+)
+from canwire.commands.hub_line import (
+    Place,
+    Rates,
+    add_line_arguments,
+    bring_up,
+    complain,
+    connected,
+    find_line,
+    status_of,
+)
+
+if TYPE_CHECKING:
+    from canwire import Hub, HubChannel
+
+_QUEUE = 256
+_LOOK_S = 0.002  # between two looks at what is still waiting
+_TRIES = 100  # to take back a frame that is repeated without end, and so nearly always on the wire
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_line_arguments(parser)
+    parser.add_argument("frames", nargs="+", metavar="FRAME", help="123#1122, 12345678#R, 123##1AABB")
+    parser.add_argument(
+        "-n", "--count", type=int, default=1, metavar="COUNT", help="send all of them so often"
+    )
+    parser.add_argument("--gap", type=float, default=0.0, metavar="SECONDS", help="time between two frames")
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        default=1.0,
+        metavar="SECONDS",
+        help="give up after so long without any progress (1)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Send; 1 if frames were not delivered. BadText for no frame, BadValue, NoSuchBoard, HubError otherwise."""
+    frames = [parse_frame(text) for text in arguments.frames]
+    for name, least in (("count", 1), ("gap", 0), ("timeout", 0)):
+        if not getattr(arguments, name) >= least:
+            raise BadValue(f"--{name} {getattr(arguments, name)}: {least} or more")
+    with ExitStack() as closing:
+        hub = connected(arguments, "send", closing)
+        place = find_line(hub, arguments.line, to_send=True)
+        channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
+        channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
+        bring_up(hub, place, Rates(arguments.bit_rate, arguments.data_bit_rate), closing)
+        channel.activate()
+        sending = Sending(hub, place, channel, arguments.timeout)
+        sending.send(frames, arguments.count, arguments.gap)
+        return sending.result()
+
+
+class Sending:
+    """Frames on their way from one channel; `timeout_s` is how long it may get no further."""
+
+    def __init__(self, hub: Hub, place: Place, channel: HubChannel, timeout_s: float) -> None:
+        self._hub = hub
+        self._place = place
+        self._channel = channel
+        self._timeout_s = timeout_s
+        self._total = 0
+
+    def send(self, frames: list[Frame], count: int, gap_s: float) -> None:
+        """Queue them all, in time; where the queue stays full the rest is not even queued."""
+        self._total = count * len(frames)
+        due_s = time.monotonic()
+        for number in range(self._total):
+            if number and gap_s:
+                due_s += gap_s
+                self._pause(gap_s if self._hub.virtual else max(0.0, due_s - time.monotonic()))
+            try:
+                self._channel.send(frames[number % len(frames)], timeout=self._timeout_s)
+            except QueueFull:
+                return
+
+    def result(self) -> int:
+        """Wait for the bus to take them; says what is missing and why, and gives up what still waits."""
+        status = self._settled()
+        if status.delivered < self._total:
+            why = self._why(status, status_of(self._hub, self._place))
+            missing = self._total - self._given_up().delivered
+            if missing:
+                complain(f"{self._place.address}: {missing} of {self._total} frames not delivered: {why}")
+                return 1
+        return 0
+
+    def _settled(self) -> ChannelStatus:
+        status = self._channel.status()
+        while status.pending and self._changes(status.pending):
+            status = self._channel.status()
+        return status
+
+    def _changes(self, pending: int) -> bool:
+        """Wait until another number of frames is pending; False when the time is over."""
+
+        def changed() -> bool:
+            return self._channel.status().pending != pending
+
+        if self._hub.virtual:
+            return self._hub.advance(changed, self._timeout_s)
+        end_s = time.monotonic() + self._timeout_s
+        while not changed():
+            if time.monotonic() >= end_s:
+                return False
+            time.sleep(_LOOK_S)
+        return True
+
+    def _given_up(self) -> ChannelStatus:
+        """Nothing may go out later. A frame on the wire cannot be taken back: try again behind it."""
+        for _ in range(_TRIES):
+            self._channel.cancel()
+            status = self._channel.status()
+            if not status.pending:
+                break
+            self._pause(_LOOK_S)
+        return status
+
+    def _pause(self, seconds: float) -> None:
+        if self._hub.virtual:
+            self._hub.run_for(seconds)
+        else:
+            time.sleep(seconds)
+
+    def _why(self, channel: ChannelStatus, line: LineStatus) -> str:
+        if channel.refused:
+            return f"the line cannot send them, it is set up for {format_text(line)}"
+        if channel.aborted:
+            return "they were given up when the line was stopped or reset"
+        if not line.running:
+            return f"the line does not run; its control is held by {line.control_holder or 'nobody'}"
+        if line.mode is not None and line.mode.listen_only:
+            return "the line only listens"
+        if line.coupling_fault:
+            return f"{self._place.info.bus} is shorted"
+        if line.state == ErrorState.BUS_OFF:
+            return "bus-off"
+        where = f"{ErrorState(line.state).name.lower().replace('_', ' ')}, TEC {line.tec}"
+        if line.last_error == ErrorKind.ACK:
+            return f"nobody acknowledges; no other controller runs on {self._place.info.bus} ({where})"
+        return f"no progress in {self._timeout_s:g} s ({where})"
+
+
+def format_text(line: LineStatus) -> str:
+    """Which frames a line can send."""
+    mode = line.mode
+    if mode is None:
+        return "nothing"
+    formats = [name for name, there in (("11-bit", mode.standard), ("29-bit", mode.extended)) if there]
+    kind = "classic CAN"
+    if mode.long_data or mode.data_timing is not None:
+        kind = "CAN FD" + ("" if mode.long_data else " of up to 8 bytes")
+        kind += "" if mode.data_timing is not None else " without BRS"
+    return f"{kind} with {' and '.join(formats)} identifiers"

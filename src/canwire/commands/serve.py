@@ -1,0 +1,60 @@
+"""`canwire serve`: a hub in the foreground; any number of programs then share its boards.
+
+canwire serve                                   on this user's usual socket, where canwire.connect() looks
+canwire serve --socket ./bench --time fast      on a socket of its own; the buses do not wait for the clock
+canwire serve --config canwire.toml             these buses and boards
+
+One line tells when it is ready. SIGTERM and Ctrl-C end it: the socket goes, and every client sees HubLost.
+Without --config: the file that CANWIRE_CONFIG names, else ./canwire.toml if there is one, else a default.
+Under systemd (Type=notify) it tells when it is ready and when it stops.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import socket
+
+import canwire
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument("--socket", metavar="PATH", help="listen here; default: this user's usual socket")
+    parser.add_argument("--config", metavar="FILE", help="buses and boards; default: ./canwire.toml, if any")
+    parser.add_argument(
+        "--time", choices=("real", "fast"), default="real", help="fast: buses do not wait for the clock"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve until SIGTERM or SIGINT."""
+    stop = canwire.Event(manual_reset=True)
+
+    def end(*_: object) -> None:
+        _tell_systemd("STOPPING=1")
+        stop.set()
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        canwire.serve(arguments.socket, arguments.config, arguments.time, ready=_ready, stop=stop)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        stop.close()
+    return 0
+
+
+def _ready(introduction: str) -> None:
+    print(introduction, flush=True)
+    _tell_systemd("READY=1")
+
+
+def _tell_systemd(what: str) -> None:
+    """sd_notify(3), where systemd has asked for it."""
+    address = os.environ.get("NOTIFY_SOCKET")
+    if address:
+        with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notifier:
+            notifier.sendto(what.encode(), address.replace("@", "\0", 1) if address[0] == "@" else address)

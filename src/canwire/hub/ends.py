@@ -1,0 +1,117 @@
+"""A client's end of a ring that it shares with the hub or another client."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire.hub.handles import Lease
+from canwire.platform import EventDescriptor, map_memory
+from canwire.ring import RECHECK_S, Ring
+
+if TYPE_CHECKING:
+    from canwire.hub.event import Event
+
+Advance = Callable[[Callable[[], bool], float | None], bool]
+
+
+class RingEnd:
+    """One end of a ring; `check` raises if its lease is over, and waiters wake up when that happens.
+
+    An Event assigned to the reading end is signalled by each write that leaves `threshold` records, one assigned
+    to the writing end by each take that leaves room for `threshold` (source: rulings 8).
+    """
+
+    def __init__(self, lease: Lease, ring: Ring, descriptor: EventDescriptor, *, reads: bool) -> None:
+        self.lease = lease
+        self.ring = ring
+        self.reads = reads
+        self._own = descriptor
+        self._event: Event | None = None
+        if reads:
+            ring.event = descriptor
+        else:
+            ring.free_event = descriptor
+
+    @property
+    def descriptor(self) -> EventDescriptor:
+        """What the other side signals."""
+        return self._own
+
+    @property
+    def advance(self) -> Advance | None:
+        """See hub/event.py, Signal."""
+        return self.lease.hub.advance if self.lease.hub.virtual else None
+
+    @property
+    def threshold(self) -> int:
+        """Records (reading) or room for records (writing) at which events and waiters are woken; 1..capacity."""
+        return int(self.ring.threshold if self.reads else self.ring.free_threshold)
+
+    @threshold.setter
+    def threshold(self, count: int) -> None:
+        count = max(1, min(count, self.ring.capacity))
+        if self.reads:
+            self.ring.threshold = count
+        else:
+            self.ring.free_threshold = count
+        if self._event is not None:
+            self.rearm()
+
+    def assign(self, event: Event | None) -> None:
+        """Signal this event from now on, in place of one before; None: no event."""
+        if self._event is not None:
+            self._event.unbind(self)
+        self._event = event
+        if event is not None:
+            event.bind(self)
+            self.rearm()
+
+    def rearm(self) -> None:
+        """Ask the other side for a signal at the next occasion."""
+        if self.reads:
+            self.ring.arm()
+        else:
+            self.ring.arm_free()
+
+    def touched(self) -> None:
+        """Something was read or written here: an event waits for the next occasion anew."""
+        if self._event is not None:
+            self.rearm()
+
+    def wait(self, timeout: float | None) -> bool:
+        """Block until the threshold is met, at most `timeout` seconds (None: for ever); raises if the lease ends."""
+        self.lease.check()
+        if self.lease.hub.virtual:
+            met = self.lease.hub.advance(self._met, timeout)
+        else:
+            met = self._own.wait_for(self._settled, timeout, RECHECK_S)
+        self.touched()
+        if not self._met():
+            self.lease.check()
+        return met and self._met()
+
+    def wake(self) -> None:
+        """The lease is over: let nobody wait on."""
+        self._own.signal()
+
+    def close(self) -> None:
+        self.assign(None)
+        self._own.close()
+        self.ring.close()
+
+    def _met(self) -> bool:
+        if self.reads:
+            return self.ring.fill() >= self.ring.threshold
+        return self.ring.free() >= self.ring.free_threshold
+
+    def _settled(self) -> bool:
+        if self.lease.over or self._met():
+            return True
+        self.rearm()
+        return False
+
+
+def ring_over(memory: int, capacity: int, record_size: int) -> Ring:
+    """A ring in the memory behind this descriptor, which is the caller's to close."""
+    return Ring(capacity, exact=True, record_size=record_size, buffer=map_memory(memory))

@@ -1,0 +1,108 @@
+"""Events to wait for, as VCI's manuals use Windows': auto-reset or manual-reset, assigned to queues and lists."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+from collections.abc import Callable
+from typing import Protocol
+
+from canwire.errors import BadValue
+from canwire.platform import EventDescriptor, wait_readable
+
+
+class Signal(Protocol):
+    """What an event can be assigned to: a queue's end or the device list."""
+
+    @property
+    def descriptor(self) -> EventDescriptor:
+        """Becomes readable when there is something to look at."""
+
+    def rearm(self) -> None:
+        """The signal was taken: give another at the next occasion."""
+
+    @property
+    def advance(self) -> Callable[[Callable[[], bool], float | None], bool] | None:
+        """On a hub in virtual time: let time pass until the condition holds or the timeout is over."""
+
+
+class Event:
+    """Signalled or not. `wait` takes an auto-reset event's signal; a manual-reset one stays signalled until `reset`.
+
+    `fileno()` is for select, poll and asyncio's add_reader: readable while the event is signalled. One event may be
+    assigned to any number of queues, and `set` signals it by hand.
+    """
+
+    def __init__(self, *, manual_reset: bool = False) -> None:
+        self.manual_reset = manual_reset
+        self._own = EventDescriptor()
+        self._signals: list[Signal] = []
+        self._poll: select.epoll | None = None
+
+    def set(self) -> None:
+        """Signal the event."""
+        self._own.signal()
+
+    def reset(self) -> None:
+        """Take back every signal there is."""
+        self._own.wait(0)
+        for signal in self._signals:
+            if signal.descriptor.wait(0):
+                signal.rearm()
+
+    def is_set(self) -> bool:
+        """Signalled now; takes nothing."""
+        return wait_readable(self._descriptors(), 0)
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Block until signalled, at most `timeout` seconds (None: for ever); False when the time is over.
+
+        On a hub in virtual time the timeout is virtual, and waiting lets that time pass.
+        """
+        if timeout is not None and not timeout >= 0:
+            raise BadValue(f"timeout {timeout!r}: seconds from 0 up, or None")
+        advance = next((signal.advance for signal in self._signals if signal.advance is not None), None)
+        if advance is not None:
+            signalled = advance(self.is_set, timeout)
+        else:
+            signalled = wait_readable(self._descriptors(), timeout)
+        if signalled and not self.manual_reset:
+            self.reset()
+        return signalled
+
+    def fileno(self) -> int:
+        """A descriptor that is readable while the event is signalled."""
+        if not self._signals:
+            return self._own.fileno()
+        if self._poll is None:
+            self._poll = select.epoll()
+            for descriptor in self._descriptors():
+                self._poll.register(descriptor, select.EPOLLIN)
+        return self._poll.fileno()
+
+    def close(self) -> None:
+        """Let go of the descriptors; a second time does nothing."""
+        self._forget_poll()
+        self._own.close()
+
+    def bind(self, signal: Signal) -> None:
+        """For queues and lists: let this signal the event."""
+        self._signals.append(signal)
+        if self._poll is not None:
+            self._poll.register(signal.descriptor.fileno(), select.EPOLLIN)
+
+    def unbind(self, signal: Signal) -> None:
+        """No longer; unknown ones are ignored."""
+        if signal in self._signals:
+            self._signals.remove(signal)
+            if self._poll is not None:
+                with contextlib.suppress(OSError):  # closed before, and so gone from the poll
+                    self._poll.unregister(signal.descriptor.fileno())
+
+    def _descriptors(self) -> list[int]:
+        return [self._own.fileno(), *(signal.descriptor.fileno() for signal in self._signals)]
+
+    def _forget_poll(self) -> None:
+        if self._poll is not None:
+            self._poll.close()
+            self._poll = None

@@ -1,0 +1,123 @@
+"""Who holds what on a line: one control, one cyclic list, any number of channels or a single exclusive one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from canwire.boards.can_line import CanLine
+from canwire.boards.modes import LineStatus
+from canwire.boards.scheduler import CyclicList
+from canwire.errors import InUse
+from canwire.hub.pipes import Pipe
+
+if TYPE_CHECKING:
+    from canwire.hub.held_channel import HeldChannel
+    from canwire.hub.session import Session
+
+
+class Slot:
+    """A line with its holders; when the last of them goes, the line is reset."""
+
+    def __init__(self, board: int, can: CanLine) -> None:
+        self.board = board
+        self.can = can
+        self.control: Session | None = None
+        self.scheduler: Session | None = None
+        self.channels: list[HeldChannel] = []
+
+    @property
+    def exclusive(self) -> bool:
+        return any(channel.exclusive for channel in self.channels)
+
+    def admit(self, what: str, holder: Session | None) -> None:
+        """Raise InUse if somebody holds it."""
+        if holder is not None:
+            raise InUse(f"{self.can.line.name}: {what} is held by {holder.name}")
+
+    def admit_channel(self, exclusive: bool) -> None:
+        """Raise InUse for an exclusive channel beside others, or any beside an exclusive one."""
+        if self.channels and (exclusive or self.exclusive):
+            kind = "an exclusive channel" if self.exclusive else f"{len(self.channels)} channels"
+            holder = self.channels[0].holder.name
+            raise InUse(f"{self.can.line.name}: {kind} on it already, of {holder}")
+
+    def settle(self) -> None:
+        """Somebody let go: nobody left means nobody's settings (VCI V4 manual 5.2.3, closing the control unit)."""
+        if self.control is None and self.scheduler is None and not self.channels:
+            self.can.reset()
+
+    def status(self) -> LineStatus:
+        can, controller = self.can, self.can.line.controller
+        tec, rec, state, errors, losses, sent, received = controller.counters()
+        return LineStatus(
+            initialised=can.mode is not None,
+            running=can.running,
+            mode=can.mode,
+            state=state,
+            tec=tec,
+            rec=rec,
+            last_error=controller.last_error,
+            load=can.load(),
+            transmitting=bool(controller.normal.occupied or controller.high.occupied),
+            coupling_fault=can.coupling_fault,
+            frames_sent=sent,
+            frames_received=received,
+            errors=errors,
+            arbitration_losses=losses,
+            refused=sum(held.counted("refused") for held in self.channels),
+            lost=sum(held.counted("lost") for held in self.channels),
+            control_holder="" if self.control is None else self.control.name,
+            scheduler_holder="" if self.scheduler is None else self.scheduler.name,
+            channels=len(self.channels),
+            exclusive=self.exclusive,
+            time_ns=can.line.timeline.now_ns,
+        )
+
+
+class OnLine:
+    """Something held on a line."""
+
+    slot: Slot
+
+    @property
+    def board(self) -> int:
+        return self.slot.board
+
+
+@dataclass
+class HeldControl(OnLine):
+    """The lease on a line's control."""
+
+    slot: Slot
+
+    def let_go(self) -> None:
+        self.slot.control = None
+
+
+@dataclass
+class HeldScheduler(OnLine):
+    """The lease on a line's cyclic list."""
+
+    slot: Slot
+    cyclic: CyclicList
+
+    def let_go(self) -> None:
+        self.cyclic.close()
+        self.slot.scheduler = None
+
+
+@dataclass
+class HeldLayer:
+    """A share of a board's access layer."""
+
+    board: int
+    layer: str
+
+
+@dataclass
+class HeldPipe:
+    """A reference to a FIFO, as its reader, its writer or neither."""
+
+    pipe: Pipe
+    role: str

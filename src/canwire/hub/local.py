@@ -1,0 +1,157 @@
+"""A link to a hub in this very process: the same calls, without a socket."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire.errors import CanwireError, HubError, HubLost
+from canwire.hub.engine import VIRTUAL
+from canwire.hub.link import Answer
+from canwire.hub.pending import Pending
+from canwire.platform import EventDescriptor
+from canwire.timeline import NEVER
+
+if TYPE_CHECKING:
+    from canwire.hub.engine import Engine
+    from canwire.hub.messages import Message
+    from canwire.hub.session import Session
+
+Listener = Callable[["Message | None"], None]
+
+
+class LocalLink:
+    """hub/link.py's Link to an engine of this process, which outlives it; `released` is called at its close.
+
+    In virtual time an answer that takes time lets that time pass in the calling thread.
+    """
+
+    address = ""
+
+    def __init__(self, engine: Engine, name: str, released: Callable[[], object] | None = None) -> None:
+        self.time = engine.time
+        self._engine = engine
+        self._released = released
+        self._lock = threading.Lock()
+        self._listeners: list[Listener] = []
+        self._calls: set[Pending[Answer]] = set()
+        self._closed = False
+        self._expelled = False
+        self._doorbell = EventDescriptor()
+        self._session = engine.call(lambda: self._open(name))
+
+    def call(self, request: Message) -> Answer:
+        if self._closed or self._expelled:
+            raise self._why()
+        call: Pending[Answer] = Pending()
+        self._engine.call(lambda: self._ask(request, call))
+        if self.time == VIRTUAL:
+            self._engine.call(lambda: self._let_time_pass(request, call))
+        elif not call.settled and self._engine.inside():
+            raise CanwireError(f"{type(request).__name__} takes time: a listener cannot wait for its answer")
+        return call.result()
+
+    def listen(self, listener: Listener) -> None:
+        with self._lock:
+            self._listeners.append(listener)
+        if self.lost and not self._closed:
+            listener(None)
+
+    @property
+    def lost(self) -> bool:
+        return self._closed or self._expelled or self._engine.closed
+
+    @property
+    def doorbell(self) -> int:
+        return self._doorbell.sender()
+
+    def close(self) -> None:
+        """Give back everything held; a second time does nothing."""
+        with self._lock:
+            closed, self._closed = self._closed, True
+        if closed:
+            return
+        if not self._engine.closed:
+            self._engine.call(self._leave)
+        self._doorbell.close()
+        if self._released is not None:
+            self._released()
+
+    # in the engine's thread
+
+    def _open(self, name: str) -> Session:
+        session = self._engine.world.open_session(name, os.getpid(), self._notify, self._doorbell)
+        self._engine.watch(self._doorbell, self._rung)
+        self._engine.when_closed(self._lose)
+        return session
+
+    def _ask(self, request: Message, call: Pending[Answer]) -> None:
+        answer = self._session.handle(request)
+        if isinstance(answer, tuple):
+            self._settle(call, answer)
+        else:
+            self._calls.add(call)
+            answer.on_done(lambda outcome: self._settle(call, outcome))
+
+    def _settle(self, call: Pending[Answer], outcome: Answer | CanwireError) -> None:
+        self._calls.discard(call)
+        if isinstance(outcome, CanwireError):
+            call.fail(outcome)
+        else:
+            reply, descriptors = outcome
+            call.settle((reply, tuple(os.dup(descriptor) for descriptor in descriptors)))
+        self._engine.world.timeline.halt()  # in virtual time no more of it passes than the answer took
+
+    def _let_time_pass(self, request: Message, call: Pending[Answer]) -> None:
+        world = self._engine.world
+        world.kick_all()
+        while not call.settled:
+            due_ns = world.timeline.next_ns()
+            if due_ns >= NEVER:
+                raise HubError(
+                    f"{type(request).__name__} would never end: nothing is left to happen on the buses of this hub"
+                )
+            world.timeline.run_until(due_ns)
+
+    def _rung(self) -> None:
+        self._doorbell.clear()
+        if not self._engine.attempt(lambda: self._engine.world.kick(self._session)):
+            self._expelled = True
+            self._leave()
+            self._tell(None)
+
+    def _notify(self, notice: Message) -> None:
+        """Told after what is being done now, so that no listener sees the world in the middle of it."""
+        self._engine.post(lambda: self._tell(notice))
+
+    def _leave(self) -> None:
+        self._engine.unwatch(self._doorbell)
+        self._engine.forget(self._lose)
+        self._engine.attempt(lambda: self._engine.world.close_session(self._session))
+        self._fail_calls()
+
+    def _lose(self) -> None:
+        """The engine ends: whoever waits wakes up, listeners are told."""
+        self._fail_calls()
+        self._tell(None)
+
+    def _fail_calls(self) -> None:
+        while self._calls:
+            self._calls.pop().fail(self._why())
+
+    def _tell(self, notice: Message | None) -> None:
+        with self._lock:
+            listeners = list(self._listeners)
+        for listener in listeners:
+            try:
+                listener(notice)
+            except Exception:  # a listener's own mistake: the others still want to know
+                traceback.print_exc(file=sys.stderr)
+
+    def _why(self) -> HubLost:
+        what = "the connection to the hub" if self._closed else "the hub"
+        return HubLost(f"{what} in this process was closed")

@@ -1,0 +1,71 @@
+"""A hub as a process of its own, in the foreground."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire.errors import HubError
+from canwire.hub.connect import default_address, usual_config
+from canwire.hub.engine import REAL, Engine
+from canwire.hub.messages import Boards, ListBoards
+from canwire.hub.server import Server
+from canwire.hub.world import World
+
+if TYPE_CHECKING:
+    from canwire.boards.config import Config
+    from canwire.hub.event import Event
+
+
+def serve(
+    address: str | None = None,
+    config: str | os.PathLike[str] | Config | None = None,
+    time: str = REAL,
+    *,
+    ready: Callable[[str], object],
+    stop: Event,
+) -> None:
+    """Keep a hub on a socket (None: the user's usual one) until `stop` is set.
+
+    `ready` gets one line about it once clients can connect. Time is "real" or "fast". Raises HubError if
+    another hub listens there, BadConfig for a bad configuration.
+    """
+    engine = Engine(World(usual_config(config)), time)
+    with contextlib.ExitStack() as closing:
+        closing.callback(engine.close)
+        server = Server(engine, default_address() if address is None else address)
+        closing.callback(server.close)
+        engine.when_closed(stop.set)
+        # what is there now stays: the collector need not look at it again, which takes milliseconds
+        gc.collect()
+        gc.freeze()
+        ready(_introduction(engine, server.path))
+        stop.wait()
+        if engine.closed:
+            raise HubError("the hub's engine stopped; see the traceback above")
+
+
+def _introduction(engine: Engine, path: str) -> str:
+    boards = engine.call(lambda: _boards(engine))
+    buses = {line.bus for board in boards.boards for line in board.lines}
+    return f"canwire hub on {path}: {_count(len(buses), 'bus', 'buses')}, " + (
+        f"{_count(len(boards.boards), 'board', 'boards')}, {engine.time} time"
+    )
+
+
+def _boards(engine: Engine) -> Boards:
+    session = engine.world.open_session("canwire serve", os.getpid(), lambda notice: None, None)
+    try:
+        answer = session.handle(ListBoards())
+        assert isinstance(answer, tuple)
+        boards: Boards = answer[0]
+        return boards
+    finally:
+        engine.world.close_session(session)
+
+
+def _count(number: int, one: str, many: str) -> str:
+    return f"{number} {one if number == 1 else many}"

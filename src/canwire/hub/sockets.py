@@ -1,0 +1,98 @@
+"""Unix sockets at paths: to listen privately, to call whoever listens, and never to disturb a living hub."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import socket
+import stat
+
+from canwire.errors import BadValue, HubError, HubLost
+from canwire.platform import locked_directory
+
+_BACKLOG = 64
+_DIAL_TIMEOUT_S = 2.0
+_NOBODY = (errno.ECONNREFUSED, errno.ENOENT)
+
+
+def listen_at(path: str) -> socket.socket:
+    """A listening socket that only this user can reach; one that a dead hub left there is replaced.
+
+    Raises HubError if a living hub listens there, or something that is no socket stands there.
+    """
+    path = os.path.abspath(path)
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        with locked_directory(os.path.dirname(path)):
+            _make_room(path)
+            os.fchmod(listener.fileno(), 0o600)  # Linux then creates the file with this mode at once
+            _bind(listener, path)
+            os.chmod(path, 0o600)
+            listener.listen(_BACKLOG)
+    except BaseException:
+        listener.close()
+        raise
+    listener.setblocking(False)
+    return listener
+
+
+def remove(path: str, identity: tuple[int, int]) -> None:
+    """Remove a socket's file, unless somebody else has put another one there since."""
+    with contextlib.suppress(FileNotFoundError):
+        if identity_of(path) == identity:
+            os.unlink(path)
+
+
+def identity_of(path: str) -> tuple[int, int]:
+    """What tells a file from a later one at the same path."""
+    state = os.lstat(path)
+    return state.st_dev, state.st_ino
+
+
+def dial(address: str) -> socket.socket:
+    """A connection to the hub at this path; raises HubLost if nobody listens there."""
+    connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        connection.settimeout(_DIAL_TIMEOUT_S)
+        connection.connect(address)
+        connection.settimeout(None)
+    except OSError as error:
+        connection.close()
+        if error.errno in _NOBODY:
+            raise HubLost(
+                f"no hub listens on {address}; start one: canwire serve --socket {address}"
+            ) from None
+        raise HubLost(f"{address}: {error.strerror or error}") from error
+    return connection
+
+
+def somebody_listens(path: str) -> bool:
+    """A living hub is there; raises HubError if the socket is somebody else's."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as caller:
+        caller.setblocking(False)  # a full backlog is a sign of life, not worth waiting for
+        failure = caller.connect_ex(path)
+    if failure == errno.EACCES:
+        raise HubError(f"{path} belongs to somebody else; choose another path")
+    return failure not in _NOBODY
+
+
+def _make_room(path: str) -> None:
+    try:
+        mode = os.lstat(path).st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISSOCK(mode):
+        raise HubError(f"{path} is no socket; give --socket another path, or remove it")
+    if somebody_listens(path):
+        raise HubError(f"another hub listens on {path}; connect to that one, or give --socket another path")
+    os.unlink(path)
+
+
+def _bind(listener: socket.socket, path: str) -> None:
+    try:
+        listener.bind(path)
+    except OSError as error:
+        if error.errno is None:  # the socket module's own check of the length
+            raise BadValue(f"{path}: too long for a socket, about 100 bytes are possible") from None
+        raise

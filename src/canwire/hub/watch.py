@@ -1,0 +1,60 @@
+"""Events for changes of the list of boards."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING
+
+from canwire.hub import messages as m
+from canwire.platform import EventDescriptor
+
+if TYPE_CHECKING:
+    from canwire.hub.event import Event
+    from canwire.hub.hub import Hub
+
+
+class BoardWatch:
+    """Passes notices of the hub on to any number of events: each change signals each event once."""
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub = hub
+        self._lock = threading.Lock()
+        self._watchers: list[Watcher] = []
+        self._asked = False
+
+    def assign(self, event: Event | None) -> None:
+        if event is None:
+            self.close()
+            return
+        if not self._asked:
+            self._asked = True
+            self._hub.call(m.Watch())
+        watcher = Watcher(event)
+        with self._lock:
+            self._watchers.append(watcher)
+        event.bind(watcher)
+
+    def changed(self) -> None:
+        with self._lock:
+            for watcher in self._watchers:
+                watcher.descriptor.signal()
+
+    def close(self) -> None:
+        with self._lock:
+            watchers, self._watchers = self._watchers, []
+        for watcher in watchers:
+            watcher.event.unbind(watcher)
+            watcher.descriptor.close()
+
+
+class Watcher:
+    """One event's signal (hub/event.py)."""
+
+    advance = None
+
+    def __init__(self, event: Event) -> None:
+        self.event = event
+        self.descriptor = EventDescriptor()
+
+    def rearm(self) -> None:
+        """Every change signals anyway."""

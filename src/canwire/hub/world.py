@@ -1,0 +1,175 @@
+"""Everything a hub owns: time, buses, boards, FIFOs, and the sessions of its clients. No I/O, one thread at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from canwire.boards import catalogue
+from canwire.boards.board import Board
+from canwire.boards.can_line import CanLine
+from canwire.boards.config import BusConfig, Config
+from canwire.boards.description import BoardInfo
+from canwire.bus.can_bus import CanBus
+from canwire.bus.medium import one_way_delay_ps
+from canwire.errors import BadValue, NoSuchBoard
+from canwire.hub.held import Slot
+from canwire.hub.messages import BoardsChanged, Message
+from canwire.hub.pipes import Pipes
+from canwire.hub.session import Session
+from canwire.platform import EventDescriptor
+from canwire.timeline import NEVER, Timeline
+from canwire.values.bit_timing import BitTiming
+
+_UNHEALTHY_NS = 10_000_000
+_CLOCK_HZ = 80_000_000
+_SHORTEST_BITS = 20  # nothing on a bus fills a receive queue quicker: the shortest error frame
+_LOW_WATER = 4  # a queue with less than its capacity by this much free holds up fast time
+
+
+class World:
+    """What all sessions share."""
+
+    def __init__(self, config: Config, *, virtual: bool = False) -> None:
+        self.timeline = Timeline()
+        self.virtual = virtual
+        self.buses: dict[str, CanBus] = {}
+        self.sessions: list[Session] = []
+        self.boards: dict[int, Board] = {}
+        self.slots: dict[tuple[int, int], Slot] = {}
+        self.pipes = Pipes()
+        self._luid = 0
+        self._reserved = {board.serial for board in config.board}
+        for bus in config.bus:
+            self._add_bus(bus)
+        for board in config.board:
+            self.plug(board.kind, board.serial, board.buses)
+
+    # sessions
+
+    def open_session(
+        self, name: str, pid: int, notify: Callable[[Message], None], doorbell: EventDescriptor | None
+    ) -> Session:
+        """A client has come; `notify` passes notices on to it."""
+        session = Session(self, f"{name} ({pid})", notify, doorbell)
+        self.sessions.append(session)
+        return session
+
+    def close_session(self, session: Session) -> None:
+        """It has gone, whatever it held is free again; a second time does nothing."""
+        if session in self.sessions:
+            self.sessions.remove(session)
+            session.close()
+
+    def kick(self, session: Session) -> None:
+        """This client wrote into its transmit queues, or read from a full receive queue."""
+        for line in session.sending_lines():
+            line.line.kick()
+
+    def kick_all(self) -> None:
+        for session in self.sessions:
+            self.kick(session)
+
+    # boards
+
+    def infos(self) -> tuple[BoardInfo, ...]:
+        """Every board, in the order of plugging."""
+        return tuple(board.info for board in self.boards.values())
+
+    def plug(self, kind: str, serial: str = "", buses: tuple[str, ...] = ()) -> BoardInfo:
+        """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken."""
+        taken = {board.info.hardware_id for board in self.boards.values()}
+        if serial in taken:
+            raise BadValue(f"a board {serial} is plugged in already")
+        if not serial:
+            taken |= self._reserved
+            numbers = (f"HW{number:06}" for number in range(1, len(taken) + 2))
+            serial = next(number for number in numbers if number not in taken)
+        built = catalogue.build(
+            catalogue.kind(kind), self.next_luid(), serial, buses, self.buses, self.timeline
+        )
+        self.boards[built.info.id] = built
+        for number, slot in enumerate(built.lines):
+            self.slots[built.info.id, number] = Slot(built.info.id, CanLine(slot))
+        self._changed()
+        return built.info
+
+    def unplug(self, hardware_id: str) -> None:
+        """Pull a board out: handles on it are dead, and their holders are told. Raises NoSuchBoard."""
+        board = next((b for b in self.boards.values() if b.info.hardware_id == hardware_id), None)
+        if board is None:
+            there = ", ".join(info.hardware_id for info in self.infos()) or "none"
+            raise NoSuchBoard(f"no board {hardware_id!r} to unplug; plugged in: {there}")
+        del self.boards[board.info.id]
+        text = f"board {hardware_id} ({board.info.kind}) was unplugged"
+        catalogue.pull(board)
+        for session in list(self.sessions):
+            session.board_gone(board.info.id, text)
+        for number in range(len(board.lines)):
+            self.slots.pop((board.info.id, number)).can.close()
+        self._changed()
+
+    def board(self, board_id: int) -> Board:
+        """Raises NoSuchBoard."""
+        try:
+            return self.boards[board_id]
+        except KeyError:
+            raise NoSuchBoard(f"no board with id {board_id}; it may have been unplugged") from None
+
+    def slot(self, board_id: int, line: int) -> Slot:
+        """A line and who holds it; raises NoSuchBoard."""
+        board = self.board(board_id)
+        if (board_id, line) not in self.slots:
+            raise NoSuchBoard(f"{board.info.hardware_id} has lines 0 to {len(board.lines) - 1}, not {line}")
+        return self.slots[board_id, line]
+
+    def bus(self, name: str) -> CanBus:
+        """Raises NoSuchBoard."""
+        if name not in self.buses:
+            raise NoSuchBoard(f"no bus {name!r}; there are {', '.join(self.buses) or 'none'}")
+        return self.buses[name]
+
+    def next_luid(self) -> int:
+        """A number never given out before."""
+        self._luid += 1
+        return self._luid
+
+    # for the hub's pace
+
+    def healthy(self) -> bool:
+        """No bus spends its time repeating what nobody acknowledges: fast time may run ahead of the clock."""
+        for bus in self.buses.values():
+            if bus.busy():
+                last_ns = max(bus.tally.last_success_ns, bus.busy_since_ns())
+                if self.timeline.now_ns - last_ns >= _UNHEALTHY_NS:
+                    return False
+        return True
+
+    def stalled(self) -> bool:
+        """A receive queue is nearly full; its reader rings the doorbell when it has made room."""
+        found = False
+        for session in self.sessions:
+            for ring in session.receive_rings():
+                if ring.free() * _LOW_WATER < ring.capacity:
+                    ring.free_threshold = max(1, ring.capacity // 2)
+                    ring.arm_free()
+                    found = True
+        return found
+
+    def horizon_ns(self) -> int:
+        """Bus time that can pass before any receive queue could overflow; NEVER where nobody receives."""
+        room = [ring.free() for session in self.sessions for ring in session.receive_rings()]
+        if not room:
+            return NEVER
+        quickest = min((node.bit_ps for bus in self.buses.values() for node in bus.nodes), default=1_000_000)
+        return max(1, min(room)) * _SHORTEST_BITS * quickest // 1000
+
+    def _add_bus(self, config: BusConfig) -> None:
+        bus = CanBus(self.timeline, config.name)
+        timing = BitTiming.for_bit_rate(config.bit_rate, clock_hz=_CLOCK_HZ)
+        bus.delay_ps = one_way_delay_ps(timing, config.length_m, config.node_delay_ns)
+        self.buses[config.name] = bus
+
+    def _changed(self) -> None:
+        for session in self.sessions:
+            if session.watching:
+                session.notify(BoardsChanged())

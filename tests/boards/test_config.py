@@ -1,0 +1,231 @@
+"""canwire.toml: what it may say, and what it is told when it says something else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from canwire import BadValue
+from canwire.boards import catalogue
+from canwire.boards.config import BoardConfig, BusConfig, Config, Option, options
+from canwire.errors import BadConfig
+
+WHOLE = """
+# the workshop
+[[bus]]
+name = "can0"
+bit_rate = 250_000
+data_bit_rate = 4_000_000
+length_m = 12
+node_delay_ns = 75.5
+
+[[bus]]
+name = "body"
+
+[[board]]
+kind = "usb-to-can-fd"
+serial = "HW123456"
+buses = ["can0", "body"]
+
+[[board]]
+kind = "usb-to-can"
+"""
+BUS = '[[bus]]\nname = "can0"\n'
+NAMES = ": 1 to 64 characters, no blanks, parentheses or colons"
+IDS = ": HW and 1 to 14 printable characters, no blanks or parentheses: HW000001 perhaps"
+BOARD = '[[board]]\nkind = "usb-to-can"\n'
+
+
+def complaint(text: str) -> str:
+    with pytest.raises(BadConfig) as raised:
+        Config.parse(text)
+    start, message = str(raised.value).split(": ", 1)
+    assert start == "canwire.toml"
+    return message
+
+
+def test_a_whole_file() -> None:
+    config = Config.parse(WHOLE)
+    assert config.bus == (
+        BusConfig(name="can0", bit_rate=250_000, data_bit_rate=4_000_000, length_m=12.0, node_delay_ns=75.5),
+        BusConfig(name="body", bit_rate=500_000, data_bit_rate=None, length_m=0.0, node_delay_ns=0.0),
+    )
+    assert config.board == (
+        BoardConfig(kind="usb-to-can-fd", serial="HW123456", buses=("can0", "body")),
+        BoardConfig(kind="usb-to-can", serial="", buses=()),
+    )
+
+
+def test_an_empty_file_is_a_bus_without_boards() -> None:
+    assert Config.parse("") == Config(bus=Config.default().bus, board=())
+
+
+def test_the_default_world_has_one_board_of_each_kind() -> None:
+    """rulings.md 30, as far as its boards exist."""
+    config = Config.default()
+    assert config.bus == (BusConfig(name="can0", bit_rate=500_000, data_bit_rate=2_000_000),)
+    assert [board.kind for board in config.board] == list(catalogue.KINDS)
+    assert config.board[0] == BoardConfig(kind="usb-to-can-fd", serial="HW000001")
+    assert len({board.serial for board in config.board}) == len(config.board)
+
+
+def test_the_default_world_could_stand_in_a_file() -> None:
+    config = Config.default()
+    bus = '[[bus]]\nname = "can0"\ndata_bit_rate = 2000000\n'
+    boards = [f'[[board]]\nkind = "{board.kind}"\nserial = "{board.serial}"\n' for board in config.board]
+    assert Config.parse(bus + "".join(boards)) == config
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (BUS + "[[board]]\n", "board[0].kind: missing"),
+        ("[[bus]]\n", "bus[0].name: missing"),
+        (
+            BUS + "speed = 5",
+            "bus[0].speed: no such key; there are name, bit_rate, data_bit_rate, length_m, node_delay_ns",
+        ),
+        (BUS + BOARD + "bus = 'can0'", "board[0].bus: no such key; there are kind, serial, buses"),
+        ("[hub]\na = 1", "hub: no such key; there are bus, board"),
+        ("[bus]\nname = 'can0'", "bus: expected a list, got a table; write [[bus]], with two brackets"),
+        ("board = 5", "board = 5: expected a list, got a whole number; write [[board]], with two brackets"),
+        ("bus = [5]", "bus[0] = 5: expected a table, got a whole number"),
+        (BUS + "bit_rate = '500k'", "bus[0].bit_rate = '500k': expected a whole number, got text"),
+        (BUS + "bit_rate = 5e5", "bus[0].bit_rate = 500000.0: expected a whole number, got a number"),
+        (BUS + "bit_rate = true", "bus[0].bit_rate = True: expected a whole number, got true or false"),
+        (BUS + "bit_rate = 0", "bus[0].bit_rate = 0: expected a whole number >= 1"),
+        (BUS + "bit_rate = 2000000", "bus[0].bit_rate = 2000000: expected a whole number <= 1000000"),
+        (
+            BUS + "bit_rate = 400",
+            "bus[0].bit_rate: 400 bit/s cannot be made from 80000000 Hz (CAN FD nominal phase); "
+            "nearest: 406 bit/s",
+        ),
+        (BUS + "data_bit_rate = 250000", "bus[0].data_bit_rate: 250000 is below bit_rate 500000"),
+        (BUS + "data_bit_rate = 'x'", "bus[0].data_bit_rate = 'x': expected a whole number, got text"),
+        (BUS + "length_m = -1", "bus[0].length_m = -1: expected a number >= 0.0"),
+        (BUS + "length_m = nan", "bus[0].length_m = nan: expected a number >= 0.0"),
+        (BUS + "node_delay_ns = inf", "bus[0].node_delay_ns = inf: expected a number <= 100000.0"),
+        ("[[bus]]\nname = 'can 0'", "bus[0].name: bus name 'can 0'" + NAMES),
+        ("[[bus]]\nname = ''", "bus[0].name: bus name ''" + NAMES),
+        (BUS + "[[bus]]\nname = 'b'\n" + BUS, "bus[2].name: 'can0' twice; bus[0] has it too"),
+        (
+            BOARD + "serial = 'HW1'\n" + BOARD + BOARD + "serial = 'HW1'",
+            "board[2].serial: 'HW1' twice; board[0] has it too",
+        ),
+        (BOARD + "serial = '17'", "board[0].serial: hardware id '17'" + IDS),
+        (
+            "[[board]]\nkind = 'usb-to-lin'",
+            "board[0].kind: no board kind 'usb-to-lin'; there are usb-to-can, usb-to-can-fd",
+        ),
+        (
+            BUS + BOARD + BOARD + "buses = ['can7', 'can0']",
+            "board[1].buses[0]: no bus 'can7'; there are can0",
+        ),
+        (BOARD + "buses = ['can0', 'x']", "board[0].buses[1]: no bus 'x'; there are can0"),
+        (BOARD + "buses = ['can0']", "board[0].buses: usb-to-can has 2 lines, not 1; name a bus for each"),
+        (BOARD + "buses = 'can0'", "board[0].buses = 'can0': expected a list, got text"),
+        (BOARD + "buses = ['can0', 5]", "board[0].buses[1] = 5: expected text, got a whole number"),
+        ("[[bus]]\nname = 'engine'\n" + BOARD, "board[0].buses, left out: no bus 'can0'; there are engine"),
+        ("bus = []\n" + BOARD, "board[0].buses, left out: no bus 'can0'; there are none"),
+        ("[[bus]]\nname = " + repr("x" * 70), f"bus[0].name: bus name {'x' * 70!r}" + NAMES),
+        (
+            BUS + "bit_rate = " + repr("x" * 70),
+            f"bus[0].bit_rate = '{'x' * 59}...: expected a whole number, got text",
+        ),
+    ],
+)
+def test_what_a_file_is_told(text: str, message: str) -> None:
+    assert complaint(text) == message
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("[[bus]\n", "(at line 1, column 6)"),
+        ("a = 1\na = 2", "Cannot overwrite a value"),
+        ("a = " + "[" * 100_000, "nested too deep"),
+        ("a = " + "9" * 10_000, "digits"),
+    ],
+)
+def test_no_toml(text: str, why: str) -> None:
+    assert why in complaint(text)
+
+
+def test_files(tmp_path: Path) -> None:
+    path = tmp_path / "canwire.toml"
+    path.write_text(WHOLE, encoding="utf-8")
+    assert Config.load(path) == Config.parse(WHOLE)
+    path.write_bytes(b"# \xff")
+    with pytest.raises(BadConfig) as raised:
+        Config.load(str(path))
+    assert str(raised.value) == f"{path}: byte 2 is no UTF-8: invalid start byte"
+    path.write_text("x = 1")
+    with pytest.raises(BadValue) as no_key:
+        Config.load(path)
+    assert str(no_key.value) == f"{path}: x: no such key; there are bus, board"
+
+
+def test_a_missing_file_and_a_directory(tmp_path: Path) -> None:
+    with pytest.raises(BadConfig, match="nowhere: No such file or directory"):
+        Config.load(tmp_path / "nowhere")
+    with pytest.raises(BadConfig, match="Is a directory"):
+        Config.load(tmp_path)
+
+
+def test_options_are_rows_for_documentation() -> None:
+    rows = options()
+    assert [(row.table, row.name) for row in rows] == [
+        *(("bus", name) for name in ("name", "bit_rate", "data_bit_rate", "length_m", "node_delay_ns")),
+        *(("board", name) for name in ("kind", "serial", "buses")),
+    ]
+    help = "bit/s that is usual after the bit-rate switch"
+    assert rows[2] == Option("bus", "data_bit_rate", "integer", None, help)
+    assert [row.type for row in rows] == [
+        "string", "integer", "integer", "number", "number", "string", "string", "list of strings"
+    ]  # fmt: skip
+    assert all(row.help for row in rows)
+
+
+scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
+keys = st.sampled_from(["bus", "board", "name", "kind", "serial", "buses", "bit_rate", "length_m"]) | st.text(
+    max_size=3
+)
+
+
+def toml(value: object) -> str:
+    """Enough of TOML to write down what hypothesis draws."""
+    match value:
+        case dict():
+            return "{" + ", ".join(f"{toml(str(key))} = {toml(item)}" for key, item in value.items()) + "}"
+        case list():
+            return "[" + ", ".join(map(toml, value)) + "]"
+        case bool() | None:
+            return "true" if value else "false"
+        case str():
+            return '"' + "".join(f"\\U{ord(one):08X}" for one in value) + '"'
+        case _:
+            return (
+                str(value).replace("e", ".0e") if "e" in str(value) and "." not in str(value) else str(value)
+            )
+
+
+@given(
+    st.dictionaries(
+        keys,
+        st.recursive(scalars, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner)),
+        max_size=3,
+    )
+)
+def test_nothing_but_complaints(data: dict[str, object]) -> None:
+    """Whatever a file holds, it is a configuration or a BadConfig that names the file."""
+    text = "\n".join(f"{toml(key)} = {toml(value)}" for key, value in data.items())
+    try:
+        Config.parse(text)
+    except BadConfig as error:
+        told = str(error)
+    else:
+        told = "canwire.toml: nothing wrong"
+    assert told.startswith("canwire.toml: ")

@@ -1,0 +1,86 @@
+"""The simulated figures against the published ones and the presets that programs bring along."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from canwire import BitTiming, Capabilities, Feature, TimingLimits, TimingRange
+from canwire.boards.figures import USB_TO_CAN, USB_TO_CAN_FD
+
+# CAN_BTP_ presets of VCI 4: bit/s, TS1, TS2, SJW, TDO (reference/vci.md section 3)
+NOMINAL_PRESETS = [
+    (5_000, 17, 8, 1, 0),
+    *((rate, 14, 2, 1, 0) for rate in (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000)),
+    (800_000, 8, 2, 1, 0),
+    (1_000_000, 6, 2, 1, 0),
+]
+DATA_PRESETS = [
+    (1_000_000, 1600, 400, 400, 1600),
+    (2_000_000, 1600, 400, 400, 1600),
+    (4_000_000, 800, 200, 200, 800),
+    (5_000_000, 600, 200, 200, 600),
+    (8_000_000, 400, 100, 100, 250),
+    (10_000_000, 300, 100, 100, 200),
+    (500_000, 6400, 1600, 1600, 6400),
+    (833_333, 1600, 400, 400, 1620),
+    (1_538_461, 1000, 300, 300, 1040),
+]
+
+
+def limits_of(found: TimingRange) -> TimingLimits:
+    (low, high), (_, tseg1), (_, tseg2), (_, sjw) = found.prescaler, found.tseg1, found.tseg2, found.sjw
+    return TimingLimits("board", high, tseg1, tseg2, sjw, 3, 1 + tseg1 + tseg2, prescaler_min=low)
+
+
+@pytest.mark.parametrize(
+    ("capabilities", "clock_hz", "ranges", "type_and_coupling"),
+    [
+        (USB_TO_CAN_FD, 80_000_000, ((2, 513), (1, 256), (1, 256), (1, 128)), (0x0D, 2)),
+        (USB_TO_CAN, 36_000_000, ((1, 1024), (1, 16), (1, 8), (1, 4)), (0x0C, 3)),
+    ],
+)
+def test_what_is_published_of_the_real_boards(
+    capabilities: Capabilities, clock_hz: int, ranges: object, type_and_coupling: tuple[int, int]
+) -> None:
+    """reference/vci.md section 8."""
+    found = capabilities.nominal
+    assert capabilities.clock_hz == clock_hz
+    assert (found.prescaler, found.tseg1, found.tseg2, found.sjw) == ranges
+    assert (capabilities.controller_type, capabilities.bus_coupling) == type_and_coupling
+
+
+@pytest.mark.parametrize("capabilities", [USB_TO_CAN_FD, USB_TO_CAN], ids=["fd", "classic"])
+def test_ticks_are_whole_nanoseconds(capabilities: Capabilities) -> None:
+    ticks = (capabilities.stamps, capabilities.cyclic, capabilities.delay)
+    assert [tick.tick_ns for tick in ticks] == [1_000, 100_000, 100_000]
+    assert all(tick.divisor * 10**9 % tick.clock_hz == 0 for tick in ticks)
+    assert [tick.maximum for tick in ticks] == [0xFFFF_FFFF, 65_535, 65_535]
+
+
+def test_only_the_fd_board_knows_fd() -> None:
+    fd = Feature.EXTENDED_DATA | Feature.FAST_DATA | Feature.ISO_FRAME | Feature.NON_ISO_FRAME
+    assert USB_TO_CAN_FD.features ^ USB_TO_CAN.features == fd
+    assert USB_TO_CAN_FD.can(fd)
+    assert USB_TO_CAN_FD.data == replace(USB_TO_CAN_FD.nominal, offset_max=255)
+    assert USB_TO_CAN.data is None
+
+
+@pytest.mark.parametrize("preset", NOMINAL_PRESETS, ids=lambda preset: str(preset[0]))
+@pytest.mark.parametrize("capabilities", [USB_TO_CAN_FD, USB_TO_CAN], ids=["fd", "classic"])
+def test_nominal_presets_run(capabilities: Capabilities, preset: tuple[int, ...]) -> None:
+    rate, ts1, ts2, sjw, _ = preset
+    limits = limits_of(capabilities.nominal)
+    timing = BitTiming.from_proportions(rate, ts1, ts2, sjw, capabilities.clock_hz, limits=limits)
+    assert timing.bit_rate == rate
+
+
+@pytest.mark.parametrize("preset", DATA_PRESETS, ids=lambda preset: str(preset[0]))
+def test_data_presets_run(preset: tuple[int, ...]) -> None:
+    rate, ts1, ts2, sjw, tdo = preset
+    assert USB_TO_CAN_FD.data is not None
+    limits = limits_of(USB_TO_CAN_FD.data)
+    timing = BitTiming.from_proportions(rate, ts1, ts2, sjw, USB_TO_CAN_FD.clock_hz, limits=limits, tdo=tdo)
+    assert rate in (int(timing.exact_bit_rate), timing.bit_rate)  # printed rates are rounded or cut
+    assert timing.tdo <= USB_TO_CAN_FD.data.offset_max

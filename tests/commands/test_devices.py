@@ -1,0 +1,210 @@
+"""`canwire devices`, `plug` and `unplug`: the tree, the object, and boards that come and go."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import canwire
+from canwire import BitTiming, BoardInfo, ErrorState, LineMode, LineStatus
+from canwire.boards import catalogue
+from canwire.commands import main
+from canwire.commands.devices import board_facts, tree
+
+IDLE = LineStatus(
+    initialised=False,
+    running=False,
+    mode=None,
+    state=int(ErrorState.STOPPED),
+    tec=0,
+    rec=0,
+    last_error=0,
+    load=0.0,
+    transmitting=False,
+    coupling_fault=False,
+    frames_sent=0,
+    frames_received=0,
+    errors=0,
+    arbitration_losses=0,
+    refused=0,
+    lost=0,
+    control_holder="",
+    scheduler_holder="",
+    channels=0,
+    exclusive=False,
+    time_ns=0,
+)
+MODE = LineMode(BitTiming.for_bit_rate(500_000), BitTiming.for_bit_rate(2_000_000), note=b"\x01\xff")
+BUSY = replace(
+    IDLE,
+    initialised=True,
+    running=True,
+    mode=MODE,
+    state=int(ErrorState.ERROR_PASSIVE),
+    tec=128,
+    rec=3,
+    last_error=3,
+    load=42.26,
+    frames_sent=10,
+    frames_received=2000,
+    errors=16,
+    refused=1,
+    lost=7,
+    control_holder="engine (4711)",
+    channels=2,
+    time_ns=5_000_000,
+)
+
+
+def board(name: str, board_id: int, hardware_id: str, *buses: str) -> BoardInfo:
+    return catalogue.kind(name).info(board_id, hardware_id, buses)
+
+
+FD = board("usb-to-can-fd", 1, "HW000001")
+CLASSIC = board("usb-to-can", 2, "HW-LONGER", "body", "can0")
+
+
+def test_the_tree_tells_everything_that_changes() -> None:
+    one = replace(BUSY, mode=LineMode(BitTiming.for_bit_rate(1_000_000)), exclusive=True, channels=1)
+    one = replace(one, coupling_fault=True, scheduler_holder="tester (5)")
+    assert tree([(FD, [IDLE, BUSY]), (CLASSIC, [one, IDLE])]) == [
+        "HW000001  usb-to-can-fd  USB-to-CAN FD (simulated)",
+        "  :0  CAN-1  can0  not initialised",
+        "      sent 0, received 0, errors 0, lost 0, refused 0; 0 channels, control free, cyclic list free",
+        "  :1  CAN-2  can0  error passive    500000 bit/s, 2000000 after BRS  TEC 128  REC 3  load 42.3 %",
+        "      sent 10, received 2000, errors 16 (last ACK), lost 7, refused 1; "
+        "2 channels, control engine (4711), cyclic list free",
+        "HW-LONGER  usb-to-can  USB-to-CAN V2 (simulated)",
+        "  :0  CAN-1  body  shorted          1000000 bit/s                    TEC 128  REC 3  load 42.3 %",
+        "      sent 10, received 2000, errors 16 (last ACK), lost 7, refused 1; "
+        "1 channel (exclusive), control engine (4711), cyclic list tester (5)",
+        "  :1  CAN-2  can0  not initialised",
+        "      sent 0, received 0, errors 0, lost 0, refused 0; 0 channels, control free, cyclic list free",
+    ]
+
+
+@pytest.mark.conforms("X3-01")
+def test_the_object_has_every_field() -> None:
+    facts = json.loads(json.dumps(board_facts(FD, [BUSY, IDLE])))
+    assert {name: facts[name] for name in facts if name != "lines"} == {
+        "id": 1,
+        "kind": "usb-to-can-fd",
+        "hardware_id": "HW000001",
+        "device_class": "B9AAAF39-B9B9-4850-9402-7D8250C7B88F",
+        "description": "USB-to-CAN FD (simulated)",
+        "manufacturer": "canwire (simulated)",
+        "driver_version": list(FD.driver_version),
+        "hardware_version": list(FD.hardware_version),
+        "firmware_version": list(FD.firmware_version),
+    }
+    busy, idle = facts["lines"]
+    assert (busy["name"], busy["bus"], busy["bus_type"], busy["index"]) == ("CAN-1", "can0", "CAN", 0)
+    assert busy["capabilities"]["clock_hz"] == 80_000_000
+    assert "FAST_DATA" in busy["capabilities"]["features"]
+    status: dict[str, Any] = busy["status"]
+    assert set(status) == set(LineStatus.__dataclass_fields__)
+    assert (status["state"], status["last_error"], status["lost"]) == ("ERROR_PASSIVE", "ACK", 7)
+    assert (status["mode"]["timing"]["bit_rate"], status["mode"]["data_timing"]["bit_rate"]) == (
+        500_000,
+        2_000_000,
+    )
+    assert status["mode"]["note"] == "01ff"
+    assert idle["status"]["mode"] is None
+
+
+def test_a_line_that_still_looks_for_its_rate() -> None:
+    facts = board_facts(FD, [replace(BUSY, mode=LineMode(None)), IDLE])
+    assert facts["lines"][0]["status"]["mode"]["timing"] is None
+    assert "no bit rate yet" in tree([(FD, [replace(BUSY, mode=LineMode(None)), IDLE])])[1]
+
+
+# with a real hub
+
+
+@pytest.mark.conforms("X3-01", "X3-02")
+def test_boards_come_and_go(hub_address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def run(*words: str) -> str:
+        assert main([*words, "--hub", hub_address]) == 0
+        captured = capsys.readouterr()
+        assert captured.err == ""
+        return captured.out
+
+    def ids() -> list[str]:
+        return [line.split()[0] for line in run("devices").splitlines() if not line.startswith(" ")]
+
+    assert ids() == ["HW000001", "HW000002"]
+    plugged = run("plug", "usb-to-can", "--serial", "HW123456", "--bus", "can0", "can0")
+    assert plugged == "HW123456  usb-to-can  USB-to-CAN V2 (simulated)  can0 can0\n"
+    assert run("plug", "usb-to-can-fd").startswith("HW000003  usb-to-can-fd  ")
+    assert ids() == ["HW000001", "HW000002", "HW123456", "HW000003"]
+    assert run("unplug", "HW123456") == plugged
+    for hardware_id in ("HW000001", "HW000002", "HW000003"):
+        run("unplug", hardware_id)
+    assert run("devices") == "no boards; `canwire plug usb-to-can-fd` plugs one in\n"
+
+
+def test_who_uses_what(hub_address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with canwire.connect(hub_address, name="owner") as hub:
+        board = hub.board("HW000001")
+        control = hub.open_control(board.id, 0)
+        control.initialise(MODE)
+        control.start()
+        hub.open_channel(board.id, 0, exclusive=True)
+        hub.open_scheduler(board.id, 1)
+        assert main(["devices", "--json", "--hub", hub_address]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["hub"], facts["time"]) == (hub_address, "real")
+    first, second = (line["status"] for line in facts["boards"][0]["lines"])
+    me = f"owner ({os.getpid()})"
+    assert (first["control_holder"], first["channels"], first["exclusive"]) == (me, 1, True)
+    assert (first["state"], first["mode"]["timing"]["bit_rate"]) == ("ERROR_ACTIVE", 500_000)
+    assert (second["scheduler_holder"], second["mode"]) == (me, None)
+
+
+def test_without_a_hub_the_boards_are_this_programs_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    for name in ("CANWIRE_HUB", "CANWIRE_CONFIG"):
+        monkeypatch.delenv(name, raising=False)
+    assert main(["devices"]) == 0
+    captured = capsys.readouterr()
+    assert "no hub is running" in captured.err
+    assert captured.out.startswith("HW000001  usb-to-can-fd  ")
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["plug", "usb-to-lin"], "no board kind 'usb-to-lin'; there are usb-to-can, usb-to-can-fd"),
+        (["plug", "usb-to-can", "--serial", "17"], "hardware id '17'"),
+        (["plug", "usb-to-can", "--serial", "HW000001"], "HW000001 is plugged in already"),
+        (["plug", "usb-to-can", "--bus", "can0"], "usb-to-can has 2 lines, not 1"),
+        (["plug", "usb-to-can", "--bus", "can0", "can7"], "no bus 'can7' for CAN-2; there are can0"),
+        (["unplug", "HW7"], "no board 'HW7'"),
+        (["unplug", "usb-to-can"], "no board 'usb-to-can'"),
+    ],
+)
+def test_mistakes_are_one_line(
+    hub_address: str, capsys: pytest.CaptureFixture[str], words: list[str], why: str
+) -> None:
+    assert main([*words, "--hub", hub_address]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith("canwire: ")
+    assert (captured.out, captured.err.count("\n")) == ("", 1)
+    assert why in captured.err
+
+
+@pytest.mark.parametrize("verb", ["devices", "dump"])
+def test_an_address_where_nobody_listens(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], verb: str
+) -> None:
+    words = [verb] if verb == "devices" else [verb, "can0"]
+    assert main([*words, "--hub", str(tmp_path / "nobody")]) == 2
+    assert str(tmp_path / "nobody") in capsys.readouterr().err
