@@ -10,7 +10,6 @@ import fcntl
 import mmap
 import os
 import select
-import selectors
 import socket
 import stat
 import struct
@@ -21,6 +20,7 @@ import time
 from collections.abc import Callable, Iterator
 from multiprocessing import resource_tracker
 from multiprocessing.shared_memory import SharedMemory
+from typing import Any
 
 
 class EventDescriptor:
@@ -52,8 +52,10 @@ class EventDescriptor:
 
     def signal(self) -> None:
         """Wake whoever waits; signals that nobody has consumed yet count as one."""
-        with contextlib.suppress(BlockingIOError):  # full: the reader has a wake-up pending anyway
+        try:  # noqa: SIM105  quicker, and this is on every frame's way
             os.write(self._write, b"\x01\0\0\0\0\0\0\0")
+        except BlockingIOError:
+            pass  # full: the reader has a wake-up pending anyway
 
     def wait(self, timeout: float | None = None) -> bool:
         """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
@@ -65,8 +67,10 @@ class EventDescriptor:
 
     def clear(self) -> None:
         """Consume whatever signal there is, without waiting."""
-        with contextlib.suppress(BlockingIOError):  # there was none
+        try:  # noqa: SIM105  quicker, and this is on every frame's way
             os.read(self._read, 4096)
+        except BlockingIOError:
+            pass  # there was none
 
     def wait_for(
         self, settled: Callable[[], bool], timeout: float | None, recheck: float | None = None
@@ -100,16 +104,47 @@ def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
     return bool(poll.poll(None if timeout is None else timeout * 1000))
 
 
-def select_ready(
-    selector: selectors.BaseSelector, timeout: float | None
-) -> list[tuple[selectors.SelectorKey, int]]:
-    """What is ready within `timeout` seconds (None: for ever), to a few microseconds where the system can."""
-    descriptor = selector.fileno() if hasattr(selector, "fileno") else -1
-    # epoll counts whole milliseconds; select counts better, but descriptors below 1024 only
-    if timeout is not None and timeout > 0 and 0 <= descriptor < 1024:
-        select.select([descriptor], [], [], timeout)
-        timeout = 0
-    return selector.select(timeout)
+class Poller:
+    """Waits for any of many descriptors; `READABLE` and `WRITABLE` are the bits of what it finds."""
+
+    READABLE = select.POLLIN
+    WRITABLE = select.POLLOUT
+
+    def __init__(self) -> None:
+        epoll = hasattr(select, "epoll")
+        self._poll: Any = select.epoll() if epoll else select.poll()
+        self._per_second = 1 if epoll else 1000  # what their timeouts count in
+        self._known: set[int] = set()
+        # both wait whole milliseconds, select waits better, but only for descriptors below 1024
+        self._finer = [self._poll.fileno()] if epoll and self._poll.fileno() < 1024 else []
+
+    def watch(self, descriptor: int, events: int) -> None:
+        """From now on, or in place of the events before."""
+        if descriptor in self._known:
+            self._poll.modify(descriptor, events)
+        else:
+            self._poll.register(descriptor, events)
+            self._known.add(descriptor)
+
+    def unwatch(self, descriptor: int) -> None:
+        """Before it is closed; an unknown one is ignored."""
+        if descriptor in self._known:
+            self._known.remove(descriptor)
+            self._poll.unregister(descriptor)
+
+    def wait(self, timeout: float | None) -> list[tuple[int, int]]:
+        """Descriptors and their events within `timeout` seconds (None: for ever). A broken one is readable, too."""
+        if timeout is not None and timeout > 0 and self._finer:
+            if not select.select(self._finer, (), (), timeout)[0]:
+                return []
+            timeout = 0
+        found: list[tuple[int, int]] = self._poll.poll(None if timeout is None else timeout * self._per_second)
+        return found
+
+    def close(self) -> None:
+        self._known.clear()
+        if hasattr(self._poll, "close"):
+            self._poll.close()
 
 
 def sharpen_sleep() -> None:

@@ -142,12 +142,13 @@ class Connection:
         name = "".join(letter if letter.isprintable() else "?" for letter in hello.name[:_LONGEST_NAME])
         doorbell = EventDescriptor()
         try:
-            self._session = self._engine.world.open_session(name, pid, self._notify, doorbell)
+            session = self._engine.world.open_session(name, pid, self._notify, doorbell)
         except BaseException:
             doorbell.close()
             raise
+        self._session = session
         self._doorbell = doorbell
-        self._engine.watch(doorbell, self._rung)
+        self._engine.watch(doorbell, lambda: self._rung(doorbell, session))
         self._send(serial, Welcome(VERSION, self._engine.time), (doorbell.sender(),))
 
     def _ask(self, serial: int, request: Message) -> None:
@@ -168,13 +169,13 @@ class Connection:
     def _notify(self, notice: Message) -> None:
         self._send(0, notice)
 
-    def _rung(self) -> None:
-        self._guarded(self._kick)
-
-    def _kick(self) -> None:
-        if self._doorbell is not None and self._session is not None:
-            self._doorbell.clear()
-            self._engine.world.kick(self._session)
+    def _rung(self, doorbell: EventDescriptor, session: Session) -> None:
+        doorbell.clear()
+        try:
+            self._engine.world.kick(session)
+        except Exception as error:
+            self._engine.report(error)
+            self.close()
 
     def _send(self, serial: int, reply: Message, descriptors: tuple[int, ...] = ()) -> None:
         """Queue a message. It goes out after the present callback: the world may be in the middle of something."""
@@ -224,7 +225,7 @@ def _serial_in(payload: bytes) -> int:
     """The serial of a request that could not be understood, 0 if even that is unknown."""
     try:
         serial, _ = _ANY_REQUEST.decode(payload)
-    except (msgspec.MsgspecError, ValueError):
+    except (msgspec.MsgspecError, ValueError, RecursionError):
         return 0
     return max(0, serial)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import selectors
 import sys
 import threading
 import traceback
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 from canwire.errors import BadValue, CanwireError, HubLost
 from canwire.hub.pace import FastPace, RealPace
 from canwire.hub.pending import Pending
-from canwire.platform import EventDescriptor, select_ready, sharpen_sleep
+from canwire.platform import EventDescriptor, Poller, sharpen_sleep
 
 if TYPE_CHECKING:
     from canwire.hub.world import World
@@ -214,24 +213,25 @@ class _Loop:
         self.stopping = False
         self.wake = EventDescriptor()
         self._engine = engine
-        self._selector = selectors.DefaultSelector()
+        self._poller = Poller()
+        self._watched: dict[int, _Watched] = {}
         self.watch(self.wake, self.wake.clear)
         self.thread = threading.Thread(target=self._run, name="canwire-hub", daemon=True)
 
     def watch(
         self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
     ) -> None:
-        events = selectors.EVENT_READ | (selectors.EVENT_WRITE if writable else 0)
-        watched = _Watched(readable, writable)
-        if source.fileno() in self._selector.get_map():
-            self._selector.get_key(source).data.active = False
-            self._selector.modify(source, events, watched)
-        else:
-            self._selector.register(source, events, watched)
+        before = self._watched.get(source.fileno())
+        if before is not None:
+            before.active = False
+        self._watched[source.fileno()] = _Watched(readable, writable)
+        self._poller.watch(source.fileno(), Poller.READABLE | (Poller.WRITABLE if writable else 0))
 
     def unwatch(self, source: HasFileno) -> None:
-        if source.fileno() in self._selector.get_map():
-            self._selector.unregister(source).data.active = False
+        watched = self._watched.pop(source.fileno(), None)
+        if watched is not None:
+            watched.active = False
+            self._poller.unwatch(source.fileno())
 
     def _run(self) -> None:
         sharpen_sleep()
@@ -241,18 +241,22 @@ class _Loop:
                 timeout = self._turn(timeout)
         finally:
             self._engine.finish()
-            self._selector.close()
+            self._poller.close()
             self.wake.close()
 
     def _turn(self, timeout: float | None) -> float | None:
         """Wait for input for so many seconds, handle it, let time go on; how long to wait next."""
         engine = self._engine
-        ready = select_ready(self._selector, 0 if engine.busy else timeout)
-        if ready or engine.busy:
-            engine.attempt(self.pace.catch_up)
-            for key, events in ready:
-                self._handle(key.data, events)
-            engine.run_posted()
+        found = self._poller.wait(0 if engine.busy else timeout)
+        ready = [(self._watched[descriptor], events) for descriptor, events in found]
+        try:
+            if ready or engine.busy:
+                self.pace.catch_up()
+        except Exception as error:
+            engine.report(error)
+        for watched, events in ready:
+            self._handle(watched, events)
+        engine.run_posted()
         try:
             return self.pace.run()
         except Exception as error:
@@ -260,7 +264,10 @@ class _Loop:
             return _AFTER_FAILURE_S
 
     def _handle(self, watched: _Watched, events: int) -> None:
-        if watched.active and events & selectors.EVENT_READ:
-            self._engine.attempt(watched.readable)
-        if watched.active and watched.writable is not None and events & selectors.EVENT_WRITE:
-            self._engine.attempt(watched.writable)
+        try:
+            if watched.active and events & ~Poller.WRITABLE:
+                watched.readable()
+            if watched.active and watched.writable is not None and events & Poller.WRITABLE:
+                watched.writable()
+        except Exception as error:
+            self._engine.report(error)

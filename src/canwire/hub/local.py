@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from canwire.errors import CanwireError, HubError, HubLost
 from canwire.hub.engine import VIRTUAL
 from canwire.hub.link import Answer
+from canwire.hub.messages import encode_request
 from canwire.hub.pending import Pending
 from canwire.platform import EventDescriptor
 from canwire.timeline import NEVER
@@ -47,6 +48,7 @@ class LocalLink:
     def call(self, request: Message) -> Answer:
         if self._closed or self._expelled:
             raise self._why()
+        encode_request(1, request)  # what no hub in another process would take, this one refuses alike
         call: Pending[Answer] = Pending()
         self._engine.call(lambda: self._ask(request, call))
         if self.time == VIRTUAL:

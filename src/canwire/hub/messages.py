@@ -15,7 +15,7 @@ import msgspec
 
 from canwire.boards.description import BoardInfo
 from canwire.boards.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
-from canwire.errors import BadMessage
+from canwire.errors import BadMessage, BadValue
 from canwire.values.bit_timing import BitTiming
 
 VERSION = 1
@@ -384,8 +384,13 @@ _replies = msgspec.msgpack.Decoder(tuple[int, int, Reply])
 
 
 def encode_request(serial: int, request: Message) -> bytes:
-    """Bytes to send; raises BadMessage if they are more than a hub takes."""
-    return _framed((serial, request), LARGEST_REQUEST)
+    """Bytes to send; raises BadValue for what no hub would take: wrong types, numbers too large, too much."""
+    try:
+        message = _framed((serial, request), LARGEST_REQUEST)
+        decode_request(message[LENGTH.size :])
+    except (BadMessage, TypeError, OverflowError, RecursionError) as error:
+        raise BadValue(f"{type(request).__name__}: {error}") from None
+    return message
 
 
 def encode_reply(serial: int, reply: Message, descriptors: int = 0) -> bytes:

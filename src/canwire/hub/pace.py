@@ -14,7 +14,8 @@ from canwire.timeline import NEVER
 if TYPE_CHECKING:
     from canwire.hub.world import World
 
-REST_NS = 200_000  # happenings closer together than this share a wake-up
+REST_NS = 400_000  # on average happenings closer together than this share a wake-up ...
+BURST_NS = 4_000_000  # ... once they have been so for this long
 SLICE_NS = 50_000_000  # bus time that fast time runs before it looks for input again
 PATIENCE_NS = 200_000_000  # how long a full receive queue may hold up fast time
 LARGEST_GAP_NS = 1_000_000_000  # a process that was stopped for longer does not make up for it
@@ -39,7 +40,7 @@ class RealPace:
 
     def catch_up(self) -> None:
         """Let everything happen that is due; what is asked of the world next gets the time that it is now."""
-        now_ns = self._clock_ns()
+        now_ns = time.monotonic_ns() - self._origin_ns
         late_ns = now_ns - self._timeline.next_ns()
         if late_ns >= 0:
             if late_ns > LARGEST_GAP_NS:
@@ -54,7 +55,7 @@ class RealPace:
         due_ns = self._timeline.next_ns()
         now_ns = self._clock_ns()
         if due_ns <= now_ns and self._rest_until_ns <= now_ns:
-            self._rest_until_ns = now_ns + REST_NS
+            self._rest_until_ns = max(self._rest_until_ns, now_ns - BURST_NS) + REST_NS
             self.catch_up()
             due_ns = self._timeline.next_ns()
         if due_ns >= NEVER:
@@ -84,26 +85,35 @@ class FastPace(RealPace):
         self._patient_until_ns = 0
 
     def catch_up(self) -> None:
-        if self._follows_clock():
+        if self._timeline.busy_ns() >= NEVER or self._held_up():
             super().catch_up()
         else:
             self._go_on_from_here()
 
     def run(self) -> float | None:
-        if self._follows_clock():
+        timeline = self._timeline
+        if timeline.busy_ns() >= NEVER or self._held_up():
             return super().run()
         wait_ns = self._patience_ns()
         if wait_ns == 0:
-            slice_ns = min(SLICE_NS, self._world.horizon_ns())
-            self._timeline.run_busy(max(self._timeline.now_ns + slice_ns, self._timeline.busy_ns()))
+            limit_ns = min(timeline.now_ns + SLICE_NS, self._world.clear_until_ns)
+            timeline.run_busy(max(limit_ns, timeline.busy_ns()))
         self._go_on_from_here()
-        return super().run() if self._timeline.busy_ns() >= NEVER else wait_ns / 1e9
+        return super().run() if timeline.busy_ns() >= NEVER else wait_ns / 1e9
 
-    def _follows_clock(self) -> bool:
-        if self._timeline.busy_ns() >= NEVER or not self._world.healthy():
+    def _held_up(self) -> bool:
+        """Time has to keep to the clock: somebody needs it, or has been waited for in vain.
+
+        What was found once holds until `clear_until_ns`: a small step of the bus costs no look at every queue.
+        """
+        world = self._world
+        if self._timeline.now_ns < world.clear_until_ns:
+            return False
+        if not world.healthy():
             return True
-        if not self._world.stalled():
+        if not world.stalled():
             self._patient_until_ns = 0
+            world.clear_until_ns = self._timeline.now_ns + min(SLICE_NS, world.horizon_ns())
             return False
         if self._patient_until_ns == 0:
             self._patient_until_ns = time.monotonic_ns() + PATIENCE_NS

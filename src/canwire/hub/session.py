@@ -85,6 +85,7 @@ class Session:
     def channels_changed(self) -> None:
         """One was activated, deactivated or given back."""
         self._sending = None
+        self.world.clear_until_ns = 0
 
     def receive_rings(self) -> list[Ring]:
         """Receive queues of this client that frames go into, and that could take a few."""

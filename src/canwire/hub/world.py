@@ -37,6 +37,7 @@ class World:
         self.boards: dict[int, Board] = {}
         self.slots: dict[tuple[int, int], Slot] = {}
         self.pipes = Pipes()
+        self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
         self._luid = 0
         self._reserved = {board.serial for board in config.board}
         for bus in config.bus:
