@@ -112,11 +112,13 @@ class Poller:
 
     def __init__(self) -> None:
         epoll = hasattr(select, "epoll")
-        self._poll: Any = select.epoll() if epoll else select.poll()
+        poll: Any = select.epoll() if epoll else select.poll()
+        self._poll = poll
         self._per_second = 1 if epoll else 1000  # what their timeouts count in
         self._known: set[int] = set()
         # both wait whole milliseconds, select waits better, but only for descriptors below 1024
-        self._finer = [self._poll.fileno()] if epoll and self._poll.fileno() < 1024 else []
+        own = poll.fileno() if epoll else 1024
+        self._finer = [own] if own < 1024 else []
 
     def watch(self, descriptor: int, events: int) -> None:
         """From now on, or in place of the events before."""
@@ -138,7 +140,9 @@ class Poller:
             if not select.select(self._finer, (), (), timeout)[0]:
                 return []
             timeout = 0
-        found: list[tuple[int, int]] = self._poll.poll(None if timeout is None else timeout * self._per_second)
+        found: list[tuple[int, int]] = self._poll.poll(
+            None if timeout is None else timeout * self._per_second
+        )
         return found
 
     def close(self) -> None:
@@ -200,6 +204,18 @@ def close_descriptors(*descriptors: int) -> None:
     """Close them all."""
     for descriptor in descriptors:
         os.close(descriptor)
+
+
+def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
+    """Descriptors of one's own for the same things: for all of them, or OSError and none."""
+    copies: list[int] = []
+    try:
+        for descriptor in descriptors:
+            copies.append(os.dup(descriptor))
+    except OSError:
+        close_descriptors(*copies)
+        raise
+    return tuple(copies)
 
 
 def runtime_directory() -> str:

@@ -51,7 +51,7 @@ def test_record_reads_as_vci_wants_it(event: BusEvent) -> None:
     status = STATUS_OF_STATE[event.state]
     first = {EventKind.INFO: event.code, EventKind.ERROR: event.error, EventKind.STATE: status}
     assert int.from_bytes(block[8:12], "little") == (event.code if overrun else record.NO_ID)
-    assert int.from_bytes(block[12:16], "little") == event.kind | 0xFF << 24
+    assert int.from_bytes(block[12:16], "little") == event.kind | 0xFF << 24 | 8 << 16
     assert data[record.EVENT_ERROR] == first.get(event.kind, 0)
     assert data[record.EVENT_STATUS] == status
     assert data[record.EVENT_REC] == event.rec

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from canwire.boards.board import BoardLine
 from canwire.boards.catalogue import is_shorted, load_of
@@ -159,7 +160,7 @@ class CanLine:
         )
         self.filter = message_filter(standard.mode, standard.size, extended.mode, extended.size)
         line.set_filter(self.filter)
-        self.mode = mode
+        self.mode = replace(mode, timing=timing)
 
     def _check(self, mode: LineMode) -> None:
         """Refuse what this board cannot do, naming it (X4-15)."""

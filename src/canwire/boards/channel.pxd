@@ -5,14 +5,14 @@ from canwire.boards.message_filter cimport MessageFilter
 from canwire.bus.node cimport Mailbox, Sink
 from canwire.ring cimport Ring
 
-cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM, _SELF_RECEPTION, _ACCEPTED
+cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM, _SELF_RECEPTION, _ACCEPTED, _FD
 cdef int _ALWAYS, _OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY
 cdef unsigned long long _M32, _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
 
 @cython.final
 cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
-    cdef public bint frames, sends, untrusted
+    cdef public bint frames, sends, untrusted, fd
     cdef public object events, acceptance
     cdef public unsigned long long accepted, sent, delivered, aborted, refused, last_sent_ns
     cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay

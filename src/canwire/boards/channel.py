@@ -29,6 +29,7 @@ _EXTENDED = 1 << 23
 _HIGH_PRIORITY = 1 << 9
 _CONFIRM = 1 << 13
 _SELF_RECEPTION = 1 << 21
+_FD = 1 << 10
 _ALWAYS = ALWAYS
 _ACCEPTED = ALWAYS << 24
 _M32 = 0xFFFFFFFF
@@ -77,6 +78,7 @@ class Channel(Sink):
         self.siblings = siblings
         self.filter: MessageFilter | None = None
         self.untrusted = False
+        self.fd = True
         self.tick_ns = 0
         self.origin_ns = 0
         self.delay_tick_ns = 1
@@ -123,7 +125,7 @@ class Channel(Sink):
         head = box.words[1]
         if self.siblings == _EVERY:
             self._offer(box, head, at_ns, _SELF_RECEPTION)
-        elif head >> 32 & _SELF_RECEPTION == 0:
+        elif head >> 32 & _SELF_RECEPTION == 0 or (not self.fd and head >> 32 & _FD):
             pass  # invisible to its own line's channels, as on real boards
         elif self.siblings == _OWN_FILTERED:
             self._offer(box, head, at_ns, _SELF_RECEPTION)
@@ -160,7 +162,9 @@ class Channel(Sink):
                 outcome(False, at_ns)
 
     def _offer(self, box: Mailbox, head: int, at_ns: int, flags: int) -> None:
-        if self.filter is not None:
+        if not self.fd and head >> 32 & _FD:
+            pass  # nothing that its client could read
+        elif self.filter is not None:
             code = self.filter.judge(head)
             if code != _ALWAYS or flags >> 24 == 0:
                 flags = flags & 0xFFFFFF | code << 24

@@ -62,7 +62,7 @@ cdef class Line(Host):
 
     @cython.final
     @cython.locals(info="unsigned long long", identifier="unsigned long long", length=int)
-    cdef bint _admit(self, unsigned long long *words) except -1
+    cdef bint _admit(self, unsigned long long *words, bint fd) except -1
 
     @cython.final
     cdef bint _due(self, Channel channel, unsigned long long delay_ns, unsigned long long now_ns) except -1

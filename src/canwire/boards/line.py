@@ -251,7 +251,7 @@ class Line(Host):
             if at == 0:
                 break
             _mem.copy_record(words, 0, ring._words, at)
-            if self._admit(words):
+            if self._admit(words, channel.fd):
                 delay = words[0] & _M32 if channel.tick_ns else words[0]
                 if delay <= channel.longest_delay:
                     if controller.occupied(words, 0) or not self._due(
@@ -270,7 +270,7 @@ class Line(Host):
         ring.arm_once()
         return False
 
-    def _admit(self, words: _mem.Words) -> bool:
+    def _admit(self, words: _mem.Words, fd: bool) -> bool:
         """Whether this line can send a record as it is, or else put right: only requests and the frame are left."""
         info = words[1] >> 32
         identifier = words[1] & _M32
@@ -283,7 +283,7 @@ class Line(Host):
         elif identifier > _LARGEST_STANDARD or not self.standard:
             return False
         if info & (_FD | _FAST):
-            if self.controller.fd == 0 or (info & _FAST and not self.fast_data):
+            if not fd or self.controller.fd == 0 or (info & _FAST and not self.fast_data):
                 return False
             if length > 8 and not self.long_data:
                 return False

@@ -101,7 +101,8 @@ class ChannelMode:
     """How a channel is set up. Queue sizes in frames (transmit 0: it only receives), at least these.
 
     `exact` takes them as they are instead of rounding up to a power of two. `ticks` stamps records with
-    32 bits of the board's time-stamp counter, and takes delays in ticks, instead of nanoseconds.
+    32 bits of the board's time-stamp counter, and takes delays in ticks, instead of nanoseconds. Without `fd`
+    CAN FD frames pass it by, in both directions.
     `filter_size` is that of the 29-bit list; 0 makes no lists at all. `events`: EventKinds.
     """
 
@@ -114,6 +115,7 @@ class ChannelMode:
     siblings: Siblings = Siblings.OWN
     events: tuple[int, ...] = ()
     frames: bool = True
+    fd: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,6 @@ import argparse
 import signal
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
 
 _QUEUE = 32_768  # frames: more than a second of the busiest classic bus
 _BATCH = 256
-_KIND_AT = 12  # byte of a record that is 0 for frames and an EventKind for events
 _EVENTS = (EventKind.ERROR, EventKind.STATE)
 
 
@@ -128,21 +126,12 @@ class Dump:
 
     def _contents(self, limit: int) -> list[Frame] | list[Frame | BusEvent]:
         """Frames and events in their order; waits for the first."""
-        end = self._channel.reading
-        if not end.ring.fill():
-            end.wait(self._timeout)
-        return list(self._waiting(limit))
-
-    def _waiting(self, limit: int) -> Iterator[Frame | BusEvent]:
-        ring = self._channel.reading.ring
-        for _ in range(min(limit, ring.fill())):
-            kind = ring.acquire(1)[0][_KIND_AT]
-            if kind == 0:
-                frame = self._channel.receive()
-                if frame is not None:
-                    yield frame
-            elif (record := self._channel.receive_record()) is not None:
-                yield BusEvent.from_record(record)
+        found: list[Frame | BusEvent] = []
+        timeout = self._timeout
+        while len(found) < limit and (one := self._channel.receive_any(timeout)) is not None:
+            found.append(one)
+            timeout = 0
+        return found
 
 
 def _begun(hub: Hub, place: Place, rates: Rates, closing: ExitStack) -> str:

@@ -10,12 +10,15 @@ from canwire.hub import messages as m
 from canwire.hub.ends import RingEnd, ring_over
 from canwire.hub.handles import Filtered
 from canwire.platform import EventDescriptor, close_descriptors
-from canwire.values.frame import Frame, record_to_send
+from canwire.values.event import BusEvent
+from canwire.values.frame import Frame, frame_of_record, record_to_send
 
 if TYPE_CHECKING:
     import numpy
 
     from canwire.hub.hub import Hub
+
+_KIND_AT = 12  # byte of a record: 0 for frames, an EventKind for events
 
 
 class HubChannel(Filtered):
@@ -127,6 +130,13 @@ class HubChannel(Filtered):
         record = end.ring.take_bytes()
         end.touched()
         return record
+
+    def receive_any(self, timeout: float | None = 0) -> Frame | BusEvent | None:
+        """The oldest frame or event, for a channel that was set up to take both; None when none comes in time."""
+        record = self.receive_record(timeout)
+        if record is None:
+            return None
+        return BusEvent.from_record(record) if record[_KIND_AT] else frame_of_record(record)
 
     def end(self, why: Exception) -> None:
         super().end(why)

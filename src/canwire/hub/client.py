@@ -12,7 +12,6 @@ import threading
 import traceback
 import weakref
 from collections import deque
-from collections.abc import Callable
 from typing import Any
 
 from canwire import errors
@@ -28,6 +27,7 @@ from canwire.hub.messages import (
     decode_reply,
     encode_request,
 )
+from canwire.hub.notices import Listener, Notices
 from canwire.hub.pending import Pending
 from canwire.hub.sockets import dial
 from canwire.platform import close_descriptors
@@ -36,8 +36,6 @@ _HELLO_TIMEOUT_S = 2.0
 _RECEIVED_AT_ONCE = 1 << 16
 _MOST_DESCRIPTORS = 64  # more than one message ever has
 _CLOSE_ON_EXEC = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
-
-Listener = Callable[[Message | None], None]
 
 
 class SocketLink:
@@ -55,7 +53,7 @@ class SocketLink:
         self._sending = threading.Lock()
         self._serials = itertools.count(1)
         self._calls: dict[int, Pending[Answer]] = {}
-        self._listeners: list[Listener] = []
+        self._notices = Notices()
         self._descriptors: deque[int] = deque()
         self._doorbell = -1
         self._last_words = ""
@@ -75,10 +73,8 @@ class SocketLink:
         return self._ask(request).result()
 
     def listen(self, listener: Listener) -> None:
-        with self._lock:
-            self._listeners.append(listener)
-            lost = self._lost and not self._closed
-        if lost:
+        self._notices.listen(listener)
+        if self._lost and not self._closed:
             listener(None)
 
     @property
@@ -98,10 +94,10 @@ class SocketLink:
             closed, self._closed = self._closed, True
         if closed:
             return
+        self._notices.close()
         _OPEN.discard(self)
         self._hang_up()
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
+        self._thread.join()
         if self._doorbell >= 0:
             close_descriptors(self._doorbell)
 
@@ -143,8 +139,6 @@ class SocketLink:
             raise CanwireError(
                 "this connection belongs to the process that was forked; connect anew in this one"
             )
-        if threading.current_thread() is self._thread:
-            raise CanwireError("a listener cannot call the hub; let another thread do it")
 
     def _why(self) -> HubLost:
         if self._closed:
@@ -199,20 +193,11 @@ class SocketLink:
             if isinstance(reply, Failed):
                 self._last_words = reply.text
             elif serial == 0:
-                self._tell(reply)
+                self._notices.tell(reply)
         elif isinstance(reply, Failed):
             call.fail(raised(reply))
         elif not call.settle((reply, descriptors)):
             close_descriptors(*descriptors)
-
-    def _tell(self, notice: Message | None) -> None:
-        with self._lock:
-            listeners = list(self._listeners)
-        for listener in listeners:
-            try:
-                listener(notice)
-            except Exception:  # a listener's own mistake: the others still want to know
-                traceback.print_exc(file=sys.stderr)
 
     def _lose(self) -> None:
         """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""
@@ -221,8 +206,8 @@ class SocketLink:
             calls, self._calls = list(self._calls.values()), {}
         for call in calls:
             call.fail(self._why())
-        if not before and not self._closed:
-            self._tell(None)
+        if not before:
+            self._notices.tell(None)
 
 
 def raised(failure: Failed) -> CanwireError:

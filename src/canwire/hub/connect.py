@@ -131,8 +131,9 @@ def _name_of_program() -> str:
 
 
 def _end_all() -> None:
+    """At the process's end: threads that still wait for their hub need no error any more."""
     for engine in list(_RUNNING):
-        _end(engine)
+        engine.close(tell=False)
 
 
 _RUNNING: set[Engine] = set()

@@ -124,7 +124,7 @@ class Connection:
             else:
                 self._ask(serial, request)
         except BadMessage as error:
-            self._refuse(serial, error)
+            self._refuse(max(0, serial), error)
         except CanwireError as error:
             self._send(serial, failed(error))
         except Exception as error:

@@ -64,6 +64,7 @@ class RingEnd:
             self._event.unbind(self)
         self._event = event
         if event is not None:
+            self._own.clear()  # what was signalled before it was assigned is not meant for it
             event.bind(self)
             self.rearm()
 

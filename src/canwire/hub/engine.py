@@ -120,10 +120,15 @@ class Engine:
             text = "".join(traceback.format_exception(error))
             print(f"canwire hub: a failure (reported once):\n{text}", file=sys.stderr, flush=True)
 
-    def close(self) -> None:
-        """Stop; what was asked before still gets done. A second time does nothing."""
+    def close(self, *, tell: bool = True) -> None:
+        """Stop; what was asked before still gets done. A second time does nothing.
+
+        Without `tell` no `when_closed` callback is called: at a process's end nobody is left to be woken up.
+        """
         if self.closed:
             return
+        if not tell:
+            self._when_closed.clear()
         if self._loop is None:
             self._call_here(self.finish)
         else:

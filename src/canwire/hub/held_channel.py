@@ -60,6 +60,7 @@ class HeldChannel(OnLine):
             rings=(receive, transmit),
         )
         channel.untrusted = True
+        channel.fd = mode.fd
         self._take_time(channel, mode.ticks)
         size = mode.filter_size
         self.filter = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)

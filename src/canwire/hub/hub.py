@@ -76,9 +76,13 @@ class Hub:
         there = ", ".join(f"{board.hardware_id} ({board.kind})" for board in boards) or "none"
         raise NoSuchBoard(f"no board {name!r}; plugged in: {there}")
 
-    def assign(self, event: Event | None) -> None:
-        """Signal this event at every change of the list of boards; None takes all events away."""
+    def watch(self, event: Event) -> None:
+        """Signal this event at every change of the list of boards."""
         self._watch.assign(event)
+
+    def unwatch(self, event: Event) -> None:
+        """No longer; a second time does nothing."""
+        self._watch.unassign(event)
 
     def plug(self, kind: str, serial: str = "", buses: tuple[str, ...] = ()) -> BoardInfo:
         """Plug in a board. Without a `serial` ("HW" and digits) it gets one, without `buses` the kind's usual ones."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-import sys
 import threading
-import traceback
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -13,16 +12,15 @@ from canwire.errors import CanwireError, HubError, HubLost
 from canwire.hub.engine import VIRTUAL
 from canwire.hub.link import Answer
 from canwire.hub.messages import encode_request
+from canwire.hub.notices import Listener, Notices
 from canwire.hub.pending import Pending
-from canwire.platform import EventDescriptor
+from canwire.platform import EventDescriptor, close_descriptors, duplicate
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
     from canwire.hub.engine import Engine
     from canwire.hub.messages import Message
     from canwire.hub.session import Session
-
-Listener = Callable[["Message | None"], None]
 
 
 class LocalLink:
@@ -38,7 +36,7 @@ class LocalLink:
         self._engine = engine
         self._released = released
         self._lock = threading.Lock()
-        self._listeners: list[Listener] = []
+        self._notices = Notices()
         self._calls: set[Pending[Answer]] = set()
         self._closed = False
         self._expelled = False
@@ -53,13 +51,10 @@ class LocalLink:
         self._engine.call(lambda: self._ask(request, call))
         if self.time == VIRTUAL:
             self._engine.call(lambda: self._let_time_pass(request, call))
-        elif not call.settled and self._engine.inside():
-            raise CanwireError(f"{type(request).__name__} takes time: a listener cannot wait for its answer")
         return call.result()
 
     def listen(self, listener: Listener) -> None:
-        with self._lock:
-            self._listeners.append(listener)
+        self._notices.listen(listener)
         if self.lost and not self._closed:
             listener(None)
 
@@ -77,8 +72,10 @@ class LocalLink:
             closed, self._closed = self._closed, True
         if closed:
             return
+        self._notices.close()
         if not self._engine.closed:
-            self._engine.call(self._leave)
+            with contextlib.suppress(HubLost):  # closed this very moment: then it is given back already
+                self._engine.call(self._leave)
         self._doorbell.close()
         if self._released is not None:
             self._released()
@@ -105,7 +102,9 @@ class LocalLink:
             call.fail(outcome)
         else:
             reply, descriptors = outcome
-            call.settle((reply, tuple(os.dup(descriptor) for descriptor in descriptors)))
+            own = duplicate(descriptors)
+            if not call.settle((reply, own)):
+                close_descriptors(*own)
         self._engine.world.timeline.halt()  # in virtual time no more of it passes than the answer took
 
     def _let_time_pass(self, request: Message, call: Pending[Answer]) -> None:
@@ -124,35 +123,28 @@ class LocalLink:
         if not self._engine.attempt(lambda: self._engine.world.kick(self._session)):
             self._expelled = True
             self._leave()
-            self._tell(None)
+            self._notices.tell(None)
 
     def _notify(self, notice: Message) -> None:
-        """Told after what is being done now, so that no listener sees the world in the middle of it."""
-        self._engine.post(lambda: self._tell(notice))
+        if self.time == VIRTUAL:  # after what is being done now, and not at some time in another thread
+            self._engine.post(lambda: self._notices.tell_here(notice))
+        else:
+            self._notices.tell(notice)
 
     def _leave(self) -> None:
         self._engine.unwatch(self._doorbell)
         self._engine.forget(self._lose)
-        self._engine.attempt(lambda: self._engine.world.close_session(self._session))
         self._fail_calls()
+        self._engine.attempt(lambda: self._engine.world.close_session(self._session))
 
     def _lose(self) -> None:
         """The engine ends: whoever waits wakes up, listeners are told."""
         self._fail_calls()
-        self._tell(None)
+        self._notices.tell(None)
 
     def _fail_calls(self) -> None:
         while self._calls:
             self._calls.pop().fail(self._why())
-
-    def _tell(self, notice: Message | None) -> None:
-        with self._lock:
-            listeners = list(self._listeners)
-        for listener in listeners:
-            try:
-                listener(notice)
-            except Exception:  # a listener's own mistake: the others still want to know
-                traceback.print_exc(file=sys.stderr)
 
     def _why(self) -> HubLost:
         what = "the connection to the hub" if self._closed else "the hub"

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import socket
 from collections import deque
 
 from canwire.errors import HubError
 from canwire.hub.messages import LARGEST_REPLY
-from canwire.platform import close_descriptors
+from canwire.platform import close_descriptors, duplicate
 
 _MOST_DESCRIPTORS = 256
 
@@ -26,13 +25,13 @@ class Outbox:
         return bool(self._waiting)
 
     def put(self, message: bytes, descriptors: tuple[int, ...] = ()) -> None:
-        """Queue a message; raises HubError once too much waits: this client does not read."""
+        """Queue a message; raises HubError once too much waits: this client does not read. OSError: no descriptors."""
         if (
             self._bytes + len(message) > LARGEST_REPLY
             or self._descriptors + len(descriptors) > _MOST_DESCRIPTORS
         ):
             raise HubError(f"{self._bytes} bytes wait for a client that does not read them")
-        copies = tuple(os.dup(descriptor) for descriptor in descriptors)
+        copies = duplicate(descriptors)
         self._waiting.append((memoryview(message), copies))
         self._bytes += len(message)
         self._descriptors += len(copies)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import gc
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING
 from canwire.errors import HubError
 from canwire.hub.connect import default_address, usual_config
 from canwire.hub.engine import REAL, Engine
-from canwire.hub.messages import Boards, ListBoards
 from canwire.hub.server import Server
 from canwire.hub.world import World
 
@@ -39,9 +37,6 @@ def serve(
         server = Server(engine, default_address() if address is None else address)
         closing.callback(server.close)
         engine.when_closed(stop.set)
-        # what is there now stays: the collector need not look at it again, which takes milliseconds
-        gc.collect()
-        gc.freeze()
         ready(_introduction(engine, server.path))
         stop.wait()
         if engine.closed:
@@ -49,22 +44,10 @@ def serve(
 
 
 def _introduction(engine: Engine, path: str) -> str:
-    boards = engine.call(lambda: _boards(engine))
-    buses = {line.bus for board in boards.boards for line in board.lines}
-    return f"canwire hub on {path}: {_count(len(buses), 'bus', 'buses')}, " + (
-        f"{_count(len(boards.boards), 'board', 'boards')}, {engine.time} time"
-    )
-
-
-def _boards(engine: Engine) -> Boards:
-    session = engine.world.open_session("canwire serve", os.getpid(), lambda notice: None, None)
-    try:
-        answer = session.handle(ListBoards())
-        assert isinstance(answer, tuple)
-        boards: Boards = answer[0]
-        return boards
-    finally:
-        engine.world.close_session(session)
+    world = engine.world
+    buses, boards = engine.call(lambda: (len(world.buses), len(world.boards)))
+    what = f"{_count(buses, 'bus', 'buses')}, {_count(boards, 'board', 'boards')}"
+    return f"canwire hub on {path}: {what}, {engine.time} time"
 
 
 def _count(number: int, one: str, many: str) -> str:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 from typing import TYPE_CHECKING
 
+from canwire.errors import BadValue, HubLost
 from canwire.hub.connection import Connection
+from canwire.hub.engine import VIRTUAL
 from canwire.hub.sockets import identity_of, listen_at, remove
 
 if TYPE_CHECKING:
@@ -22,6 +25,8 @@ class Server:
     """
 
     def __init__(self, engine: Engine, path: str) -> None:
+        if engine.time == VIRTUAL:
+            raise BadValue("virtual time is for hubs inside a process; a server has real or fast time")
         self.path = os.path.abspath(path)
         self._engine = engine
         self._listener = listen_at(self.path)
@@ -35,7 +40,8 @@ class Server:
     def close(self) -> None:
         """Hang up on everybody and remove the socket; a second time does nothing."""
         if not self._engine.closed:
-            self._engine.call(self._close)
+            with contextlib.suppress(HubLost):  # it ends this very moment, and closes this on its way
+                self._engine.call(self._close)
 
     def _close(self) -> None:
         if self._closed:

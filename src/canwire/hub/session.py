@@ -111,7 +111,7 @@ class Session:
         held = self._held.get(handle)
         if isinstance(held, Gone) and kind is not object:
             raise Unplugged(held.text)
-        if not isinstance(held, kind):
+        if held is None or not isinstance(held, kind):
             raise NoSuchBoard(f"handle {handle} is no {kind.__name__} of {self.name}")
         return held
 

@@ -22,17 +22,24 @@ class BoardWatch:
         self._watchers: list[Watcher] = []
         self._asked = False
 
-    def assign(self, event: Event | None) -> None:
-        if event is None:
-            self.close()
-            return
+    def assign(self, event: Event) -> None:
+        """Signal this event from now on; one that is signalled already counts once."""
         if not self._asked:
             self._asked = True
             self._hub.call(m.Watch())
-        watcher = Watcher(event)
         with self._lock:
+            if any(watcher.event is event for watcher in self._watchers):
+                return
+            watcher = Watcher(event)
             self._watchers.append(watcher)
         event.bind(watcher)
+
+    def unassign(self, event: Event) -> None:
+        """No longer; unknown ones are ignored."""
+        with self._lock:
+            found = [watcher for watcher in self._watchers if watcher.event is event]
+            self._watchers = [watcher for watcher in self._watchers if watcher.event is not event]
+        self._end(found)
 
     def changed(self) -> None:
         with self._lock:
@@ -41,7 +48,11 @@ class BoardWatch:
 
     def close(self) -> None:
         with self._lock:
-            watchers, self._watchers = self._watchers, []
+            found, self._watchers = self._watchers, []
+        self._end(found)
+
+    @staticmethod
+    def _end(watchers: list[Watcher]) -> None:
         for watcher in watchers:
             watcher.event.unbind(watcher)
             watcher.descriptor.close()

@@ -72,7 +72,9 @@ STATUS_OF_STATE = {  # VCI's CAN_STATUS_: ERRLIM 4, BUSOFF 8, ININIT 16
     ErrorState.STOPPED: 16,
 }
 _TRANSMITTING = 0x80
-_ACCEPT_ALWAYS = 0xFF << 24  # VCI's acceptance code of whatever is no data frame
+_NO_FRAME = (
+    0xFF << 24 | 8 << 16
+)  # VCI's acceptance code of whatever is no data frame; eight bytes say something
 _EVENT = struct.Struct(f"<QIIBBBBHh{RECORD_SIZE - 24}x")
 assert (EVENT_ERROR, EVENT_STATUS, EVENT_FLAGS, EVENT_REC, EVENT_TEC, EVENT_BIT) == (0, 1, 2, 3, 4, 6)
 
@@ -108,7 +110,7 @@ class BusEvent:
         return _EVENT.pack(
             self.timestamp_ns,
             number,
-            self.kind | _ACCEPT_ALWAYS,
+            self.kind | _NO_FRAME,
             first.get(self.kind, 0),
             status,
             flags,

@@ -1,0 +1,96 @@
+"""IBalObject: the bus access layer of a board, from which its connectors are opened.
+
+Source: VCI V4 manual (seed 004) 5.1 and 6.5.1; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+from uuid import UUID
+
+from canwire.vci.bus_line import BusLine, Layer, bus_ctrl_of, bus_of
+from canwire.vci.can_control import CanControl, CanControl2
+from canwire.vci.can_scheduler import CanScheduler, CanScheduler2
+from canwire.vci.can_socket import CanSocket, CanSocket2
+from canwire.vci.controller_types import VCI_BUS_CAN
+from canwire.vci.errors import VCI_E_INVALID_INDEX, VCI_E_NOT_IMPLEMENTED, VciError
+from canwire.vci.guids import (
+    INTERFACES,
+    IID_IBalObject,
+    IID_ICanControl,
+    IID_ICanControl2,
+    IID_ICanScheduler,
+    IID_ICanScheduler2,
+    IID_ICanSocket,
+    IID_ICanSocket2,
+    IID_IUnknown,
+)
+from canwire.vci.structures import BalFeatures
+from canwire.vci.unknown import Unknown, interface_name, no_interface, vci_call
+
+if TYPE_CHECKING:
+    from canwire import BoardInfo, Hub
+
+LAYER = "bal"
+_CAN_INTERFACES: Mapping[UUID, Callable[[BusLine], Unknown]] = {
+    IID_ICanSocket: CanSocket.open,
+    IID_ICanSocket2: CanSocket2.open,
+    IID_ICanControl: CanControl.open,
+    IID_ICanControl2: CanControl2.open,
+    IID_ICanScheduler: CanScheduler.open,
+    IID_ICanScheduler2: CanScheduler2.open,
+}
+_BUS_INTERFACES = {iid for name, iid in INTERFACES.items() if name.startswith(("ICan", "ILin"))}
+
+
+class BalObject(Unknown):
+    """IBalObject. Any number of programs may open it, unless another access layer of the board is open.
+
+    It stays open for as long as anything that was opened from it. Source: manual 6.5.1.
+    """
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IBalObject})
+
+    def __init__(self, hub: Hub, board: BoardInfo, layer: Layer) -> None:
+        super().__init__()
+        self._hub = hub
+        self._board = board
+        self._layer = layer
+
+    @classmethod
+    def open(cls, hub: Hub, board: BoardInfo) -> Self:
+        """For the device."""
+        return cls(hub, board, Layer(hub.open_layer(board.id, LAYER)))
+
+    @vci_call
+    def get_features(self) -> BalFeatures:
+        """GetFeatures: version of the firmware, number and types of the connectors."""
+        major, minor = self._board.firmware_version
+        types = [bus_ctrl_of(line) for line in self._board.lines]
+        return BalFeatures(major, minor, len(types), types)
+
+    @vci_call
+    def open_socket(self, bus_no: int, iid: UUID) -> Any:
+        """OpenSocket: an interface of connector `bus_no`, 0 to bus_socket_count - 1.
+
+        IID_ICanSocket, IID_ICanControl and IID_ICanScheduler, each with or without a 2 at its end. Raises
+        VciInvalidIndex for another number, VciAccessDenied for a control or scheduler that is open already,
+        VciNotImplemented for interfaces that this connector does not have, VciNoInterface for others.
+        """
+        if not isinstance(bus_no, int) or not 0 <= bus_no < len(self._board.lines):
+            last = len(self._board.lines) - 1
+            raise VciError.of(VCI_E_INVALID_INDEX, f"connector {bus_no!r}: this board has 0 to {last}")
+        if iid not in _BUS_INTERFACES:
+            raise no_interface(self, iid)
+        line = self._board.lines[bus_no]
+        if iid not in _CAN_INTERFACES or bus_of(line) != VCI_BUS_CAN:
+            raise VciError.of(VCI_E_NOT_IMPLEMENTED, f"{line.name} has no {interface_name(iid)}")
+        return _CAN_INTERFACES[iid](BusLine(self._hub, self._board, bus_no, self._layer))
+
+    def _check(self) -> None:
+        super()._check()
+        self._layer.check()
+
+    def _close(self) -> None:
+        self._layer.close()

@@ -1,0 +1,120 @@
+"""One connector of a board, and the access layer that all its interfaces keep open.
+
+Source: VCI V4 manual (seed 004) chapter 5 and 5.1.
+"""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Self
+
+from canwire import NoSuchBoard
+from canwire.vci.controller_types import VCI_BUS_CAN, VCI_BUS_LIN, VCI_BUS_RES, vci_bus_ctrl
+from canwire.vci.errors import VCI_E_DEVICE_NOT_CONNECTED
+from canwire.vci.translation import meaning
+from canwire.vci.unknown import Unknown
+
+if TYPE_CHECKING:
+    from canwire import (
+        BoardInfo,
+        Capabilities,
+        Control,
+        Hub,
+        HubChannel,
+        Lease,
+        LineInfo,
+        LineStatus,
+        Scheduler,
+    )
+
+_BUSES = {"can": VCI_BUS_CAN, "lin": VCI_BUS_LIN}
+
+
+class Layer:
+    """The open bus access layer of a board: as long as one share of it is left, no other layer can be opened."""
+
+    def __init__(self, lease: Lease) -> None:
+        self._lease = lease
+        self._shares = 1
+
+    def check(self) -> None:
+        """Raise Unplugged, HubLost or Closed if there is nothing left to use."""
+        self._lease.check()
+
+    def share(self) -> Self:
+        self._shares += 1
+        return self
+
+    def close(self) -> None:
+        """Give a share back."""
+        self._shares -= 1
+        if self._shares == 0:
+            self._lease.close()
+
+
+class BusLine:
+    """Connector `number` (from 0) of a board, with a share of its access layer."""
+
+    def __init__(self, hub: Hub, board: BoardInfo, number: int, layer: Layer) -> None:
+        self.hub = hub
+        self.board = board
+        self.number = number
+        self.layer = layer
+
+    @property
+    def info(self) -> LineInfo:
+        return self.board.lines[self.number]
+
+    @property
+    def capabilities(self) -> Capabilities:
+        return self.info.capabilities
+
+    def status(self) -> LineStatus:
+        with self._plugged():
+            return self.hub.line_status(self.board.id, self.number)
+
+    def open_control(self) -> Control:
+        with self._plugged():
+            return self.hub.open_control(self.board.id, self.number)
+
+    def open_channel(self, *, exclusive: bool) -> HubChannel:
+        with self._plugged():
+            return self.hub.open_channel(self.board.id, self.number, exclusive=exclusive)
+
+    def open_scheduler(self) -> Scheduler:
+        with self._plugged():
+            return self.hub.open_scheduler(self.board.id, self.number)
+
+    def share(self) -> BusLine:
+        """The same with a share of its own."""
+        return BusLine(self.hub, self.board, self.number, self.layer.share())
+
+    @staticmethod
+    def _plugged() -> AbstractContextManager[None]:
+        """The board was there once: where the hub does not know it any more, it was pulled out."""
+        return meaning(VCI_E_DEVICE_NOT_CONNECTED, NoSuchBoard)
+
+
+class LineObject(Unknown):
+    """An interface of a connector; it owns the share of the access layer that it was opened with."""
+
+    def __init__(self, line: BusLine) -> None:
+        super().__init__()
+        self._line = line
+
+    def _check(self) -> None:
+        super()._check()
+        self._line.layer.check()
+
+    def _close(self) -> None:
+        self._line.layer.close()
+
+
+def bus_of(line: LineInfo) -> int:
+    """VCI_BUS_ of a connector."""
+    return _BUSES.get(line.bus_type.lower(), VCI_BUS_RES)
+
+
+def bus_ctrl_of(line: LineInfo) -> int:
+    """Bus and controller of a connector as one word (controller_types.py)."""
+    return vci_bus_ctrl(bus_of(line), line.capabilities.controller_type)

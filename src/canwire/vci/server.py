@@ -1,0 +1,177 @@
+"""The functions that VCI exports: everything starts here.
+
+Source: VCI V4 manual (seed 004) 6.1; rulings.md 2, 12 and 13.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+from typing import TYPE_CHECKING, Any
+from uuid import UUID
+
+import canwire
+from canwire import NoSuchBoard
+from canwire.vci.arguments import UINT16, UINT32, instance, within
+from canwire.vci.device import VciDevice, VciDeviceManager, vci_boards
+from canwire.vci.errors import (
+    VCI_E_INVALIDARG,
+    VCI_E_NO_SUCH_DEVICE,
+    VCI_E_NOINTERFACE,
+    VCI_E_NOT_INITIALIZED,
+    VCI_E_OBJECTID_NOT_FOUND,
+    VciError,
+)
+from canwire.vci.fifo import FifoReader, FifoWriter, VciFifo2
+from canwire.vci.fifo_elements import Plain
+from canwire.vci.guids import IID_IFifoReader, IID_IFifoWriter, IID_IUnknown, IID_IVciFifo, IID_IVciFifo2
+from canwire.vci.structures import VciId, VciVersionInfo
+from canwire.vci.translation import meaning, translated
+from canwire.vci.unknown import interface_name
+
+if TYPE_CHECKING:
+    from canwire import Fifo, Hub
+
+AnyFifo = VciFifo2 | FifoReader[bytes] | FifoWriter[bytes]
+_MANUAL = (4, 0)  # the version of VCI whose manual this package follows
+_VER_PLATFORM_WIN32_NT = 2
+_HARDWARE_ID = 16
+_ROLES = {
+    IID_IUnknown: "fifo",
+    IID_IVciFifo: "fifo",
+    IID_IVciFifo2: "fifo",
+    IID_IFifoReader: "reader",
+    IID_IFifoWriter: "writer",
+}
+_process: dict[str, Hub] = {}  # "hub": the one that `initialize` found
+
+
+def initialize(hub: Hub | str | None = None) -> None:
+    """VciInitialize: connect this process to the boards; everything but texts and versions needs that first.
+
+    `hub` is a connection, a hub's address, or None for the usual hub (`canwire.connect`). Calling it again
+    without one does nothing while that connection holds; with one, what is opened from now on comes from there.
+    Raises VciDisconnected if there is no hub.
+    """
+    with translated():
+        if hub is None:
+            if "hub" not in _process or _process["hub"].lost:
+                _process["hub"] = canwire.connect()
+        else:
+            _process["hub"] = canwire.connect(hub) if isinstance(hub, str) else hub
+
+
+def get_version() -> VciVersionInfo:
+    """VciGetVersion: 4.0, the VCI of the manual, with canwire's own version behind it; and the system's version.
+
+    `vci_rev_number` is canwire's major * 100 + minor, `vci_build_number` its last number.
+    """
+    major, minor, build = _numbers(canwire.__version__)
+    system = _numbers(platform.version() if os.name == "nt" else platform.release())
+    windows = _VER_PLATFORM_WIN32_NT if os.name == "nt" else 0
+    return VciVersionInfo(*_MANUAL, major * 100 + minor, build, *system, windows)
+
+
+def create_luid() -> VciId:
+    """VciCreateLuid: an identifier that was never given out before, as long as the hub runs."""
+    with translated():
+        return VciId(_hub().create_luid())
+
+
+def get_device_manager() -> VciDeviceManager:
+    """VciGetDeviceManager: the list of devices."""
+    return VciDeviceManager(_hub())
+
+
+def query_device_by_hwid(hwid: UUID | bytes | str) -> VciDevice:
+    """VciQueryDeviceByHwid: the device with this `unique_hardware_id`, as a GUID, its 16 bytes, or "HW123456".
+
+    Raises VciNoSuchDevice.
+    """
+    wanted = _hardware_id(hwid)
+    with translated():
+        for board in vci_boards(_hub()):
+            if _hardware_id(board.hardware_id) == wanted:
+                return VciDevice(_hub(), board)
+    raise VciError.of(VCI_E_NO_SUCH_DEVICE, f"no device with the hardware id {hwid!r} is plugged in")
+
+
+def query_device_by_class(device_class: UUID, instance: int = 0) -> VciDevice:
+    """VciQueryDeviceByClass: number `instance`, from 0, of the devices of a class; raises VciNoSuchDevice."""
+    within("instance", instance, 0, UINT32)
+    with translated():
+        boards = [board for board in vci_boards(_hub()) if UUID(board.device_class) == device_class]
+    if instance >= len(boards):
+        raise VciError.of(
+            VCI_E_NO_SUCH_DEVICE, f"{len(boards)} devices of class {device_class} are plugged in"
+        )
+    return VciDevice(_hub(), boards[instance])
+
+
+def create_fifo(capacity: int, element_size: int, iid: UUID = IID_IVciFifo2) -> tuple[VciId, AnyFifo]:
+    """VciCreateFifo: a new FIFO, its identifier for `access_fifo` in any process, and one of its interfaces.
+
+    At least `capacity` elements, 1 to 65535, of `element_size` bytes, 1 to 65535; whole pages of memory are made
+    use of, up to 65535 elements. It lives for as long as somebody holds one of its interfaces.
+    Raises VciInvalidArgument, VciNoInterface.
+    """
+    hub, role = _hub(), _role(iid)
+    within("capacity", capacity, 1, UINT16)
+    within("element_size", element_size, 1, UINT16)
+    with (
+        translated(),
+        hub.create_fifo(capacity, element_size) as made,
+    ):
+        vciid = VciId(made.id)
+        return vciid, _interface(hub.open_fifo(made.id, role))
+
+
+def access_fifo(vciid: VciId, iid: UUID = IID_IVciFifo2) -> AnyFifo:
+    """VciAccessFifo: another interface of a FIFO that somebody made.
+
+    IID_IFifoReader and IID_IFifoWriter are given out once at a time, else VciAccessDenied. Raises VciError with
+    VCI_E_OBJECTID_NOT_FOUND if there is no such FIFO, VciNoInterface.
+    """
+    hub, role = _hub(), _role(iid)
+    with translated(), meaning(VCI_E_OBJECTID_NOT_FOUND, NoSuchBoard):
+        return _interface(hub.open_fifo(instance(vciid, VciId).as_int64, role))
+
+
+def _hub() -> Hub:
+    hub = _process.get("hub")
+    if hub is None:
+        raise VciError.of(VCI_E_NOT_INITIALIZED, "call initialize first")
+    return hub
+
+
+def _role(iid: UUID) -> str:
+    role = _ROLES.get(iid)
+    if role is None:
+        raise VciError.of(VCI_E_NOINTERFACE, f"a FIFO has no {interface_name(iid)}")
+    return role
+
+
+def _interface(fifo: Fifo) -> AnyFifo:
+    if fifo.role == "fifo":
+        return VciFifo2(fifo)
+    kind: Any = FifoReader if fifo.role == "reader" else FifoWriter
+    end: FifoReader[bytes] | FifoWriter[bytes] = kind(fifo.end_of_ring, Plain(fifo.element_size), fifo.close)
+    return end
+
+
+def _hardware_id(hwid: UUID | bytes | str) -> bytes:
+    """The 16 bytes of VCIDEVICEINFO.UniqueHardwareId."""
+    if isinstance(hwid, UUID):
+        return hwid.bytes_le
+    raw = hwid.encode("latin-1", "replace") if isinstance(hwid, str) else bytes(hwid)
+    if not 0 < len(raw) <= _HARDWARE_ID:
+        raise VciError.of(VCI_E_INVALIDARG, f"a hardware id has up to {_HARDWARE_ID} bytes, not {len(raw)}")
+    return raw.ljust(_HARDWARE_ID, b"\0")
+
+
+def _numbers(version: str) -> tuple[int, int, int]:
+    """The first three numbers of a version, 0 for those it has not."""
+    found = [int(digits) & UINT32 for digits in re.findall(r"\d+", version)[:3]]
+    major, minor, build = [*found, 0, 0, 0][:3]
+    return major, minor, build

@@ -1,0 +1,114 @@
+"""What all objects of VCI have in common: reference counts, interfaces, and errors as VciError.
+
+Source: VCI V4 manual (seed 004) 6.2.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, ClassVar, Concatenate, ParamSpec, Self, TypeVar
+from uuid import UUID
+
+from canwire import CanwireError, HubLost, Unplugged
+from canwire.vci.errors import VCI_E_INVHANDLE, VCI_E_NOINTERFACE, VciError
+from canwire.vci.guids import INTERFACES, IID_IUnknown
+from canwire.vci.translation import as_vci_error
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Object = TypeVar("Object", bound="Unknown")
+
+
+def vci_call(method: Callable[Concatenate[Object, P], R]) -> Callable[Concatenate[Object, P], R]:
+    """A method of an interface: refused when the object is gone, and its errors come out as VciError."""
+
+    @wraps(method)
+    def call(self: Object, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            self._check()
+            return method(self, *args, **kwargs)
+        except VciError:
+            raise
+        except CanwireError as error:
+            raise as_vci_error(error) from error
+
+    return call
+
+
+class Unknown:
+    """IUnknown: an object that lives for as long as somebody refers to it.
+
+    Whoever gets one holds a reference; `release` gives it back, and so does the end of a `with` block. With the
+    last reference the object goes, and every further call raises VciError with VCI_E_INVHANDLE.
+    Calls raise VciError with VCI_E_DISCONNECTED once the hub is gone, and with VCI_E_DEVICE_NOT_CONNECTED once
+    the board is pulled out.
+    """
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown})
+
+    def __init__(self) -> None:
+        self._references = 1
+
+    def query_interface(self, iid: UUID) -> Self:
+        """QueryInterface: the object by another of its interfaces, with one reference more.
+
+        Raises VciNoInterface for an interface that the object does not have. Source: manual 6.2.1.
+        """
+        self._check_references()
+        if iid not in self.interfaces:
+            raise no_interface(self, iid)
+        self._references += 1
+        return self
+
+    def add_ref(self) -> int:
+        """AddRef: one reference more; returns how many there are now. Source: manual 6.2.2."""
+        self._check_references()
+        self._references += 1
+        return self._references
+
+    def release(self) -> int:
+        """Release: one reference less; returns how many are left, 0 when the object is gone.
+
+        Source: manual 6.2.3.
+        """
+        self._check_references()
+        self._references -= 1
+        if self._references == 0:
+            with contextlib.suppress(HubLost, Unplugged):  # then there is nothing to give back
+                self._close()
+        return self._references
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._references:
+            self.release()
+
+    def _check(self) -> None:
+        """Raise what keeps the object from being used; classes add the state of what they hold."""
+        self._check_references()
+
+    def _check_references(self) -> None:
+        if not self._references:
+            raise VciError.of(VCI_E_INVHANDLE, f"this {type(self).__name__} was released")
+
+    def _close(self) -> None:
+        """Give back what the object holds; called once, after the last reference."""
+
+
+def no_interface(there: Unknown, iid: object) -> VciError:
+    """The error for an interface that an object does not have."""
+    return VciError.of(VCI_E_NOINTERFACE, f"{type(there).__name__} has no {interface_name(iid)}")
+
+
+def interface_name(iid: object) -> str:
+    """Name of an interface identifier for messages, its digits if nobody knows it."""
+    return next((name for name, known in INTERFACES.items() if known == iid), str(iid))

@@ -1,0 +1,129 @@
+"""VCI V3: the .NET interface to IXXAT's boards, in Python's spelling, over the same objects as `canwire.vci`.
+
+    for device in VciServer.get_device_manager().get_device_list():
+        with device.open_bus_access_layer() as bal:
+            channel = bal.open_socket(0, CanChannel)
+
+Names follow PEP 8: GetDeviceList is `get_device_list`, CanBitrate.Cia125KBit `CanBitrate.CIA_125_KBIT`. Methods with
+an `out` parameter return it. Classes leave out the I of their interface, and have it as a second name.
+"""
+
+from canwire.vci.errors import VciError
+from canwire.vci.v3.bal import BalObject
+from canwire.vci.v3.bitrate import CanBitrate
+from canwire.vci.v3.channel import CanChannel
+from canwire.vci.v3.control import CanControl
+from canwire.vci.v3.device import VciDevice
+from canwire.vci.v3.device_info import VciCtrlInfo, Version
+from canwire.vci.v3.disposable import Disposable
+from canwire.vci.v3.enums import (
+    CanAccCode,
+    CanAccMask,
+    CanBusCouplings,
+    CanCtrlStatus,
+    CanCtrlType,
+    CanCyclicTXIncMode,
+    CanCyclicTXStatus,
+    CanCyclicTXTaskStatus,
+    CanFeatures,
+    CanFilter,
+    CanMsgAccReason,
+    CanMsgError,
+    CanMsgFrameType,
+    CanMsgInfoValue,
+    CanOperatingModes,
+    VciBusType,
+)
+from canwire.vci.v3.errors import (
+    ArgumentException,
+    ArgumentOutOfRangeException,
+    NotImplementedException,
+    ObjectDisposedException,
+    VciException,
+)
+from canwire.vci.v3.events import AutoResetEvent, ManualResetEvent, WaitHandle
+from canwire.vci.v3.message import CanCyclicTXMsg, CanMessage
+from canwire.vci.v3.reader_writer import CanMessageReader, CanMessageWriter
+from canwire.vci.v3.resource import BalResource, BalResourceCollection
+from canwire.vci.v3.scheduler import CanScheduler
+from canwire.vci.v3.server import VciDeviceEnumerator, VciDeviceList, VciDeviceManager, VciServer
+from canwire.vci.v3.socket import CanSocket
+from canwire.vci.v3.status import CanChannelStatus, CanLineStatus
+
+# the interfaces as the manual names them
+IBalObject = BalObject
+IBalResource = BalResource
+ICanChannel = CanChannel
+ICanControl = CanControl
+ICanMessageReader = CanMessageReader
+ICanMessageWriter = CanMessageWriter
+ICanScheduler = CanScheduler
+ICanSocket = CanSocket
+IDisposable = Disposable
+IEnumerator = VciDeviceEnumerator
+IVciDevice = VciDevice
+IVciDeviceList = VciDeviceList
+IVciDeviceManager = VciDeviceManager
+
+__all__ = [
+    "ArgumentException",
+    "ArgumentOutOfRangeException",
+    "AutoResetEvent",
+    "BalObject",
+    "BalResource",
+    "BalResourceCollection",
+    "CanAccCode",
+    "CanAccMask",
+    "CanBitrate",
+    "CanBusCouplings",
+    "CanChannel",
+    "CanChannelStatus",
+    "CanControl",
+    "CanCtrlStatus",
+    "CanCtrlType",
+    "CanCyclicTXIncMode",
+    "CanCyclicTXMsg",
+    "CanCyclicTXStatus",
+    "CanCyclicTXTaskStatus",
+    "CanFeatures",
+    "CanFilter",
+    "CanLineStatus",
+    "CanMessage",
+    "CanMessageReader",
+    "CanMessageWriter",
+    "CanMsgAccReason",
+    "CanMsgError",
+    "CanMsgFrameType",
+    "CanMsgInfoValue",
+    "CanOperatingModes",
+    "CanScheduler",
+    "CanSocket",
+    "Disposable",
+    "IBalObject",
+    "IBalResource",
+    "ICanChannel",
+    "ICanControl",
+    "ICanMessageReader",
+    "ICanMessageWriter",
+    "ICanScheduler",
+    "ICanSocket",
+    "IDisposable",
+    "IEnumerator",
+    "IVciDevice",
+    "IVciDeviceList",
+    "IVciDeviceManager",
+    "ManualResetEvent",
+    "NotImplementedException",
+    "ObjectDisposedException",
+    "VciBusType",
+    "VciCtrlInfo",
+    "VciDevice",
+    "VciDeviceEnumerator",
+    "VciDeviceList",
+    "VciDeviceManager",
+    "VciError",
+    "VciException",
+    "VciServer",
+    "Version",
+    "WaitHandle",
+]

@@ -1,0 +1,57 @@
+"""IBalObject: the bus access layer of a board.
+
+Source: VCI V3 .NET manual (seed 002) 4.1; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from canwire.vci import bal
+from canwire.vci.errors import VCI_E_NOT_IMPLEMENTED
+from canwire.vci.v3.device_info import Version
+from canwire.vci.v3.disposable import Disposable, net_call
+from canwire.vci.v3.errors import NotImplementedException
+from canwire.vci.v3.resource import BalResourceCollection, resources_of
+from canwire.vci.v3.socket import CanSocket
+
+Socket = TypeVar("Socket", bound=CanSocket)
+
+
+class BalObject(Disposable):
+    """IBalObject. Any number of programs may open it; what was opened from it outlives it."""
+
+    def __init__(self, access_layer: bal.BalObject) -> None:
+        """For IVciDevice.OpenBusAccessLayer."""
+        super().__init__()
+        self._bal = self._hold(access_layer)
+
+    @property
+    @net_call
+    def firmware_version(self) -> Version:
+        """FirmwareVersion: major and minor."""
+        features = self._bal.get_features()
+        return Version(features.fw_major_version, features.fw_minor_version)
+
+    @property
+    @net_call
+    def resources(self) -> BalResourceCollection:
+        """Resources: the connectors."""
+        features = self._bal.get_features()
+        return resources_of(features.bus_socket_type[: features.bus_socket_count])
+
+    @net_call
+    def open_socket(self, bus_port: int, socket_type: type[Socket]) -> Socket:
+        """OpenSocket: an interface of connector `bus_port`, 0 to Resources.Count - 1.
+
+        `socket_type` CanSocket, CanChannel, CanControl or CanScheduler. Raises ArgumentOutOfRangeException,
+        VciException for a control unit or cyclic list that somebody has and beside an exclusive channel,
+        NotImplementedException for an interface that the connector does not have.
+        """
+        place = self.resources[bus_port]
+        if not (isinstance(socket_type, type) and issubclass(socket_type, CanSocket)):
+            raise NotImplementedException(
+                VCI_E_NOT_IMPLEMENTED,
+                f"{place.bus_name} has no {getattr(socket_type, '__name__', socket_type)}",
+            )
+        return socket_type(self._bal, place)

@@ -1,0 +1,39 @@
+"""What IVciDevice tells of a board: versions and connectors.
+
+Source: VCI V3 .NET manual (seed 002) 2.2; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from canwire.vci.controller_types import vci_bus_type, vci_ctl_type
+from canwire.vci.v3.enums import CanCtrlType, VciBusType
+
+
+class Version(NamedTuple):
+    """.NET's System.Version; -1 for what is not given. Versions compare as they should.
+
+    A driver's third and fourth numbers are release and build, a board's branch and build.
+    """
+
+    major: int
+    minor: int
+    build: int = -1
+    revision: int = -1
+
+    def __str__(self) -> str:
+        return ".".join(str(number) for number in self if number >= 0)
+
+
+class VciCtrlInfo(NamedTuple):
+    """One connector: its kind of bus, and a CanCtrlType on a CAN bus, the plain number elsewhere."""
+
+    bus_type: VciBusType
+    controller_type: CanCtrlType | int
+
+    @classmethod
+    def of(cls, word: int) -> VciCtrlInfo:
+        """From a word of controller_types.py."""
+        bus_type, number = VciBusType(vci_bus_type(word)), vci_ctl_type(word)
+        return cls(bus_type, CanCtrlType(number) if bus_type is VciBusType.CAN else number)

@@ -1,0 +1,92 @@
+"""The exceptions of the .NET interface, and how canwire's and V4's come out as these.
+
+CanwireError
+  vci.VciError                            `code` is the header's number, `str` its text
+    VciException                          VCI refused
+      ArgumentException (ValueError)      an argument is wrong
+        ArgumentOutOfRangeException (IndexError)
+    NotImplementedException (NotImplementedError)
+    ObjectDisposedException
+
+The last two stand beside VciException, as they do in .NET: programs tell "somebody else has the cyclic list" from
+"this board has none" by them (manual 4.2.5). `vci.VciError` catches all of them, in V3 and V4.
+Source: VCI V3 .NET manual (seed 002) 4.1 and 4.2.5; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+
+from canwire import CanwireError
+from canwire.vci.errors import (
+    VCI_E_INVALID_INDEX,
+    VCI_E_INVALIDARG,
+    VCI_E_INVHANDLE,
+    VCI_E_NOINTERFACE,
+    VCI_E_NOT_IMPLEMENTED,
+    VciError,
+)
+from canwire.vci.translation import as_vci_error
+
+
+class VciException(VciError):
+    """VCI refused; `code` says why."""
+
+
+class ArgumentException(VciException, ValueError):
+    """An argument is wrong: VCI_E_INVALIDARG."""
+
+
+class ArgumentOutOfRangeException(ArgumentException, IndexError):
+    """An argument, an index or a property's value is out of range."""
+
+
+class NotImplementedException(VciError, NotImplementedError):
+    """There is no such thing here: a board without a cyclic list, a connector without that interface."""
+
+
+class ObjectDisposedException(VciError):
+    """The object was disposed, lost what it belongs to, or is a channel that was not initialised yet."""
+
+
+_KINDS: dict[int, type[VciError]] = {
+    VCI_E_INVALIDARG: ArgumentException,
+    VCI_E_INVALID_INDEX: ArgumentOutOfRangeException,
+    VCI_E_NOT_IMPLEMENTED: NotImplementedException,
+    VCI_E_NOINTERFACE: NotImplementedException,
+    VCI_E_INVHANDLE: ObjectDisposedException,
+}
+_OURS = (VciException, NotImplementedException, ObjectDisposedException)
+
+
+def as_exception(error: CanwireError) -> VciError:
+    """The exception of V3 that says the same; one of V3 is returned as it is."""
+    known = as_vci_error(error)
+    if isinstance(known, _OURS):
+        return known
+    return _KINDS.get(known.code, VciException)(known.code, known.what)
+
+
+@contextlib.contextmanager
+def exceptions() -> Iterator[None]:
+    """Inside, errors of canwire and V4 come out as those of V3."""
+    try:
+        yield
+    except _OURS:
+        raise
+    except CanwireError as error:
+        raise as_exception(error) from error
+
+
+def out_of_range(name: str, value: object, low: int, high: int) -> ArgumentOutOfRangeException:
+    """The exception for a value that is no whole number from `low` to `high`."""
+    text = f"{name} {value!r:.40}: a whole number from {low} to {high}"
+    return ArgumentOutOfRangeException(VCI_E_INVALIDARG, text)
+
+
+def checked(name: str, value: int, high: int, low: int = 0) -> int:
+    """The value; raises ArgumentOutOfRangeException if it is no whole number from `low` to `high`."""
+    if not isinstance(value, int) or not low <= value <= high:
+        raise out_of_range(name, value, low, high)
+    return value

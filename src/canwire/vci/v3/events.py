@@ -1,0 +1,59 @@
+"""AutoResetEvent and ManualResetEvent: canwire's events under the names of .NET.
+
+Wherever V3 takes an event, it takes a plain `canwire.Event` as well.
+Source: VCI V3 .NET manual (seed 002) 2.2 and 3.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from canwire import Event
+
+FOREVER = -1
+
+
+class WaitHandle(Event):
+    """What both kinds share."""
+
+    def __init__(self, initial_state: bool = False, *, manual_reset: bool = False) -> None:
+        super().__init__(manual_reset=manual_reset)
+        if initial_state:
+            self.set()
+
+    def wait_one(self, timeout_ms: int = FOREVER) -> bool:
+        """WaitOne: wait for the signal, at most so many milliseconds; False when none came."""
+        return self.wait(_seconds(timeout_ms))
+
+    @staticmethod
+    def wait_all(events: Sequence[Event], timeout_ms: int = FOREVER) -> bool:
+        """WaitAll: wait for the signals of all of them, at most so many milliseconds for each.
+
+        When one does not come, signals taken of others before are given back.
+        """
+        taken: list[Event] = []
+        for event in events:
+            if not event.wait(_seconds(timeout_ms)):
+                for one in taken:
+                    one.set()
+                return False
+            taken.append(event)
+        return True
+
+
+class AutoResetEvent(WaitHandle):
+    """Whoever waits takes the signal."""
+
+    def __init__(self, initial_state: bool = False) -> None:
+        super().__init__(initial_state)
+
+
+class ManualResetEvent(WaitHandle):
+    """Stays signalled until `reset`."""
+
+    def __init__(self, initial_state: bool = False) -> None:
+        super().__init__(initial_state, manual_reset=True)
+
+
+def _seconds(timeout_ms: int) -> float | None:
+    return None if timeout_ms < 0 else timeout_ms / 1000

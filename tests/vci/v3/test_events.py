@@ -1,0 +1,57 @@
+"""AutoResetEvent, ManualResetEvent and waiting for them; nothing here waits for long."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import canwire
+from canwire.vci.v3 import AutoResetEvent, ManualResetEvent, WaitHandle
+
+
+@pytest.fixture
+def events() -> Iterator[Any]:
+    made = [AutoResetEvent(), AutoResetEvent(), ManualResetEvent()]
+    yield made
+    for event in made:
+        event.close()
+
+
+def test_whoever_waits_takes_the_signal_of_an_auto_reset_event(events: Any) -> None:
+    auto = events[0]
+    assert not auto.wait_one(0)
+    auto.set()
+    assert auto.wait_one()
+    assert not auto.wait_one(0)
+
+
+def test_a_manual_reset_event_stays_signalled(events: Any) -> None:
+    manual = events[2]
+    manual.set()
+    assert manual.wait_one()
+    assert manual.wait_one(0)
+    manual.reset()
+    assert not manual.wait_one(0)
+
+
+@pytest.mark.parametrize("kind", [AutoResetEvent, ManualResetEvent])
+def test_events_may_begin_signalled(kind: type[WaitHandle]) -> None:
+    event = kind(True)
+    assert isinstance(event, canwire.Event)
+    assert event.wait_one(0)
+    event.close()
+
+
+def test_wait_all_waits_for_all(events: Any) -> None:
+    for event in events:
+        event.set()
+    assert WaitHandle.wait_all(events, 0)
+    assert [event.is_set() for event in events] == [False, False, True]
+
+
+def test_wait_all_gives_signals_back(events: Any) -> None:
+    events[0].set()
+    assert not WaitHandle.wait_all(events, 0)
+    assert [event.is_set() for event in events] == [True, False, False]
