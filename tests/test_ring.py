@@ -1,14 +1,13 @@
-"""The contract of a ring in both homes: one object in this process, or two ends of named shared memory."""
+"""The contract of a ring in both homes: one object in this process, or two ends of memory behind a descriptor."""
 
 from __future__ import annotations
 
-import itertools
 import os
 import subprocess
 import sys
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 
 import numpy
@@ -19,19 +18,15 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 import canwire
 from canwire.errors import BadValue, CanwireError
-from canwire.platform import EventDescriptor
-from canwire.ring import HEADER_SIZE, MAGIC, Ring, ring_size
+from canwire.platform import EventDescriptor, close_descriptors, create_memory, map_memory
+from canwire.ring import HEADER_SIZE, MAGIC, Ring, ring_size, rounded_capacity
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
 
 pytestmark = pytest.mark.core
 
+TOP = 2**64 - 1
 WORDS = {"head": 8, "lost": 9, "tail": 16, "wanted": 17, "free_wanted": 24}  # as ring.py draws them
-_numbers = itertools.count()
-
-
-def fresh_name() -> str:
-    return f"canwire-test-{os.getpid()}-{next(_numbers)}"
 
 
 def record(number: int) -> bytes:
@@ -50,14 +45,18 @@ def array(*numbers: int) -> numpy.ndarray:
 class Ends:
     """Both ends of one ring, of a given capacity."""
 
-    def __init__(self, home: str, capacity: int) -> None:
+    def __init__(
+        self, home: str, capacity: int, *, exact: bool = False, record_size: int = RECORD_SIZE
+    ) -> None:
         self.home = home
         if home == "process":
-            self.producer = self.consumer = Ring(capacity)
+            self.producer = self.consumer = Ring(capacity, exact=exact, record_size=record_size)
         else:
-            name = fresh_name()
-            self.producer = Ring.create(name, capacity)
-            self.consumer = Ring.attach(name)
+            memory = memory_for(capacity, record_size)
+            self.producer, self.consumer = (
+                Ring.over(memory, capacity, exact=exact, record_size=record_size) for _ in range(2)
+            )
+            close_descriptors(memory)
 
     def fill_up(self, *numbers: int) -> None:
         for number in numbers:
@@ -71,20 +70,24 @@ class Ends:
         return [found.timestamp_ns for found in self.consumer.take_frames(1 << 20)]
 
     def close(self) -> None:
-        if self.home == "shared":
-            self.consumer.close()
-            self.producer.close(remove=True)
+        self.consumer.close()
+        self.producer.close()
 
 
-Make = Callable[[int], Ends]
+def memory_for(capacity: int, record_size: int = RECORD_SIZE) -> int:
+    """Descriptor of memory in which such a ring fits."""
+    return create_memory(ring_size(rounded_capacity(capacity), record_size))
+
+
+Make = Callable[..., Ends]
 
 
 @pytest.fixture(params=["process", "shared"])
 def make(request: pytest.FixtureRequest) -> Iterator[Make]:
     made: list[Ends] = []
 
-    def one(capacity: int) -> Ends:
-        made.append(Ends(request.param, capacity))
+    def one(capacity: int, **options: int) -> Ends:
+        made.append(Ends(request.param, capacity, **options))
         return made[-1]
 
     yield one
@@ -167,16 +170,24 @@ class TestCapacity:
         with pytest.raises(BadValue, match="capacity"):
             Ring(capacity)
 
-    @pytest.mark.parametrize("capacity", [0, -5, (1 << 24) + 1, 2.5, "8", None])
-    def test_no_capacity_leaves_no_shared_memory_behind(self, capacity: int) -> None:
-        name = fresh_name()
-        try:
-            with pytest.raises(BadValue, match="capacity"):
-                Ring.create(name, capacity)
-            with pytest.raises(FileNotFoundError):
-                Ring.attach(name)
-        finally:
-            remove_if_there(name)
+    @pytest.mark.parametrize("capacity", [1, 2, 3, 5, 100])
+    def test_exactly_as_many_as_asked_for(self, make: Make, capacity: int) -> None:
+        ends = make(capacity, exact=True)
+        assert ends.producer.capacity == ends.consumer.capacity == capacity
+        for round in range(3):  # the slots behind the limit have their turn too
+            numbers = range(round * capacity, (round + 1) * capacity)
+            ends.fill_up(*numbers)
+            assert (ends.consumer.fill(), ends.producer.free()) == (capacity, 0)
+            assert not ends.producer.put_bytes(record(0))
+            assert ends.producer.put_array(array(1, 2)) == 0
+            assert not ends.producer.acquire_free(5)
+            assert ends.take_all() == list(numbers)
+        assert ends.consumer.lost == 3
+
+    @pytest.mark.parametrize("capacity", [0, -1, (1 << 24) + 1, 2.5, "8", None])
+    def test_no_exact_capacity(self, capacity: int) -> None:
+        with pytest.raises(BadValue, match="capacity"):
+            Ring(capacity, exact=True)
 
     @pytest.mark.parametrize("size", [24, HEADER_SIZE, ring_size(4), ring_size(8) - 1])
     def test_no_room_in_the_buffer(self, size: int) -> None:
@@ -398,6 +409,30 @@ class TestSleep:
         ends.take()
         assert ends.producer.sleep_until_free(0)
 
+    @pytest.mark.parametrize("way", ["sleep", "sleep_until_free"])
+    def test_sleep_may_be_ended(self, make: Make, way: str) -> None:
+        """By whoever signals the descriptor once there is nothing to wait for any more."""
+        ends = make(2)
+        with_events(ends)
+        ends.consumer.threshold, ends.producer.free_threshold = 1, 2
+        ends.fill_up(1)
+        if way == "sleep":
+            ends.take()
+        end = ends.consumer if way == "sleep" else ends.producer
+        over: list[bool] = []
+        asked: list[bool] = []
+
+        def ended() -> bool:
+            asked.append(True)
+            if len(asked) == 2:
+                over.append(True)
+            event = end.event if way == "sleep" else end.free_event
+            event.signal()  # type: ignore[union-attr]
+            return bool(over)
+
+        assert getattr(end, way)(None, ended)
+        assert len(asked) == 2
+
     def test_an_awake_consumer_costs_no_signal(self) -> None:
         ends = Ends("shared", 4)
         try:
@@ -416,102 +451,474 @@ def with_events(ends: Ends) -> None:
         end.event, end.free_event = events
 
 
-class TestAttach:
-    def test_by_name(self) -> None:
-        ends = Ends("shared", 5)
-        try:
-            ends.fill_up(1, 2)
-            assert ends.take_all() == [1, 2]
-        finally:
-            ends.close()
+class TestFreeBlocks:
+    """acquire_free and commit: room in the ring's own memory."""
 
-    def test_a_name_that_is_taken(self) -> None:
-        name = fresh_name()
-        ring = Ring.create(name, 4)
-        try:
-            with pytest.raises(FileExistsError):
-                Ring.create(name, 4)
-            ring.put_bytes(record(1))
-            assert ring.take_bytes() == record(1)
-        finally:
-            ring.close(remove=True)
+    def test_what_is_written_there_arrives_once_it_is_committed(self, make: Make) -> None:
+        ends = make(4)
+        room = ends.producer.acquire_free(2)
+        room[:] = record(1) + record(2)
+        assert ends.consumer.fill() == 0
+        ends.producer.commit(1)
+        assert ends.take_all() == [1]
+        ends.producer.commit(1)
+        assert ends.take_all() == [2]
 
-    def test_no_such_name(self) -> None:
-        with pytest.raises(FileNotFoundError):
-            Ring.attach(fresh_name())
+    def test_only_what_lies_in_one_piece(self, make: Make) -> None:
+        ends = make(4)
+        ends.fill_up(1, 2, 3)
+        ends.consumer.release(3)
+        assert len(ends.producer.acquire_free(100)) == RECORD_SIZE
+        ends.fill_up(4)
+        assert len(ends.producer.acquire_free(100)) == 3 * RECORD_SIZE
+        assert len(ends.producer.acquire_free(2)) == 2 * RECORD_SIZE
+        assert len(ends.producer.acquire_free(0)) == 0
+        assert len(ends.producer.acquire_free(-1)) == 0
 
-    # fmt: off
-    @pytest.mark.parametrize(("size", "words"), [
-        (4096, []),
-        (4096, [0x1234, 4, 10]),
-        (4096, [None, 0, 10]),
-        (4096, [None, 3, 10]),
-        (4096, [None, 1 << 25, 10]),
-        (4096, [None, 2**64 - 1, 10]),
-        (4096, [None, 1 << 63, 10]),
-        (4096, [None, 4, 9]),
-        (4096, [None, 64, 10]),  # larger than its memory
-        (16, []),
-        (20, []),
-        (24, [None, 4, 10]),
-    ])  # fmt: skip
-    def test_memory_that_holds_no_ring(self, size: int, words: list[int | None]) -> None:
-        memory = SharedMemory(fresh_name(), create=True, size=size)
-        try:
-            for at, word in enumerate(words):
-                value = MAGIC if word is None else word
-                write_into(memory, 8 * at, value.to_bytes(8, "little"))
-            with pytest.raises(BadValue, match=memory.name):
-                Ring.attach(memory.name)
-        finally:
-            memory.close()
-            remove_if_there(memory.name)
+    def test_a_full_ring_has_none(self, make: Make) -> None:
+        ends = make(3, exact=True)
+        ends.fill_up(1, 2, 3)
+        assert len(ends.producer.acquire_free(5)) == 0
+        assert ends.consumer.lost == 0  # nobody lost anything
 
-    def test_closing_twice_is_fine(self) -> None:
-        name = fresh_name()
-        ring = Ring.create(name, 4)
-        ring.close(remove=True)
-        ring.close(remove=True)
-        with pytest.raises(FileNotFoundError):
-            Ring.attach(name)
+    def test_an_exact_ring_gives_no_more_than_its_limit(self, make: Make) -> None:
+        ends = make(5, exact=True)
+        assert len(ends.producer.acquire_free(8)) == 5 * RECORD_SIZE
+        ends.fill_up(1, 2)
+        assert len(ends.producer.acquire_free(8)) == 3 * RECORD_SIZE
+
+    @pytest.mark.parametrize(("threshold", "counts", "calls"), [(1, [2, 1], 1), (3, [1, 2], 1), (4, [3], 0)])
+    def test_a_commit_tells_the_listener(
+        self, make: Make, threshold: int, counts: list[int], calls: int
+    ) -> None:
+        ends = make(4)
+        heard: list[int] = []
+        ends.producer.threshold = threshold
+        ends.producer.listener = lambda: heard.append(1)
+        for count in counts:
+            ends.producer.acquire_free(count)[:] = bytes(count * RECORD_SIZE)
+            ends.producer.commit(count)
+        assert heard == [1] * calls
+
+
+class Bell:
+    """Counts signals instead of waking anybody."""
+
+    def __init__(self) -> None:
+        self.rung = 0
+
+    def signal(self) -> None:
+        self.rung += 1
+
+    def heard(self) -> int:
+        """Signals since somebody asked last."""
+        rung, self.rung = self.rung, 0
+        return rung
+
+    def wait_for(self, settled: Callable[[], bool], timeout: float | None, recheck: float | None) -> bool:
+        return settled()
+
+
+class Belled(Ends):
+    """Two ends of shared memory, and a bell for each of them."""
+
+    def __init__(self, capacity: int, *, exact: bool = False, record_size: int = RECORD_SIZE) -> None:
+        super().__init__("shared", capacity, exact=exact, record_size=record_size)
+        self.bell, self.free_bell = Bell(), Bell()
+        for end in (self.producer, self.consumer):
+            end.event, end.free_event = self.bell, self.free_bell
+
+
+class TestArm:
+    """A signal at the next write, or the next take, that leaves enough: exactly one, and none is lost."""
+
+    def test_unarmed_there_is_no_signal(self) -> None:
+        ends = Belled(4)
+        ends.fill_up(1, 2)
+        ends.take_all()
+        assert (ends.bell.rung, ends.free_bell.rung) == (0, 0)
+
+    def test_the_next_write_signals_once(self) -> None:
+        ends = Belled(4)
+        ends.consumer.arm()
+        assert ends.bell.rung == 0
+        ends.fill_up(1)
+        assert ends.bell.rung == 1
+        ends.fill_up(2, 3)
+        assert ends.bell.rung == 1
+
+    @pytest.mark.conforms("X4-13", "X3-22")
+    def test_ten_queued_one_read_no_signal_until_the_next_write(self) -> None:
+        """VCI V4 manual 4.1.1, threshold 1."""
+        ends = Belled(16)
+        ends.consumer.arm()
+        ends.fill_up(*range(10))
+        assert ends.bell.heard() == 1
+        assert ends.take() == 0
+        ends.consumer.arm()
+        assert ends.bell.heard() == 0
+        ends.fill_up(10)
+        assert ends.bell.heard() == 1
+
+    @pytest.mark.conforms("X4-13")
+    @pytest.mark.parametrize(
+        ("threshold", "filled", "writes"), [(3, 0, 3), (3, 1, 2), (3, 2, 1), (3, 3, 1), (3, 7, 1), (1, 0, 1)]
+    )
+    def test_the_write_that_reaches_the_threshold_or_any_above_it(
+        self, threshold: int, filled: int, writes: int
+    ) -> None:
+        ends = Belled(8)
+        ends.fill_up(*range(filled))
+        ends.consumer.threshold = threshold
+        assert ends.consumer.fill() == filled
+        ends.consumer.arm()
+        for number in range(writes):
+            assert ends.bell.heard() == 0
+            ends.fill_up(number)
+        assert ends.bell.heard() == 1
+
+    def test_many_at_once_signal_once(self) -> None:
+        ends = Belled(8)
+        ends.consumer.threshold = 2
+        ends.consumer.arm()
+        assert ends.producer.put_array(array(1, 2, 3, 4)) == 4
+        assert ends.bell.heard() == 1
+        ends.take_all()
+        ends.consumer.arm()
+        ends.producer.acquire_free(3)
+        ends.producer.commit(1)
+        assert ends.bell.heard() == 0
+        ends.producer.commit(2)
+        assert ends.bell.heard() == 1
+
+    def test_what_is_written_between_looking_and_arming_signals_at_once(self) -> None:
+        ends = Belled(4)
+        assert ends.take() is None
+        ends.fill_up(1)
+        ends.consumer.arm()
+        assert ends.bell.heard() == 1
+        ends.fill_up(2)
+        assert ends.bell.heard() == 0
+
+    @pytest.mark.parametrize("threshold", [2, 3])
+    def test_what_is_written_meanwhile_counts_towards_the_threshold(self, threshold: int) -> None:
+        ends = Belled(4)
+        ends.consumer.threshold = threshold
+        assert ends.consumer.fill() == 0
+        ends.fill_up(1)
+        ends.consumer.arm()
+        for number in range(1, threshold):
+            assert ends.bell.heard() == 0
+            ends.fill_up(number)
+        assert ends.bell.heard() == 1
+
+    def test_looking_again_is_what_takes_notice(self) -> None:
+        ends = Belled(4)
+        ends.consumer.arm()
+        ends.fill_up(1)
+        assert ends.bell.heard() == 1
+        assert ends.consumer.fill() == 1
+        ends.consumer.arm()
+        assert ends.bell.heard() == 0
+
+    @pytest.mark.parametrize("look", ["fill", "front", "take_frame", "take_frames", "acquire", "take_array"])
+    def test_every_way_of_looking(self, look: str) -> None:
+        ends = Belled(8)
+        ends.fill_up(1, 2, 3)
+        arguments = () if look in ("fill", "front", "take_frame") else (2,)
+        getattr(ends.consumer, look)(*arguments)
+        ends.consumer.arm()
+        assert ends.bell.heard() == 0
+        ends.fill_up(4)
+        assert ends.bell.heard() == 1
+
+    def test_arming_again_moves_it(self) -> None:
+        ends = Belled(8)
+        ends.consumer.threshold = 2
+        ends.consumer.arm()
+        ends.fill_up(1)
+        ends.take_all()
+        ends.consumer.arm()
+        ends.fill_up(2)
+        assert ends.bell.heard() == 0
+        ends.fill_up(3)
+        assert ends.bell.heard() == 1
+
+    def test_once_leaves_it_where_it_is(self) -> None:
+        ends = Belled(8)
+        ends.consumer.arm_once()
+        ends.consumer.threshold = 5
+        ends.consumer.arm_once()
+        ends.fill_up(1)
+        assert ends.bell.heard() == 1
+        ends.consumer.arm_once()  # it was used up: armed anew, for five
+        ends.fill_up(2, 3, 4)
+        assert ends.bell.heard() == 0
+        ends.fill_up(5)
+        assert ends.bell.heard() == 1
+
+    def test_disarmed_there_is_none(self) -> None:
+        ends = Belled(8)
+        ends.consumer.arm()
+        ends.consumer.disarm()
+        ends.fill_up(1)
+        assert ends.bell.heard() == 0
+
+    def test_a_lost_record_is_no_write(self) -> None:
+        ends = Belled(2)
+        ends.fill_up(1, 2)
+        ends.consumer.fill()
+        ends.consumer.arm()
+        assert not ends.producer.put_bytes(record(3))
+        assert ends.bell.heard() == 0
+
+    @pytest.mark.conforms("X3-22")
+    @pytest.mark.parametrize(
+        ("threshold", "filled", "takes"), [(1, 8, 1), (1, 3, 1), (3, 8, 3), (3, 6, 1), (3, 5, 1), (8, 2, 2)]
+    )
+    def test_the_writer_s_side(self, threshold: int, filled: int, takes: int) -> None:
+        """Source: rulings.md 8: when a take brings the free count to the threshold or above."""
+        ends = Belled(8)
+        ends.producer.free_threshold = threshold
+        ends.fill_up(*range(filled))
+        ends.producer.arm_free()
+        for _ in range(takes):
+            assert ends.free_bell.heard() == 0
+            ends.take()
+        assert ends.free_bell.heard() == 1
+        while ends.take() is not None:
+            pass
+        assert ends.free_bell.heard() == 0
+
+    def test_what_is_taken_between_looking_and_arming_signals_at_once(self) -> None:
+        ends = Belled(2)
+        ends.fill_up(1, 2)
+        assert ends.producer.free() == 0
+        ends.take()
+        ends.producer.arm_free()
+        assert ends.free_bell.heard() == 1
+
+    @pytest.mark.parametrize("start", [TOP, TOP - 1, TOP - 3, (1 << 63) - 1])
+    def test_counters_that_wrap(self, start: int) -> None:
+        memory = memory_for(8)
+        words = map_memory(memory).cast("Q")
+        words[WORDS["head"]] = words[WORDS["tail"]] = start
+        producer, consumer = Ring.over(memory, 8), Ring.over(memory, 8)
+        os.close(memory)
+        bell = Bell()
+        producer.event = consumer.event = bell
+        consumer.threshold = 2
+        for number in range(6):
+            assert consumer.take_frames(8) == ([frame(1), frame(2)] if number else [])
+            consumer.arm()
+            goal = (start + 2 * number + 2) & TOP
+            producer.put_bytes(record(1))
+            early = bell.heard()
+            assert early == (goal == 0), number  # 0 is no goal: the one before it stands in
+            producer.put_bytes(record(2))
+            assert bell.heard() + early == 1, number
+
+    @given(st.data())
+    def test_a_consumer_and_a_producer_that_arm_after_everything_they_do(self, data: st.DataObject) -> None:
+        """Against the rule by itself: armed, the next write that leaves enough signals, and disarms."""
+        capacity = data.draw(st.integers(1, 9))
+        ends = Belled(capacity, exact=True)
+        ends.consumer.threshold = threshold = data.draw(st.integers(1, capacity))
+        ends.producer.free_threshold = free_threshold = data.draw(st.integers(1, capacity))
+        ends.consumer.arm()
+        ends.producer.arm_free()
+        armed = free_armed = True
+        filled = 0
+        for write, count in data.draw(st.lists(st.tuples(st.booleans(), st.integers(1, 5)), max_size=30)):
+            signals = free_signals = 0
+            if write:
+                moved = ends.producer.put_array(array(*range(count)))
+                filled += moved
+                if moved and armed and filled >= threshold:
+                    signals, armed = 1, False
+                assert (ends.bell.heard(), ends.free_bell.heard()) == (signals, 0)
+                ends.producer.arm_free()
+                free_armed = True
+            else:
+                moved = len(ends.consumer.take_frames(count))
+                filled -= moved
+                if moved and free_armed and capacity - filled >= free_threshold:
+                    free_signals, free_armed = 1, False
+                assert (ends.bell.heard(), ends.free_bell.heard()) == (0, free_signals)
+                ends.consumer.arm()
+                armed = True
+            assert (ends.bell.heard(), ends.free_bell.heard()) == (0, 0)
+        ends.close()
+
+
+class TestOtherSizes:
+    """Elements that are no records: in and out as bytes only."""
+
+    @pytest.mark.parametrize("size", [1, 7, 8, 16, 79, 81, 4096, 65535])
+    def test_bytes_in_and_out(self, make: Make, size: int) -> None:
+        ends = make(3, record_size=size)
+        blocks = [bytes([k + 1]) * size for k in range(9)]
+        for k in range(0, 9, 3):
+            assert all(ends.producer.put_bytes(block) for block in blocks[k : k + 3])
+            assert [ends.consumer.take_bytes() for _ in range(4)] == [*blocks[k : k + 3], None]
+
+    @pytest.mark.parametrize("size", [1, 79, 81, 160])
+    def test_bytes_of_another_size_are_refused(self, make: Make, size: int) -> None:
+        ends = make(3, record_size=size)
+        for wrong in (size - 1, size + 1, 80):
+            with pytest.raises(BadValue, match=f"{size} bytes, not {wrong}"):
+                ends.producer.put_bytes(bytes(wrong))
+        assert ends.consumer.fill() == 0
+
+    @pytest.mark.parametrize("size", [1, 8, 79, 160])
+    def test_they_are_no_frames(self, make: Make, size: int) -> None:
+        """Compiled, taking one for a frame would read behind the ring's memory."""
+        ends = make(3, record_size=size)
+        ends.producer.put_bytes(bytes(size))
+        for call in (
+            ends.consumer.take_frame,
+            lambda: ends.consumer.take_frames(1),
+            lambda: ends.consumer.take_array(1),
+            lambda: ends.producer.put_array(array(1)),
+        ):
+            with pytest.raises(BadValue, match=f"elements of {size} bytes"):
+                call()
+        assert ends.consumer.fill() == 1
+
+    def test_a_full_ring_counts_what_it_drops(self, make: Make) -> None:
+        ends = make(2, exact=True, record_size=5)
+        assert [ends.producer.put_bytes(b"12345") for _ in range(4)] == [True, True, False, False]
+        assert ends.consumer.lost == 2
+
+    @given(st.data())
+    def test_they_do_what_a_list_does(self, data: st.DataObject) -> None:
+        size = data.draw(st.integers(1, 200))
+        capacity = data.draw(st.integers(1, 9))
+        ends = Ends("shared", capacity, exact=data.draw(st.booleans()), record_size=size)
+        capacity = ends.producer.capacity
+        held: list[bytes] = []
+        for step in data.draw(st.lists(st.sampled_from(["put", "fill", "take", "acquire"]), max_size=25)):
+            if step == "put":
+                element = data.draw(st.binary(min_size=size, max_size=size))
+                assert ends.producer.put_bytes(element) == (len(held) < capacity)
+                held = [*held, element][:capacity]
+            elif step == "fill":
+                room = ends.producer.acquire_free(3)
+                count = len(room) // size
+                elements = [data.draw(st.binary(min_size=size, max_size=size)) for _ in range(count)]
+                room[:] = b"".join(elements)
+                ends.producer.commit(count)
+                held += elements
+            elif step == "take":
+                assert ends.consumer.take_bytes() == (held.pop(0) if held else None)
+            else:
+                blocks = ends.consumer.acquire(3)
+                assert b"".join(blocks) == b"".join(held[:3])
+                taken = sum(map(len, blocks)) // size
+                ends.consumer.release(taken)
+                del held[:taken]
+            assert (ends.consumer.fill(), ends.producer.free()) == (len(held), capacity - len(held))
+        ends.close()
+
+
+class TestSharedMemory:
+    """Memory behind a descriptor: whoever has it has the ring, and nobody can take the memory away."""
+
+    def test_one_end_over_the_memory_of_another(self) -> None:
+        memory = memory_for(5)
+        one = Ring.over(memory, 5)
+        one.put_bytes(record(1))
+        one.put_bytes(record(2))
+        other = Ring.over(memory, 5)
+        os.close(memory)
+        assert (other.capacity, other.fill()) == (8, 2)
+        assert other.take_bytes() == record(1)
+        assert one.fill() == 1
+
+    @pytest.mark.parametrize("size", [8, HEADER_SIZE, ring_size(4), ring_size(8) - 8])
+    def test_memory_that_is_too_small(self, size: int) -> None:
+        memory = create_memory(size)
+        with pytest.raises(BadValue, match="buffer"):
+            Ring.over(memory, 8)
+        os.close(memory)
+
+    def test_the_header_tells_what_it_is(self) -> None:
+        memory = memory_for(5, 24)
+        Ring.over(memory, 5, exact=True, record_size=24)
+        words = map_memory(memory).cast("Q")
+        os.close(memory)
+        assert words[:4].tolist() == [MAGIC, 8, 24, 5]
+
+    def test_it_is_zero_and_not_a_byte_larger_than_asked_for(self) -> None:
+        memory = create_memory(1000)
+        assert bytes(map_memory(memory)) == bytes(1000)
+        os.close(memory)
+
+    @pytest.mark.skipif(not hasattr(os, "memfd_create"), reason="only Linux can seal memory")
+    @pytest.mark.parametrize("size", [0, 1, ring_size(8) - 1, ring_size(8) + 1, 1 << 30])
+    def test_nobody_resizes_it(self, size: int) -> None:
+        """A mapping that reaches beyond its file kills the process that reads there."""
+        memory = memory_for(8)
+        ring = Ring.over(memory, 8)
+        with pytest.raises(PermissionError):
+            os.ftruncate(memory, size)
+        copy = os.open(f"/proc/self/fd/{memory}", os.O_RDWR)
+        with pytest.raises(PermissionError):
+            os.ftruncate(copy, size)
+        close_descriptors(memory, copy)
+        assert ring.put_bytes(record(1))
+        assert ring.take_bytes() == record(1)
+
+    @pytest.mark.skipif(not hasattr(os, "memfd_create"), reason="only Linux can seal memory")
+    def test_nobody_takes_the_seals_off(self) -> None:
+        import fcntl
+
+        memory = memory_for(8)
+        with pytest.raises(PermissionError):
+            fcntl.fcntl(memory, fcntl.F_ADD_SEALS, 0)
+        os.close(memory)
 
     def test_a_closed_end_leaves_the_other_alone(self) -> None:
         ends = Ends("shared", 4)
-        try:
+        ends.fill_up(1)
+        ends.consumer.close()
+        ends.consumer.close()
+        ends.fill_up(2)
+        assert (ends.producer.fill(), ends.consumer.fill()) == (2, 0)
+        assert ends.consumer.take_frame() is None
+        assert ends.consumer.take_frames(5) == []
+        ends.close()
+
+    def test_a_closed_end_takes_nothing(self) -> None:
+        ends = Ends("shared", 4)
+        ends.producer.close()
+        assert not ends.producer.put_bytes(record(1))
+        assert (ends.producer.free(), ends.consumer.fill()) == (0, 0)
+        assert ends.producer.put_array(array(1, 2)) == 0
+        assert not ends.producer.acquire_free(1)
+        assert ends.producer.clear() == 0
+        ends.close()
+
+    def test_blocks_outlive_their_end(self) -> None:
+        ends = Ends("shared", 4)
+        ends.fill_up(1, 2)
+        blocks = ends.consumer.acquire(2)
+        ends.close()
+        assert b"".join(blocks) == record(1) + record(2)
+
+    def test_a_ring_of_this_process_has_nothing_to_close(self) -> None:
+        ring = Ring(4)
+        ring.put_bytes(record(1))
+        ring.close()
+        assert ring.take_bytes() == record(1)
+
+    def test_no_descriptor_is_left(self) -> None:
+        before = sorted(os.listdir("/proc/self/fd"))
+        for _ in range(3):
+            ends = Ends("shared", 4)
             ends.fill_up(1)
-            ends.consumer.close()
-            ends.fill_up(2)
-            assert (ends.producer.fill(), ends.consumer.fill()) == (2, 0)
-        finally:
             ends.close()
-
-    def test_leaves_no_complaint_behind(self) -> None:
-        """Creating, attaching and removing in one process: nothing on standard error, at exit neither."""
-        script = (
-            "from canwire.ring import Ring\n"
-            f"name = {fresh_name()!r}\n"
-            "one = Ring.create(name, 4)\n"
-            "other = Ring.attach(name)\n"
-            "other.close()\n"
-            "one.close(remove=True)\n"
-        )
-        command = [sys.executable, "-c", script]
-        done = subprocess.run(command, env=environment(), capture_output=True, check=True)
-        assert done.stderr.decode() == ""
-
-
-def write_into(memory: SharedMemory, start: int, data: bytes) -> None:
-    assert memory.buf is not None
-    memory.buf[start : start + len(data)] = data
-
-
-def remove_if_there(name: str) -> None:
-    try:
-        memory = SharedMemory(name)
-    except FileNotFoundError:
-        return
-    memory.close()
-    memory.unlink()
+        assert sorted(os.listdir("/proc/self/fd")) == before
 
 
 class RingMachine(RuleBasedStateMachine):
@@ -519,9 +926,9 @@ class RingMachine(RuleBasedStateMachine):
 
     home = "process"
 
-    @initialize(capacity=st.integers(1, 9))
-    def begin(self, capacity: int) -> None:
-        self.ends = Ends(self.home, capacity)
+    @initialize(capacity=st.integers(1, 9), exact=st.booleans())
+    def begin(self, capacity: int, exact: bool) -> None:
+        self.ends = Ends(self.home, capacity, exact=exact)
         self.model: deque[int] = deque()
         self.capacity = self.ends.producer.capacity
         self.next = self.lost = self.taken = 0
@@ -544,6 +951,19 @@ class RingMachine(RuleBasedStateMachine):
         assert self.ends.producer.put_array(array(*numbers)) == fitting
         self.model.extend(numbers[:fitting])
         self.next += count
+
+    @rule(limit=st.integers(0, 12), kept=st.integers(0, 3))
+    def acquire_free(self, limit: int, kept: int) -> None:
+        room = self.ends.producer.acquire_free(limit)
+        given = len(room) // RECORD_SIZE
+        assert given <= min(limit, self.capacity - len(self.model))
+        assert given or limit == 0 or len(self.model) == self.capacity
+        numbers = range(self.next, self.next + max(0, given - kept))
+        room[: len(numbers) * RECORD_SIZE] = b"".join(map(record, numbers))
+        room.release()
+        self.ends.producer.commit(len(numbers))
+        self.model.extend(numbers)
+        self.next += len(numbers)
 
     @rule()
     def take_frame(self) -> None:
@@ -614,19 +1034,15 @@ TestSharedMachine.settings = settings(max_examples=30, stateful_step_count=30)
 
 COUNT = 20_000
 PEER = """
-import itertools, os, sys
+import sys
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring
 from canwire.values.frame import Frame, record_of_frame
 
-def passed_on(descriptor):
-    event = EventDescriptor()
-    os.dup2(descriptor, event.fileno())
-    return event
-
-role, name, count, event, free_event = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
-ring = Ring.attach(name)
-ring.event, ring.free_event = passed_on(event), passed_on(free_event)
+role = sys.argv[1]
+capacity, count, memory, event, free_event = map(int, sys.argv[2:])
+ring = Ring.over(memory, capacity)
+ring.event, ring.free_event = EventDescriptor.adopt(event), EventDescriptor.adopt(free_event)
 if role == "produce":
     for number in range(count):
         data = number.to_bytes(8, "little")
@@ -671,35 +1087,37 @@ class TestTwoProcesses:
     """20,000 records through a small ring, both sides asleep whenever they cannot go on."""
 
     @pytest.fixture
-    def name(self) -> str:
-        return fresh_name()
+    def memory(self) -> Iterator[int]:
+        memory = memory_for(64)
+        yield memory
+        os.close(memory)
 
     @pytest.fixture
-    def ring(self, name: str) -> Iterator[Ring]:
-        ring = Ring.create(name, 64)
+    def ring(self, memory: int) -> Iterator[Ring]:
+        ring = Ring.over(memory, 64)
         events = Watched(), Watched()
         ring.event, ring.free_event = events
         yield ring
         assert (ring.lost, ring.fill(), ring.written, ring.taken) == (0, 0, COUNT, COUNT)
-        ring.close(remove=True)
+        ring.close()
         for event in events:
             event.close()
         if canwire.core_mode() == "compiled":  # the interpreted form has no fence: a wake-up may be late
             assert [event.in_vain for event in events] == [0, 0]
 
-    def peer(self, role: str, ring: Ring, name: str) -> subprocess.Popen[bytes]:
+    def peer(self, role: str, ring: Ring, memory: int) -> subprocess.Popen[bytes]:
         assert ring.event is not None
         assert ring.free_event is not None
-        descriptors = (ring.event.fileno(), ring.free_event.fileno())
-        command = [sys.executable, "-c", PEER, role, name, str(COUNT), *map(str, descriptors)]
+        descriptors = (memory, ring.event.fileno(), ring.free_event.fileno())
+        command = [sys.executable, "-c", PEER, role, "64", str(COUNT), *map(str, descriptors)]
         return subprocess.Popen(command, env=environment(), pass_fds=descriptors, stderr=subprocess.PIPE)
 
     def finish(self, peer: subprocess.Popen[bytes]) -> None:
         _, complaints = peer.communicate(timeout=60)
         assert (complaints.decode(), peer.returncode) == ("", 0)
 
-    def test_from_there_to_here(self, ring: Ring, name: str) -> None:
-        peer = self.peer("produce", ring, name)
+    def test_from_there_to_here(self, ring: Ring, memory: int) -> None:
+        peer = self.peer("produce", ring, memory)
         got: list[int] = []
         while len(got) < COUNT:
             taken = ring.take_array(64)
@@ -711,8 +1129,8 @@ class TestTwoProcesses:
         self.finish(peer)
         assert got == list(range(COUNT))
 
-    def test_from_here_to_there(self, ring: Ring, name: str) -> None:
-        peer = self.peer("consume", ring, name)
+    def test_from_here_to_there(self, ring: Ring, memory: int) -> None:
+        peer = self.peer("consume", ring, memory)
         for number in range(COUNT):
             while ring.free() == 0:
                 if not ring.sleep_until_free(20.0):
@@ -721,12 +1139,156 @@ class TestTwoProcesses:
         self.finish(peer)
 
 
+PINGER = """
+import sys
+from canwire.platform import EventDescriptor
+from canwire.ring import Ring
+
+memory, event, count, burst = map(int, sys.argv[1:])
+ring = Ring.over(memory, 8)
+ring.event = EventDescriptor.adopt(event)
+for number in range(count):
+    for _ in range(burst):
+        assert ring.put_bytes(bytes(80))
+    while ring.fill():  # the next ones come as soon as the last is taken: just while the reader arms
+        pass
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "eventfd"), reason="descriptors are passed by number: Linux")
+class TestArmingRaces:
+    """Writes that come while the reader arms, from another process: every one of them wakes it."""
+
+    ROUNDS = 3_000
+
+    @pytest.mark.parametrize("burst", [1, 3])
+    @pytest.mark.parametrize("way", ["arm", "sleep"])
+    def test_no_write_is_slept_through(self, way: str, burst: int) -> None:
+        memory, event = memory_for(8), Watched()
+        ring = Ring.over(memory, 8)
+        ring.event = event
+        ring.threshold = burst
+        ring.arm()
+        passed = (memory, event.fileno())
+        command = [sys.executable, "-c", PINGER, *map(str, passed), str(self.ROUNDS), str(burst)]
+        peer = subprocess.Popen(command, env=environment(), pass_fds=passed, stderr=subprocess.PIPE)
+        late = taken = 0
+        while taken < self.ROUNDS * burst:
+            woken = event.wait(5.0) if way == "arm" else ring.sleep(5.0)
+            late += not woken and ring.fill() >= burst
+            if not woken and not ring.fill() and peer.poll() is not None:
+                break
+            while ring.take_bytes() is not None:
+                taken += 1
+            if way == "arm":
+                ring.arm()
+        _, complaints = peer.communicate(timeout=60)
+        os.close(memory)
+        event.close()
+        assert (complaints.decode(), taken) == ("", self.ROUNDS * burst)
+        if canwire.core_mode() == "compiled":  # the interpreted form has no fence: a wake-up may be late
+            assert late == 0
+
+    def test_threads_that_race(self) -> None:
+        """One thread writes as soon as the other one has taken; the reader sleeps for ever if it misses one."""
+        ends = Ends("shared", 4)
+        with_events(ends)
+        event = ends.consumer.event
+        assert isinstance(event, EventDescriptor)
+        rounds = 2_000
+
+        def write() -> None:
+            for number in range(rounds):
+                while ends.producer.fill():
+                    os.sched_yield()
+                ends.producer.put_bytes(record(number))
+
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(1e-6)
+        thread = threading.Thread(target=write)
+        ends.consumer.arm()
+        thread.start()
+        taken = late = 0
+        try:
+            while taken < rounds:
+                late += not event.wait(5.0)
+                while ends.take() is not None:
+                    taken += 1
+                ends.consumer.arm()
+        finally:
+            sys.setswitchinterval(interval)
+            thread.join()
+        assert (taken, late) == (rounds, 0)
+        ends.close()
+
+
+class TestEventDescriptor:
+    def test_an_adopted_one_is_both_ends_of_the_same_event(self) -> None:
+        own = EventDescriptor()
+        adopted = EventDescriptor.adopt(os.dup(own.fileno()))
+        own.signal()
+        assert adopted.wait(0)
+        assert not own.wait(0)
+        adopted.signal()
+        assert own.wait(0)
+        adopted.close()
+        adopted.close()
+        own.signal()
+        assert own.wait(0)
+        own.close()
+
+    def test_an_adopted_one_owns_its_descriptor(self) -> None:
+        own = EventDescriptor()
+        copy = os.dup(own.fileno())
+        EventDescriptor.adopt(copy).close()
+        with pytest.raises(OSError, match="Bad file descriptor"):
+            os.fstat(copy)
+        own.close()
+
+    def test_signals_count_as_one(self) -> None:
+        event = EventDescriptor()
+        for _ in range(3):
+            event.signal()
+        assert [event.wait(0), event.wait(0)] == [True, False]
+        event.signal()
+        event.clear()
+        event.clear()
+        assert not event.wait(0)
+        event.close()
+
+    @pytest.mark.skipif(not hasattr(os, "eventfd"), reason="the counter is eventfd's")
+    def test_a_full_counter_loses_nothing(self) -> None:
+        event = EventDescriptor()
+        os.write(event.fileno(), (2**64 - 2).to_bytes(8, "little"))
+        event.signal()
+        assert [event.wait(0), event.wait(0)] == [True, False]
+        event.close()
+
+    def test_waiting_for_something(self) -> None:
+        event = EventDescriptor()
+        asked: list[int] = []
+
+        def settled() -> bool:
+            asked.append(1)
+            event.signal()
+            return len(asked) == 3
+
+        assert event.wait_for(settled, None)
+        assert len(asked) == 3
+        event.clear()
+        assert event.wait_for(lambda: True, 0)
+        assert not event.wait_for(lambda: False, 0)
+        assert not event.wait_for(lambda: False, 0.001)
+        assert event.wait_for(lambda: len(asked.append(1) or asked) > 5, None, recheck=0.0001)  # type: ignore[func-returns-value]
+        event.close()
+
+
 class Hostile:
     """A ring whose memory somebody else writes to."""
 
-    def __init__(self, capacity: int) -> None:
+    def __init__(self, capacity: int, *, exact: bool = False) -> None:
         self.block = bytearray(ring_size(1 << (capacity - 1).bit_length()))
-        self.ring = Ring(capacity, buffer=memoryview(self.block))
+        self.ring = Ring(capacity, exact=exact, buffer=memoryview(self.block))
         self.ring.event, self.ring.free_event = _EVENTS
         self.words = memoryview(self.block).cast("Q")
 
@@ -758,6 +1320,15 @@ class Hostile:
             ring.sleep(0)
         elif action == "sleep_until_free":
             ring.sleep_until_free(0)
+        elif action == "acquire_free":
+            room = ring.acquire_free(100)
+            assert len(room) <= ring.capacity * RECORD_SIZE
+            room[:] = bytes(len(room))
+            ring.commit(len(room) // RECORD_SIZE)
+        elif action == "arm":
+            ring.arm()
+            ring.arm_once()
+            ring.arm_free()
         elif action == "counters":
             assert min(ring.written, ring.taken, ring.lost) >= 0
         assert 0 <= ring.fill() <= ring.capacity
@@ -766,8 +1337,7 @@ class Hostile:
 
 _EVENTS = EventDescriptor(), EventDescriptor()
 ACTIONS = ["put", "put_array", "take_frame", "take_bytes", "take_frames", "take_array", "acquire", "clear",
-           "sleep", "sleep_until_free", "counters"]  # fmt: skip
-TOP = 2**64 - 1
+           "acquire_free", "arm", "sleep", "sleep_until_free", "counters"]  # fmt: skip
 nonsense = st.one_of(
     st.integers(0, TOP),
     st.integers(0, 20),
@@ -779,12 +1349,14 @@ intrusions = st.dictionaries(st.sampled_from(sorted(WORDS)), nonsense, min_size=
 
 class TestHostilePeer:
     @given(
-        st.integers(1, 16), st.lists(st.tuples(intrusions, st.sampled_from(ACTIONS)), min_size=1, max_size=8)
+        st.integers(1, 16),
+        st.booleans(),
+        st.lists(st.tuples(intrusions, st.sampled_from(ACTIONS)), min_size=1, max_size=8),
     )
     def test_nonsense_in_the_words_does_no_harm(
-        self, capacity: int, attacks: list[tuple[dict[str, int], str]]
+        self, capacity: int, exact: bool, attacks: list[tuple[dict[str, int], str]]
     ) -> None:
-        victim = Hostile(capacity)
+        victim = Hostile(capacity, exact=exact)
         for words, action in attacks:
             victim.write(**words)
             victim.use(action)
@@ -814,6 +1386,7 @@ class TestHostilePeer:
         assert ring.take_frames(5) == []
         assert len(ring.take_array(5)) == 0
         assert ring.acquire(5) == []
+        assert not ring.acquire_free(5)
         assert ring.clear() == 0
         assert ring.lost == 1
 
@@ -842,18 +1415,16 @@ class TestHostilePeer:
         assert not victim.ring.put_bytes(record(2))
 
     def test_through_shared_memory(self) -> None:
-        name = fresh_name()
-        ring = Ring.create(name, 8)
-        intruder = SharedMemory(name)
-        try:
-            for word in (WORDS["head"], WORDS["tail"]):
-                write_into(intruder, 8 * word, b"\xfe" * 7 + bytes([word]))
-            assert (ring.fill(), ring.free()) == (0, 0)
-            assert ring.take_frame() is None
-            assert not ring.put_bytes(record(1))
-            write_into(intruder, 8, b"\xff" * (HEADER_SIZE - 8))  # capacity too: it was read once
-            assert ring.fill() == 0
-            assert ring.free() == 8
-        finally:
-            intruder.close()
-            ring.close(remove=True)
+        memory = memory_for(8)
+        ring, intruder = Ring.over(memory, 8), map_memory(memory)
+        os.close(memory)
+        for word in (WORDS["head"], WORDS["tail"]):
+            intruder[8 * word : 8 * word + 8] = b"\xfe" * 7 + bytes([word])
+        assert (ring.fill(), ring.free()) == (0, 0)
+        assert ring.take_frame() is None
+        assert not ring.put_bytes(record(1))
+        intruder[8:HEADER_SIZE] = b"\xff" * (HEADER_SIZE - 8)  # capacity too: it was read once
+        assert ring.fill() == 0
+        assert ring.free() == 8
+        intruder[:HEADER_SIZE] = bytes(HEADER_SIZE)
+        assert (ring.capacity, ring.free()) == (8, 8)

@@ -6,7 +6,6 @@ Linux has eventfd and sealed memory files; elsewhere pipes and unlinked temporar
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import mmap
 import os
 import select
@@ -18,9 +17,10 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from multiprocessing import resource_tracker
-from multiprocessing.shared_memory import SharedMemory
 from typing import Any
+
+if sys.platform != "win32":
+    import fcntl
 
 
 class EventDescriptor:
@@ -233,27 +233,4 @@ def runtime_directory() -> str:
     return own
 
 
-def create_shared_memory(name: str, size: int) -> SharedMemory:
-    """A new named block of zeros; raises FileExistsError if the name is taken."""
-    return SharedMemory(name, create=True, size=size)
-
-
-def attach_shared_memory(name: str) -> SharedMemory:
-    """An existing block; its creator alone removes it. Raises FileNotFoundError."""
-    if sys.version_info >= (3, 13):
-        return SharedMemory(name, track=False)
-    with _ATTACHING:
-        # before 3.13 attaching registers for removal too, and the first process to end would remove it
-        register, resource_tracker.register = resource_tracker.register, _no_registration
-        try:
-            return SharedMemory(name)
-        finally:
-            resource_tracker.register = register
-
-
-def _no_registration(name: object, rtype: str) -> None:
-    """Stands in for the resource tracker's while somebody else's memory is attached."""
-
-
-_ATTACHING = threading.Lock()
 _CREDENTIALS = struct.Struct("iII")

@@ -5,7 +5,7 @@ from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
 cdef unsigned long long _M64
-cdef int _CAPACITY, _RECORD_BYTES, _LIMIT, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS
+cdef int _CAPACITY, _RECORD_BYTES, _LIMIT, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS, _RECORD_SIZE
 
 @cython.final
 cdef class Ring:
@@ -13,7 +13,7 @@ cdef class Ring:
     cdef long long _mask
     cdef object _buffer
     cdef unsigned long long *_words
-    cdef public object _memory
+    cdef unsigned long long _seen_head, _seen_tail
     cdef bint _shared
     cdef public object event, free_event, listener, free_listener
     cdef public long long threshold, free_threshold
@@ -44,14 +44,16 @@ cdef class Ring:
     @cython.locals(tail="unsigned long long", count="long long", k="long long")
     cpdef list take_frames(self, long long limit)
 
+    @cython.locals(waiting="unsigned long long", missing="long long")
     cpdef int arm(self) except -1
 
     cpdef int arm_once(self) except -1
 
-    cdef long long _missing(self, long long count) noexcept
+    @cython.locals(waiting="unsigned long long", missing="long long")
+    cpdef int arm_free(self) except -1
 
     @cython.locals(goal="unsigned long long")
-    cdef int _arm(self, int wanted, int counter, long long steps) except -1
+    cdef int _arm(self, int wanted, int counter, unsigned long long seen, long long missing) except -1
 
     cdef int _signal(self, int wanted) except -1
 

@@ -9,9 +9,9 @@
     24      both       the same for the producer: tail whose taking signals it
     32..               records
 
-The consumer sets `wanted`, the producer clears it just before it signals; a consumer that is signalled looks
-again and sets it anew, so that no order of these steps loses a signal. Records of other sizes than 80 bytes go
-in and out as bytes only.
+The consumer sets `wanted`, the producer clears it just before it signals. What is wanted counts from what the
+consumer has seen, not from what is there by now, and after setting it the consumer looks once more: so no order
+of these steps loses a signal. Records of other sizes than 80 bytes go in and out as bytes only.
 
 Each counter has its own 64-byte line and one writer, and only differences count, so they may wrap.
 A word read from the other side is never trusted: a fill level above the capacity means that the
@@ -21,6 +21,7 @@ peer is broken, and the ring counts as full for the producer and as empty for th
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from mmap import mmap
 from typing import TYPE_CHECKING, Protocol
 
@@ -31,8 +32,6 @@ from canwire.values.frame import Frame
 from canwire.values.record import RECORD_SIZE, load_numpy, record_dtype
 
 if TYPE_CHECKING:
-    from multiprocessing.shared_memory import SharedMemory
-
     import numpy
 
 MAGIC = 0x0001_4757_4E41_4301  # "\x01CANWG", version 1
@@ -47,6 +46,7 @@ _WANTED = 17
 _FREE_WANTED = 24
 _RECORDS = 32
 _WORDS = 10
+_RECORD_SIZE = RECORD_SIZE
 _M64 = (1 << 64) - 1  # counters wrap; only their differences count
 LARGEST_CAPACITY = 1 << 24
 # interpreted there is no memory fence, so a signal may be missed: whoever waits looks again this often
@@ -61,11 +61,13 @@ class Signalled(Protocol):
 
 
 class Ring:
-    """A ring in this process's memory; `Ring.create` and `Ring.attach` put it into shared memory.
+    """A ring in this process's memory, or with `over` one end of a ring in memory that processes share.
 
-    `threshold` (1..capacity) is the fill level whose crossing wakes the consumer, `free_threshold`
-    the free count whose crossing wakes the producer: by calling `listener` / `free_listener` here,
-    or through the event descriptor of `sleep` across processes.
+    `threshold` (1..capacity) is the fill level whose crossing wakes the consumer, `free_threshold` the free
+    count whose crossing wakes the producer: in this process by calling `listener` / `free_listener`, across
+    processes through the descriptors `event` / `free_event`, where `arm` and `sleep` ask for it.
+
+    `exact` keeps to `capacity` instead of the next power of two; memory is taken for that all the same.
     """
 
     def __init__(
@@ -86,7 +88,6 @@ class Ring:
         # anonymous memory costs nothing until it is written to
         self._buffer = buffer if buffer is not None else memoryview(mmap(-1, size))
         self._words = _mem.words_of(self._buffer)
-        self._memory: SharedMemory | None = None
         self._shared = buffer is not None
         self.event: Signalled | None = None
         self.free_event: Signalled | None = None
@@ -94,6 +95,8 @@ class Ring:
         self.free_listener: Callable[[], None] | None = None
         self.threshold = 1
         self.free_threshold = 1
+        self._seen_head = self._words[_HEAD]
+        self._seen_tail = self._words[_TAIL]
         if self._words[0] == 0:
             self._words[_CAPACITY] = slots
             self._words[_RECORD_BYTES] = record_size
@@ -101,37 +104,27 @@ class Ring:
             self._words[0] = MAGIC
 
     @classmethod
-    def create(cls, name: str, capacity: int) -> Ring:
-        """A ring in new shared memory of this name; `close(remove=True)` by its creator removes it."""
-        from canwire.platform import create_shared_memory
+    def over(
+        cls, descriptor: int, capacity: int, *, exact: bool = False, record_size: int = RECORD_SIZE
+    ) -> Ring:
+        """One end of the ring in platform.create_memory's memory, whose descriptor stays the caller's to close.
 
-        memory = create_shared_memory(name, ring_size(rounded_capacity(capacity)))
-        ring = cls(capacity, buffer=memory.buf)
-        ring._memory = memory
-        return ring
+        Raises BadValue for memory that this ring does not fit.
+        """
+        from canwire.platform import map_memory
 
-    @classmethod
-    def attach(cls, name: str) -> Ring:
-        """The ring that another process created; raises FileNotFoundError, or BadValue if it is none."""
-        from canwire.platform import attach_shared_memory
-
-        memory = attach_shared_memory(name)
-        capacity = capacity_of(memoryview(memory.buf))  # type: ignore[arg-type]
-        if capacity == 0:
-            memory.close()
-            raise BadValue(f"shared memory {name!r} holds no ring of this version")
-        ring = cls(capacity, buffer=memory.buf)
-        ring._memory = memory
-        return ring
+        return cls(capacity, exact=exact, record_size=record_size, buffer=map_memory(descriptor))
 
     def fill(self) -> int:
         """Records that wait for the consumer."""
-        count = (_mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)) & _M64
+        self._seen_head = _mem.load_acquire(self._words, _HEAD)
+        count = (self._seen_head - _mem.load_acquire(self._words, _TAIL)) & _M64
         return count if count <= self.capacity else 0
 
     def free(self) -> int:
         """Records that the producer can still write."""
-        count = (_mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)) & _M64
+        self._seen_tail = _mem.load_acquire(self._words, _TAIL)
+        count = (_mem.load_acquire(self._words, _HEAD) - self._seen_tail) & _M64
         return self.capacity - count if count <= self.capacity else 0
 
     @property
@@ -151,7 +144,8 @@ class Ring:
         """Append the record at word `at` of `source`, with this time and id/info word; False if full (counted)."""
         words = self._words
         head = words[_HEAD]
-        fill = (head - _mem.load_acquire(words, _TAIL)) & _M64
+        self._seen_tail = _mem.load_acquire(words, _TAIL)
+        fill = (head - self._seen_tail) & _M64
         if fill >= self.capacity:
             words[_LOST] = (words[_LOST] + 1) & _M64
             return False
@@ -171,7 +165,7 @@ class Ring:
         """Append one 80-byte record as it stands; False if full (counted)."""
         if len(record) != self.record_size:
             raise BadValue(f"a record has {self.record_size} bytes, not {len(record)}")
-        if self.record_size != RECORD_SIZE:
+        if self.record_size != _RECORD_SIZE:
             return self._put_other(record)
         block = bytearray(record)
         source = _mem.words_of(block)
@@ -181,7 +175,8 @@ class Ring:
         """The word where the oldest record starts, or 0 when the ring is empty."""
         words = self._words
         tail = words[_TAIL]
-        count = (_mem.load_acquire(words, _HEAD) - tail) & _M64
+        self._seen_head = _mem.load_acquire(words, _HEAD)
+        count = (self._seen_head - tail) & _M64
         if count == 0 or count > self.capacity:
             return 0
         return _RECORDS + (tail & self._mask) * _WORDS
@@ -200,6 +195,8 @@ class Ring:
 
     def take_frame(self) -> Frame | None:
         """The oldest record as a frame, or None when the ring is empty."""
+        if self.record_size != _RECORD_SIZE:
+            self._refuse_frames()
         at = self.front()
         if at == 0:
             return None
@@ -209,6 +206,8 @@ class Ring:
 
     def take_frames(self, limit: int) -> list[Frame]:
         """Up to `limit` oldest records as frames."""
+        if self.record_size != _RECORD_SIZE:
+            self._refuse_frames()
         frames = []
         tail = self._words[_TAIL]
         count = max(0, min(limit, self.fill()))
@@ -258,6 +257,8 @@ class Ring:
 
     def take_array(self, limit: int) -> numpy.ndarray:
         """Up to `limit` oldest records as one numpy array of record_dtype(), copied in one or two moves."""
+        if self.record_size != _RECORD_SIZE:
+            self._refuse_frames()
         numpy = load_numpy()
         blocks = [numpy.frombuffer(block, record_dtype()) for block in self.acquire(limit)]
         if not blocks:
@@ -268,6 +269,8 @@ class Ring:
 
     def put_array(self, records: numpy.ndarray) -> int:
         """Append as many of these records as fit, in one or two moves; returns how many did."""
+        if self.record_size != _RECORD_SIZE:
+            self._refuse_frames()
         numpy = load_numpy()
         room = self.free()
         count = min(len(records), room)
@@ -287,17 +290,27 @@ class Ring:
             self.release(count)
         return count
 
-    def sleep(self, timeout: float | None) -> bool:
-        """Wait on `event` until at least `threshold` records are there; False on timeout (seconds)."""
-        return self._sleep(_WANTED, self.event, timeout)
+    def sleep(self, timeout: float | None, ended: Callable[[], bool] | None = None) -> bool:
+        """Wait on `event` until at least `threshold` records are there; False on timeout (seconds).
 
-    def sleep_until_free(self, timeout: float | None) -> bool:
-        """Wait on `free_event` until at least `free_threshold` records fit; False on timeout (seconds)."""
-        return self._sleep(_FREE_WANTED, self.free_event, timeout)
+        Whoever signals `event` has `ended` asked: True ends the waiting too.
+        """
+        return self._sleep(_WANTED, self.event, timeout, ended)
+
+    def sleep_until_free(self, timeout: float | None, ended: Callable[[], bool] | None = None) -> bool:
+        """Wait on `free_event` until at least `free_threshold` records fit; as `sleep`."""
+        return self._sleep(_FREE_WANTED, self.free_event, timeout, ended)
 
     def arm(self) -> None:
-        """Have `event` signalled once, at the next write that leaves at least `threshold` records."""
-        self._arm(_WANTED, _HEAD, self._missing(self.threshold - self.fill()))
+        """Have `event` signalled once, at the next write that leaves at least `threshold` records.
+
+        The next after what this end has seen: a write since it last looked (`fill`, or taking) signals at once.
+        """
+        waiting = (self._seen_head - self._words[_TAIL]) & _M64
+        missing = self.threshold
+        if waiting <= self.capacity:
+            missing -= waiting
+        self._arm(_WANTED, _HEAD, self._seen_head, missing)
 
     def arm_once(self) -> None:
         """`arm`, unless it is armed already."""
@@ -305,28 +318,31 @@ class Ring:
             self.arm()
 
     def arm_free(self) -> None:
-        """Have `free_event` signalled once, at the next take that leaves room for `free_threshold` records."""
-        self._arm(_FREE_WANTED, _TAIL, self._missing(self.free_threshold - self.free()))
+        """Have `free_event` signalled once, at the next take that leaves room for `free_threshold` records.
+
+        The next after what this end has seen: a take since it last looked (`free`, or writing) signals at once.
+        """
+        waiting = (self._words[_HEAD] - self._seen_tail) & _M64
+        missing = self.free_threshold
+        if waiting <= self.capacity:
+            missing -= self.capacity - waiting
+        self._arm(_FREE_WANTED, _TAIL, self._seen_tail, missing)
 
     def disarm(self) -> None:
         """The consumer is awake: no signal for it."""
         self._words[_WANTED] = 0
 
-    def close(self, *, remove: bool = False) -> None:
-        """Let go of shared memory; its creator passes `remove`. Blocks from `acquire` must be gone."""
-        if self._memory is not None:
-            memory, self._memory = self._memory, None
-            self._detach()
-            memory.close()
-            if remove:
-                memory.unlink()
+    def close(self) -> None:
+        """Let go of shared memory: from now on this end is a full and empty ring by itself. Again: nothing.
 
-    def _detach(self) -> None:
-        self._buffer = memoryview(mmap(-1, ring_size(1, self.record_size)))
-        self._words = _mem.words_of(self._buffer)
-        self.capacity = 1
-        self._mask = 0
-        self._shared = False
+        Blocks from `acquire` stay good for as long as somebody holds them.
+        """
+        if self._shared:
+            self._shared = False
+            self._buffer = memoryview(mmap(-1, ring_size(1, self.record_size)))
+            self._words = _mem.words_of(self._buffer)
+            self.capacity = 0
+            self._mask = 0
 
     def _put_other(self, record: bytes | bytearray | memoryview) -> bool:
         room = self.acquire_free(1)
@@ -343,43 +359,42 @@ class Ring:
         if self.listener is not None and before < self.threshold <= before + count:
             self.listener()
 
-    def _missing(self, count: int) -> int:
-        """How far the other side must move on: at least one step, however much is there already."""
-        return max(1, count)
+    def _refuse_frames(self) -> None:
+        raise BadValue(f"this ring holds elements of {self.record_size} bytes: they go in and out as bytes")
 
-    def _arm(self, wanted: int, counter: int, steps: int) -> None:
-        """Ask for a signal when the other side's counter has gone `steps` further."""
-        goal = (int(_mem.load_acquire(self._words, counter)) + steps) & _M64 or 1
+    def _arm(self, wanted: int, counter: int, seen: int, missing: int) -> None:
+        """Ask for a signal when the other side's counter has gone so far beyond what was seen, one step at least."""
+        if missing < 1:
+            missing = 1
+        goal = (seen + missing) & _M64
+        if goal == 0:  # which would mean: no signal; better one too early than none
+            goal = _M64
         self._words[wanted] = goal
         _mem.fence()
-        if (int(_mem.load_acquire(self._words, counter)) - goal) & _M64 <= LARGEST_CAPACITY:
+        if (_mem.load_acquire(self._words, counter) - goal) & _M64 <= LARGEST_CAPACITY:
             self._signal(wanted)  # it got there before it could see what is wanted
 
-    def _sleep(self, wanted: int, event: Signalled | None, timeout: float | None) -> bool:
+    def _sleep(
+        self, wanted: int, event: Signalled | None, timeout: float | None, ended: Callable[[], bool] | None
+    ) -> bool:
         if event is None:
             raise CanwireError("this end of the ring has no event descriptor to wait on")
-        return event.wait_for(lambda: self._settled(wanted), timeout, RECHECK_S)
+        settled = partial(self._settled, wanted)
+        return event.wait_for(settled if ended is None else lambda: ended() or settled(), timeout, RECHECK_S)
 
     def _settled(self, wanted: int) -> bool:
         """There is nothing to wait for; otherwise the other side knows from now on that somebody waits."""
-        if not self._ready(wanted):
-            self._words[wanted] = self._goal(wanted)
-            _mem.fence()
-            if not self._ready(wanted):
-                return False
-        self._words[wanted] = 0
-        return True
+        if self._ready(wanted):
+            self._words[wanted] = 0
+            return True
+        if wanted == _WANTED:
+            self.arm()
+        else:
+            self.arm_free()
+        return False
 
     def _ready(self, wanted: int) -> bool:
         return self.fill() >= self.threshold if wanted == _WANTED else self.free() >= self.free_threshold
-
-    def _goal(self, wanted: int) -> int:
-        """The counter value of the other side that a sleeper waits for; never 0, which means awake."""
-        if wanted == _WANTED:
-            goal = int(self._words[_TAIL]) + self.threshold
-        else:
-            goal = int(self._words[_HEAD]) + self.free_threshold - self.capacity
-        return goal & _M64 or 1
 
     def _signal(self, wanted: int) -> None:
         event = self.event if wanted == _WANTED else self.free_event
@@ -405,18 +420,6 @@ def rounded_capacity(capacity: int) -> int:
     if not isinstance(capacity, int) or capacity < 1 or capacity > LARGEST_CAPACITY:
         raise BadValue(f"ring capacity {capacity!r}: 1 to {LARGEST_CAPACITY} records")
     return 1 << (capacity - 1).bit_length()
-
-
-def capacity_of(block: memoryview) -> int:
-    """The capacity of the ring in this block, or 0 if it holds none of this version that fits."""
-    with block:
-        if block.nbytes < HEADER_SIZE:
-            return 0
-        size = block.nbytes
-        with block[:24] as first, first.cast("Q") as head:
-            magic, capacity, words = head
-    sane = magic == MAGIC and words == RECORD_SIZE and 0 < capacity <= LARGEST_CAPACITY
-    return int(capacity) if sane and not capacity & (capacity - 1) and ring_size(capacity) <= size else 0
 
 
 def ring_size(capacity: int, record_size: int = RECORD_SIZE) -> int:

@@ -237,6 +237,28 @@ def test_a_listener_may_ask_the_hub(place: Place) -> None:
     assert found[0].boards[-1].hardware_id == "HW77"
 
 
+def test_after_close_not_even_what_waits_is_told(place: Place) -> None:
+    link, other = place.link(), place.link()
+    heard: list[m.Message | None] = []
+    first, go_on = threading.Event(), threading.Event()
+
+    def slow(notice: m.Message | None) -> None:
+        heard.append(notice)
+        first.set()
+        go_on.wait(AGES)
+
+    link.listen(slow)
+    link.call(m.Watch())
+    for _ in range(3):
+        other.call(m.Plug("usb-to-can", "", ()))
+    assert first.wait(AGES)
+    link.call(m.ListBoards())  # its answer stands behind all three notices
+    link.close()
+    go_on.set()
+    until(lambda: not [thread for thread in threading.enumerate() if thread.name == "canwire-notices"])
+    assert heard == [m.BoardsChanged()]
+
+
 # the end
 
 
@@ -313,6 +335,19 @@ def test_in_virtual_time_waiting_lets_time_pass_and_no_more(virtual: Place) -> N
     with pytest.raises(NothingHeard):
         detect(link, 1500)()
     assert 1_500_000_000 <= link.call(m.Advance(0))[0].value < 1_700_000_000
+
+
+def test_in_virtual_time_nothing_happens_after_the_answer(virtual: Place) -> None:
+    """Not even what is due at the very same time."""
+    link = virtual.link()
+    timeline = virtual.engine.world.timeline
+    answer = Deferred()
+    happened: list[str] = []
+    timeline.at(1000, lambda: answer.settle((m.Number(7), ())))
+    timeline.at(1000, lambda: happened.append("later"))
+    virtual.engine.world.sessions[0].handle = lambda request: answer  # type: ignore[method-assign]
+    assert link.call(m.CreateLuid()) == (m.Number(7), ())
+    assert (timeline.now_ns, happened) == (1000, [])
 
 
 def test_in_virtual_time_an_answer_that_cannot_come_says_so(virtual: Place) -> None:

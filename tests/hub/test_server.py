@@ -26,8 +26,11 @@ from hypothesis import strategies as st
 from canwire import CanwireError, HubError
 from canwire.boards.config import Config
 from canwire.hub import messages as m
+from canwire.hub import sockets
 from canwire.hub.engine import Engine
+from canwire.hub.outbox import Outbox
 from canwire.hub.server import Server
+from canwire.hub.sockets import somebody_listens
 from canwire.hub.world import World
 
 AGES = 20.0  # seconds; only a broken build waits that long
@@ -210,7 +213,13 @@ def test_a_successors_socket_is_not_removed(hub: Hub) -> None:
     successor.close()
 
 
-def test_of_many_hubs_that_start_at_once_one_wins(tmp_path: Path) -> None:
+def test_of_many_hubs_that_start_at_once_one_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def slowly(path: str) -> bool:
+        found = somebody_listens(path)
+        time.sleep(0.01)  # long enough for everybody to find the dead hub's socket
+        return found
+
+    monkeypatch.setattr(sockets, "somebody_listens", slowly)
     with socket.socket(socket.AF_UNIX) as dead:
         dead.bind(str(tmp_path / "s"))
     engine = Engine(World(Config.default()), "fast")
@@ -435,16 +444,52 @@ def test_a_client_that_does_not_read_is_hung_up(hub: Hub, wire: Wire, bystander:
 
 
 def test_descriptors_that_nobody_takes_are_bounded(hub: Hub, wire: Wire, bystander: Wire) -> None:
+    """Long before their replies take 4 MiB."""
     wire.send(HELLO)
     created = wire.ask(m.CreateFifo(1, 8))
-    request = m.encode_request(2, m.OpenFifo(created.fifo, "fifo")) * 20
-    wire.socket.settimeout(0.5)
-    for _ in range(10_000):
-        try:
-            wire.socket.sendall(request)
-        except (TimeoutError, OSError):
-            break
+    wire.send(m.encode_request(2, m.OpenFifo(created.fifo, "fifo")) * 2000)
     hub.wait_for_sessions(1)
+
+
+class Reluctant:
+    """A socket that takes a byte at a time, and now and then none."""
+
+    def __init__(self) -> None:
+        self.taken = b""
+        self.came_with: dict[int, int] = {}
+        self._turn = 0
+
+    def send(self, data: memoryview) -> int:
+        self._turn += 1
+        if self._turn % 3 == 0:
+            raise BlockingIOError
+        self.taken += data[:1]
+        return 1
+
+    def sendmsg(self, data: list[memoryview], ancillary: list[tuple[int, int, Any]]) -> int:
+        taken = self.send(data[0])
+        [(_, _, descriptors)] = ancillary
+        self.came_with[len(self.taken) - 1] = len(descriptors)
+        return taken
+
+
+def test_descriptors_go_with_the_first_byte_of_their_message_only() -> None:
+    reluctant: Any = Reluctant()
+    outbox = Outbox(reluctant)
+    read, write = os.pipe()
+    before = len(os.listdir("/proc/self/fd"))
+    for message, count in ((b"first", 1), (b"second", 0), (b"third", 2)):
+        outbox.put(message, (read, write)[:count])
+    while outbox:
+        outbox.flush()
+    assert reluctant.taken == b"firstsecondthird"
+    assert reluctant.came_with == {0: 1, 11: 2}
+    assert len(os.listdir("/proc/self/fd")) == before
+    outbox.put(b"never sent", (read, write))
+    outbox.close()
+    assert len(os.listdir("/proc/self/fd")) == before
+    os.close(read)
+    os.close(write)
 
 
 def test_one_clients_flood_leaves_room_for_others(hub: Hub, wire: Wire, bystander: Wire) -> None:

@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from canwire.boards.abilities import LOW_SPEED_LIMIT, check_mode, check_search, filter_of
 from canwire.boards.board import BoardLine
 from canwire.boards.catalogue import is_shorted, load_of
-from canwire.boards.description import Feature
 from canwire.boards.detection import Detection
-from canwire.boards.message_filter import FormatFilter, MessageFilter, message_filter
-from canwire.boards.modes import FilterMode, FilterSetup, LineMode
+from canwire.boards.message_filter import FormatFilter, MessageFilter
+from canwire.boards.modes import LineMode
 from canwire.drivers.driver import Driver, LineSettings
-from canwire.errors import BadTiming, CanwireError, LineError, NotInitialised, Unsupported, WrongState
+from canwire.errors import CanwireError, NotInitialised, WrongState
 from canwire.timeline import Timer
 from canwire.values.bit_timing import BitTiming
 from canwire.values.event import BusEvent, ErrorState, EventKind, InfoCode
 from canwire.values.timing_limits import BTR_OF_BIT_RATE
 
-LOW_SPEED_COUPLING = 1
-LOW_SPEED_LIMIT = 125_000  # bit/s of a fault-tolerant transceiver; source: ISO 11898-3
 _COUNTER = 1 << 32
-_NO_FRAMES = FilterSetup(FilterMode.LOCK, 0)
 _LOOK_AGAIN_BITS = 4  # a frame on the wire is looked at so often when the line waits for its end
 
 Done = Callable[[int | CanwireError], None]
@@ -60,19 +57,20 @@ class CanLine:
 
     def initialise(self, mode: LineMode, done: Done) -> None:
         """Reset and set up; `done(0)` at once, or when the bit rate has been found. Raises for what is impossible."""
-        self._check(mode)
+        check_mode(self.line.name, self.info, mode)
         self._clear()
         if mode.timing is not None:
             self._set_up(mode, mode.timing, mode.data_timing)
             done(0)
             return
-        rates = sorted(BTR_OF_BIT_RATE, reverse=True)
+        limit = LOW_SPEED_LIMIT if mode.low_speed else max(BTR_OF_BIT_RATE)
+        rates = sorted((rate for rate in BTR_OF_BIT_RATE if rate <= limit), reverse=True)
         candidates = [(BitTiming.from_btr(*BTR_OF_BIT_RATE[rate]), None) for rate in rates]
 
         def found(result: int | CanwireError) -> None:
             if isinstance(result, int):
-                self._set_up(mode, candidates[result][0], None)
-                result = 0
+                timing, result = candidates[result][0], 0
+                self._set_up(replace(mode, timing=timing), timing, None)
             done(result)
 
         self.detect(candidates, mode.timeout_ms, mode.iso_fd, found)
@@ -109,13 +107,16 @@ class CanLine:
         timeout_ms: int,
         iso_fd: bool,
         done: Done,
+        *,
+        low_speed: bool = False,
     ) -> None:
         """Find which rate the bus speaks, only listening: `done` gets its place among the candidates, or NothingHeard.
 
-        Raises WrongState while the line is running or looking already.
+        Raises WrongState while the line is running or looking already, and for what is impossible.
         """
         if self.running or self._detection is not None:
             raise WrongState(f"{self.line.name}: stop the line before it looks for a bit rate")
+        check_search(self.line.name, self.info, candidates, timeout_ms, iso_fd, low_speed)
 
         def finished(result: int | CanwireError) -> None:
             self._detection = None
@@ -140,8 +141,10 @@ class CanLine:
         self._overruns = 0
         self._await_overrun()
 
-    def close(self) -> None:
+    def close(self, why: CanwireError) -> None:
         """The board is gone: nobody is kept waiting."""
+        if self._detection is not None:
+            self._detection.cancel(why)
         self._clear()
 
     def _set_up(self, mode: LineMode, timing: BitTiming, data: BitTiming | None) -> None:
@@ -151,52 +154,17 @@ class CanLine:
         line.standard, line.extended = mode.standard, mode.extended
         line.long_data, line.fast_data = mode.long_data, data is not None
         line.reports_errors = mode.error_frames
-        standard, extended = (
-            _effective(setup) if wanted else _NO_FRAMES
-            for setup, wanted in (
-                (mode.standard_filter, mode.standard),
-                (mode.extended_filter, mode.extended),
-            )
-        )
-        self.filter = message_filter(standard.mode, standard.size, extended.mode, extended.size)
+        self.filter = filter_of(mode)
         line.set_filter(self.filter)
         self.mode = replace(mode, timing=timing)
-
-    def _check(self, mode: LineMode) -> None:
-        """Refuse what this board cannot do, naming it (X4-15)."""
-        wanted = {
-            Feature.LISTEN_ONLY: mode.listen_only,
-            Feature.ERROR_FRAMES: mode.error_frames,
-            Feature.STANDARD_AND_EXTENDED: mode.standard and mode.extended,
-            Feature.AUTO_BAUD: mode.timing is None,
-            Feature.EXTENDED_DATA: mode.long_data,
-            Feature.FAST_DATA: mode.data_timing is not None,
-            Feature.NON_ISO_FRAME: not mode.iso_fd,
-        }
-        for feature, asked in wanted.items():
-            if asked and not self.info.capabilities.can(feature):
-                raise Unsupported(f"{self.line.name} ({self.info.name}) has no {feature.name}")
-        if not mode.standard and not mode.extended:
-            raise LineError(f"{self.line.name}: allow 11-bit frames, 29-bit frames, or both")
-        if mode.timing is None and mode.data_timing is not None:
-            raise Unsupported(
-                f"{self.line.name}: only the nominal bit rate can be found, not that of the data"
-            )
-        if mode.low_speed:
-            self._check_low_speed(mode.timing)
-
-    def _check_low_speed(self, timing: BitTiming | None) -> None:
-        if not self.info.capabilities.bus_coupling & LOW_SPEED_COUPLING:
-            raise Unsupported(f"{self.line.name} ({self.info.name}) has no low-speed coupling")
-        if timing is not None and timing.bit_rate > LOW_SPEED_LIMIT:
-            raise BadTiming(f"{timing.bit_rate} bit/s: low-speed coupling goes up to {LOW_SPEED_LIMIT}")
 
     def _clear(self) -> None:
         """Off the bus at this moment, with empty mailboxes and without settings."""
         line, now_ns = self.line, self.line.timeline.now_ns
         if self._detection is not None:
             self._detection.cancel()
-        self._driver.stop(now_ns)
+        if self.running:
+            self._driver.stop(now_ns)
         for box in (line.controller.high, line.controller.normal):
             line.controller.abort(box, now_ns)
         line.set_filter(None)
@@ -244,8 +212,3 @@ class CanLine:
     def _driver(self) -> Driver:
         assert self.line.driver is not None
         return self.line.driver
-
-
-def _effective(setup: FilterSetup) -> FilterSetup:
-    """Without room for identifiers there is no filter, whatever its mode (VCI V4 manual 7.3.7, dwSFIds)."""
-    return setup if setup.size else FilterSetup(FilterMode.PASS, 0)

@@ -14,7 +14,7 @@ cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
     cdef public bint frames, sends, untrusted, fd
     cdef public object events, acceptance
-    cdef public unsigned long long accepted, sent, delivered, aborted, refused, last_sent_ns
+    cdef public unsigned long long accepted, lost, sent, delivered, aborted, refused, last_sent_ns
     cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay
     cdef public bint held
     cdef public int siblings

@@ -1,6 +1,7 @@
 """One client's queues on a line: filters, receive ring, transmit ring, and honest counters.
 
 At any moment `accepted` = read + waiting + `lost`, and `sent` = `delivered` + `aborted` + `refused` + `pending()`.
+`lost` are frames and events that found the receive ring full.
 """
 
 from __future__ import annotations
@@ -86,6 +87,7 @@ class Channel(Sink):
         self.refused = 0
         self.in_flight = 0
         self.accepted = 0
+        self.lost = 0
         self.sent = 0
         self.delivered = 0
         self.aborted = 0
@@ -106,11 +108,6 @@ class Channel(Sink):
         self._pairs = _mem.words_of(self._pairs_block)
         self._pair_count = len(pairs)
         self._listed = sorted(listed)
-
-    @property
-    def lost(self) -> int:
-        """Accepted frames and events that found the receive ring full."""
-        return self.receive.lost
 
     def pending(self) -> int:
         """Frames sent that wait for the bus, those in the controller included."""
@@ -143,18 +140,22 @@ class Channel(Sink):
         if stamped:
             time_ns = self._stamp(time_ns)
         if not self.receive.put(words, 0, time_ns, words[1]):
+            self.lost += 1
             self._overrun_due = True
 
     def drop_queued(self, at_ns: int) -> None:
         """Give up every frame that waits in the transmit ring, and tell who asked about them."""
+        if self.untrusted:
+            count = self.transmit.clear()
+            self.sent += count
+            self.aborted += count
+            return
         asked = [0, 0]
         while (record := self.transmit.take_bytes()) is not None:
             info = int.from_bytes(record[12:16], "little")
             self.aborted += 1
             if info & _CONFIRM:
                 asked[1 if info & _HIGH_PRIORITY else 0] += 1
-            if self.untrusted:
-                self.sent += 1
         self.urgent = 0
         for outcomes, count in zip(self._outcomes, asked, strict=True):
             # the frames in the controller were sent before these: theirs are the newest outcomes
@@ -188,6 +189,7 @@ class Channel(Sink):
         if self.receive.put(box.words, 0, self._stamp(at_ns), head):
             self._overrun_due = False
         else:
+            self.lost += 1
             self._overrun_due = True
 
     def expect_outcome(self, high_priority: bool, outcome: Outcome) -> None:

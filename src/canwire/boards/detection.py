@@ -55,9 +55,9 @@ class Detection:
         self._heard.receive.listener = self._listen
         self._next()
 
-    def cancel(self) -> None:
+    def cancel(self, why: CanwireError | None = None) -> None:
         """Give up; `done` is told."""
-        self._finish(NothingHeard(f"{self._name}: the search for a bit rate was ended"))
+        self._finish(why or NothingHeard(f"{self._name}: the search for a bit rate was ended"))
 
     def _next(self) -> None:
         """Try the next candidate, or give up."""

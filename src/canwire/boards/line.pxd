@@ -12,7 +12,7 @@ from canwire.values.frame cimport Frame
 
 cdef unsigned int _SELF_RECEPTION, _CONFIRM, _HIGH_PRIORITY, _EXTENDED, _REMOTE, _FD, _FAST, _REQUESTS
 cdef unsigned int _LARGEST_STANDARD, _LARGEST_EXTENDED
-cdef unsigned long long _M32
+cdef unsigned long long _M32, _PAUSE_NS
 cdef int _ABORTED, _ERROR, _EVERY, _REFUSALS
 
 cdef class Splitter(Sink):
@@ -59,6 +59,9 @@ cdef class Line(Host):
     @cython.final
     @cython.locals(ring=Ring, at=Py_ssize_t, controller=CanFdController, words="unsigned long long *", delay="unsigned long long")
     cdef bint _load_untrusted(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    cdef int _come_back(self, unsigned long long at_ns) except -1
 
     @cython.final
     @cython.locals(info="unsigned long long", identifier="unsigned long long", length=int)

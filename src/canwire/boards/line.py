@@ -37,7 +37,8 @@ _FAST = 1 << 11
 _REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
 _M32 = 0xFFFFFFFF
 _LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
-_REFUSALS = 4096  # records refused in one go, before the bus has its turn again
+_REFUSALS = 4096  # records refused in one go; then the bus has its turn
+_PAUSE_NS = 1_000_000  # and so much later the rest
 _CONFIRM = CONFIRM
 _HIGH_PRIORITY = HIGH_PRIORITY
 _EVERY = int(Siblings.EVERY)
@@ -109,6 +110,8 @@ class Line(Host):
         """
         if frame.fd:
             self._check_fd(frame)
+        if not (self.standard and self.extended and self.long_data and self.fast_data):
+            self.check(frame)
         if self.controller.listen_only:
             raise LineError(f"{self.name}: a listen-only line sends nothing")
         if not channel.sends:
@@ -121,6 +124,17 @@ class Line(Host):
         if flags & _HIGH_PRIORITY:
             channel.urgent += 1
         self.kick()
+
+    def check(self, frame: Frame) -> None:
+        """Raise LineError for a frame that the line as it is set up must not send."""
+        if not (self.extended if frame.extended else self.standard):
+            raise LineError(f"{self.name}: set up without {29 if frame.extended else 11}-bit identifiers")
+        if frame.fd:
+            self._check_fd(frame)
+            if frame.dlc > 8 and not self.long_data:
+                raise LineError(f"{self.name}: set up without more than 8 bytes of data")
+            if frame.bit_rate_switch and not self.fast_data:
+                raise LineError(f"{self.name}: set up without a data bit rate to switch to")
 
     def send_records(self, channel: Channel, records: numpy.ndarray, flags: int) -> int:
         """Queue as many of these records as fit; returns how many. Raises BadFrame before queueing any."""
@@ -246,10 +260,10 @@ class Line(Host):
         if controller.normal.occupied and controller.high.occupied:
             return False
         words = self._scratch.words
-        while self._refusals < _REFUSALS:
-            at = ring.front()
-            if at == 0:
-                break
+        while (at := ring.front()) != 0:
+            if self._refusals >= _REFUSALS:
+                self._come_back(at_ns)
+                return False
             _mem.copy_record(words, 0, ring._words, at)
             if self._admit(words, channel.fd):
                 delay = words[0] & _M32 if channel.tick_ns else words[0]
@@ -269,6 +283,12 @@ class Line(Host):
             ring.release(1)
         ring.arm_once()
         return False
+
+    def _come_back(self, at_ns: int) -> None:
+        """Whoever writes nothing but rubbish must not keep everybody from the bus."""
+        if self._refusals == _REFUSALS:
+            self._refusals += 1
+            self.timeline.at(at_ns + _PAUSE_NS, self.kick)
 
     def _admit(self, words: _mem.Words, fd: bool) -> bool:
         """Whether this line can send a record as it is, or else put right: only requests and the frame are left."""
@@ -333,14 +353,22 @@ class Line(Host):
         self.kick()
 
     def _sort(self) -> None:
-        self._turn = 0
-        self._senders = [channel for channel in self._all if channel.sends]
+        self._take_turns([channel for channel in self._all if channel.sends])
         receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
         self._observers = [channel for channel in self._all if channel.events]
         self._watched = any(channel.siblings == _EVERY for channel in receivers)
         direct = len(receivers) == 1 and self._splitter.filter is None
         self.controller.sink = receivers[0] if direct else self._splitter
         self.controller.attentive = bool(self._observers)
+
+    def _take_turns(self, senders: list[Channel]) -> None:
+        """Who was served last waits longest; who is new waits for all others: coming and going gains no turn."""
+        before = self._senders[self._turn :] + self._senders[: self._turn]
+        staying = [channel for channel in before if channel in senders]
+        others = max(0, len(staying) - 1)
+        new = [channel for channel in senders if channel not in before]
+        self._senders = staying[:others] + new + staying[others:]
+        self._turn = 0
 
     def _check_fd(self, frame: Frame) -> None:
         if self.controller.fd == 0:

@@ -8,7 +8,6 @@ Source: VCI V4 manual (seed 004) 5.2.4 and 7.3.14; reference/vci.md section 3 (C
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator
 
 from canwire import _mem
 from canwire.errors import BadFilter, NotInitialised
@@ -20,6 +19,7 @@ _NEVER = 1 << 31  # a pattern's bit that no frame has: CAN_ACC_CODE_NONE
 _REMOTE = 1 << 22
 _EXTENDED = 1 << 23
 _STANDARD_BITS, _EXTENDED_BITS = 12, 30
+LARGEST_LIST = 1 << 16  # identifiers; no client may fill the memory of its hub
 
 
 class FormatFilter:
@@ -124,17 +124,22 @@ class MessageFilter:
 def message_filter(
     standard_mode: int, standard_size: int, extended_mode: int, extended_size: int
 ) -> MessageFilter:
-    """A filter that lets everything pass; sizes are those of the lists."""
+    """A filter that lets everything pass, but for mode 1, lock; sizes are those of the lists. Raises BadFilter."""
+    for mode in (standard_mode, extended_mode):
+        if mode not in (_LOCK, _PASS, _INCLUSIVE, _EXCLUSIVE):
+            raise BadFilter(f"filter mode {mode}: 1 lock, 2 pass, 3 inclusive, 4 exclusive")
+    for size in (standard_size, extended_size):
+        if not 0 <= size <= LARGEST_LIST:
+            raise BadFilter(f"a list of {size} identifiers: 0 to {LARGEST_LIST}")
     return MessageFilter(
         FormatFilter(standard_mode, standard_size, _STANDARD_BITS),
         FormatFilter(extended_mode, extended_size, _EXTENDED_BITS),
     )
 
 
-def _spread(fixed: int, free: list[int]) -> Iterator[int]:
+def _spread(fixed: int, free: list[int]) -> list[int]:
     """Every value with these fixed bits and any in the free places."""
-    for number in range(1 << len(free)):
-        value = fixed
-        for k, bit in enumerate(free):
-            value |= (number >> k & 1) << bit
-        yield value
+    values = [fixed]
+    for bit in free:
+        values += [value | 1 << bit for value in values]
+    return values

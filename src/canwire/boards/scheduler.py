@@ -271,6 +271,7 @@ class CyclicList:
             raise LineError(f"{self._line.name}: a listen-only line sends nothing")
         if frame.fd and self._line.controller.fd == 0:
             raise LineError(f"{self._line.name}: the line is not set up for FD frames; give it a data timing")
+        self._line.check(frame)
 
 
 def _growing(frame: Frame, increment: Increment, byte_index: int) -> tuple[int, int, int] | None:

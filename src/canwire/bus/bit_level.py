@@ -275,10 +275,12 @@ class BitLevel:
     def leave(self) -> None:
         """Hand back to the nodes what only stations know: suspend times, and where waiting ones stand.
 
-        The bus is free from `now_ps` on: the bit boundary that the last station is about to reach.
+        The bus is free from `now_ps` on: the bit boundary that the last station is about to reach. Nobody waits
+        for one that only listens.
         """
         for clock in self.clocks:
-            if clock.station.state != _WAITING and clock.due_ps > self.now_ps:
+            waits = clock.station.state == _WAITING or clock.node.listen_only
+            if not waits and clock.due_ps > self.now_ps:
                 self.now_ps = clock.due_ps
         at_ns = self.at_ns(self.now_ps)
         for clock in self.clocks:

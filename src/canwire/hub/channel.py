@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 from canwire.boards.modes import ChannelMode, ChannelStatus
 from canwire.errors import NotInitialised, QueueFull
 from canwire.hub import messages as m
-from canwire.hub.ends import RingEnd, ring_over
+from canwire.hub.ends import RingEnd
 from canwire.hub.handles import Filtered
 from canwire.platform import EventDescriptor, close_descriptors
+from canwire.ring import Ring
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame, frame_of_record, record_to_send
 
@@ -40,12 +41,12 @@ class HubChannel(Filtered):
         self.check()
         reply, descriptors = self.hub.ask(m.SetUpChannel(self._handle, mode))
         self._drop_ends()
-        receive = ring_over(descriptors[0], reply.receive, 80)
+        receive = Ring.over(descriptors[0], reply.receive, exact=True)
         receive.free_event = self.hub.doorbell
         self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
         close_descriptors(descriptors[0])
         if reply.transmit:
-            transmit = ring_over(descriptors[2], reply.transmit, 80)
+            transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
             transmit.event = self.hub.doorbell
             self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
             close_descriptors(descriptors[2])

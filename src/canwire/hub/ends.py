@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire.hub.handles import Lease
-from canwire.platform import EventDescriptor, map_memory
-from canwire.ring import RECHECK_S, Ring
+from canwire.platform import EventDescriptor
+from canwire.ring import Ring
 
 if TYPE_CHECKING:
     from canwire.hub.event import Event
@@ -69,28 +69,32 @@ class RingEnd:
             self.rearm()
 
     def rearm(self) -> None:
-        """Ask the other side for a signal at the next occasion."""
+        """What is there now is told: ask the other side for a signal at the next occasion."""
         if self.reads:
-            self.ring.arm()
+            self.ring.fill()
         else:
-            self.ring.arm_free()
+            self.ring.free()
+        self._arm()
 
     def touched(self) -> None:
-        """Something was read or written here: an event waits for the next occasion anew."""
+        """Something was read or written here: an event waits for the next occasion after that."""
         if self._event is not None:
-            self.rearm()
+            self._arm()
 
     def wait(self, timeout: float | None) -> bool:
         """Block until the threshold is met, at most `timeout` seconds (None: for ever); raises if the lease ends."""
         self.lease.check()
         if self.lease.hub.virtual:
-            met = self.lease.hub.advance(self._met, timeout)
+            self.lease.hub.advance(self._met_or_armed, timeout)
+        elif self.reads:
+            self.ring.sleep(timeout, self._over)
         else:
-            met = self._own.wait_for(self._settled, timeout, RECHECK_S)
+            self.ring.sleep_until_free(timeout, self._over)
         self.touched()
-        if not self._met():
+        met = self._met()
+        if not met:
             self.lease.check()
-        return met and self._met()
+        return met
 
     def wake(self) -> None:
         """The lease is over: let nobody wait on."""
@@ -106,13 +110,17 @@ class RingEnd:
             return self.ring.fill() >= self.ring.threshold
         return self.ring.free() >= self.ring.free_threshold
 
-    def _settled(self) -> bool:
-        if self.lease.over or self._met():
+    def _met_or_armed(self) -> bool:
+        if self._met():
             return True
-        self.rearm()
+        self._arm()  # the signal also ends the passing of virtual time
         return False
 
+    def _over(self) -> bool:
+        return self.lease.over
 
-def ring_over(memory: int, capacity: int, record_size: int) -> Ring:
-    """A ring in the memory behind this descriptor, which is the caller's to close."""
-    return Ring(capacity, exact=True, record_size=record_size, buffer=map_memory(memory))
+    def _arm(self) -> None:
+        if self.reads:
+            self.ring.arm()
+        else:
+            self.ring.arm_free()

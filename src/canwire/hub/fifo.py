@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from canwire.hub import messages as m
-from canwire.hub.ends import RingEnd, ring_over
+from canwire.hub.ends import RingEnd
 from canwire.hub.handles import Lease
 from canwire.platform import EventDescriptor, close_descriptors
+from canwire.ring import Ring
 
 if TYPE_CHECKING:
     from canwire.hub.hub import Hub
@@ -28,7 +29,7 @@ class Fifo(Lease):
         self.capacity = opened.capacity
         self.element_size = opened.element_size
         memory, reader_event, writer_event = descriptors
-        ring = ring_over(memory, opened.capacity, opened.element_size)
+        ring = Ring.over(memory, opened.capacity, exact=True, record_size=opened.element_size)
         close_descriptors(memory)
         reader, writer = EventDescriptor.adopt(reader_event), EventDescriptor.adopt(writer_event)
         ring.event, ring.free_event = reader, writer

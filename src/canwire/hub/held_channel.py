@@ -10,7 +10,7 @@ from canwire.boards.message_filter import FormatFilter, MessageFilter, message_f
 from canwire.boards.modes import ChannelMode, ChannelStatus
 from canwire.errors import NotInitialised, WrongState
 from canwire.hub.held import OnLine, Slot
-from canwire.platform import EventDescriptor, close_descriptors, create_memory, map_memory
+from canwire.platform import EventDescriptor, close_descriptors, create_memory
 from canwire.ring import Ring, ring_size, rounded_capacity
 
 if TYPE_CHECKING:
@@ -108,12 +108,12 @@ class HeldChannel(OnLine):
         return ChannelStatus(
             active=self.active,
             accepted=int(channel.accepted),
-            lost=channel.lost,
+            lost=int(channel.lost),
             sent=int(channel.sent) + waiting,
             delivered=int(channel.delivered),
             aborted=int(channel.aborted),
             refused=int(channel.refused),
-            pending=channel.pending(),
+            pending=int(channel.in_flight) + waiting,
         )
 
     def let_go(self) -> None:
@@ -137,7 +137,7 @@ class HeldChannel(OnLine):
         event = EventDescriptor()
         self._descriptors = (*self._descriptors, memory, event.fileno())
         self._events.append(event)
-        ring = Ring(capacity, exact=exact, buffer=map_memory(memory))
+        ring = Ring.over(memory, capacity, exact=exact)
         told = Halting(event, self.slot) if self.holder.virtual else event
         if reads:
             ring.event, ring.free_event = told, doorbell

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from canwire.errors import BadValue, InUse, NoSuchBoard, WrongState
 from canwire.hub.fifo import FIFO, READER, WRITER
-from canwire.platform import EventDescriptor, close_descriptors, create_memory, map_memory
+from canwire.platform import EventDescriptor, close_descriptors, create_memory
 from canwire.ring import Ring, ring_size, rounded_capacity
 
 PAGE = 4096
@@ -45,7 +45,7 @@ class Pipes:
                 raise BadValue(f"FIFO {name} {value}: 1 to {_LARGEST}")
         capacity = page_capacity(capacity, element_size)
         memory = create_memory(ring_size(rounded_capacity(capacity), element_size))
-        ring = Ring(capacity, exact=True, record_size=element_size, buffer=map_memory(memory))
+        ring = Ring.over(memory, capacity, exact=True, record_size=element_size)
         pipe = Pipe(number, capacity, element_size, memory, EventDescriptor(), EventDescriptor(), ring)
         self._pipes[number] = pipe
         return pipe

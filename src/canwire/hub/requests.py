@@ -11,12 +11,22 @@ from canwire.boards.description import Feature
 from canwire.boards.message_filter import FormatFilter
 from canwire.boards.modes import CyclicStatus, FilterMode
 from canwire.boards.scheduler import CyclicList, Increment
-from canwire.errors import BadFilter, BadMessage, BadValue, CanwireError, InUse, Unsupported, WrongState
+from canwire.errors import (
+    BadFilter,
+    BadMessage,
+    BadValue,
+    CanwireError,
+    HubError,
+    InUse,
+    Unsupported,
+    WrongState,
+)
 from canwire.hub import messages as m
 from canwire.hub.deferred import Deferred
 from canwire.hub.held import HeldControl, HeldLayer, HeldPipe, HeldScheduler
 from canwire.hub.held_channel import HeldChannel
 from canwire.hub.link import Answer
+from canwire.timeline import NEVER, Timeline
 from canwire.values.frame import frame_of_record
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
 
@@ -143,7 +153,9 @@ def _reset(request: m.Reset, session: Session) -> Answer:
 def _detect(request: m.Detect, session: Session) -> Deferred:
     can = _control(session, request.handle)
     return _later(
-        lambda done: can.detect(request.candidates, request.timeout_ms, request.iso_fd, done),
+        lambda done: can.detect(
+            request.candidates, request.timeout_ms, request.iso_fd, done, low_speed=request.low_speed
+        ),
         numbered=True,
     )
 
@@ -304,8 +316,12 @@ def _disturb(request: m.Disturb, session: Session) -> Answer:
 def _advance(request: m.Advance, session: Session) -> Answer:
     timeline = session.world.timeline
     if session.virtual and request.span_ns > 0:
-        session.world.kick_all()
-        timeline.run_until(min(timeline.now_ns + request.span_ns, _LARGEST_NS))
+        timeline.at(timeline.now_ns, session.world.kick_all)  # as a happening, whose signals count
+        end_ns = timeline.now_ns + request.span_ns
+        if end_ns < _LARGEST_NS:
+            timeline.run_until(end_ns)
+        else:
+            _run_on(timeline)
     return m.Number(timeline.now_ns), ()
 
 
@@ -337,6 +353,14 @@ def _filter(session: Session, handle: int, extended: bool, *, change: bool = Fal
     if change and can.running:
         raise WrongState(f"{can.line.name}: stop the line to change its filter")
     return can.format_filter(extended)
+
+
+def _run_on(timeline: Timeline) -> None:
+    """Until somebody's event is signalled; raises HubError where that will never be."""
+    while (due_ns := timeline.next_ns()) < NEVER:
+        if not timeline.run_until(due_ns):
+            return
+    raise HubError("this would never end: nothing is left to happen on the buses of this hub")
 
 
 def _later(begin: Callable[[Callable[[int | CanwireError], None]], None], *, numbered: bool) -> Deferred:

@@ -11,7 +11,7 @@ from canwire.boards.config import BusConfig, Config
 from canwire.boards.description import BoardInfo
 from canwire.bus.can_bus import CanBus
 from canwire.bus.medium import one_way_delay_ps
-from canwire.errors import BadValue, NoSuchBoard
+from canwire.errors import BadValue, NoSuchBoard, Unplugged
 from canwire.hub.held import Slot
 from canwire.hub.messages import BoardsChanged, Message
 from canwire.hub.pipes import Pipes
@@ -103,10 +103,10 @@ class World:
         del self.boards[board.info.id]
         text = f"board {hardware_id} ({board.info.kind}) was unplugged"
         catalogue.pull(board)
+        for number in range(len(board.lines)):
+            self.slots.pop((board.info.id, number)).can.close(Unplugged(text))
         for session in list(self.sessions):
             session.board_gone(board.info.id, text)
-        for number in range(len(board.lines)):
-            self.slots.pop((board.info.id, number)).can.close()
         self._changed()
 
     def board(self, board_id: int) -> Board:

@@ -1,0 +1,71 @@
+"""Draws docs/shared.svg, the README's picture of shared boards: what a hub and three commands print.
+
+python docs/shared_picture.py > docs/shared.svg
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from html import escape
+from pathlib import Path
+
+LINE, LEFT, TOP, WIDTH = 19, 16, 30, 1000
+COLOURS = (("$ ", "#7fd962"), ("# ", "#6e7681"), ("HW", "#59c2ff"), ("  can0", "#ffb454"))
+SEND = ["send", "can0", "123#1122", "18FF1234##1AABBCC", "100#R"]
+
+
+def command(*words: str) -> list[str]:
+    return [sys.executable, "-m", "canwire", *words]
+
+
+def story() -> list[str]:
+    """Three terminals, one after the other."""
+    with tempfile.TemporaryDirectory() as home:
+        socket = str(Path(home) / "canwire.sock")
+        os.environ["CANWIRE_HUB"] = socket
+        with subprocess.Popen(
+            command("serve", "--socket", socket), stdout=subprocess.PIPE, text=True, cwd=home
+        ) as hub:
+            assert hub.stdout is not None
+            introduction = hub.stdout.readline().rstrip().replace(home, "/run/user/1000")
+            dump = subprocess.Popen(
+                command("dump", "can0"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            )
+            assert dump.stdout is not None
+            assert dump.stderr is not None
+            listening = dump.stderr.readline().rstrip()
+            subprocess.run(command(*SEND), check=True)
+            shown = [dump.stdout.readline().rstrip() for _ in SEND[2:]]
+            devices = subprocess.run(command("devices"), capture_output=True, text=True, check=True)
+            dump.terminate()
+            dump.communicate()
+            hub.terminate()
+    board = devices.stdout.splitlines()[:5]
+    return [
+        "# terminal 1", "$ canwire serve", introduction, "",
+        "# terminal 2", "$ canwire dump can0", listening, *shown, "",
+        "# terminal 3", f"$ canwire {' '.join(SEND)}", "$ canwire devices", *board,
+    ]  # fmt: skip
+
+
+def colour(line: str) -> str:
+    return next((shade for start, shade in COLOURS if line.startswith(start)), "#c9d1d9")
+
+
+def picture(lines: list[str]) -> str:
+    rows = "".join(
+        f'<text x="{LEFT}" y="{TOP + k * LINE}" fill="{colour(line)}" xml:space="preserve">{escape(line)}</text>\n'
+        for k, line in enumerate(lines)
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{TOP + len(lines) * LINE}" '
+        f'font-family="monospace" font-size="14"><rect width="100%" height="100%" rx="8" fill="#0d1117"/>\n'
+        f"{rows}</svg>\n"
+    )
+
+
+if __name__ == "__main__":
+    sys.stdout.write(picture(story()))

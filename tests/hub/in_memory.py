@@ -1,0 +1,141 @@
+"""A hub without sockets, threads or clocks: clients talk to one world in virtual time, through the wire's bytes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+from canwire.boards.config import Config
+from canwire.boards.modes import ChannelMode, LineMode
+from canwire.errors import CanwireError, HubLost
+from canwire.hub import messages as m
+from canwire.hub.channel import HubChannel
+from canwire.hub.deferred import Deferred
+from canwire.hub.handles import Control
+from canwire.hub.hub import Hub
+from canwire.hub.link import Answer
+from canwire.hub.world import World
+from canwire.platform import EventDescriptor
+from canwire.timeline import NEVER
+from canwire.values.bit_timing import BitTiming
+
+NOMINAL = BitTiming.for_bit_rate(500_000, clock_hz=80_000_000)
+DATA = BitTiming.for_bit_rate(2_000_000, clock_hz=80_000_000)
+CLASSIC = LineMode(NOMINAL)
+FD = LineMode(NOMINAL, DATA, long_data=True)
+
+
+class InMemory:
+    """hub/link.py's Link. Every request, reply and notice goes through its bytes and back.
+
+    With `on_wait` a request whose answer takes time has it called instead of time passing.
+    """
+
+    time = "virtual"
+    address = ""
+
+    def __init__(self, world: World, name: str = "test", pid: int = 1) -> None:
+        self.world = world
+        self.lost = False
+        self.on_wait: Callable[[], None] | None = None
+        self.notices: list[m.Message] = []
+        self._bell = EventDescriptor()
+        self._listeners: list[Callable[[m.Message | None], None]] = []
+        self._serial = 0
+        self.session = world.open_session(name, pid, self._note, self._bell)
+
+    @property
+    def doorbell(self) -> int:
+        return self._bell.fileno()
+
+    def call(self, request: m.Message) -> Answer:
+        if self.lost:
+            raise HubLost("the hub is gone")
+        self._serial += 1
+        payload = m.encode_request(self._serial, request)[m.LENGTH.size :]
+        serial, decoded = m.decode_request(payload)
+        assert (serial, decoded) == (self._serial, request)
+        answer = self.session.handle(decoded)
+        if isinstance(answer, Deferred):
+            answer = self._waited(answer)
+        reply, descriptors = answer
+        encoded = m.encode_reply(serial, reply, len(descriptors))[m.LENGTH.size :]
+        assert m.decode_reply(encoded) == (serial, len(descriptors), reply)
+        return m.decode_reply(encoded)[2], tuple(os.dup(descriptor) for descriptor in descriptors)
+
+    def listen(self, listener: Callable[[m.Message | None], None]) -> None:
+        self._listeners.append(listener)
+
+    def close(self) -> None:
+        if not self.lost:
+            self.lost = True
+            self.world.close_session(self.session)
+            self._bell.close()
+
+    def vanish(self) -> None:
+        """The hub dies, as this client sees it."""
+        self.lost = True
+        for listener in self._listeners:
+            listener(None)
+
+    def _note(self, notice: m.Message) -> None:
+        decoded = m.decode_reply(m.encode_reply(0, notice)[m.LENGTH.size :])
+        assert decoded == (0, 0, notice)
+        self.notices.append(decoded[2])
+        for listener in self._listeners:
+            listener(decoded[2])
+
+    def _waited(self, deferred: Deferred) -> Answer:
+        outcomes: list[Answer | CanwireError] = []
+        deferred.on_done(outcomes.append)
+        if not outcomes and self.on_wait is not None:
+            self.on_wait()
+        while not outcomes:
+            due_ns = self.world.timeline.next_ns()
+            assert due_ns < NEVER, "this answer never comes"
+            self.world.timeline.run_until(due_ns)
+        if isinstance(outcomes[0], CanwireError):
+            raise outcomes[0]
+        return outcomes[0]
+
+
+class Bench:
+    """One world and any number of clients; `close` lets all of them go."""
+
+    def __init__(self, config: Config | None = None) -> None:
+        self.world = World(Config.default() if config is None else config, virtual=True)
+        self.hubs: list[Hub] = []
+        self.links: list[InMemory] = []
+
+    def hub(self, name: str = "test") -> Hub:
+        """One more client."""
+        self.links.append(InMemory(self.world, name, 100 + len(self.links)))
+        self.hubs.append(Hub(self.links[-1]))
+        return self.hubs[-1]
+
+    def link(self, hub: Hub) -> InMemory:
+        return self.links[self.hubs.index(hub)]
+
+    @property
+    def board(self) -> int:
+        """The id of the first board."""
+        return next(iter(self.world.boards))
+
+    def control(self, hub: Hub, line: int = 0, mode: LineMode = FD) -> Control:
+        """A line that runs, and its control."""
+        control = hub.open_control(self.board, line)
+        control.initialise(mode)
+        control.start()
+        hub.run_for(0.001)
+        return control
+
+    def channel(self, hub: Hub, line: int = 0, mode: ChannelMode | None = None) -> HubChannel:
+        """An active channel on a line."""
+        channel = hub.open_channel(self.board, line)
+        channel.set_up(mode or ChannelMode(64, 64))
+        channel.activate()
+        return channel
+
+    def close(self) -> None:
+        for hub in self.hubs:
+            hub.close()
