@@ -67,10 +67,14 @@ class InMemory:
         self._listeners.append(listener)
 
     def close(self) -> None:
-        if not self.lost:
-            self.lost = True
-            self.world.close_session(self.session)
-            self._bell.close()
+        self.lost = True
+        self.world.close_session(self.session)
+        self._bell.close()
+
+    def die(self) -> None:
+        """The client is gone all of a sudden: nothing was closed."""
+        self.lost = True
+        self.world.close_session(self.session)
 
     def vanish(self) -> None:
         """The hub dies, as this client sees it."""
@@ -88,6 +92,7 @@ class InMemory:
     def _waited(self, deferred: Deferred) -> Answer:
         outcomes: list[Answer | CanwireError] = []
         deferred.on_done(outcomes.append)
+        self.world.kick_all()
         if not outcomes and self.on_wait is not None:
             self.on_wait()
         while not outcomes:

@@ -46,11 +46,23 @@ class HeldChannel(OnLine):
     _events: list[EventDescriptor] = field(default_factory=list)
 
     def set_up(self, mode: ChannelMode, doorbell: EventDescriptor | None) -> tuple[int, ...]:
-        """New queues in new memory; descriptors for the client: receive memory and event, [transmit ...]."""
+        """New queues in new memory; descriptors for the client: receive memory and event, [transmit ...].
+
+        Raises BadValue or BadFilter, and leaves everything as it was then.
+        """
+        size = mode.filter_size
+        chosen = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
+        for capacity in (mode.receive, mode.transmit) if mode.transmit else (mode.receive,):
+            rounded_capacity(capacity)
         self.activate(False)
         self._forget_queues()
         receive = self._queue(mode.receive, mode.exact, doorbell, reads=True)
         transmit = self._queue(mode.transmit, mode.exact, doorbell, reads=False) if mode.transmit else None
+        self.channel = self._new_channel(mode, receive, transmit)
+        self.channel.filter = self.filter = chosen
+        return self._descriptors
+
+    def _new_channel(self, mode: ChannelMode, receive: Ring, transmit: Ring | None) -> Channel:
         channel = Channel(
             mode.receive,
             mode.transmit,
@@ -62,11 +74,7 @@ class HeldChannel(OnLine):
         channel.untrusted = True
         channel.fd = mode.fd
         self._take_time(channel, mode.ticks)
-        size = mode.filter_size
-        self.filter = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
-        channel.filter = self.filter
-        self.channel = channel
-        return self._descriptors
+        return channel
 
     def activate(self, active: bool) -> None:
         """Connect the queues to the line, or take them off it; raises NotInitialised before `set_up`."""

@@ -13,6 +13,7 @@ from canwire.boards.modes import CyclicStatus, FilterMode
 from canwire.boards.scheduler import CyclicList, Increment
 from canwire.errors import (
     BadFilter,
+    BadFrame,
     BadMessage,
     BadValue,
     CanwireError,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 
 _CYCLIC_FLAGS = SINGLE_SHOT | HIGH_PRIORITY | SELF_RECEPTION
 _LARGEST_NS = 1 << 62
+_KIND_AT = 12  # byte of a record: 0 for frames
 _DONE: Answer = (m.Done(), ())
 
 
@@ -231,6 +233,8 @@ def _cancel_queued(request: m.CancelQueued, session: Session) -> Answer:
 def _add_cyclic(request: m.AddCyclic, session: Session) -> Answer:
     held = session.look_up(request.handle, HeldScheduler)
     frame = frame_of_record(request.record)
+    if request.record[_KIND_AT]:
+        raise BadFrame("a cyclic list sends frames: this record is an event's")
     flags = int.from_bytes(request.record[12:16], "little") & _CYCLIC_FLAGS
     if request.increment not in list(Increment):
         raise BadValue(f"increment {request.increment}: 0 none, 1 identifier, 2 byte, 3 two bytes")
