@@ -24,14 +24,14 @@ PAGE = ROOT / "docs" / "vci-map.md"
 SEEDS = ROOT.parent / "shared" / "seeds"
 V4_MANUAL, V3_MANUAL = "004_3482d6bb25e02c49.txt", "002_49fc4c60c6d60e35.txt"
 V4, V3 = "V4, the C++ manual (seed 004)", "V3, the .NET manual (seed 002)"
-LATER, NO_NAME = "LIN: with issue 4", "no name"
+NO_NAME = "no name"
 ROW = re.compile(r"^\| `([^`]+)` \| ([a-z ]+) \| (.*) \|$")
 KINDS = ["function", "interface", "method", "structure", "field", "constant", "macro", "error code"]
 KINDS += ["type", "member", "parameter", NO_NAME]
 HEAD = """# The names of VCI, and where they are here
 
-Written by `python docs/vci_map.py` from the text of the two manuals: change that, not this page. {total} names;
-{here} have a counterpart, {later} come with LIN. How programs are ported stands in [porting-vci.md](porting-vci.md).
+Written by `python docs/vci_map.py` from the text of the two manuals: change that, not this page. {total} names.
+How programs are ported stands in [porting-vci.md](porting-vci.md).
 """
 
 
@@ -78,6 +78,7 @@ PLACES = {  # fields whose union has one property here
 NOT_IN_THE_MANUAL = {
     "CanMsg2.reserved",  # CANMSG2's reserved word, which only the header has
     "CanMsgInfo.value",  # the union as one word
+    "LinMsgInfo.value",
 }
 MACROS = {"VCI_BUS_CTRL", "VCI_BUS_TYPE", "VCI_CTL_TYPE"}
 NO_NAMES = {  # words that look like names
@@ -90,7 +91,6 @@ NO_NAMES = {  # words that look like names
     "CreateEvent": "Windows' own; canwire.Event()",
     "CoInitialize": "COM's, which VCI does without",
 }
-LIN_MEMBERS = {"CreateMonitor", "WriteMessage", "IdOnly", "send"}  # named without their interface
 IRREGULAR = {  # V3: places that follow from no spelling rule
     "CanBitrate.100KBit": "CanBitrate.KBIT_100",
     "CycleTime": "CanCyclicTXMsg.cycle_ticks",
@@ -249,15 +249,9 @@ class Missing(LookupError):
 def counterpart(name: Name) -> str:
     """What stands in the page's third column; raises Missing."""
     found = _v4(name) if name.manual == V4 else _v3(name)
-    if not found and _is_lin(name.text):
-        return LATER
     if not found:
         raise Missing(f"{name.manual}: {name.kind} {name.text} has no counterpart in canwire")
     return found
-
-
-def _is_lin(text: str) -> bool:
-    return bool(re.match(r"P?LIN|I?Lin[A-Z]", text)) or text in LIN_MEMBERS
 
 
 def _v4(name: Name) -> str:
@@ -454,8 +448,7 @@ def page(names: list[Name]) -> str:
     missing += _untold(names)
     if missing:
         raise Missing("\n".join(missing))
-    later = sum(found == LATER for _, found in rows)
-    lines = [HEAD.format(total=len(rows), here=len(rows) - later, later=later)]
+    lines = [HEAD.format(total=len(rows))]
     for manual in (V4, V3):
         lines += [f"## {manual}", "", "| name | kind | in canwire |", "|---|---|---|"]
         lines += [

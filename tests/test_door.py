@@ -21,6 +21,10 @@ LineError LogLine NON_ISO NodeScript NotIdle NotReceived NotTransmitted QueueFul
 __version__ core_mode dlc_to_length format_candump_line format_frame format_log_line frames_to_array
 length_to_dlc
 parse_candump_line parse_frame parse_log_line record_dtype
+BadDescription Busy LabLinBus LabLinNode LinCapabilities LinControl LinErrorKind LinEvent LinEventKind LinFeature
+LinFrame LinLineStatus LinLogLine LinMode LinMonitorMode LinMonitorStatus LinOutcome LinSchedule LinSlot LinState
+Monitor SlotKind format_lin_frame format_lin_log_line lin_checksum linmsg_of_record parse_lin_frame
+parse_lin_log_line protected_id record_of_linmsg
 """
 
 

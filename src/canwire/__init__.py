@@ -1,4 +1,4 @@
-"""CAN and CAN FD buses that behave like copper. Everything public is here; nothing deeper is.
+"""CAN, CAN FD and LIN buses that behave like copper. Everything public is here; nothing deeper is.
 
 >>> import canwire
 >>> with canwire.Lab() as lab:
@@ -12,7 +12,17 @@ Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 
 from typing import TYPE_CHECKING, Any
 
-from canwire.boards.description import BoardInfo, Capabilities, Feature, LineInfo, Ticks, TimingRange
+from canwire.boards.description import (
+    BoardInfo,
+    Capabilities,
+    Feature,
+    LinCapabilities,
+    LineInfo,
+    LinFeature,
+    Ticks,
+    TimingRange,
+)
+from canwire.boards.lin_modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.boards.modes import (
     ChannelMode,
     ChannelStatus,
@@ -28,6 +38,7 @@ from canwire.bus.can_bits import NON_ISO
 from canwire.core import core_mode
 from canwire.errors import (
     BadConfig,
+    BadDescription,
     BadFilter,
     BadFrame,
     BadMessage,
@@ -35,6 +46,7 @@ from canwire.errors import (
     BadTiming,
     BadValue,
     BusOff,
+    Busy,
     CanwireError,
     Closed,
     ExtraMissing,
@@ -53,12 +65,23 @@ from canwire.errors import (
     Unsupported,
     WrongState,
 )
-from canwire.lab import Lab, LabBus, LabNode, NodeScript
+from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
 from canwire.values.acceptance import Acceptance
 from canwire.values.bit_timing import BitTiming
 from canwire.values.dlc import dlc_to_length, length_to_dlc
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame
+from canwire.values.lin_event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
+from canwire.values.lin_frame import LinFrame, lin_checksum, protected_id
+from canwire.values.lin_record import linmsg_of_record, record_of_linmsg
+from canwire.values.lin_schedule import LinSchedule, LinSlot, SlotKind
+from canwire.values.lin_text import (
+    LinLogLine,
+    format_lin_frame,
+    format_lin_log_line,
+    parse_lin_frame,
+    parse_lin_log_line,
+)
 from canwire.values.record import record_dtype
 from canwire.values.records import frames_to_array
 from canwire.values.screen_text import format_candump_line, parse_candump_line
@@ -74,6 +97,7 @@ if TYPE_CHECKING:
     from canwire.hub.fifo import Fifo
     from canwire.hub.handles import Control, Filtered, Lease, Scheduler
     from canwire.hub.hub import Hub
+    from canwire.hub.lin import LinControl, Monitor
     from canwire.hub.serve import serve
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
@@ -85,6 +109,8 @@ _LATER = {
     "Hub": "hub",
     "HubChannel": "channel",
     "Lease": "handles",
+    "LinControl": "lin",
+    "Monitor": "lin",
     "RingEnd": "ends",
     "Scheduler": "handles",
     "connect": "connect",
@@ -106,6 +132,7 @@ __all__ = [
     "NON_ISO",
     "Acceptance",
     "BadConfig",
+    "BadDescription",
     "BadFilter",
     "BadFrame",
     "BadMessage",
@@ -117,6 +144,7 @@ __all__ = [
     "BoardInfo",
     "BusEvent",
     "BusOff",
+    "Busy",
     "CanwireError",
     "Capabilities",
     "ChannelMode",
@@ -142,13 +170,32 @@ __all__ = [
     "InUse",
     "Lab",
     "LabBus",
+    "LabLinBus",
+    "LabLinNode",
     "LabNode",
     "Lease",
+    "LinCapabilities",
+    "LinControl",
+    "LinErrorKind",
+    "LinEvent",
+    "LinEventKind",
+    "LinFeature",
+    "LinFrame",
+    "LinLineStatus",
+    "LinLogLine",
+    "LinMode",
+    "LinMonitorMode",
+    "LinMonitorStatus",
+    "LinOutcome",
+    "LinSchedule",
+    "LinSlot",
+    "LinState",
     "LineError",
     "LineInfo",
     "LineMode",
     "LineStatus",
     "LogLine",
+    "Monitor",
     "NoSuchBoard",
     "NodeScript",
     "NotIdle",
@@ -160,6 +207,7 @@ __all__ = [
     "RingEnd",
     "Scheduler",
     "Siblings",
+    "SlotKind",
     "Ticks",
     "TimingLimits",
     "TimingRange",
@@ -173,12 +221,20 @@ __all__ = [
     "dlc_to_length",
     "format_candump_line",
     "format_frame",
+    "format_lin_frame",
+    "format_lin_log_line",
     "format_log_line",
     "frames_to_array",
     "length_to_dlc",
+    "lin_checksum",
+    "linmsg_of_record",
     "parse_candump_line",
     "parse_frame",
+    "parse_lin_frame",
+    "parse_lin_log_line",
     "parse_log_line",
+    "protected_id",
     "record_dtype",
+    "record_of_linmsg",
     "serve",
 ]

@@ -6,9 +6,11 @@ CanwireError
 │   ├── BadTiming                  a bit timing that no controller could run
 │   ├── BadFilter                  an acceptance filter that means nothing
 │   ├── BadText                    text that is no frame, event or log line
-│   └── BadConfig                  a configuration file that no hub could run
+│   ├── BadConfig                  a configuration file that no hub could run
+│   └── BadDescription             a network description (LDF) that means nothing
 ├── LineError                      a line cannot do that now
 │   ├── QueueFull                  the transmit queue has no room
+│   ├── Busy                       what was sent before is not over
 │   ├── NotTransmitted             a frame was given up: single shot, abort
 │   ├── BusOff                     the controller left the bus
 │   ├── InUse                      somebody else holds it
@@ -58,6 +60,10 @@ class BadConfig(BadValue):
     """A configuration that no hub could run; the message names its file and the place in it."""
 
 
+class BadDescription(BadValue):
+    """A network description (LDF) that does not parse, or that describes no network; the message names its file."""
+
+
 class LineError(CanwireError):
     """A line cannot do what was asked of it now."""
 
@@ -71,6 +77,14 @@ class QueueFull(LineError):
         )
         self.line = line
         self.capacity = capacity
+
+
+class Busy(LineError):
+    """The transmit buffer is taken; nothing was sent. It is free once the frame in it, and its response, are over."""
+
+    def __init__(self, line: str) -> None:
+        super().__init__(f"{line}: what was sent before is not over; let the bus run, and try again")
+        self.line = line
 
 
 class NotTransmitted(LineError):

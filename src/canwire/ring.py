@@ -338,11 +338,12 @@ class Ring:
         Blocks from `acquire` stay good for as long as somebody holds them.
         """
         if self._shared:
-            self._shared = False
-            self._buffer = memoryview(mmap(-1, ring_size(1, self.record_size)))
-            self._words = _mem.words_of(self._buffer)
-            self.capacity = 0
-            self._mask = 0
+            own = memoryview(mmap(-1, ring_size(1, self.record_size)))
+            before, self._shared = self._buffer, False
+            self.capacity = self._mask = 0
+            self._words = _mem.words_of(own)
+            self._buffer = own
+            del before  # last: compiled, another thread may look at the words until now
 
     def _put_other(self, record: bytes | bytearray | memoryview) -> bool:
         room = self.acquire_free(1)

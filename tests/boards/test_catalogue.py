@@ -8,12 +8,25 @@ from uuid import UUID
 
 import pytest
 
-from canwire import BadValue, BitTiming, CanwireError, Frame, NoSuchBoard, Unsupported
+from canwire import BadValue, BitTiming, CanwireError, Frame, LinFrame, LinMode, NoSuchBoard, Unsupported
 from canwire.boards import board as board_module
 from canwire.boards import catalogue, figures
-from canwire.boards.board import Board, BoardKind, Connector, checked_bus_name, checked_hardware_id
+from canwire.boards.board import (
+    Board,
+    BoardKind,
+    BoardLine,
+    BoardLinLine,
+    Connector,
+    checked_bus_name,
+    checked_hardware_id,
+)
 from canwire.boards.channel import Channel
+from canwire.boards.description import NO_CAN
+from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
+from canwire.boards.lin_modes import LinMonitorMode
+from canwire.boards.lin_monitor import LinMonitor
 from canwire.bus.can_bus import CanBus
+from canwire.bus.lin_bus import LinBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
 
@@ -23,11 +36,13 @@ SETTINGS = LineSettings(BitTiming.for_bit_rate(500_000), BitTiming.for_bit_rate(
 
 
 class Copper:
-    """A timeline and two buses."""
+    """A timeline, two CAN buses and a LIN bus."""
 
     def __init__(self) -> None:
         self.timeline = Timeline()
-        self.buses = {name: CanBus(self.timeline, name) for name in ("can0", "can1")}
+        self.can = {name: CanBus(self.timeline, name) for name in ("can0", "can1")}
+        self.lin0 = LinBus(self.timeline, "lin0")
+        self.buses: dict[str, CanBus | LinBus] = {**self.can, "lin0": self.lin0}
 
     def plugged(self, name: str, hardware_id: str, *buses: str) -> Board:
         return catalogue.build(catalogue.kind(name), 7, hardware_id, buses, self.buses, self.timeline)
@@ -46,8 +61,17 @@ def plug_ins(monkeypatch: pytest.MonkeyPatch) -> list[EntryPoint]:
     return brought
 
 
+def can_lines(board: Board) -> list[BoardLine]:
+    return [line for line in board.lines if isinstance(line, BoardLine)]
+
+
+def lin_line(board: Board) -> BoardLinLine:
+    [line] = [line for line in board.lines if isinstance(line, BoardLinLine)]
+    return line
+
+
 def started(board: Board, line: int) -> Channel:
-    slot = board.lines[line].line
+    slot = can_lines(board)[line].line
     channel = slot.open(Channel(64, 64))
     assert slot.driver is not None
     slot.driver.configure(SETTINGS)
@@ -57,13 +81,20 @@ def started(board: Board, line: int) -> Channel:
 
 @pytest.mark.conforms("X3-01")
 @pytest.mark.parametrize(
-    ("name", "device_class", "description"),
+    ("name", "device_class", "description", "lin"),
     [
-        ("usb-to-can-fd", "B9AAAF39-B9B9-4850-9402-7D8250C7B88F", "USB-to-CAN FD (simulated)"),
-        ("usb-to-can", "2219F6A0-732A-4750-B66F-0AE731FB40E1", "USB-to-CAN V2 (simulated)"),
+        (
+            "usb-to-can-fd",
+            "B9AAAF39-B9B9-4850-9402-7D8250C7B88F",
+            "USB-to-CAN FD (simulated)",
+            [("LIN-1", "LIN", "lin0")],
+        ),
+        ("usb-to-can", "2219F6A0-732A-4750-B66F-0AE731FB40E1", "USB-to-CAN V2 (simulated)", []),
     ],
 )
-def test_a_board_describes_itself(copper: Copper, name: str, device_class: str, description: str) -> None:
+def test_a_board_describes_itself(
+    copper: Copper, name: str, device_class: str, description: str, lin: list[tuple[str, str, str]]
+) -> None:
     """Device classes: reference/vci.md section 6."""
     info = copper.plugged(name, "HW000042").info
     assert (info.id, info.kind, info.hardware_id) == (7, name, "HW000042")
@@ -72,6 +103,7 @@ def test_a_board_describes_itself(copper: Copper, name: str, device_class: str, 
     assert [(line.name, line.bus_type, line.bus) for line in info.lines] == [
         ("CAN-1", "CAN", "can0"),
         ("CAN-2", "CAN", "can0"),
+        *lin,
     ]
     versions = (info.driver_version, info.hardware_version, info.firmware_version)
     assert [len(version) for version in versions] == [4, 4, 2]
@@ -79,26 +111,45 @@ def test_a_board_describes_itself(copper: Copper, name: str, device_class: str, 
 
 @pytest.mark.conforms("X3-01")
 def test_lines_tell_what_they_can() -> None:
-    fd, classic = (catalogue.kind(name).line_infos(()) for name in ("usb-to-can-fd", "usb-to-can"))
-    assert [line.capabilities for line in fd] == [figures.USB_TO_CAN_FD] * 2
+    kinds = [catalogue.kind(name) for name in ("usb-to-can-fd", "usb-to-can")]
+    fd, classic = (kind.line_infos(kind.usual_buses) for kind in kinds)
+    assert [line.capabilities for line in fd] == [*[figures.USB_TO_CAN_FD] * 2, NO_CAN]
+    assert [line.lin for line in fd] == [None, None, USB_TO_CAN_FD_LIN]
     assert [line.capabilities for line in classic] == [figures.USB_TO_CAN] * 2
 
 
 def test_lines_are_counted_for_each_kind_of_bus() -> None:
-    can, lin = Connector("CAN", figures.USB_TO_CAN, "can0"), Connector("LIN", figures.USB_TO_CAN, "lin0")
-    mixed = BoardKind("mixed", CLASS, "Mixed", (can, lin, can))
-    assert [(line.name, line.bus) for line in mixed.line_infos(())] == [
+    can, lin = Connector("CAN", figures.USB_TO_CAN, "can0"), Connector("LIN", USB_TO_CAN_FD_LIN, "lin0")
+    mixed = BoardKind("mixed", CLASS, "Mixed", (can, can, lin, lin))
+    assert [(line.name, line.bus) for line in mixed.line_infos(("can0", "can1", "lin0", ""))] == [
         ("CAN-1", "can0"),
+        ("CAN-2", "can1"),
         ("LIN-1", "lin0"),
-        ("CAN-2", "can0"),
+        ("LIN-2", ""),
     ]
+
+
+@pytest.mark.parametrize(
+    ("named", "there", "buses"),
+    [
+        ((), {"can0", "lin0"}, ("can0", "can0", "lin0")),
+        ((), {"can0"}, ("can0", "can0", "")),
+        (("can1", "can2"), {"lin0"}, ("can1", "can2", "lin0")),
+        (("can1", "can2", "lin7"), set(), ("can1", "can2", "lin7")),
+        (("can1", "can2", ""), {"lin0"}, ("can1", "can2", "")),
+    ],
+)
+def test_a_lin_connector_may_be_left_out(
+    named: tuple[str, ...], there: set[str], buses: tuple[str, ...]
+) -> None:
+    assert catalogue.kind("usb-to-can-fd").bus_names(named, there) == buses
 
 
 def test_lines_go_where_they_are_told(copper: Copper) -> None:
     board = copper.plugged("usb-to-can", "HW1", "can1", "can0")
     assert [line.info.bus for line in board.lines] == ["can1", "can0"]
-    assert [line.bus for line in board.lines] == [copper.buses["can1"], copper.buses["can0"]]
-    assert [line.line.controller.bus for line in board.lines] == [line.bus for line in board.lines]
+    assert [line.bus for line in can_lines(board)] == [copper.buses["can1"], copper.buses["can0"]]
+    assert [line.line.controller.bus for line in board.lines] == [line.bus for line in can_lines(board)]
     assert [line.line.name for line in board.lines] == ["HW1:0", "HW1:1"]
     assert tuple(line.info for line in board.lines) == board.info.lines
 
@@ -106,7 +157,7 @@ def test_lines_go_where_they_are_told(copper: Copper) -> None:
 def test_boards_on_one_bus_hear_each_other(copper: Copper) -> None:
     one, other = copper.plugged("usb-to-can-fd", "HW1"), copper.plugged("usb-to-can", "HW2")
     sender, receiver = started(one, 0), started(other, 1)
-    one.lines[0].line.send(sender, Frame(0x123, b"\x11"))
+    can_lines(one)[0].line.send(sender, Frame(0x123, b"\x11"))
     copper.timeline.run_until_idle(10**9)
     assert receiver.receive.take_frame() == Frame(0x123, b"\x11")
 
@@ -114,16 +165,52 @@ def test_boards_on_one_bus_hear_each_other(copper: Copper) -> None:
 def test_a_pulled_board_is_off_the_copper(copper: Copper) -> None:
     one, other = copper.plugged("usb-to-can-fd", "HW1"), copper.plugged("usb-to-can-fd", "HW2")
     sender, receiver = started(one, 0), started(other, 0)
-    one.lines[0].line.send(sender, Frame(0x123, bytes(8)))
+    can_lines(one)[0].line.send(sender, Frame(0x123, bytes(8)))
     copper.timeline.run_until(100_000)  # in the middle of the frame
     catalogue.pull(one)
     catalogue.pull(one)
     copper.timeline.run_until_idle(10**9)
     assert receiver.receive.take_frame() is None
-    assert other.lines[0].line.controller.errors == 1  # the others see the frame break off
-    assert [line.line.controller.bus for line in one.lines] == [None, None]
-    assert [line.line.controller.running for line in one.lines] == [False, False]
-    assert [node.bus for node in copper.buses["can0"].nodes] == [copper.buses["can0"]] * 2
+    assert can_lines(other)[0].line.controller.errors == 1  # the others see the frame break off
+    assert [line.line.controller.bus for line in one.lines] == [None] * 3
+    assert [line.line.controller.running for line in one.lines] == [False] * 3
+    assert [node.bus for node in copper.can["can0"].nodes] == [copper.can["can0"]] * 2
+    assert copper.lin0.nodes == [lin_line(other).line.controller]
+
+
+def lin_started(board: Board, *, master: bool) -> LinMonitor:
+    line = lin_line(board).line
+    line.initialise(LinMode(master, 19_200))
+    line.start()
+    monitor = line.open(LinMonitor(LinMonitorMode(64)))
+    line.activate(monitor)
+    return monitor
+
+
+def test_lin_lines_hear_each_other_on_their_bus(copper: Copper) -> None:
+    one, other, third = (copper.plugged("usb-to-can-fd", f"HW{number}") for number in (1, 2, 3))
+    lin_started(one, master=True)
+    heard = lin_started(other, master=False)
+    copper.timeline.run_until(200_000_000)
+    while heard.take() is not None:
+        pass  # STARTED and changes of state
+    lin_line(one).line.send(LinFrame(0x10, b"\x01\x02"))
+    copper.timeline.run_until(300_000_000)
+    assert heard.take() == LinFrame(0x10, b"\x01\x02")
+    assert lin_line(third).line.status().frames_received == 0  # never started
+
+
+def test_an_unconnected_lin_line_hears_nobody(copper: Copper) -> None:
+    one = catalogue.build(catalogue.kind("usb-to-can-fd"), 1, "HW1", (), {**copper.can}, copper.timeline)
+    other = copper.plugged("usb-to-can-fd", "HW2")
+    assert (lin_line(one).info.bus, lin_line(other).info.bus) == ("", "lin0")
+    lin_started(one, master=True)
+    lin_started(other, master=False)
+    copper.timeline.run_until(200_000_000)
+    lin_line(one).line.send(LinFrame(0x10, b"\x01"))
+    copper.timeline.run_until(300_000_000)
+    assert lin_line(one).line.status().frames_sent == 1
+    assert lin_line(other).line.status().frames_received == 0
 
 
 @pytest.mark.parametrize(
@@ -131,7 +218,8 @@ def test_a_pulled_board_is_off_the_copper(copper: Copper) -> None:
     [
         (("can0",), BadValue, "usb-to-can has 2 lines, not 1; name a bus for each"),
         (("can0", "can1", "can0"), BadValue, "usb-to-can has 2 lines, not 3"),
-        (("can0", "can7"), NoSuchBoard, "no bus 'can7' for CAN-2; there are can0, can1"),
+        (("can0", "can7"), NoSuchBoard, "no bus 'can7' for CAN-2; there are can0, can1, lin0"),
+        (("can0", "lin0"), Unsupported, "usb-to-can: CAN-2 needs a CAN bus, which 'lin0' is not"),
     ],
 )
 def test_wrong_buses_plug_nothing(
@@ -139,15 +227,15 @@ def test_wrong_buses_plug_nothing(
 ) -> None:
     with pytest.raises(error, match=re.escape(why)):
         copper.plugged("usb-to-can", "HW1", *buses)
-    assert [bus.nodes for bus in copper.buses.values()] == [[], []]
+    assert [bus.nodes for bus in copper.buses.values()] == [[], [], []]
 
 
 def test_a_line_without_a_bus_of_its_type_plugs_nothing(copper: Copper) -> None:
-    lin = Connector("LIN", figures.USB_TO_CAN, "can0")
+    lin = Connector("LIN", USB_TO_CAN_FD_LIN, "can0")
     mixed = BoardKind("mixed", CLASS, "Mixed", (TOY.connectors[0], lin))
     with pytest.raises(Unsupported, match="LIN-1 needs a LIN bus"):
         catalogue.build(mixed, 1, "HW1", (), copper.buses, copper.timeline)
-    assert copper.buses["can0"].nodes == []
+    assert copper.can["can0"].nodes == []
 
 
 @pytest.mark.parametrize("text", ["HW1", "HW123456", "HW000001", "HW-a:b[c]/~!?#", "HW" + "x" * 14])

@@ -28,14 +28,21 @@ name = "body"
 [[board]]
 kind = "usb-to-can-fd"
 serial = "HW123456"
-buses = ["can0", "body"]
+buses = ["can0", "body", "lin0"]
 
 [[board]]
 kind = "usb-to-can"
+
+[[bus]]
+name = "lin0"
+type = "lin"
+bit_rate = 9_600
 """
 BUS = '[[bus]]\nname = "can0"\n'
 NAMES = ": 1 to 64 characters, no blanks, parentheses or colons"
 IDS = ": HW and 1 to 14 printable characters, no blanks or parentheses: HW000001 perhaps"
+LIN = '[[bus]]\nname = "lin0"\ntype = "lin"\n'
+FD = '[[board]]\nkind = "usb-to-can-fd"\n'
 BOARD = '[[board]]\nkind = "usb-to-can"\n'
 
 
@@ -51,10 +58,13 @@ def test_a_whole_file() -> None:
     config = Config.parse(WHOLE)
     assert config.bus == (
         BusConfig(name="can0", bit_rate=250_000, data_bit_rate=4_000_000, length_m=12.0, node_delay_ns=75.5),
-        BusConfig(name="body", bit_rate=500_000, data_bit_rate=None, length_m=0.0, node_delay_ns=0.0),
+        BusConfig(
+            name="body", type="can", bit_rate=None, data_bit_rate=None, length_m=0.0, node_delay_ns=0.0
+        ),
+        BusConfig(name="lin0", type="lin", bit_rate=9_600),
     )
     assert config.board == (
-        BoardConfig(kind="usb-to-can-fd", serial="HW123456", buses=("can0", "body")),
+        BoardConfig(kind="usb-to-can-fd", serial="HW123456", buses=("can0", "body", "lin0")),
         BoardConfig(kind="usb-to-can", serial="", buses=()),
     )
 
@@ -63,10 +73,24 @@ def test_an_empty_file_is_a_bus_without_boards() -> None:
     assert Config.parse("") == Config(bus=Config.default().bus, board=())
 
 
+def test_rates_that_are_left_out() -> None:
+    assert BusConfig(name="x").usual_rate == 500_000
+    assert BusConfig(name="x", type="lin").usual_rate == 19_200
+    assert BusConfig(name="x", type="lin", bit_rate=9_600).usual_rate == 9_600
+
+
+def test_a_lin_line_without_its_bus_is_unconnected() -> None:
+    """Files from before there was LIN still do."""
+    config = Config.parse(BUS + FD)
+    assert config.board == (BoardConfig(kind="usb-to-can-fd"),)
+    assert Config.parse(BUS + FD + "buses = ['can0', 'can0']").board[0].buses == ("can0", "can0")
+
+
 def test_the_default_world_has_one_board_of_each_kind() -> None:
     """rulings.md 30, as far as its boards exist."""
     config = Config.default()
-    assert config.bus == (BusConfig(name="can0", bit_rate=500_000, data_bit_rate=2_000_000),)
+    assert config.bus == (BusConfig(name="can0", data_bit_rate=2_000_000), BusConfig(name="lin0", type="lin"))
+    assert [bus.usual_rate for bus in config.bus] == [500_000, 19_200]
     assert [board.kind for board in config.board] == list(catalogue.KINDS)
     assert config.board[0] == BoardConfig(kind="usb-to-can-fd", serial="HW000001")
     assert len({board.serial for board in config.board}) == len(config.board)
@@ -74,7 +98,7 @@ def test_the_default_world_has_one_board_of_each_kind() -> None:
 
 def test_the_default_world_could_stand_in_a_file() -> None:
     config = Config.default()
-    bus = '[[bus]]\nname = "can0"\ndata_bit_rate = 2000000\n'
+    bus = BUS + "data_bit_rate = 2000000\n" + LIN
     boards = [f'[[board]]\nkind = "{board.kind}"\nserial = "{board.serial}"\n' for board in config.board]
     assert Config.parse(bus + "".join(boards)) == config
 
@@ -86,7 +110,34 @@ def test_the_default_world_could_stand_in_a_file() -> None:
         ("[[bus]]\n", "bus[0].name: missing"),
         (
             BUS + "speed = 5",
-            "bus[0].speed: no such key; there are name, bit_rate, data_bit_rate, length_m, node_delay_ns",
+            "bus[0].speed: no such key; there are name, type, bit_rate, data_bit_rate, length_m, node_delay_ns",
+        ),
+        (
+            BUS + "type = 'most'",
+            "bus[0].type = 'most': expected text matching regex '^(can|lin)$'",
+        ),
+        (LIN + "bit_rate = 500", "bus[0].bit_rate: bit_rate 500: LIN runs at 1000 to 20000 bit/s"),
+        (LIN + "bit_rate = 20001", "bus[0].bit_rate: bit_rate 20001: LIN runs at 1000 to 20000 bit/s"),
+        (LIN + "data_bit_rate = 20000", "bus[0].data_bit_rate: a LIN bus has one bit rate"),
+        (
+            BUS + LIN + FD + "buses = ['can0', 'can0', 'can0']",
+            "board[0].buses[2]: 'can0' is a can bus; line 2 of usb-to-can-fd is lin",
+        ),
+        (
+            BUS + LIN + BOARD + "buses = ['can0', 'lin0']",
+            "board[0].buses[1]: 'lin0' is a lin bus; line 1 of usb-to-can is can",
+        ),
+        (
+            BUS + LIN + FD + "buses = ['can0', 'can0', 'lin7']",
+            "board[0].buses[2]: no bus 'lin7'; there are can0, lin0",
+        ),
+        (
+            BUS + FD + "buses = ['can0']",
+            "board[0].buses: usb-to-can-fd has 3 lines, not 1; name a bus for each",
+        ),
+        (
+            "[[bus]]\nname = 'lin0'\n" + BUS + FD,
+            "board[0].buses, left out: 'lin0' is a can bus; line 2 of usb-to-can-fd is lin",
         ),
         (BUS + BOARD + "bus = 'can0'", "board[0].bus: no such key; there are kind, serial, buses"),
         ("[hub]\na = 1", "hub: no such key; there are bus, board"),
@@ -124,7 +175,7 @@ def test_the_default_world_could_stand_in_a_file() -> None:
             BUS + BOARD + BOARD + "buses = ['can7', 'can0']",
             "board[1].buses[0]: no bus 'can7'; there are can0",
         ),
-        (BOARD + "buses = ['can0', 'x']", "board[0].buses[1]: no bus 'x'; there are can0"),
+        (BOARD + "buses = ['can0', 'x']", "board[0].buses[1]: no bus 'x'; there are can0, lin0"),
         (BOARD + "buses = ['can0']", "board[0].buses: usb-to-can has 2 lines, not 1; name a bus for each"),
         (BOARD + "buses = 'can0'", "board[0].buses = 'can0': expected a list, got text"),
         (BOARD + "buses = ['can0', 5]", "board[0].buses[1] = 5: expected text, got a whole number"),
@@ -178,21 +229,24 @@ def test_a_missing_file_and_a_directory(tmp_path: Path) -> None:
 def test_options_are_rows_for_documentation() -> None:
     rows = options()
     assert [(row.table, row.name) for row in rows] == [
-        *(("bus", name) for name in ("name", "bit_rate", "data_bit_rate", "length_m", "node_delay_ns")),
+        *(
+            ("bus", name)
+            for name in ("name", "type", "bit_rate", "data_bit_rate", "length_m", "node_delay_ns")
+        ),
         *(("board", name) for name in ("kind", "serial", "buses")),
     ]
     help = "bit/s that is usual after the bit-rate switch"
-    assert rows[2] == Option("bus", "data_bit_rate", "integer", None, help)
+    assert rows[3] == Option("bus", "data_bit_rate", "integer", None, help)
     assert [row.type for row in rows] == [
-        "string", "integer", "integer", "number", "number", "string", "string", "list of strings"
+        "string", "string", "integer", "integer", "number", "number", "string", "string", "list of strings"
     ]  # fmt: skip
     assert all(row.help for row in rows)
 
 
 scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
-keys = st.sampled_from(["bus", "board", "name", "kind", "serial", "buses", "bit_rate", "length_m"]) | st.text(
-    max_size=3
-)
+keys = st.sampled_from(
+    ["bus", "board", "name", "type", "kind", "serial", "buses", "bit_rate", "length_m"]
+) | st.text(max_size=3)
 
 
 def toml(value: object) -> str:

@@ -11,10 +11,20 @@ from typing import Any
 import pytest
 
 import canwire
-from canwire import BitTiming, BoardInfo, ErrorState, LineMode, LineStatus
+from canwire import (
+    BitTiming,
+    BoardInfo,
+    ErrorState,
+    LineMode,
+    LineStatus,
+    LinLineStatus,
+    LinMode,
+    LinMonitorMode,
+    LinState,
+)
 from canwire.boards import catalogue
 from canwire.commands import main
-from canwire.commands.devices import board_facts, tree
+from canwire.commands.devices import LinUse, board_facts, tree
 
 IDLE = LineStatus(
     initialised=False,
@@ -61,24 +71,70 @@ BUSY = replace(
 )
 
 
+LIN_IDLE = LinUse(
+    LinLineStatus(
+        initialised=False,
+        running=False,
+        mode=None,
+        state=LinState.STOPPED,
+        status=0x10,
+        bit_rate=0,
+        load=0.0,
+        transmitting=False,
+        headers=0,
+        frames_sent=0,
+        frames_received=0,
+        errors=(0,) * 9,
+        lost=0,
+        monitors=0,
+        time_ns=0,
+    ),
+    control_holder="",
+    exclusive=False,
+)
+LIN_BUSY = LinUse(
+    replace(
+        LIN_IDLE.status,
+        initialised=True,
+        running=True,
+        mode=LinMode(master=True, bit_rate=19_200, errors=True, note=b"\x02"),
+        state=LinState.OPERATIONAL,
+        status=0,
+        bit_rate=19_200,
+        load=31.4,
+        headers=12,
+        frames_sent=5,
+        frames_received=4,
+        errors=(0, 0, 1, 0, 2, 0, 0, 0, 0),
+        lost=3,
+        monitors=2,
+    ),
+    control_holder="master (5)",
+    exclusive=False,
+)
+
+
 def board(name: str, board_id: int, hardware_id: str, *buses: str) -> BoardInfo:
     return catalogue.kind(name).info(board_id, hardware_id, buses)
 
 
-FD = board("usb-to-can-fd", 1, "HW000001")
+FD = board("usb-to-can-fd", 1, "HW000001", "can0", "can0", "lin0")
 CLASSIC = board("usb-to-can", 2, "HW-LONGER", "body", "can0")
 
 
 def test_the_tree_tells_everything_that_changes() -> None:
     one = replace(BUSY, mode=LineMode(BitTiming.for_bit_rate(1_000_000)), exclusive=True, channels=1)
     one = replace(one, coupling_fault=True, scheduler_holder="tester (5)")
-    assert tree([(FD, [IDLE, BUSY]), (CLASSIC, [one, IDLE])]) == [
+    assert tree([(FD, [IDLE, BUSY, LIN_BUSY]), (CLASSIC, [one, IDLE])]) == [
         "HW000001  usb-to-can-fd  USB-to-CAN FD (simulated)",
         "  :0  CAN-1  can0  not initialised",
         "      sent 0, received 0, errors 0, lost 0, refused 0; 0 channels, control free, cyclic list free",
         "  :1  CAN-2  can0  error passive    500000 bit/s, 2000000 after BRS  TEC 128  REC 3  load 42.3 %",
         "      sent 10, received 2000, errors 16 (last ACK), lost 7, refused 1; "
         "2 channels, control engine (4711), cyclic list free",
+        "  :2  LIN-1  lin0  operational      master, 19200 bit/s                              load 31.4 %",
+        "      headers 12, sent 5, received 4, errors 3 (1 CHKSUM, 2 SLNORE), lost 3; "
+        "2 monitors, control master (5)",
         "HW-LONGER  usb-to-can  USB-to-CAN V2 (simulated)",
         "  :0  CAN-1  body  shorted          1000000 bit/s                    TEC 128  REC 3  load 42.3 %",
         "      sent 10, received 2000, errors 16 (last ACK), lost 7, refused 1; "
@@ -90,7 +146,7 @@ def test_the_tree_tells_everything_that_changes() -> None:
 
 @pytest.mark.conforms("X3-01")
 def test_the_object_has_every_field() -> None:
-    facts = json.loads(json.dumps(board_facts(FD, [BUSY, IDLE])))
+    facts = json.loads(json.dumps(board_facts(FD, [BUSY, IDLE, LIN_BUSY])))
     assert {name: facts[name] for name in facts if name != "lines"} == {
         "id": 1,
         "kind": "usb-to-can-fd",
@@ -102,7 +158,7 @@ def test_the_object_has_every_field() -> None:
         "hardware_version": list(FD.hardware_version),
         "firmware_version": list(FD.firmware_version),
     }
-    busy, idle = facts["lines"]
+    busy, idle, lin = facts["lines"]
     assert (busy["name"], busy["bus"], busy["bus_type"], busy["index"]) == ("CAN-1", "can0", "CAN", 0)
     assert busy["capabilities"]["clock_hz"] == 80_000_000
     assert "FAST_DATA" in busy["capabilities"]["features"]
@@ -115,12 +171,29 @@ def test_the_object_has_every_field() -> None:
     )
     assert status["mode"]["note"] == "01ff"
     assert idle["status"]["mode"] is None
+    assert (lin["name"], lin["bus"], lin["bus_type"], lin["index"]) == ("LIN-1", "lin0", "LIN", 2)
+    assert (lin["capabilities"], busy["lin"]) == (None, None)
+    assert "MASTER" in lin["lin"]["features"]
+    assert set(lin["status"]) == {*LinLineStatus.__dataclass_fields__, "control_holder", "exclusive"}
+    assert (lin["status"]["state"], lin["status"]["control_holder"]) == ("OPERATIONAL", "master (5)")
+    assert lin["status"]["mode"] == {"master": True, "bit_rate": 19_200, "errors": True, "note": "02"}
+    assert {kind for kind, count in lin["status"]["errors"].items() if count} == {"CHKSUM", "SLNORE"}
+
+
+def test_lin_lines_that_do_little() -> None:
+    off = board("usb-to-can-fd", 1, "HW000001", "can0", "can0", "")
+    searching = replace(LIN_BUSY.status, mode=LinMode(False, 0), bit_rate=0, monitors=1, errors=(0,) * 9)
+    rows = tree([(off, [IDLE, IDLE, LIN_IDLE]), (FD, [IDLE, IDLE, LinUse(searching, "", True)])])
+    assert rows[5].split() == [":2", "LIN-1", "-", "not", "initialised"]
+    assert rows[6].strip() == "headers 0, sent 0, received 0, errors 0, lost 0; 0 monitors, control free"
+    assert "slave, no bit rate yet" in rows[12]
+    assert rows[13].endswith("errors 0, lost 3; 1 monitor (exclusive), control free")
 
 
 def test_a_line_that_still_looks_for_its_rate() -> None:
-    facts = board_facts(FD, [replace(BUSY, mode=LineMode(None)), IDLE])
+    facts = board_facts(FD, [replace(BUSY, mode=LineMode(None)), IDLE, LIN_IDLE])
     assert facts["lines"][0]["status"]["mode"]["timing"] is None
-    assert "no bit rate yet" in tree([(FD, [replace(BUSY, mode=LineMode(None)), IDLE])])[1]
+    assert "no bit rate yet" in tree([(FD, [replace(BUSY, mode=LineMode(None)), IDLE, LIN_IDLE])])[1]
 
 
 # with a real hub
@@ -156,14 +229,19 @@ def test_who_uses_what(hub_address: str, capsys: pytest.CaptureFixture[str]) -> 
         control.start()
         hub.open_channel(board.id, 0, exclusive=True)
         hub.open_scheduler(board.id, 1)
+        lin = hub.open_lin_control(board.id, 2)
+        lin.initialise(LinMode(master=True, bit_rate=9_600))
+        hub.open_monitor(board.id, 2, exclusive=True).set_up(LinMonitorMode(16))
         assert main(["devices", "--json", "--hub", hub_address]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["hub"], facts["time"]) == (hub_address, "real")
-    first, second = (line["status"] for line in facts["boards"][0]["lines"])
+    first, second, third = (line["status"] for line in facts["boards"][0]["lines"])
     me = f"owner ({os.getpid()})"
     assert (first["control_holder"], first["channels"], first["exclusive"]) == (me, 1, True)
     assert (first["state"], first["mode"]["timing"]["bit_rate"]) == ("ERROR_ACTIVE", 500_000)
     assert (second["scheduler_holder"], second["mode"]) == (me, None)
+    assert (third["control_holder"], third["monitors"], third["exclusive"]) == (me, 1, True)
+    assert (third["state"], third["mode"]["master"], third["bit_rate"]) == ("STOPPED", True, 9_600)
 
 
 def test_without_a_hub_the_boards_are_this_programs_own(

@@ -95,7 +95,7 @@ class FakeHub:
         self.states: dict[tuple[int, int], list[LineStatus]] = {}
 
     def boards(self) -> tuple[BoardInfo, ...]:
-        fd = catalogue.kind("usb-to-can-fd").info(1, "HW000001", ("can0", "can0"))
+        fd = catalogue.kind("usb-to-can-fd").info(1, "HW000001", ("can0", "can0", "lin0"))
         return fd, catalogue.kind("usb-to-can").info(2, "HW-2:b", ("body", "can0"))
 
     def board(self, name: str) -> BoardInfo:
@@ -151,12 +151,12 @@ def test_names_of_lines(hub: FakeHub, name: str, address: str) -> None:
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("HW000001:2", "HW000001:2: HW000001 has the lines 0 to 1"),
+        ("HW000001:3", "HW000001:3: HW000001 has the lines 0 to 2"),
         ("HW9:0", "no board 'HW9'; plugged in: these"),
         (
             "can7",
-            "no line or bus 'can7'; there are HW000001:0 (on can0), HW000001:1 (on can0), HW-2:b:0 (on body), "
-            "HW-2:b:1 (on can0)",
+            "no line or bus 'can7'; there are HW000001:0 (on can0), HW000001:1 (on can0), HW000001:2 (on lin0), "
+            "HW-2:b:0 (on body), HW-2:b:1 (on can0)",
         ),
         ("HW000001", "no line or bus 'HW000001'; there are HW000001:0 (on can0)"),
         (":0", "no line or bus ':0'"),
@@ -166,6 +166,15 @@ def test_names_of_lines(hub: FakeHub, name: str, address: str) -> None:
 def test_names_of_no_lines(hub: FakeHub, name: str, why: str) -> None:
     with pytest.raises(NoSuchBoard, match=re.escape(why)):
         hub.place(name)
+
+
+@pytest.mark.parametrize("name", ["lin0", "HW000001:2"])
+def test_a_lin_line_is_for_other_verbs(hub: FakeHub, name: str) -> None:
+    for to_send in (False, True):
+        with pytest.raises(BadValue) as raised:
+            hub.place(name, to_send=to_send)
+        told = f"{name}: HW000001:2 is a LIN line; use `canwire lin dump` or `canwire lin send`"
+        assert str(raised.value) == told
 
 
 def test_a_bus_is_sent_to_from_a_line_that_nobody_configures(hub: FakeHub) -> None:
@@ -436,7 +445,7 @@ def test_a_pulled_board_ends_it(served: Served, dump: StartDump, capsys: pytest.
     status, lines, told = listening.end()
     assert (status, lines) == (2, [])
     assert told.startswith("0 shown, lost unknown: board HW000001 (usb-to-can-fd) was unplugged")
-    assert capsys.readouterr().out == "HW000001  usb-to-can-fd  USB-to-CAN FD (simulated)  can0 can0\n"
+    assert capsys.readouterr().out == "HW000001  usb-to-can-fd  USB-to-CAN FD (simulated)  can0 can0 lin0\n"
 
 
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])

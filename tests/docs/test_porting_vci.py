@@ -217,7 +217,7 @@ def test_commands_exist(page: Path) -> None:
 def test_the_configuration_is_one() -> None:
     [text] = fenced(GUIDE, "toml")
     config = Config.parse(text)
-    assert [bus.name for bus in config.bus] == ["can0", "body"]
+    assert [bus.name for bus in config.bus] == ["can0", "body", "lin0"]
     assert config.board[0].serial == "HW123456"
 
 
@@ -225,7 +225,7 @@ def test_the_options_are_all_there() -> None:
     text = GUIDE.read_text(encoding="utf-8")
     shown = [line for line in text.splitlines() if line.startswith("| `[[")]
     for line, one in zip(shown, options(), strict=True):
-        default = f"`{one.default}`" if isinstance(one.default, int | float) else ""
+        default = "" if one.default in (None, "", ()) else f"`{one.default}`"
         assert line == f"| `[[{one.table}]] {one.name}` | {one.type} | {default} | {one.help} |"
 
 
@@ -603,6 +603,7 @@ def test_v3_devices(hub: canwire.Hub, capsys: pytest.CaptureFixture[str]) -> Non
         "HW000001 USB-to-CAN FD (simulated)",
         "CAN",
         "CAN",
+        "LIN",
         "HW000002 USB-to-CAN V2 (simulated)",
         "CAN",
         "CAN",
@@ -655,7 +656,7 @@ def test_v3_filter(port: Port, partner: Port) -> None:
     _, control = v3_sockets(0, v3.ICanControl)
     run("v3-filter").only_100_to_103(control)
     assert heard(port, partner, [0x0FF, 0x104, 0x101, 0x102, 0x200, 0x103]) == [0x101, 0x102, 0x103]
-    assert bal.get_features().bus_socket_count == 2
+    assert bal.get_features().bus_socket_count == 3
 
 
 @pytest.mark.conforms("X3-31", "X3-33")

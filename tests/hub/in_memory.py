@@ -15,7 +15,7 @@ from canwire.hub.handles import Control
 from canwire.hub.hub import Hub
 from canwire.hub.link import Answer
 from canwire.hub.world import World
-from canwire.platform import EventDescriptor
+from canwire.platform import EventDescriptor, map_memory
 from canwire.timeline import NEVER
 from canwire.values.bit_timing import BitTiming
 
@@ -28,7 +28,8 @@ FD = LineMode(NOMINAL, DATA, long_data=True)
 class InMemory:
     """hub/link.py's Link. Every request, reply and notice goes through its bytes and back.
 
-    With `on_wait` a request whose answer takes time has it called instead of time passing.
+    With `on_wait` a request whose answer takes time has it called instead of time passing. `memory` is that of
+    the queues of each channel that was set up: the receive ring, and the transmit ring if it has one.
     """
 
     time = "virtual"
@@ -39,6 +40,7 @@ class InMemory:
         self.lost = False
         self.on_wait: Callable[[], None] | None = None
         self.notices: list[m.Message] = []
+        self.memory: dict[int, list[memoryview]] = {}
         self._bell = EventDescriptor()
         self._listeners: list[Callable[[m.Message | None], None]] = []
         self._serial = 0
@@ -61,19 +63,23 @@ class InMemory:
         reply, descriptors = answer
         encoded = m.encode_reply(serial, reply, len(descriptors))[m.LENGTH.size :]
         assert m.decode_reply(encoded) == (serial, len(descriptors), reply)
+        if isinstance(request, m.SetUpChannel):
+            self.memory[request.handle] = [map_memory(memory) for memory in descriptors[::2]]
+        elif isinstance(request, m.Close):
+            self.memory.pop(request.handle, None)
         return m.decode_reply(encoded)[2], tuple(os.dup(descriptor) for descriptor in descriptors)
 
     def listen(self, listener: Callable[[m.Message | None], None]) -> None:
         self._listeners.append(listener)
 
     def close(self) -> None:
-        self.lost = True
-        self.world.close_session(self.session)
+        self.die()
         self._bell.close()
 
     def die(self) -> None:
         """The client is gone all of a sudden: nothing was closed."""
         self.lost = True
+        self.memory.clear()
         self.world.close_session(self.session)
 
     def vanish(self) -> None:

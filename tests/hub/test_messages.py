@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from canwire import BadMessage, BadValue, BitTiming
+from canwire import BadMessage, BadValue, BitTiming, LinSchedule, LinSlot
 from canwire.hub import messages as m
 
 SERIALS = st.integers(0, 2**64 - 1)
@@ -23,6 +23,23 @@ TIMINGS = [
     BitTiming.for_bit_rate(rate, clock_hz=80_000_000) for rate in (125_000, 500_000, 1_000_000, 5_000_000)
 ]
 TIMINGS.append(BitTiming(1, 13, 2, 1, clock_hz=8_000_000, triple_sampling=True))
+IDS = st.integers(0, 0x3F)
+DELAYS = st.integers(0, 1 << 40)
+FRAME_SLOTS = st.builds(LinSlot.frame, IDS, delay_ns=DELAYS, length=st.integers(0, 8))
+SLOTS = st.one_of(
+    FRAME_SLOTS,
+    st.builds(
+        LinSlot.event,
+        IDS,
+        st.lists(IDS, min_size=1, max_size=3),
+        delay_ns=DELAYS,
+        length=st.integers(0, 8),
+        resolving=st.lists(FRAME_SLOTS, max_size=3),
+    ),
+    st.builds(LinSlot.sporadic, st.lists(IDS, min_size=1, max_size=3), delay_ns=DELAYS),
+    st.builds(LinSlot.request, st.none() | st.binary(min_size=8, max_size=8), delay_ns=DELAYS),
+    st.builds(LinSlot.response, delay_ns=DELAYS),
+)
 SIMPLE = {
     int: st.integers(-(2**63), 2**64 - 1),
     str: st.text(max_size=40),
@@ -31,6 +48,7 @@ SIMPLE = {
     float: st.floats(allow_nan=False),
     type(None): st.none(),
     BitTiming: st.sampled_from(TIMINGS),
+    LinSchedule: st.builds(LinSchedule.of, st.lists(SLOTS, min_size=1, max_size=4), st.text(max_size=10)),
 }
 REQUESTS = typing.get_args(m.Request)
 REPLIES = typing.get_args(m.Reply)
@@ -170,6 +188,9 @@ def test_a_truncated_request_is_bad(request: Any, keep: int) -> None:
         [1, ["Initialise", 1, {"timing": {"prescaler": 0, "tseg1": 13, "tseg2": 2, "sjw": 1}}]],
         [1, ["OpenChannel", 0, 0, 1]],
         [1, ["AddCyclic", 1, "text", 1, 0, 0]],
+        [1, ["RunSchedule", 1, {"name": "", "slots": []}, 0]],
+        [1, ["RunSchedule", 1, {"name": "", "slots": [{"kind": "frame", "ids": [64]}]}, 0]],
+        [1, ["RunSchedule", 1, {"name": "", "slots": [{"kind": "nonsense", "ids": [1]}]}, 0]],
         [1, ["Close", 1], 3],
         None,
     ],

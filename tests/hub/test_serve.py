@@ -126,7 +126,7 @@ def test_it_serves_until_it_is_told_to_stop(
 ) -> None:
     path = str(tmp_path / "s")
     hub = start("--socket", path, "--time", kind)
-    assert re.fullmatch(rf"canwire hub on {path}: 1 bus, 2 boards, {kind} time", hub.line)
+    assert re.fullmatch(rf"canwire hub on {path}: 2 buses, 2 boards, {kind} time", hub.line)
     with connect(path) as client:
         assert (client.time, len(client.boards())) == (kind, 2)
     assert hub.end(number) == (0, "")

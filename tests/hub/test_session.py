@@ -44,8 +44,7 @@ from canwire.boards.description import Feature
 from canwire.boards.modes import ChannelMode, FilterMode, FilterSetup, LineMode, Siblings
 from canwire.bus.faults import Faults
 from canwire.hub import messages as m
-from canwire.hub.held_channel import HeldChannel
-from canwire.platform import map_memory
+from canwire.hub.held import Slot
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import CONFIRM, SELF_RECEPTION
@@ -412,11 +411,9 @@ def test_losses_are_counted_by_stage_and_shown_to_everybody(bench: Bench, hub: H
 @pytest.mark.conforms("PL-17")
 def test_a_client_that_forges_its_counters_harms_no_status(bench: Bench, hub: Hub, other: Hub) -> None:
     for _ in range(2):
-        bench.channel(hub)
-    for held in bench.link(hub).session.held(HeldChannel):
-        words = map_memory(held._descriptors[0]).cast("Q")
-        words[9] = 2**64 - 1  # the ring's count of losses
-        assert held.channel.receive.lost == 2**64 - 1
+        channel = bench.channel(hub)
+        bench.link(hub).memory[channel.handle][0].cast("Q")[9] = 2**64 - 1  # the ring's count of losses
+        assert channel.reading.ring.lost == 2**64 - 1
     assert other.line_status(bench.board, 0).lost == 0
 
 
@@ -446,7 +443,7 @@ def test_a_receiver_s_counter_too(bench: Bench, hub: Hub, other: Hub) -> None:
     bench.control(hub)
     bench.control(other, 1)
     sender = bench.channel(other, 1)
-    Faults(bench.world.bus("can0"), seed=0).flip(bit="crc", times=3, seen_by="receivers")
+    Faults(bench.world.buses["can0"], seed=0).flip(bit="crc", times=3, seen_by="receivers")
     for k in range(2):
         sender.send(Frame(k, b"\x12\x34"))
     hub.run_for(0.1)
@@ -869,7 +866,7 @@ def test_somebody_who_waits_for_an_answer_gets_one(bench: Bench, hub: Hub, other
     expected: type[Exception] = Unplugged if what == "unplug" else NothingHeard
     with pytest.raises(expected):
         control.detect([(NOMINAL, None)], 1000)
-    assert len(bench.world.bus("can0").nodes) == (2 if what == "unplug" else 4)
+    assert len(bench.world.buses["can0"].nodes) == (2 if what == "unplug" else 4)
 
 
 @pytest.mark.conforms("X3-13")
@@ -1046,13 +1043,15 @@ def named(build: Callable[[int], m.Message]) -> str:
 def facts(bench: Bench) -> object:
     """What a request could have changed."""
     world = bench.world
-    lines = [slot.status() for slot in world.slots.values()]
+    lines = [slot.status() for slot in world.slots.values() if isinstance(slot, Slot)]
     held = [sorted(session._held) for session in world.sessions]
     return world.infos(), lines, held, sorted(world.pipes._pipes)
 
 
 def test_every_request_with_a_handle_is_here() -> None:
-    with_handle = {kind for kind in m.Request.__args__ if "handle" in kind.__struct_fields__}
+    """But for those of LIN, in hub/lin_messages.py."""
+    kinds = [kind for kind in m.Request.__args__ if kind.__module__ == m.__name__]
+    with_handle = {kind for kind in kinds if "handle" in kind.__struct_fields__}
     assert {type(build(1)) for build in HANDLED} == with_handle
     assert with_handle == set().union(*NEEDS.values()) | FILTERS | {m.Close}
 
@@ -1100,7 +1099,7 @@ def test_a_handle_of_another_kind(
         "layer": lambda: hub.open_layer(bench.board, "BAL"),
     }[kind]()
     before = facts(bench)
-    with pytest.raises(NoSuchBoard, match=f"handle {lease.handle} is no Held"):
+    with pytest.raises(NoSuchBoard, match=f"handle {lease.handle} is (no|neither) "):
         hub.call(build(lease.handle))
     assert facts(bench) == before
 
@@ -1164,10 +1163,10 @@ def test_requests_that_make_no_sense(
     assert facts(bench) == before
 
 
-@pytest.mark.parametrize("line", [2, -1, 1 << 40])
+@pytest.mark.parametrize("line", [9, -1, 1 << 40])
 def test_a_line_that_a_board_does_not_have(bench: Bench, hub: Hub, line: int) -> None:
     for call in (hub.open_control, hub.open_channel, hub.open_scheduler, hub.line_status):
-        with pytest.raises(NoSuchBoard, match=f"HW000001 has lines 0 to 1, not {line}"):
+        with pytest.raises(NoSuchBoard, match=rf"HW000001 has lines 0 to \d, not {line}"):
             call(bench.board, line)
 
 

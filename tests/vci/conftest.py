@@ -32,6 +32,10 @@ data_bit_rate = 2000000
 [[bus]]
 name = "can1"
 
+[[bus]]
+name = "lin0"
+type = "lin"
+
 [[board]]
 kind = "usb-to-can-fd"
 serial = "HW000001"
@@ -41,6 +45,8 @@ kind = "usb-to-can"
 serial = "HW000002"
 """
 FD_BOARD, CLASSIC_BOARD = "HW000001", "HW000002"
+LIN_BOARD = "HW000009"  # for tests that need a second LIN line
+LIN_LINE = 2  # of a USB-to-CAN FD
 LONG = 30  # seconds after which something that should happen never will
 
 Connect = Callable[[str], canwire.Hub]
@@ -116,6 +122,14 @@ def program(hub: canwire.Hub) -> Iterator[Program]:
 
 
 @pytest.fixture
+def lin_board(hub: canwire.Hub) -> Iterator[str]:
+    """A second board with a LIN line, on the same bus."""
+    hub.plug("usb-to-can-fd", LIN_BOARD)
+    yield LIN_BOARD
+    hub.unplug(LIN_BOARD)
+
+
+@pytest.fixture
 def other_program(connect: Connect) -> Iterator[Program]:
     """Another program on the same hub."""
     with contextlib.closing(Program(connect("second program"))) as made:
@@ -155,14 +169,15 @@ class Virtual:
 
 
 class Port:
-    """A channel with both its ends open."""
+    """A channel with both its ends open, or a LIN monitor with its only one."""
 
     def __init__(self, channel: Any) -> None:
         self.channel = channel
         self.reader = channel.get_reader()
         self.writer: Any = None
-        with contextlib.suppress(vci.VciInvalidState):
-            self.writer = channel.get_writer()
+        if not isinstance(channel, vci.LinMonitor):
+            with contextlib.suppress(vci.VciInvalidState):
+                self.writer = channel.get_writer()
         self._event = canwire.Event()
         self.reader.assign_event(self._event)
 
@@ -266,6 +281,21 @@ class Program:
         channel = self.open(vci.IID_ICanSocket, line, board).create_channel(False)
         channel.initialize(rx, tx)
         return self._port(channel, True)
+
+    def monitor(
+        self, board: str = FD_BOARD, *, rx: int = 200, exclusive: bool = False, active: bool = True
+    ) -> Port:
+        """An ILinMonitor."""
+        monitor = self.open(vci.IID_ILinSocket, LIN_LINE, board).create_monitor(exclusive)
+        monitor.initialize(rx)
+        return self._port(monitor, active)
+
+    def lin(self, board: str = FD_BOARD, *, op_mode: int = 0, bitrate: int = 19_200) -> Any:
+        """A LIN line's control, with the line running as a slave unless told otherwise."""
+        control = self.open(vci.IID_ILinControl, LIN_LINE, board)
+        control.init_line(vci.LinInitLine(op_mode=op_mode, bitrate=bitrate))
+        control.start_line()
+        return control
 
     def _port(self, channel: Any, active: bool) -> Port:
         port = self._opened.enter_context(contextlib.closing(Port(channel)))

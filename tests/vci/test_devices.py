@@ -224,13 +224,18 @@ def test_a_device_by_its_class(hub: canwire.Hub, new_board: Any) -> None:
 
 
 @pytest.mark.conforms("X4-07", "X3-01", "X3-06")
-@pytest.mark.parametrize(("board", "controller"), [(FD_BOARD, "IFICFD"), (CLASSIC_BOARD, "BXCAN")])
-def test_equipment(program: Any, board: str, controller: str) -> None:
+@pytest.mark.parametrize(
+    ("board", "types"),
+    [
+        (FD_BOARD, [vci.vci_bus_ctrl(vci.VCI_BUS_CAN, vci.CAN_CTRL_IFICFD)] * 2 + [vci.VCI_LIN_GENERIC]),
+        (CLASSIC_BOARD, [vci.vci_bus_ctrl(vci.VCI_BUS_CAN, vci.CAN_CTRL_BXCAN)] * 2),
+    ],
+)
+def test_equipment(program: Any, board: str, types: list[int]) -> None:
     caps = program.device(board).get_device_caps()
     features = program.bal(board).get_features()
-    expected = vci.vci_bus_ctrl(vci.VCI_BUS_CAN, getattr(vci, f"CAN_CTRL_{controller}"))
-    assert caps.bus_ctrl_count == features.bus_socket_count == 2
-    assert caps.bus_ctrl_types == features.bus_socket_type == [expected] * 2 + [0] * 30
+    assert caps.bus_ctrl_count == features.bus_socket_count == len(types)
+    assert caps.bus_ctrl_types == features.bus_socket_type == types + [0] * (32 - len(types))
     assert features.fw_major_version >= 1
 
 
@@ -287,7 +292,7 @@ def test_connectors_have_numbers(program: Any) -> None:
         with bal.open_socket(number, vci.IID_ICanSocket2) as socket:
             info = socket.get_socket_info()
             assert (info.socket_no, vci.vci_bus_type(info.bus_type)) == (number, vci.VCI_BUS_CAN)
-    for wrong in (2, -1, 1 << 40, "0"):
+    for wrong in (3, -1, 1 << 40, "0"):
         with pytest.raises(vci.VciInvalidIndex):
             bal.open_socket(wrong, vci.IID_ICanSocket2)
 
@@ -308,7 +313,7 @@ def test_connectors_have_interfaces(program: Any) -> None:
             assert type(opened) is kind
             assert opened.query_interface(iid) is opened
             opened.release()
-    for absent in (vci.IID_ILinSocket, vci.IID_ILinControl, vci.IID_ICanStatus):
+    for absent in (vci.IID_ILinSocket, vci.IID_ILinControl, vci.IID_ICanStatus, vci.IID_ICanChannel):
         with pytest.raises(vci.VciNotImplemented):
             bal.open_socket(0, absent)
     for unknown in (vci.IID_IVciDevice, vci.IID_IUnknown, uuid.UUID(int=9)):
@@ -383,7 +388,7 @@ def test_plugged_in_again_it_is_found_by_its_hardware_id(program: Any, new_board
     with vci.query_device_by_hwid(NEW_BOARD) as device:
         assert device.get_device_info().vci_object_id != old
         with device.open_component(vci.CLSID_VCIBAL, vci.IID_IBalObject) as bal:
-            assert bal.get_features().bus_socket_count == 2
+            assert bal.get_features().bus_socket_count == 3
 
 
 @pytest.mark.conforms("X3-35")

@@ -49,6 +49,7 @@ def test_every_public_error_stands_in_the_table(kind: type[errors.CanwireError])
         (canwire.Unplugged, "DEVICE_NOT_CONNECTED"),
         (canwire.NoSuchBoard, "NO_SUCH_DEVICE"),
         (canwire.QueueFull, "TXQUEUE_FULL"),
+        (canwire.Busy, "BUSY"),
         (canwire.BadTiming, "INVALID_TIMING"),
         (canwire.BadFilter, "INVALIDARG"),
         (canwire.Closed, "INVHANDLE"),

@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 from uuid import UUID
 
-from canwire.boards.description import BoardInfo, Capabilities, LineInfo
+from canwire.boards.description import NO_CAN, BoardInfo, Capabilities, LinCapabilities, LineInfo
+from canwire.boards.lin_line import LinLine
 from canwire.boards.line import Line
 from canwire.bus.node import Bus
 from canwire.errors import BadValue
 
 MANUFACTURER = "canwire (simulated)"
 CAN = "CAN"
+LIN = "LIN"
 _HARDWARE_ID = re.compile(r"HW[!-'*-~]{1,14}", re.ASCII)
 _BUS_NAME = re.compile(r"[^\s():]{1,64}")
 
 
 class Connector(NamedTuple):
-    """One connector of a kind: the type of its bus ("CAN"), what it can do, where it goes unless told otherwise."""
+    """One connector of a kind: the type of its bus, what it can do, where it goes unless told otherwise."""
 
     bus_type: str
-    capabilities: Capabilities
+    capabilities: Capabilities | LinCapabilities
     bus: str
+
+    def line_info(self, name: str, bus: str) -> LineInfo:
+        """Its description with this name, plugged into that bus."""
+        if isinstance(self.capabilities, LinCapabilities):
+            return LineInfo(name, bus, self.bus_type, NO_CAN, self.capabilities)
+        return LineInfo(name, bus, self.bus_type, self.capabilities)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,22 +61,33 @@ class BoardKind:
         if not self.connectors:
             raise BadValue(f"board kind {self.name!r}: a board has one connector at least")
 
-    def line_infos(self, buses: tuple[str, ...]) -> tuple[LineInfo, ...]:
-        """Its lines on these buses, one each; none: the usual ones. Raises BadValue for another number of buses."""
-        if buses and len(buses) != len(self.connectors):
+    def bus_names(self, named: Sequence[str], there: Container[str]) -> tuple[str, ...]:
+        """A bus for each connector: the named ones, then the usual ones; "" leaves one unconnected.
+
+        Only LIN connectors, which come last, may be left out, and are unconnected where their usual bus does not
+        exist. Raises BadValue for too few or too many names.
+        """
+        needed = sum(connector.bus_type != LIN for connector in self.connectors)
+        if named and not needed <= len(named) <= len(self.connectors):
             raise BadValue(
-                f"{self.name} has {len(self.connectors)} lines, not {len(buses)}; name a bus for each"
+                f"{self.name} has {len(self.connectors)} lines, not {len(named)}; name a bus for each"
             )
+        rest = self.connectors[len(named) :]
+        usual = ("" if one.bus_type == LIN and one.bus not in there else one.bus for one in rest)
+        return (*named, *usual)
+
+    def line_infos(self, buses: tuple[str, ...]) -> tuple[LineInfo, ...]:
+        """Its lines on these buses, one each, as `bus_names` gives them."""
         counts: dict[str, int] = {}
         lines = []
-        for connector, bus in zip(self.connectors, buses or self.usual_buses, strict=True):
+        for connector, bus in zip(self.connectors, buses, strict=True):
             number = counts[connector.bus_type] = counts.get(connector.bus_type, 0) + 1
             name = f"{connector.bus_type}-{number}"
-            lines.append(LineInfo(name, bus, connector.bus_type, connector.capabilities))
+            lines.append(connector.line_info(name, bus))
         return tuple(lines)
 
-    def info(self, board_id: int, hardware_id: str, buses: tuple[str, ...] = ()) -> BoardInfo:
-        """The description of one board of this kind; raises BadValue."""
+    def info(self, board_id: int, hardware_id: str, buses: tuple[str, ...]) -> BoardInfo:
+        """The description of one board of this kind, on these buses (`bus_names`); raises BadValue."""
         return BoardInfo(
             id=board_id,
             kind=self.name,
@@ -89,7 +109,7 @@ class BoardKind:
 
 @dataclass(frozen=True, slots=True)
 class BoardLine:
-    """One connector of a board that is plugged in. `bus` stays known after the board was pulled out."""
+    """One CAN connector of a board that is plugged in. `bus` stays known after the board was pulled out."""
 
     info: LineInfo
     line: Line
@@ -97,11 +117,19 @@ class BoardLine:
 
 
 @dataclass(frozen=True, slots=True)
+class BoardLinLine:
+    """One LIN connector of a board that is plugged in."""
+
+    info: LineInfo
+    line: LinLine
+
+
+@dataclass(frozen=True, slots=True)
 class Board:
     """A board that is plugged in; catalogue.build makes it, catalogue.pull takes it out. No I/O."""
 
     info: BoardInfo
-    lines: tuple[BoardLine, ...]
+    lines: tuple[BoardLine | BoardLinLine, ...]
 
 
 def checked_hardware_id(text: str) -> str:

@@ -14,16 +14,23 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
 
 from canwire.boards import figures
-from canwire.boards.board import CAN, Board, BoardKind, BoardLine, Connector
+from canwire.boards.board import CAN, LIN, Board, BoardKind, BoardLine, BoardLinLine, Connector
+from canwire.boards.description import LineInfo
+from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
+from canwire.boards.lin_line import LinLine
 from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
+from canwire.bus.lin_bus import LinBus
 from canwire.bus.node import Bus
 from canwire.drivers.can_fd import CanFdDriver
+from canwire.drivers.lin import LinControllerDriver
 from canwire.errors import NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
 
 GROUP = "canwire.boards"
 USUAL_BUS = "can0"
+USUAL_LIN_BUS = "lin0"
+_BUS_CLASSES: dict[str, type[CanBus] | type[LinBus]] = {CAN: CanBus, LIN: LinBus}
 
 KINDS = {
     kind.name: kind
@@ -32,7 +39,11 @@ KINDS = {
             name="usb-to-can-fd",
             device_class="B9AAAF39-B9B9-4850-9402-7D8250C7B88F",
             description="USB-to-CAN FD (simulated)",
-            connectors=(Connector(CAN, figures.USB_TO_CAN_FD, USUAL_BUS),) * 2,
+            connectors=(
+                Connector(CAN, figures.USB_TO_CAN_FD, USUAL_BUS),
+                Connector(CAN, figures.USB_TO_CAN_FD, USUAL_BUS),
+                Connector(LIN, USB_TO_CAN_FD_LIN, USUAL_LIN_BUS),
+            ),
         ),
         BoardKind(
             name="usb-to-can",
@@ -82,7 +93,7 @@ def build(
     board_id: int,
     hardware_id: str,
     bus_names: Sequence[str],
-    buses: Mapping[str, CanBus],
+    buses: Mapping[str, CanBus | LinBus],
     timeline: Timeline,
 ) -> Board:
     """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
@@ -90,27 +101,41 @@ def build(
     Nothing is running yet. Raises BadValue, NoSuchBoard for a bus that does not exist, Unsupported for a line of
     a type that no bus has; nothing is plugged in then.
     """
-    info = kind.info(board_id, hardware_id, tuple(bus_names))
-    for told in info.lines:
-        if told.bus_type != CAN:
-            raise Unsupported(
-                f"{kind.name}: {told.name} needs a {told.bus_type} bus; there are CAN buses only"
-            )
-        if told.bus not in buses:
+    info = kind.info(board_id, hardware_id, kind.bus_names(bus_names, buses))
+    for line in info.lines:
+        if not line.bus:
+            continue
+        if line.bus not in buses:
             there = ", ".join(buses) or "none"
-            raise NoSuchBoard(f"{kind.name}: no bus {told.bus!r} for {told.name}; there are {there}")
-    lines = []
-    for index, told in enumerate(info.lines):
-        line = ideal_line(f"{hardware_id}:{index}", timeline)
-        plug(line, buses[told.bus])
-        lines.append(BoardLine(told, line, buses[told.bus]))
+            raise NoSuchBoard(f"{kind.name}: no bus {line.bus!r} for {line.name}; there are {there}")
+        if not isinstance(buses[line.bus], _BUS_CLASSES.get(line.bus_type, ())):
+            raise Unsupported(
+                f"{kind.name}: {line.name} needs a {line.bus_type} bus, which {line.bus!r} is not"
+            )
+    lines = [
+        _plugged(f"{hardware_id}:{index}", line, buses[line.bus] if line.bus else LinBus(timeline), timeline)
+        for index, line in enumerate(info.lines)
+    ]
     return Board(info, tuple(lines))
+
+
+def _plugged(name: str, info: LineInfo, bus: CanBus | LinBus, timeline: Timeline) -> BoardLine | BoardLinLine:
+    """A line of its kind on its bus."""
+    if isinstance(bus, LinBus):
+        lin = ideal_lin_line(name, timeline)
+        plug_lin(lin, bus)
+        return BoardLinLine(info, lin)
+    line = ideal_line(name, timeline)
+    plug(line, bus)
+    return BoardLine(info, line, bus)
 
 
 def pull(board: Board) -> None:
     """Pull the board out, in the middle of a frame if need be; a second time does nothing."""
     for slot in board.lines:
-        if slot.line.controller.bus is not None:
+        if isinstance(slot, BoardLinLine):
+            unplug_lin(slot.line)
+        elif slot.line.controller.bus is not None:
             unplug(slot.line)
             slot.line.controller.stop(slot.line.timeline.now_ns)
 
@@ -120,6 +145,26 @@ def ideal_line(name: str, timeline: Timeline) -> Line:
     line = Line(name, timeline)
     line.driver = CanFdDriver(line.controller)
     return line
+
+
+def ideal_lin_line(name: str, timeline: Timeline) -> LinLine:
+    """A line with the ideal LIN controller and its driver, not yet on any bus."""
+    line = LinLine(name, timeline)
+    line.controller.name = name
+    line.driver = LinControllerDriver(line.controller)
+    return line
+
+
+def plug_lin(line: LinLine, bus: LinBus) -> None:
+    """Put a LIN line's controller on a bus."""
+    bus.attach(line.controller)
+
+
+def unplug_lin(line: LinLine) -> None:
+    """Take a LIN line's controller off its bus, wherever that is."""
+    bus = line.controller.bus
+    if isinstance(bus, LinBus):
+        bus.detach(line.controller)
 
 
 def listener(name: str, bus: Bus, timeline: Timeline) -> Line:

@@ -7,11 +7,11 @@
     [[board]]
     kind = "usb-to-can-fd"
     serial = "HW000001"
-    buses = ["can0", "can0"]
+    buses = ["can0", "can0", "lin0"]
 
 Every option stands once, in the classes below: `options` lists them for documentation. A file without [[bus]] has
-the bus can0, one without [[board]] no boards until somebody plugs them in; without a file there is the default
-world of rulings.md 30.
+the buses can0 and lin0, one without [[board]] no boards until somebody plugs them in; without a file there is
+the default world of rulings.md 30.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from canwire.boards import catalogue
 from canwire.boards.board import checked_bus_name, checked_hardware_id
 from canwire.errors import BadConfig, BadValue, NoSuchBoard
 from canwire.values.bit_timing import BitTiming
+from canwire.values.lin_timing import checked_rate
 from canwire.values.timing_limits import FD_DATA, FD_NOMINAL
 
 _PLACE = re.compile(r" - at `\$(.*)`\Z", re.DOTALL)
@@ -51,14 +52,18 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """[[bus]]: the copper."""
 
     name: Annotated[str, Meta(description="name of the bus: no blanks, parentheses or colons")]
-    bit_rate: Annotated[
-        int,
-        Meta(
-            ge=1,
-            le=1_000_000,
-            description="bit/s that is usual there; the cable's delay is worked out for it",
-        ),
-    ] = 500_000
+    type: Annotated[str, Meta(pattern="^(can|lin)$", description="can or lin")] = "can"
+    bit_rate: (
+        Annotated[
+            int,
+            Meta(
+                ge=1,
+                le=1_000_000,
+                description="bit/s that is usual there; left out, 500000 (can) or 19200 (lin)",
+            ),
+        ]
+        | None
+    ) = None
     data_bit_rate: (
         Annotated[int, Meta(ge=1, le=20_000_000, description="bit/s that is usual after the bit-rate switch")]
         | None
@@ -70,6 +75,11 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         float,
         Meta(ge=0, le=100_000, description="extra delay of every node in ns, 75 an opto-coupler; 0: ideal"),
     ] = 0.0
+
+    @property
+    def usual_rate(self) -> int:
+        """bit/s"""
+        return self.bit_rate or (500_000 if self.type == "can" else 19_200)
 
 
 class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -101,7 +111,10 @@ class Option(NamedTuple):
 class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The whole file, checked: what it names exists, and a hub can run it."""
 
-    bus: tuple[BusConfig, ...] = (BusConfig(name=catalogue.USUAL_BUS, data_bit_rate=2_000_000),)
+    bus: tuple[BusConfig, ...] = (
+        BusConfig(name=catalogue.USUAL_BUS, data_bit_rate=2_000_000),
+        BusConfig(name=catalogue.USUAL_LIN_BUS, type="lin"),
+    )
     board: tuple[BoardConfig, ...] = ()
 
     @classmethod
@@ -174,11 +187,16 @@ class _Check:
 
     def _bus(self, place: str, bus: BusConfig) -> None:
         self._accept(f"{place}.name", checked_bus_name, bus.name)
-        self._accept(f"{place}.bit_rate", _check_rate, bus.bit_rate)
+        if bus.type == "lin":
+            self._accept(f"{place}.bit_rate", checked_rate, bus.usual_rate)
+            if bus.data_bit_rate is not None:
+                self._refuse(f"{place}.data_bit_rate", "a LIN bus has one bit rate")
+            return
+        self._accept(f"{place}.bit_rate", _check_rate, bus.usual_rate)
         if bus.data_bit_rate is not None:
-            if bus.data_bit_rate < bus.bit_rate:
+            if bus.data_bit_rate < bus.usual_rate:
                 self._refuse(
-                    f"{place}.data_bit_rate", f"{bus.data_bit_rate} is below bit_rate {bus.bit_rate}"
+                    f"{place}.data_bit_rate", f"{bus.data_bit_rate} is below bit_rate {bus.usual_rate}"
                 )
             self._accept(f"{place}.data_bit_rate", _check_data_rate, bus.data_bit_rate)
 
@@ -189,12 +207,17 @@ class _Check:
             kind = catalogue.kind(board.kind)
         except NoSuchBoard as error:
             self._refuse(f"{place}.kind", str(error))
-        self._accept(f"{place}.buses", kind.line_infos, board.buses)
-        there = [bus.name for bus in self._config.bus]
-        for index, name in enumerate(board.buses or kind.usual_buses):
-            if name not in there:
-                where = f"{place}.buses[{index}]" if board.buses else f"{place}.buses, left out"
+        there = {bus.name: bus.type for bus in self._config.bus}
+        self._accept(f"{place}.buses", lambda named: kind.bus_names(named, there), board.buses)
+        for index, name in enumerate(kind.bus_names(board.buses, there)):
+            where = f"{place}.buses[{index}]" if index < len(board.buses) else f"{place}.buses, left out"
+            wanted = kind.connectors[index].bus_type.lower()
+            if name and name not in there:
                 self._refuse(where, f"no bus {name!r}; there are {', '.join(there) or 'none'}")
+            if name and there[name] != wanted:
+                self._refuse(
+                    where, f"{name!r} is a {there[name]} bus; line {index} of {kind.name} is {wanted}"
+                )
 
     def _once(self, names: Sequence[str], table: str, key: str) -> None:
         for index, name in enumerate(names):

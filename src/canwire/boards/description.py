@@ -76,14 +76,47 @@ class Capabilities:
         return self.features & feature == feature
 
 
+NO_CAN = Capabilities(
+    0, 0, 0, 0, TimingRange((0, 0), (0, 0), (0, 0), (0, 0)), None, Ticks(), Ticks(), Ticks()
+)
+"""Of a line that is no CAN line."""
+
+
+class LinFeature(IntFlag):
+    """VCI's LIN_FEATURE_ bits (source: reference/vci.md section 4)."""
+
+    MASTER = 0x1
+    AUTO_RATE = 0x2
+    ERROR_FRAMES = 0x4
+    BUS_LOAD = 0x8
+    SLEEP = 0x10
+    WAKE_UP = 0x20
+
+
+@dataclass(frozen=True, slots=True)
+class LinCapabilities:
+    """What one LIN line can do; `stamps` is the counter that times its messages."""
+
+    controller_type: int
+    features: int
+    stamps: Ticks
+
+    def can(self, feature: int) -> bool:
+        return self.features & feature == feature
+
+
 @dataclass(frozen=True, slots=True)
 class LineInfo:
-    """One connector: `name` counts per kind of bus from 1 ("CAN-1"), `bus` is the copper it is plugged into."""
+    """One connector: `name` counts per kind of bus from 1 ("CAN-1"), `bus` is the copper it is plugged into.
+
+    `bus_type` is "CAN" or "LIN"; a LIN line can do what `lin` says, and its `capabilities` are NO_CAN.
+    """
 
     name: str
     bus: str
     bus_type: str
     capabilities: Capabilities
+    lin: LinCapabilities | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TextIO
 
 from canwire.bus.can_bus import CanBus
+from canwire.bus.lin_bus import LinBus
 
 
 class VcdTrace:
@@ -16,7 +17,7 @@ class VcdTrace:
     While it runs the bus goes bit by bit, which is slower but changes no time. `close` ends the trace.
     """
 
-    def __init__(self, bus: CanBus, file: TextIO, signal: str) -> None:
+    def __init__(self, bus: CanBus | LinBus, file: TextIO, signal: str) -> None:
         self._bus = bus
         self._file = file
         self._last_ns = -1

@@ -30,6 +30,7 @@ VERBS = {
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
+    "lin": Verb("canwire.commands.lin", "watch a LIN line of the hub, send from one, run a schedule"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
     "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
@@ -66,7 +67,7 @@ def _run(words: list[str]) -> int:
     from canwire import CanwireError
 
     parser = argparse.ArgumentParser(
-        prog="canwire", description="CAN and CAN FD buses that behave like copper."
+        prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper."
     )
     parser.add_argument("--version", nargs=0, action=_ShowVersion, help="print the version and exit")
     verbs = parser.add_subparsers(metavar="verb", required=True)

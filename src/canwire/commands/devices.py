@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import canwire
 from canwire import (
@@ -21,16 +21,31 @@ from canwire import (
     ErrorState,
     Feature,
     LineInfo,
+    LinErrorKind,
     LineStatus,
+    LinFeature,
+    LinLineStatus,
+    LinState,
     NoSuchBoard,
     Unplugged,
 )
-from canwire.commands.hub_line import add_hub_argument, complain, rates_text
+from canwire.commands.hub_line import Place, add_hub_argument, complain, rates_text
+from canwire.commands.lin_line import mode_text
 
 if TYPE_CHECKING:
     from canwire import Hub
 
-Found = tuple[BoardInfo, list[LineStatus]]
+
+class LinUse(NamedTuple):
+    """A LIN line as it is, and who has it."""
+
+    status: LinLineStatus
+    control_holder: str
+    exclusive: bool
+
+
+Use = LineStatus | LinUse
+Found = tuple[BoardInfo, list[Use]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,9 +75,17 @@ def boards_of(hub: Hub) -> Iterator[Found]:
     """Every board with the status of its lines; one that is pulled out meanwhile is left out."""
     for board in hub.boards():
         try:
-            yield board, [hub.line_status(board.id, index) for index in range(len(board.lines))]
+            yield board, [use_of(hub, Place(board, index)) for index in range(len(board.lines))]
         except (NoSuchBoard, Unplugged):
             continue
+
+
+def use_of(hub: Hub, place: Place) -> Use:
+    """A line of either kind as it is."""
+    if place.info.lin is None:
+        return hub.line_status(place.board.id, place.line)
+    found = hub.lin_status(place.board.id, place.line)
+    return LinUse(found.status, found.control_holder, found.exclusive)
 
 
 def tree(found: list[Found]) -> list[str]:
@@ -84,15 +107,18 @@ def tree(found: list[Found]) -> list[str]:
     return shown
 
 
-def line_cells(index: int, line: LineInfo, status: LineStatus) -> tuple[str, ...]:
+def line_cells(index: int, line: LineInfo, status: Use) -> tuple[str, ...]:
     """What a line is and how it is, in columns."""
-    if not status.initialised:
-        return f":{index}", line.name, line.bus, "not initialised", "", "", "", ""
+    where = f":{index}", line.name, line.bus or "-"
+    initialised = status.status.initialised if isinstance(status, LinUse) else status.initialised
+    if not initialised:
+        return *where, "not initialised", "", "", "", ""
+    if isinstance(status, LinUse):
+        lin = status.status
+        return *where, lin.state.name.lower(), mode_text(lin), "", "", f"load {lin.load:.1f} %"
     state = ErrorState(status.state).name.lower().replace("_", " ")
     return (
-        f":{index}",
-        line.name,
-        line.bus,
+        *where,
         "shorted" if status.coupling_fault else state,
         rates_text(status.mode),
         f"TEC {status.tec}",
@@ -101,8 +127,15 @@ def line_cells(index: int, line: LineInfo, status: LineStatus) -> tuple[str, ...
     )
 
 
-def counters_text(status: LineStatus) -> str:
+def counters_text(status: Use) -> str:
     """Everything counted, losses included."""
+    if isinstance(status, LinUse):
+        lin = status.status
+        kinds = ", ".join(f"{count} {name}" for name, count in errors_by_kind(lin).items() if count)
+        return (
+            f"headers {lin.headers}, sent {lin.frames_sent}, received {lin.frames_received}, "
+            f"errors {sum(lin.errors)}{f' ({kinds})' if kinds else ''}, lost {lin.lost}"
+        )
     last = f" (last {ErrorKind(status.last_error).name})" if status.errors else ""
     return (
         f"sent {status.frames_sent}, received {status.frames_received}, errors {status.errors}{last}, "
@@ -110,17 +143,25 @@ def counters_text(status: LineStatus) -> str:
     )
 
 
-def holders_text(status: LineStatus) -> str:
+def errors_by_kind(status: LinLineStatus) -> dict[str, int]:
+    """How often which LinErrorKind came, by name."""
+    return {kind.name: count for kind, count in zip(LinErrorKind, status.errors, strict=True) if kind}
+
+
+def holders_text(status: Use) -> str:
     """Who has it."""
-    channels = f"{status.channels} channel{'' if status.channels == 1 else 's'}"
     exclusive = " (exclusive)" if status.exclusive else ""
+    if isinstance(status, LinUse):
+        monitors = f"{status.status.monitors} monitor{'' if status.status.monitors == 1 else 's'}"
+        return f"{monitors}{exclusive}, control {status.control_holder or 'free'}"
+    channels = f"{status.channels} channel{'' if status.channels == 1 else 's'}"
     return (
         f"{channels}{exclusive}, control {status.control_holder or 'free'}, "
         f"cyclic list {status.scheduler_holder or 'free'}"
     )
 
 
-def board_facts(board: BoardInfo, states: list[LineStatus]) -> dict[str, Any]:
+def board_facts(board: BoardInfo, states: list[Use]) -> dict[str, Any]:
     """For --json."""
     lines = [
         line_facts(index, line, status)
@@ -129,8 +170,10 @@ def board_facts(board: BoardInfo, states: list[LineStatus]) -> dict[str, Any]:
     return {**asdict(board), "lines": lines}
 
 
-def line_facts(index: int, line: LineInfo, status: LineStatus) -> dict[str, Any]:
+def line_facts(index: int, line: LineInfo, status: Use) -> dict[str, Any]:
     """For --json: numbers as numbers, states, errors and features by their names, bytes in hex."""
+    if isinstance(status, LinUse):
+        return _lin_facts(index, line, status)
     capabilities = asdict(line.capabilities)
     capabilities["features"] = [str(one.name) for one in Feature if line.capabilities.can(one)]
     return {
@@ -142,6 +185,27 @@ def line_facts(index: int, line: LineInfo, status: LineStatus) -> dict[str, Any]
             "state": ErrorState(status.state).name,
             "last_error": ErrorKind(status.last_error).name,
             "mode": _mode_facts(status),
+        },
+    }
+
+
+def _lin_facts(index: int, line: LineInfo, use: LinUse) -> dict[str, Any]:
+    """A LIN line has no `capabilities`, but those in `lin`."""
+    assert line.lin is not None
+    features = [str(one.name) for one in LinFeature if line.lin.can(one)]
+    mode = use.status.mode
+    return {
+        **asdict(line),
+        "index": index,
+        "capabilities": None,
+        "lin": {**asdict(line.lin), "features": features},
+        "status": {
+            **asdict(use.status),
+            "state": LinState(use.status.state).name,
+            "errors": errors_by_kind(use.status),
+            "mode": None if mode is None else {**asdict(mode), "note": mode.note.hex()},
+            "control_holder": use.control_holder,
+            "exclusive": use.exclusive,
         },
     }
 

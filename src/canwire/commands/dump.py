@@ -12,10 +12,9 @@ were shown, and how many were lost because they were not read in time.
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 import time
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import (
@@ -39,6 +38,7 @@ from canwire.commands.hub_line import (
     complain,
     connected,
     find_line,
+    let_terminate,
     rates_text,
     status_of,
 )
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.timeout is not None and not arguments.timeout >= 0:
         raise BadValue(f"-T {arguments.timeout}: seconds from 0 up")
     with ExitStack() as closing:
-        _let_terminate(closing)
+        let_terminate(closing)
         hub = connected(arguments, "dump", closing)
         place = find_line(hub, arguments.line)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
@@ -141,11 +141,3 @@ def _begun(hub: Hub, place: Place, rates: Rates, closing: ExitStack) -> str:
     except InUse as error:
         return f"{place.address} on {place.info.bus} does not run yet ({error}); listening"
     return f"{place.address} on {place.info.bus}: {rates_text(status_of(hub, place).mode)}; listening"
-
-
-def _let_terminate(closing: ExitStack) -> None:
-    """SIGTERM ends like Ctrl-C, with the numbers; only a main thread may ask for that."""
-    with suppress(ValueError):
-        closing.callback(
-            signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler)
-        )

@@ -1,16 +1,17 @@
-"""Lines of a shared hub by name, and how the commands bring one to life.
+"""Lines of a shared hub by name, and how the commands bring a CAN line to life; lin_line.py does a LIN line.
 
 HW000001:0        line 0 of the board with that hardware id
 usb-to-can-fd:1   line 1 of the first board of that kind
-can0              the first line on that bus; to send from, the first one there that nobody configures
+can0, lin0        the first line on that bus; to send from, the first one there that nobody configures
 """
 
 from __future__ import annotations
 
 import argparse
 import re
+import signal
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import canwire
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 USUAL_BIT_RATE = 500_000
 USUAL_DATA_BIT_RATE = 2_000_000
 _ADDRESS = re.compile(r"(.+):(\d{1,3})", re.DOTALL)
+_VERBS = {"CAN": "`canwire dump` or `canwire send`", "LIN": "`canwire lin dump` or `canwire lin send`"}
 _FEWEST_QUANTA = 8, 5  # of a bit in the nominal and in the data phase: values/timing_limits.py
 
 
@@ -96,21 +98,27 @@ def connected(arguments: argparse.Namespace, verb: str, closing: ExitStack) -> H
     return hub
 
 
-def find_line(hub: Hub, name: str, *, to_send: bool = False) -> Place:
-    """The line of that name; raises NoSuchBoard with the lines there are."""
+def find_line(hub: Hub, name: str, *, to_send: bool = False, bus_type: str = "CAN") -> Place:
+    """The line of that name; raises NoSuchBoard with the lines there are, BadValue for one of another type."""
     boards = hub.boards()
-    on_bus = [
-        Place(board, index) for board in boards for index, line in enumerate(board.lines) if line.bus == name
-    ]
-    if on_bus:
-        return _unclaimed(hub, on_bus) if to_send else on_bus[0]
+    places = [Place(board, index) for board in boards for index in range(len(board.lines))]
+    on_bus = [place for place in places if name and place.info.bus == name]
+    place = on_bus[0] if on_bus else _by_address(hub, name, places)
+    there = place.info.bus_type
+    if there != bus_type:
+        raise BadValue(
+            f"{name}: {place.address} is a {there} line; use {_VERBS.get(there, 'something else')}"
+        )
+    return _unclaimed(hub, on_bus) if on_bus and to_send else place
+
+
+def _by_address(hub: Hub, name: str, places: list[Place]) -> Place:
     if found := _ADDRESS.fullmatch(name):
         board = hub.board(found[1])
         if int(found[2]) < len(board.lines):
             return Place(board, int(found[2]))
         raise NoSuchBoard(f"{name}: {board.hardware_id} has the lines 0 to {len(board.lines) - 1}")
-    places = [Place(board, index) for board in boards for index in range(len(board.lines))]
-    there = ", ".join(f"{place.address} (on {place.info.bus})" for place in places) or "none"
+    there = ", ".join(f"{place.address} (on {place.info.bus or 'no bus'})" for place in places) or "none"
     raise NoSuchBoard(f"no line or bus {name!r}; there are {there}")
 
 
@@ -162,9 +170,22 @@ def complain(what: str) -> None:
     print(f"canwire: {what}", file=sys.stderr, flush=True)
 
 
+def let_terminate(closing: ExitStack) -> None:
+    """SIGTERM ends like Ctrl-C, with the numbers; only a main thread may ask for that."""
+    with suppress(ValueError):
+        closing.callback(
+            signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler)
+        )
+
+
 def _unclaimed(hub: Hub, places: list[Place]) -> Place:
-    free = (place for place in places if not status_of(hub, place).control_holder)
-    return next(free, places[0])
+    return next((place for place in places if not _holder(hub, place)), places[0])
+
+
+def _holder(hub: Hub, place: Place) -> str:
+    if place.info.lin is not None:
+        return hub.lin_status(place.board.id, place.line).control_holder
+    return status_of(hub, place).control_holder
 
 
 def _start(control: Control, place: Place, status: LineStatus, rates: Rates) -> None:

@@ -34,6 +34,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def board_line(board: BoardInfo) -> str:
-    """A board in one line: hardware id, kind, description, buses."""
-    buses = " ".join(line.bus for line in board.lines)
+    """A board in one line: hardware id, kind, description, buses; - where a line is unconnected."""
+    buses = " ".join(line.bus or "-" for line in board.lines)
     return f"{board.hardware_id}  {board.kind}  {board.description}  {buses}"

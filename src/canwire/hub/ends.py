@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,9 @@ class RingEnd:
         self.reads = reads
         self._own = descriptor
         self._event: Event | None = None
+        self._lock = threading.Lock()
+        self._waiting = 0  # threads in `wait`, whose last one closes the descriptor
+        self._closed = False
         if reads:
             ring.event = descriptor
         else:
@@ -84,26 +88,50 @@ class RingEnd:
     def wait(self, timeout: float | None) -> bool:
         """Block until the threshold is met, at most `timeout` seconds (None: for ever); raises if the lease ends."""
         self.lease.check()
-        if self.lease.hub.virtual:
-            self.lease.hub.advance(self._met_or_armed, timeout)
-        elif self.reads:
-            self.ring.sleep(timeout, self._over)
-        else:
-            self.ring.sleep_until_free(timeout, self._over)
-        self.touched()
-        met = self._met()
-        if not met:
+        with self._lock:
+            if self._closed:
+                return False
+            self._waiting += 1
+        try:
+            if self.lease.hub.virtual:
+                self.lease.hub.advance(self._met_or_armed, timeout)
+            elif self.reads:
+                self.ring.sleep(timeout, self._over)
+            else:
+                self.ring.sleep_until_free(timeout, self._over)
+            self.touched()
+            met = self._met()
+        finally:
+            self._waited()
+        if not (met and self.reads):  # what has come can still be read, but nothing more goes out
             self.lease.check()
         return met
 
     def wake(self) -> None:
         """The lease is over: let nobody wait on."""
-        self._own.signal()
+        with self._lock:
+            if not self._closed:
+                self._own.signal()
 
     def close(self) -> None:
+        """Whoever waits wakes up; a second time does nothing."""
         self.assign(None)
-        self._own.close()
+        with self._lock:
+            closed, self._closed = self._closed, True
+            if self._waiting:
+                self._own.signal()
+            elif not closed:
+                self._own.close()
         self.ring.close()
+
+    def _waited(self) -> None:
+        """One thread less; where there is nothing to wait for any more, the others wake up one after the other."""
+        with self._lock:
+            self._waiting -= 1
+            if self._waiting and self._over():
+                self._own.signal()
+            elif self._closed:
+                self._own.close()
 
     def _met(self) -> bool:
         if self.reads:
@@ -117,7 +145,7 @@ class RingEnd:
         return False
 
     def _over(self) -> bool:
-        return self.lease.over
+        return self._closed or self.lease.over
 
     def _arm(self) -> None:
         if self.reads:

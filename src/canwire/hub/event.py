@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import select
+import threading
+import time
 from collections.abc import Callable
 from typing import Protocol
 
 from canwire.errors import BadValue
 from canwire.platform import EventDescriptor, wait_readable
+
+_HAS_EPOLL = hasattr(select, "epoll")
 
 
 class Signal(Protocol):
@@ -37,6 +41,7 @@ class Event:
         self.manual_reset = manual_reset
         self._own = EventDescriptor()
         self._signals: list[Signal] = []
+        self._lock = threading.RLock()  # over which signals there are, and taking them
         self._poll: select.epoll | None = None
 
     def set(self) -> None:
@@ -45,40 +50,44 @@ class Event:
 
     def reset(self) -> None:
         """Take back every signal there is."""
-        self._own.wait(0)
-        for signal in self._signals:
-            if signal.descriptor.wait(0):
-                signal.rearm()
+        self._take()
 
     def is_set(self) -> bool:
         """Signalled now; takes nothing."""
-        return wait_readable(self._descriptors(), 0)
+        with self._lock:
+            return wait_readable(self._descriptors(), 0)
 
     def wait(self, timeout: float | None = None) -> bool:
         """Block until signalled, at most `timeout` seconds (None: for ever); False when the time is over.
 
-        On a hub in virtual time the timeout is virtual, and waiting lets that time pass.
+        Of several threads that wait for one signal of an auto-reset event one gets it. On a hub in virtual time
+        the timeout is virtual, and waiting lets that time pass.
         """
         if timeout is not None and not timeout >= 0:
             raise BadValue(f"timeout {timeout!r}: seconds from 0 up, or None")
         advance = next((signal.advance for signal in self._signals if signal.advance is not None), None)
         if advance is not None:
             signalled = advance(self.is_set, timeout)
-        else:
-            signalled = wait_readable(self._descriptors(), timeout)
-        if signalled and not self.manual_reset:
-            self.reset()
-        return signalled
+            if signalled and not self.manual_reset:
+                self._take()
+            return signalled
+        deadline = None if timeout is None else time.monotonic() + timeout
+        left = timeout
+        # the poll also hears of what the event is assigned to while it is waited for
+        while wait_readable([self.fileno()] if _HAS_EPOLL else self._descriptors(), left):
+            if self.manual_reset or self._take():
+                return True
+            left = None if deadline is None else max(0.0, deadline - time.monotonic())
+        return False
 
     def fileno(self) -> int:
-        """A descriptor that is readable while the event is signalled."""
-        if not self._signals:
-            return self._own.fileno()
-        if self._poll is None:
-            self._poll = select.epoll()
-            for descriptor in self._descriptors():
-                self._poll.register(descriptor, select.EPOLLIN)
-        return self._poll.fileno()
+        """A descriptor that is readable while the event is signalled, whatever it is assigned to by then."""
+        with self._lock:
+            if self._poll is None:
+                self._poll = select.epoll()
+                for descriptor in self._descriptors():
+                    self._poll.register(descriptor, select.EPOLLIN)
+            return self._poll.fileno()
 
     def close(self) -> None:
         """Let go of the descriptors; a second time does nothing."""
@@ -87,17 +96,29 @@ class Event:
 
     def bind(self, signal: Signal) -> None:
         """For queues and lists: let this signal the event."""
-        self._signals.append(signal)
-        if self._poll is not None:
-            self._poll.register(signal.descriptor.fileno(), select.EPOLLIN)
+        with self._lock:
+            self._signals.append(signal)
+            if self._poll is not None:
+                self._poll.register(signal.descriptor.fileno(), select.EPOLLIN)
 
     def unbind(self, signal: Signal) -> None:
-        """No longer; unknown ones are ignored."""
-        if signal in self._signals:
-            self._signals.remove(signal)
-            if self._poll is not None:
-                with contextlib.suppress(OSError):  # closed before, and so gone from the poll
-                    self._poll.unregister(signal.descriptor.fileno())
+        """No longer; unknown ones are ignored. To be called before its descriptor is closed."""
+        with self._lock:
+            if signal in self._signals:
+                self._signals.remove(signal)
+                if self._poll is not None:
+                    with contextlib.suppress(OSError):  # closed before, and so gone from the poll
+                        self._poll.unregister(signal.descriptor.fileno())
+
+    def _take(self) -> bool:
+        """Take back every signal there is; was there one?"""
+        with self._lock:
+            taken = self._own.wait(0)
+            for signal in self._signals:
+                if signal.descriptor.wait(0):
+                    signal.rearm()
+                    taken = True
+            return taken
 
     def _descriptors(self) -> list[int]:
         return [self._own.fileno(), *(signal.descriptor.fileno() for signal in self._signals)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from canwire.boards.can_line import CanLine
 from canwire.boards.modes import LineStatus
 from canwire.boards.scheduler import CyclicList
-from canwire.errors import InUse
+from canwire.errors import CanwireError, InUse
 from canwire.hub.pipes import Pipe
 
 if TYPE_CHECKING:
@@ -16,24 +16,40 @@ if TYPE_CHECKING:
     from canwire.hub.session import Session
 
 
-class Slot:
-    """A line with its holders; when the last of them goes, the line is reset."""
+class LineSlot:
+    """A line of a board, and who holds its control."""
+
+    def __init__(self, board: int, name: str) -> None:
+        self.board = board
+        self.name = name
+        self.control: Session | None = None
+
+    def admit(self, what: str, holder: Session | None) -> None:
+        """Raise InUse if somebody holds it."""
+        if holder is not None:
+            raise InUse(f"{self.name}: {what} is held by {holder.name}")
+
+    def settle(self) -> None:
+        """Somebody let go: nobody left means nobody's settings (VCI V4 manual 5.2.3, closing the control unit)."""
+        raise NotImplementedError
+
+    def close(self, why: CanwireError) -> None:
+        """The board is gone; whoever waits gets this error."""
+        raise NotImplementedError
+
+
+class Slot(LineSlot):
+    """A CAN line with its holders; when the last of them goes, the line is reset."""
 
     def __init__(self, board: int, can: CanLine) -> None:
-        self.board = board
+        super().__init__(board, can.line.name)
         self.can = can
-        self.control: Session | None = None
         self.scheduler: Session | None = None
         self.channels: list[HeldChannel] = []
 
     @property
     def exclusive(self) -> bool:
         return any(channel.exclusive for channel in self.channels)
-
-    def admit(self, what: str, holder: Session | None) -> None:
-        """Raise InUse if somebody holds it."""
-        if holder is not None:
-            raise InUse(f"{self.can.line.name}: {what} is held by {holder.name}")
 
     def admit_channel(self, exclusive: bool) -> None:
         """Raise InUse for an exclusive channel beside others, or any beside an exclusive one."""
@@ -43,9 +59,11 @@ class Slot:
             raise InUse(f"{self.can.line.name}: {kind} on it already, of {holder}")
 
     def settle(self) -> None:
-        """Somebody let go: nobody left means nobody's settings (VCI V4 manual 5.2.3, closing the control unit)."""
         if self.control is None and self.scheduler is None and not self.channels:
             self.can.reset()
+
+    def close(self, why: CanwireError) -> None:
+        self.can.close(why)
 
     def status(self) -> LineStatus:
         can, controller = self.can, self.can.line.controller
@@ -78,7 +96,7 @@ class Slot:
 class OnLine:
     """Something held on a line."""
 
-    slot: Slot
+    slot: LineSlot
 
     @property
     def board(self) -> int:
@@ -87,9 +105,9 @@ class OnLine:
 
 @dataclass
 class HeldControl(OnLine):
-    """The lease on a line's control."""
+    """The lease on a line's control, CAN or LIN."""
 
-    slot: Slot
+    slot: LineSlot
 
     def let_go(self) -> None:
         self.slot.control = None

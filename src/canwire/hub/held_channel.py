@@ -10,26 +10,12 @@ from canwire.boards.message_filter import FormatFilter, MessageFilter, message_f
 from canwire.boards.modes import ChannelMode, ChannelStatus
 from canwire.errors import NotInitialised, WrongState
 from canwire.hub.held import OnLine, Slot
-from canwire.platform import EventDescriptor, close_descriptors, create_memory
-from canwire.ring import Ring, ring_size, rounded_capacity
+from canwire.hub.shared_ring import SharedRing
+from canwire.platform import EventDescriptor
+from canwire.ring import rounded_capacity
 
 if TYPE_CHECKING:
     from canwire.hub.session import Session
-
-
-class Halting:
-    """An event that also ends the passing of virtual time: somebody has something to look at."""
-
-    def __init__(self, event: EventDescriptor, slot: Slot) -> None:
-        self._event = event
-        self._timeline = slot.can.line.timeline
-
-    def signal(self) -> None:
-        self._event.signal()
-        self._timeline.halt()
-
-    def wait_for(self, *_: object) -> bool:
-        raise NotImplementedError("only the other end of a ring waits here")
 
 
 @dataclass
@@ -42,8 +28,7 @@ class HeldChannel(OnLine):
     channel: Channel | None = None
     active: bool = False
     filter: MessageFilter | None = None
-    _descriptors: tuple[int, ...] = ()
-    _events: list[EventDescriptor] = field(default_factory=list)
+    _queues: list[SharedRing] = field(default_factory=list)
 
     def set_up(self, mode: ChannelMode, doorbell: EventDescriptor | None) -> tuple[int, ...]:
         """New queues in new memory; descriptors for the client: receive memory and event, [transmit ...].
@@ -52,24 +37,27 @@ class HeldChannel(OnLine):
         """
         size = mode.filter_size
         chosen = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
-        for capacity in (mode.receive, mode.transmit) if mode.transmit else (mode.receive,):
+        capacities = (mode.receive, mode.transmit) if mode.transmit else (mode.receive,)
+        for capacity in capacities:
             rounded_capacity(capacity)
         self.activate(False)
         self._forget_queues()
-        receive = self._queue(mode.receive, mode.exact, doorbell, reads=True)
-        transmit = self._queue(mode.transmit, mode.exact, doorbell, reads=False) if mode.transmit else None
-        self.channel = self._new_channel(mode, receive, transmit)
+        timeline = self.slot.can.line.timeline if self.holder.virtual else None
+        self._queues = [SharedRing.receiving(mode.receive, mode.exact, doorbell, timeline)]
+        if mode.transmit:
+            self._queues.append(SharedRing.transmitting(mode.transmit, mode.exact, doorbell, timeline))
+        self.channel = self._new_channel(mode)
         self.channel.filter = self.filter = chosen
-        return self._descriptors
+        return tuple(descriptor for queue in self._queues for descriptor in queue.descriptors)
 
-    def _new_channel(self, mode: ChannelMode, receive: Ring, transmit: Ring | None) -> Channel:
+    def _new_channel(self, mode: ChannelMode) -> Channel:
         channel = Channel(
             mode.receive,
             mode.transmit,
             frames=mode.frames,
             events=frozenset(mode.events),
             siblings=mode.siblings,
-            rings=(receive, transmit),
+            rings=(self._queues[0].ring, self._queues[1].ring if mode.transmit else None),
         )
         channel.untrusted = True
         channel.fd = mode.fd
@@ -139,22 +127,7 @@ class HeldChannel(OnLine):
             channel.delay_tick_ns = max(1, capabilities.delay.tick_ns)
             channel.longest_delay = capabilities.delay.maximum
 
-    def _queue(self, capacity: int, exact: bool, doorbell: EventDescriptor | None, *, reads: bool) -> Ring:
-        """A ring whose other end is the client's: the client is told by a new event, the hub by the doorbell."""
-        memory = create_memory(ring_size(rounded_capacity(capacity)))
-        event = EventDescriptor()
-        self._descriptors = (*self._descriptors, memory, event.fileno())
-        self._events.append(event)
-        ring = Ring.over(memory, capacity, exact=exact)
-        told = Halting(event, self.slot) if self.holder.virtual else event
-        if reads:
-            ring.event, ring.free_event = told, doorbell
-        else:
-            ring.event, ring.free_event = doorbell, told
-        return ring
-
     def _forget_queues(self) -> None:
-        for event in self._events:
-            event.close()
-        close_descriptors(*self._descriptors[::2])
-        self._descriptors, self._events, self.channel, self.filter = (), [], None, None
+        for queue in self._queues:
+            queue.close()
+        self._queues, self.channel, self.filter = [], None, None

@@ -14,6 +14,7 @@ from canwire.hub import messages as m
 from canwire.hub.channel import HubChannel
 from canwire.hub.fifo import FIFO, Fifo
 from canwire.hub.handles import Control, Lease, Scheduler
+from canwire.hub.lin import LinControl, Monitor
 from canwire.hub.watch import BoardWatch
 from canwire.platform import EventDescriptor
 
@@ -114,6 +115,21 @@ class Hub:
     def open_scheduler(self, board: int, line: int) -> Scheduler:
         """The one lease on a line's cyclic list; raises InUse, or Unsupported on a board without one."""
         return Scheduler(self, self.call(m.OpenScheduler(board, line)).handle, board, line)
+
+    # LIN lines
+
+    def lin_status(self, board: int, line: int) -> m.LinLineState:
+        """A LIN line as it is now, and who holds what on it; raises Unsupported for a CAN line."""
+        state: m.LinLineState = self.call(m.GetLinStatus(board, line))
+        return state
+
+    def open_lin_control(self, board: int, line: int) -> LinControl:
+        """The one lease that configures a LIN line and sends on it; raises InUse naming its holder."""
+        return LinControl(self, self.call(m.OpenControl(board, line)).handle, board, line)
+
+    def open_monitor(self, board: int, line: int, *, exclusive: bool = False) -> Monitor:
+        """A monitor on a LIN line; an exclusive one has to be the only one, else InUse."""
+        return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
 
     # the rest
 

@@ -16,16 +16,23 @@ import msgspec
 from canwire.boards.description import BoardInfo
 from canwire.boards.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
 from canwire.errors import BadMessage, BadValue
+from canwire.hub.lin_messages import GetLinStatus as GetLinStatus
+from canwire.hub.lin_messages import GetMonitorStatus as GetMonitorStatus
+from canwire.hub.lin_messages import InitialiseLin as InitialiseLin
+from canwire.hub.lin_messages import LinLineState as LinLineState
+from canwire.hub.lin_messages import MonitorState as MonitorState
+from canwire.hub.lin_messages import OpenMonitor as OpenMonitor
+from canwire.hub.lin_messages import RunSchedule as RunSchedule
+from canwire.hub.lin_messages import SetUpMonitor as SetUpMonitor
+from canwire.hub.lin_messages import WakeLin as WakeLin
+from canwire.hub.lin_messages import WriteLin as WriteLin
+from canwire.hub.message import Message as Message
 from canwire.values.bit_timing import BitTiming
 
 VERSION = 1
 LARGEST_REQUEST = 1 << 16
 LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")
-
-
-class Message(msgspec.Struct, tag=True, array_like=True, forbid_unknown_fields=True):
-    """Anything on the wire."""
 
 
 # a client's requests; what each one is answered with stands behind it
@@ -291,7 +298,8 @@ Request = (
     Hello | ListBoards | Watch | Plug | Unplug | OpenLayer | OpenControl | OpenChannel | OpenScheduler | Close
     | GetLineStatus | Initialise | Start | Stop | Reset | Detect | GetFilterMode | SetFilterMode
     | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | AddCyclic
-    | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | CreateFifo
+    | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
+    | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
     | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance
 )  # fmt: skip
 
@@ -374,7 +382,7 @@ class Gone(Message):
 
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
-    | SchedulerState | FifoOpened | Failed | BoardsChanged | Gone
+    | SchedulerState | LinLineState | MonitorState | FifoOpened | Failed | BoardsChanged | Gone
 )  # fmt: skip
 
 

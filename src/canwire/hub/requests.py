@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from canwire.boards.can_line import CanLine
 from canwire.boards.description import Feature
+from canwire.boards.lin_line import LinLine
 from canwire.boards.message_filter import FormatFilter
 from canwire.boards.modes import CyclicStatus, FilterMode
 from canwire.boards.scheduler import CyclicList, Increment
@@ -19,13 +20,15 @@ from canwire.errors import (
     CanwireError,
     HubError,
     InUse,
+    NoSuchBoard,
     Unsupported,
     WrongState,
 )
 from canwire.hub import messages as m
 from canwire.hub.deferred import Deferred
-from canwire.hub.held import HeldControl, HeldLayer, HeldPipe, HeldScheduler
+from canwire.hub.held import HeldControl, HeldLayer, HeldPipe, HeldScheduler, OnLine, Slot
 from canwire.hub.held_channel import HeldChannel
+from canwire.hub.held_lin import HeldMonitor, LinSlot
 from canwire.hub.link import Answer
 from canwire.timeline import NEVER, Timeline
 from canwire.values.frame import frame_of_record
@@ -37,7 +40,7 @@ if TYPE_CHECKING:
 _CYCLIC_FLAGS = SINGLE_SHOT | HIGH_PRIORITY | SELF_RECEPTION
 _LARGEST_NS = 1 << 62
 _KIND_AT = 12  # byte of a record: 0 for frames
-_DONE: Answer = (m.Done(), ())
+DONE: Answer = (m.Done(), ())
 
 
 @singledispatch
@@ -57,7 +60,7 @@ def _list_boards(request: m.ListBoards, session: Session) -> Answer:
 @answer.register(m.Watch)
 def _watch(request: m.Watch, session: Session) -> Answer:
     session.watching = True
-    return _DONE
+    return DONE
 
 
 @answer.register(m.Plug)
@@ -68,7 +71,7 @@ def _plug(request: m.Plug, session: Session) -> Answer:
 @answer.register(m.Unplug)
 def _unplug(request: m.Unplug, session: Session) -> Answer:
     session.world.unplug(request.hardware_id)
-    return _DONE
+    return DONE
 
 
 @answer.register(m.OpenLayer)
@@ -78,7 +81,7 @@ def _open_layer(request: m.OpenLayer, session: Session) -> Answer:
         for layer in other.held(HeldLayer):
             if layer.board == request.board and layer.layer != request.layer:
                 raise InUse(f"{board.info.hardware_id}: layer {layer.layer!r} is open, by {other.name}")
-    return _opened(session, HeldLayer(request.board, request.layer))
+    return opened(session, HeldLayer(request.board, request.layer))
 
 
 # leases
@@ -86,10 +89,10 @@ def _open_layer(request: m.OpenLayer, session: Session) -> Answer:
 
 @answer.register(m.OpenControl)
 def _open_control(request: m.OpenControl, session: Session) -> Answer:
-    slot = session.world.slot(request.board, request.line)
+    slot = session.world.line_slot(request.board, request.line)
     slot.admit("its control", slot.control)
     slot.control = session
-    return _opened(session, HeldControl(slot))
+    return opened(session, HeldControl(slot))
 
 
 @answer.register(m.OpenChannel)
@@ -98,7 +101,7 @@ def _open_channel(request: m.OpenChannel, session: Session) -> Answer:
     slot.admit_channel(request.exclusive)
     held = HeldChannel(slot, session, request.exclusive)
     slot.channels.append(held)
-    return _opened(session, held)
+    return opened(session, held)
 
 
 @answer.register(m.OpenScheduler)
@@ -110,14 +113,14 @@ def _open_scheduler(request: m.OpenScheduler, session: Session) -> Answer:
     slot.admit("its cyclic list", slot.scheduler)
     slot.scheduler = session
     cyclic = CyclicList(slot.can.line, session.world.timeline, ticks.tick_ns, ticks.maximum)
-    return _opened(session, HeldScheduler(slot, cyclic))
+    return opened(session, HeldScheduler(slot, cyclic))
 
 
 @answer.register(m.Close)
 def _close(request: m.Close, session: Session) -> Answer:
     session.look_up(request.handle, object)
     session.release(request.handle)
-    return _DONE
+    return DONE
 
 
 # a line
@@ -136,19 +139,19 @@ def _initialise(request: m.Initialise, session: Session) -> Deferred:
 
 @answer.register(m.Start)
 def _start(request: m.Start, session: Session) -> Answer:
-    _control(session, request.handle).start()
-    return _DONE
+    _commanded(session, request.handle).start()
+    return DONE
 
 
 @answer.register(m.Stop)
 def _stop(request: m.Stop, session: Session) -> Deferred:
-    return _later(_control(session, request.handle).stop, numbered=False)
+    return _later(_commanded(session, request.handle).stop, numbered=False)
 
 
 @answer.register(m.Reset)
 def _reset(request: m.Reset, session: Session) -> Answer:
-    _control(session, request.handle).reset()
-    return _DONE
+    _commanded(session, request.handle).reset()
+    return DONE
 
 
 @answer.register(m.Detect)
@@ -187,14 +190,14 @@ def _set_filter_mode(request: m.SetFilterMode, session: Session) -> Answer:
 @answer.register(m.SetAcceptanceFilter)
 def _set_acceptance_filter(request: m.SetAcceptanceFilter, session: Session) -> Answer:
     _filter(session, request.handle, request.extended, change=True).set_pattern(request.code, request.mask)
-    return _DONE
+    return DONE
 
 
 @answer.register(m.ListIds)
 def _list_ids(request: m.ListIds, session: Session) -> Answer:
     found = _filter(session, request.handle, request.extended, change=True)
     (found.add if request.add else found.remove)(request.code, request.mask)
-    return _DONE
+    return DONE
 
 
 # channels
@@ -211,8 +214,11 @@ def _set_up_channel(request: m.SetUpChannel, session: Session) -> Answer:
 
 @answer.register(m.Activate)
 def _activate(request: m.Activate, session: Session) -> Answer:
-    session.look_up(request.handle, HeldChannel).activate(request.active)
-    return _DONE
+    held = session.look_up(request.handle, OnLine)
+    if not isinstance(held, (HeldChannel, HeldMonitor)):
+        raise NoSuchBoard(f"handle {request.handle} is neither a channel nor a monitor of {session.name}")
+    held.activate(request.active)
+    return DONE
 
 
 @answer.register(m.GetChannelStatus)
@@ -251,32 +257,32 @@ def _add_cyclic(request: m.AddCyclic, session: Session) -> Answer:
 @answer.register(m.RemoveCyclic)
 def _remove_cyclic(request: m.RemoveCyclic, session: Session) -> Answer:
     session.look_up(request.handle, HeldScheduler).cyclic.remove(request.index)
-    return _DONE
+    return DONE
 
 
 @answer.register(m.StartCyclic)
 def _start_cyclic(request: m.StartCyclic, session: Session) -> Answer:
     session.look_up(request.handle, HeldScheduler).cyclic.start(request.index, request.count)
-    return _DONE
+    return DONE
 
 
 @answer.register(m.StopCyclic)
 def _stop_cyclic(request: m.StopCyclic, session: Session) -> Answer:
     session.look_up(request.handle, HeldScheduler).cyclic.stop(request.index)
-    return _DONE
+    return DONE
 
 
 @answer.register(m.RunScheduler)
 def _run_scheduler(request: m.RunScheduler, session: Session) -> Answer:
     cyclic = session.look_up(request.handle, HeldScheduler).cyclic
     (cyclic.resume if request.running else cyclic.suspend)()
-    return _DONE
+    return DONE
 
 
 @answer.register(m.ResetScheduler)
 def _reset_scheduler(request: m.ResetScheduler, session: Session) -> Answer:
     session.look_up(request.handle, HeldScheduler).cyclic.reset()
-    return _DONE
+    return DONE
 
 
 @answer.register(m.GetSchedulerStatus)
@@ -302,7 +308,7 @@ def _open_fifo(request: m.OpenFifo, session: Session) -> Answer:
 @answer.register(m.ResetFifo)
 def _reset_fifo(request: m.ResetFifo, session: Session) -> Answer:
     session.world.pipes.reset(session.look_up(request.handle, HeldPipe).pipe)
-    return _DONE
+    return DONE
 
 
 @answer.register(m.CreateLuid)
@@ -312,8 +318,8 @@ def _create_luid(request: m.CreateLuid, session: Session) -> Answer:
 
 @answer.register(m.Disturb)
 def _disturb(request: m.Disturb, session: Session) -> Answer:
-    session.world.bus(request.bus).short(request.shorted)
-    return _DONE
+    session.world.short(request.bus, request.shorted)
+    return DONE
 
 
 @answer.register(m.Advance)
@@ -332,7 +338,7 @@ def _advance(request: m.Advance, session: Session) -> Answer:
 # what several of them need
 
 
-def _opened(session: Session, held: object) -> Answer:
+def opened(session: Session, held: object) -> Answer:
     return m.Opened(session.hold(held)), ()
 
 
@@ -343,7 +349,17 @@ def _fifo(session: Session, number: int, role: str) -> Answer:
 
 
 def _control(session: Session, handle: int) -> CanLine:
-    return session.look_up(handle, HeldControl).slot.can
+    """The CAN line that this control is of; raises Unsupported for a LIN line's."""
+    slot = session.look_up(handle, HeldControl).slot
+    if not isinstance(slot, Slot):
+        raise Unsupported(f"{slot.name} is a LIN line: it has no bit timing, filters and detection")
+    return slot.can
+
+
+def _commanded(session: Session, handle: int) -> CanLine | LinLine:
+    """The line of either kind that this control is of."""
+    slot = session.look_up(handle, HeldControl).slot
+    return slot.lin if isinstance(slot, LinSlot) else _control(session, handle)
 
 
 def _filter(session: Session, handle: int, extended: bool, *, change: bool = False) -> FormatFilter:
@@ -375,7 +391,7 @@ def _later(begin: Callable[[Callable[[int | CanwireError], None]], None], *, num
         if isinstance(result, CanwireError):
             deferred.settle(result)
         else:
-            deferred.settle((m.Number(result), ()) if numbered else _DONE)
+            deferred.settle((m.Number(result), ()) if numbered else DONE)
 
     begin(done)
     return deferred

@@ -11,8 +11,9 @@ from canwire.hub import messages as m
 from canwire.hub.deferred import Deferred
 from canwire.hub.held import HeldControl, HeldLayer, HeldPipe, HeldScheduler
 from canwire.hub.held_channel import HeldChannel
+from canwire.hub.held_lin import HeldMonitor
+from canwire.hub.lin_requests import answer
 from canwire.hub.link import Answer
-from canwire.hub.requests import answer
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring
 
@@ -59,7 +60,7 @@ class Session:
 
     def close(self) -> None:
         """Give everything back: cyclic lists first, so that nothing new is sent."""
-        for kind in (HeldScheduler, HeldChannel, HeldControl, HeldPipe, HeldLayer):
+        for kind in (HeldScheduler, HeldChannel, HeldMonitor, HeldControl, HeldPipe, HeldLayer):
             for handle in [handle for handle, held in self._held.items() if isinstance(held, kind)]:
                 self.release(handle)
 
@@ -120,6 +121,6 @@ class Session:
         held = self._held.pop(handle)
         if isinstance(held, HeldPipe):
             self.world.pipes.close(held.pipe, held.role)
-        elif isinstance(held, (HeldScheduler, HeldChannel, HeldControl)):
+        elif isinstance(held, (HeldScheduler, HeldChannel, HeldMonitor, HeldControl)):
             held.let_go()
             held.slot.settle()

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from canwire.boards import catalogue
-from canwire.boards.board import Board
+from canwire.boards.board import Board, BoardLinLine
 from canwire.boards.can_line import CanLine
 from canwire.boards.config import BusConfig, Config
 from canwire.boards.description import BoardInfo
 from canwire.bus.can_bus import CanBus
+from canwire.bus.lin_bit_level import FREE
+from canwire.bus.lin_bus import LinBus
 from canwire.bus.medium import one_way_delay_ps
-from canwire.errors import BadValue, NoSuchBoard, Unplugged
-from canwire.hub.held import Slot
+from canwire.errors import BadValue, NoSuchBoard, Unplugged, Unsupported
+from canwire.hub.held import LineSlot, Slot
+from canwire.hub.held_lin import LinSlot
 from canwire.hub.messages import BoardsChanged, Message
 from canwire.hub.pipes import Pipes
 from canwire.hub.session import Session
@@ -32,10 +35,11 @@ class World:
     def __init__(self, config: Config, *, virtual: bool = False) -> None:
         self.timeline = Timeline()
         self.virtual = virtual
-        self.buses: dict[str, CanBus] = {}
+        self.buses: dict[str, CanBus | LinBus] = {}
+        self._can_buses: list[CanBus] = []
         self.sessions: list[Session] = []
         self.boards: dict[int, Board] = {}
-        self.slots: dict[tuple[int, int], Slot] = {}
+        self.slots: dict[tuple[int, int], Slot | LinSlot] = {}
         self.pipes = Pipes()
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
         self._luid = 0
@@ -90,7 +94,11 @@ class World:
         )
         self.boards[built.info.id] = built
         for number, slot in enumerate(built.lines):
-            self.slots[built.info.id, number] = Slot(built.info.id, CanLine(slot))
+            self.slots[built.info.id, number] = (
+                LinSlot(built.info.id, slot.line)
+                if isinstance(slot, BoardLinLine)
+                else Slot(built.info.id, CanLine(slot))
+            )
         self._changed()
         return built.info
 
@@ -104,7 +112,7 @@ class World:
         text = f"board {hardware_id} ({board.info.kind}) was unplugged"
         catalogue.pull(board)
         for number in range(len(board.lines)):
-            self.slots.pop((board.info.id, number)).can.close(Unplugged(text))
+            self.slots.pop((board.info.id, number)).close(Unplugged(text))
         for session in list(self.sessions):
             session.board_gone(board.info.id, text)
         self._changed()
@@ -116,18 +124,36 @@ class World:
         except KeyError:
             raise NoSuchBoard(f"no board with id {board_id}; it may have been unplugged") from None
 
-    def slot(self, board_id: int, line: int) -> Slot:
-        """A line and who holds it; raises NoSuchBoard."""
+    def line_slot(self, board_id: int, line: int) -> LineSlot:
+        """A line of any kind and who holds it; raises NoSuchBoard."""
         board = self.board(board_id)
         if (board_id, line) not in self.slots:
             raise NoSuchBoard(f"{board.info.hardware_id} has lines 0 to {len(board.lines) - 1}, not {line}")
         return self.slots[board_id, line]
 
-    def bus(self, name: str) -> CanBus:
-        """Raises NoSuchBoard."""
-        if name not in self.buses:
+    def slot(self, board_id: int, line: int) -> Slot:
+        """A CAN line; raises NoSuchBoard, or Unsupported for a LIN line."""
+        found = self.line_slot(board_id, line)
+        if not isinstance(found, Slot):
+            raise Unsupported(f"{found.name} is a LIN line: it has no channels, filters and cyclic list")
+        return found
+
+    def lin_slot(self, board_id: int, line: int) -> LinSlot:
+        """A LIN line; raises NoSuchBoard, or Unsupported for a CAN line."""
+        found = self.line_slot(board_id, line)
+        if not isinstance(found, LinSlot):
+            raise Unsupported(f"{found.name} is a CAN line: it has no monitors and schedules")
+        return found
+
+    def short(self, name: str, shorted: bool) -> None:
+        """Short a CAN bus's two wires, or a LIN bus's one to ground; or take the short away. Raises NoSuchBoard."""
+        bus = self.buses.get(name)
+        if isinstance(bus, CanBus):
+            bus.short(shorted)
+        elif isinstance(bus, LinBus):
+            bus.short(0 if shorted else FREE)
+        else:
             raise NoSuchBoard(f"no bus {name!r}; there are {', '.join(self.buses) or 'none'}")
-        return self.buses[name]
 
     def next_luid(self) -> int:
         """A number never given out before."""
@@ -138,7 +164,7 @@ class World:
 
     def healthy(self) -> bool:
         """No bus spends its time repeating what nobody acknowledges: fast time may run ahead of the clock."""
-        for bus in self.buses.values():
+        for bus in self._can_buses:
             if bus.busy():
                 last_ns = max(bus.tally.last_success_ns, bus.busy_since_ns())
                 if self.timeline.now_ns - last_ns >= _UNHEALTHY_NS:
@@ -161,14 +187,18 @@ class World:
         room = [ring.free() for session in self.sessions for ring in session.receive_rings()]
         if not room:
             return NEVER
-        quickest = min((node.bit_ps for bus in self.buses.values() for node in bus.nodes), default=1_000_000)
+        quickest = min((node.bit_ps for bus in self._can_buses for node in bus.nodes), default=1_000_000)
         return max(1, min(room)) * _SHORTEST_BITS * quickest // 1000
 
     def _add_bus(self, config: BusConfig) -> None:
+        if config.type == "lin":
+            self.buses[config.name] = LinBus(self.timeline, config.name)
+            return
         bus = CanBus(self.timeline, config.name)
-        timing = BitTiming.for_bit_rate(config.bit_rate, clock_hz=_CLOCK_HZ)
+        timing = BitTiming.for_bit_rate(config.usual_rate, clock_hz=_CLOCK_HZ)
         bus.delay_ps = one_way_delay_ps(timing, config.length_m, config.node_delay_ns)
         self.buses[config.name] = bus
+        self._can_buses.append(bus)
 
     def _changed(self) -> None:
         for session in self.sessions:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, Closed, NotIdle
 from canwire.lab.bus import LabBus
+from canwire.lab.lin import LabLinBus
 from canwire.lab.spans import nanoseconds
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
@@ -45,6 +46,7 @@ class Lab:
         self.seed = seed
         self.timeline = Timeline()
         self.buses: dict[str, LabBus] = {}
+        self.lin_buses: dict[str, LabLinBus] = {}
         self.pacer = Pacer(self.timeline) if time == "real" else None
         self._closed = False
         self._activity: dict[asyncio.Future[None], int] = {}
@@ -67,9 +69,7 @@ class Lab:
         adds in each direction (75 for one 6N137 opto-coupler). Raises BadTiming for rates that the 80 MHz
         clock of the lab's controllers cannot make, BadValue for a name that is taken.
         """
-        self.check_open()
-        if name in self.buses:
-            raise BadValue(f"there is a bus {name!r} already")
+        self._check_new(name)
         nominal = timing or BitTiming.for_bit_rate(bit_rate, clock_hz=CLOCK_HZ)
         data = data_timing
         if data is None and data_bit_rate is not None:
@@ -77,6 +77,19 @@ class Lab:
         with self.touch():
             bus = LabBus(self, name, nominal, data, iso_fd, length_m, node_delay_ns)
         self.buses[name] = bus
+        return bus
+
+    def lin_bus(
+        self, name: str = "lin0", *, bit_rate: int = 19_200, sleep_after: float | None = 4.0
+    ) -> LabLinBus:
+        """A new LIN bus at 1,000 to 20,000 bit/s; `master` and `slave` put nodes on it.
+
+        Its nodes go to sleep after `sleep_after` seconds without an edge (None: never). Raises BadValue.
+        """
+        self._check_new(name)
+        with self.touch():
+            bus = LabLinBus(self, name, bit_rate, sleep_after)
+        self.lin_buses[name] = bus
         return bus
 
     @property
@@ -131,6 +144,8 @@ class Lab:
             self._closed = True
             for bus in self.buses.values():
                 bus.close()
+            for lin_bus in self.lin_buses.values():
+                lin_bus.close()
             if self.pacer is not None:
                 self.pacer.close()
 
@@ -209,6 +224,11 @@ class Lab:
             pacer.catch_up()
             yield
             pacer.wake()
+
+    def _check_new(self, name: str) -> None:
+        self.check_open()
+        if name in self.buses or name in self.lin_buses:
+            raise BadValue(f"there is a bus {name!r} already")
 
     def check_open(self) -> None:
         """Raise Closed after `close`."""

@@ -9,6 +9,7 @@ from canwire.boards.channel import Channel
 from canwire.boards.line import Line
 from canwire.drivers.driver import Counters, Driver, LineSettings
 from canwire.errors import BadValue, BusOff, Closed, NotReceived, NotTransmitted
+from canwire.lab.listening import Listening
 from canwire.lab.spans import LONGEST_NS, nanoseconds
 from canwire.timeline import NEVER
 from canwire.values.acceptance import Acceptance
@@ -333,33 +334,9 @@ class LabNode:
         with self._listening(self._lab.timeline.halt):
             self._lab.advance(deadline_ns, lambda: self._ring.fill() > 0)
 
-    def _listening(self, callback: Callable[[], None]) -> _Listening:
-        return _Listening(self, callback)
+    def _listening(self, callback: Callable[[], None]) -> Listening:
+        return Listening(self._ring, callback)
 
     def _check_open(self) -> None:
         if self._closed:
             raise Closed(f"node {self.name}")
-
-
-class _Listening:
-    """For as long as somebody waits, arrivals also call `callback`."""
-
-    def __init__(self, node: LabNode, callback: Callable[[], None]) -> None:
-        self._ring = node._ring
-        self._callback = callback
-
-    def __enter__(self) -> None:
-        self._before = self._ring.listener
-        before, callback = self._before, self._callback
-        if before is None:
-            self._ring.listener = callback
-        else:
-
-            def both() -> None:
-                before()
-                callback()
-
-            self._ring.listener = both
-
-    def __exit__(self, *_: object) -> None:
-        self._ring.listener = self._before

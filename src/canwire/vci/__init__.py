@@ -1,4 +1,4 @@
-"""VCI V4: the CAN interface of IXXAT's boards, on canwire's.
+"""VCI V4: the CAN and LIN interface of IXXAT's boards, on canwire's.
 
 >>> from canwire import connect, vci
 >>> with connect(time="fast") as hub:
@@ -47,6 +47,12 @@ from canwire.vci.errors import *  # noqa: F403
 from canwire.vci.fifo import FifoReader, FifoWriter, VciFifo, VciFifo2
 from canwire.vci.fifo_block import FifoBlock
 from canwire.vci.guids import *  # noqa: F403
+from canwire.vci.lin_constants import *  # noqa: F403
+from canwire.vci.lin_control import LinControl
+from canwire.vci.lin_message import LinMsg, LinMsgInfo, linmsg_dtype, linmsg_view_dtype
+from canwire.vci.lin_monitor import LinMonitor
+from canwire.vci.lin_socket import LinSocket
+from canwire.vci.lin_structures import LinCapabilities, LinInitLine, LinLineStatus, LinMonitorStatus
 from canwire.vci.server import (
     access_fifo,
     create_fifo,
@@ -104,6 +110,15 @@ __all__ = [
     "FifoBlock",
     "FifoReader",
     "FifoWriter",
+    "LinCapabilities",
+    "LinControl",
+    "LinInitLine",
+    "LinLineStatus",
+    "LinMonitor",
+    "LinMonitorStatus",
+    "LinMsg",
+    "LinMsgInfo",
+    "LinSocket",
     "Structure",
     "Unknown",
     "VciDevice",
@@ -127,6 +142,8 @@ __all__ = [
     "get_version",
     "guid_to_char",
     "initialize",
+    "linmsg_dtype",
+    "linmsg_view_dtype",
     "luid_to_char",
     "query_device_by_class",
     "query_device_by_hwid",

@@ -13,7 +13,7 @@ from canwire.vci.bus_line import BusLine, Layer, bus_ctrl_of, bus_of
 from canwire.vci.can_control import CanControl, CanControl2
 from canwire.vci.can_scheduler import CanScheduler, CanScheduler2
 from canwire.vci.can_socket import CanSocket, CanSocket2
-from canwire.vci.controller_types import VCI_BUS_CAN
+from canwire.vci.controller_types import VCI_BUS_CAN, VCI_BUS_LIN
 from canwire.vci.errors import VCI_E_INVALID_INDEX, VCI_E_NOT_IMPLEMENTED, VciError
 from canwire.vci.guids import (
     INTERFACES,
@@ -24,8 +24,12 @@ from canwire.vci.guids import (
     IID_ICanScheduler2,
     IID_ICanSocket,
     IID_ICanSocket2,
+    IID_ILinControl,
+    IID_ILinSocket,
     IID_IUnknown,
 )
+from canwire.vci.lin_control import LinControl
+from canwire.vci.lin_socket import LinSocket
 from canwire.vci.structures import BalFeatures
 from canwire.vci.unknown import Unknown, interface_name, no_interface, vci_call
 
@@ -33,13 +37,15 @@ if TYPE_CHECKING:
     from canwire import BoardInfo, Hub
 
 LAYER = "bal"
-_CAN_INTERFACES: Mapping[UUID, Callable[[BusLine], Unknown]] = {
-    IID_ICanSocket: CanSocket.open,
-    IID_ICanSocket2: CanSocket2.open,
-    IID_ICanControl: CanControl.open,
-    IID_ICanControl2: CanControl2.open,
-    IID_ICanScheduler: CanScheduler.open,
-    IID_ICanScheduler2: CanScheduler2.open,
+_INTERFACES: Mapping[UUID, tuple[int, Callable[[BusLine], Unknown]]] = {
+    IID_ICanSocket: (VCI_BUS_CAN, CanSocket.open),
+    IID_ICanSocket2: (VCI_BUS_CAN, CanSocket2.open),
+    IID_ICanControl: (VCI_BUS_CAN, CanControl.open),
+    IID_ICanControl2: (VCI_BUS_CAN, CanControl2.open),
+    IID_ICanScheduler: (VCI_BUS_CAN, CanScheduler.open),
+    IID_ICanScheduler2: (VCI_BUS_CAN, CanScheduler2.open),
+    IID_ILinSocket: (VCI_BUS_LIN, LinSocket.open),
+    IID_ILinControl: (VCI_BUS_LIN, LinControl.open),
 }
 _BUS_INTERFACES = {iid for name, iid in INTERFACES.items() if name.startswith(("ICan", "ILin"))}
 
@@ -74,7 +80,8 @@ class BalObject(Unknown):
     def open_socket(self, bus_no: int, iid: UUID) -> Any:
         """OpenSocket: an interface of connector `bus_no`, 0 to bus_socket_count - 1.
 
-        IID_ICanSocket, IID_ICanControl and IID_ICanScheduler, each with or without a 2 at its end. Raises
+        Of a CAN connector IID_ICanSocket, IID_ICanControl and IID_ICanScheduler, each with or without a 2 at its
+        end, of a LIN connector IID_ILinSocket and IID_ILinControl; sockets create channels and monitors. Raises
         VciInvalidIndex for another number, VciAccessDenied for a control or scheduler that is open already,
         VciNotImplemented for interfaces that this connector does not have, VciNoInterface for others.
         """
@@ -84,9 +91,10 @@ class BalObject(Unknown):
         if iid not in _BUS_INTERFACES:
             raise no_interface(self, iid)
         line = self._board.lines[bus_no]
-        if iid not in _CAN_INTERFACES or bus_of(line) != VCI_BUS_CAN:
+        bus, opened = _INTERFACES.get(iid, (None, None))
+        if opened is None or bus_of(line) != bus:
             raise VciError.of(VCI_E_NOT_IMPLEMENTED, f"{line.name} has no {interface_name(iid)}")
-        return _CAN_INTERFACES[iid](BusLine(self._hub, self._board, bus_no, self._layer))
+        return opened(BusLine(self._hub, self._board, bus_no, self._layer))
 
     def _check(self) -> None:
         super()._check()

@@ -8,11 +8,12 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Self
 
-from canwire import NoSuchBoard
+from canwire import NoSuchBoard, Unsupported
 from canwire.vci.controller_types import VCI_BUS_CAN, VCI_BUS_LIN, VCI_BUS_RES, vci_bus_ctrl
 from canwire.vci.errors import VCI_E_DEVICE_NOT_CONNECTED
+from canwire.vci.structures import BalSocketInfo, VciId
 from canwire.vci.translation import meaning
-from canwire.vci.unknown import Unknown
+from canwire.vci.unknown import Unknown, vci_call
 
 if TYPE_CHECKING:
     from canwire import (
@@ -22,8 +23,12 @@ if TYPE_CHECKING:
         Hub,
         HubChannel,
         Lease,
+        LinCapabilities,
+        LinControl,
         LineInfo,
         LineStatus,
+        LinLineStatus,
+        Monitor,
         Scheduler,
     )
 
@@ -69,6 +74,13 @@ class BusLine:
     def capabilities(self) -> Capabilities:
         return self.info.capabilities
 
+    @property
+    def lin_capabilities(self) -> LinCapabilities:
+        """Of a LIN line."""
+        if self.info.lin is None:
+            raise Unsupported(f"{self.info.name} is no LIN line")
+        return self.info.lin
+
     def status(self) -> LineStatus:
         with self._plugged():
             return self.hub.line_status(self.board.id, self.number)
@@ -84,6 +96,18 @@ class BusLine:
     def open_scheduler(self) -> Scheduler:
         with self._plugged():
             return self.hub.open_scheduler(self.board.id, self.number)
+
+    def lin_status(self) -> LinLineStatus:
+        with self._plugged():
+            return self.hub.lin_status(self.board.id, self.number).status
+
+    def open_lin_control(self) -> LinControl:
+        with self._plugged():
+            return self.hub.open_lin_control(self.board.id, self.number)
+
+    def open_monitor(self, *, exclusive: bool) -> Monitor:
+        with self._plugged():
+            return self.hub.open_monitor(self.board.id, self.number, exclusive=exclusive)
 
     def share(self) -> BusLine:
         """The same with a share of its own."""
@@ -110,6 +134,25 @@ class LineObject(Unknown):
         self._line.layer.close()
 
 
+class SocketObject(LineObject):
+    """What ICanSocket and ILinSocket have in common."""
+
+    @classmethod
+    def open(cls, line: BusLine) -> Self:
+        """For the BAL: any number of programs may have one."""
+        return cls(line.share())
+
+    @vci_call
+    def get_socket_info(self) -> BalSocketInfo:
+        """GetSocketInfo: the connector's identifier, type and number from 0."""
+        line = self._line
+        return BalSocketInfo(
+            object_id=VciId(line.number + 1 << 32 | line.board.id & 0xFFFF_FFFF),
+            bus_type=bus_ctrl_of(line.info),
+            socket_no=line.number,
+        )
+
+
 def bus_of(line: LineInfo) -> int:
     """VCI_BUS_ of a connector."""
     return _BUSES.get(line.bus_type.lower(), VCI_BUS_RES)
@@ -117,4 +160,5 @@ def bus_of(line: LineInfo) -> int:
 
 def bus_ctrl_of(line: LineInfo) -> int:
     """Bus and controller of a connector as one word (controller_types.py)."""
-    return vci_bus_ctrl(bus_of(line), line.capabilities.controller_type)
+    capabilities = line.lin or line.capabilities
+    return vci_bus_ctrl(bus_of(line), capabilities.controller_type)

@@ -5,10 +5,10 @@ Source: VCI V4 manual (seed 004) 5.2.1, 6.6.1, 6.6.2, 7.3.1 and 7.3.2.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar
 from uuid import UUID
 
-from canwire.vci.bus_line import BusLine, LineObject, bus_ctrl_of
+from canwire.vci.bus_line import SocketObject
 from canwire.vci.can_channel import CanChannel, CanChannel2
 from canwire.vci.can_line import line_status, line_status2
 from canwire.vci.can_structures import (
@@ -26,7 +26,6 @@ from canwire.vci.constants import (
     CAN_FEATURE_NONISOFRM,
 )
 from canwire.vci.guids import IID_ICanSocket, IID_ICanSocket2, IID_IUnknown
-from canwire.vci.structures import BalSocketInfo, VciId
 from canwire.vci.unknown import vci_call
 
 if TYPE_CHECKING:
@@ -35,24 +34,7 @@ if TYPE_CHECKING:
 _FD_FEATURES = CAN_FEATURE_EXTDATA | CAN_FEATURE_FASTDATA | CAN_FEATURE_ISOFRAME | CAN_FEATURE_NONISOFRM
 
 
-class _Socket(LineObject):
-    @classmethod
-    def open(cls, line: BusLine) -> Self:
-        """For the BAL: any number of programs may have one."""
-        return cls(line.share())
-
-    @vci_call
-    def get_socket_info(self) -> BalSocketInfo:
-        """GetSocketInfo: the connector's identifier, type and number from 0."""
-        line = self._line
-        return BalSocketInfo(
-            object_id=VciId(line.number + 1 << 32 | line.board.id & 0xFFFF_FFFF),
-            bus_type=bus_ctrl_of(line.info),
-            socket_no=line.number,
-        )
-
-
-class CanSocket(_Socket):
+class CanSocket(SocketObject):
     """ICanSocket: properties and state of a line, and channels for CANMSG. Source: manual 6.6.1."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ICanSocket})
@@ -77,7 +59,7 @@ class CanSocket(_Socket):
         return CanChannel.open(self._line, exclusive=bool(exclusive))
 
 
-class CanSocket2(_Socket):
+class CanSocket2(SocketObject):
     """ICanSocket2: properties and state of a CAN FD line, and channels for CANMSG2. Source: manual 6.6.2."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ICanSocket2})

@@ -90,7 +90,7 @@ class VciFifo2(VciFifo):
 class FifoEnd(Unknown, Generic[T]):
     """What IFifoReader and IFifoWriter share. One end is open once at a time.
 
-    Elements are `bytes`, or CanMsg and CanMsg2 in a channel's FIFOs. Source: manual 6.4.1.
+    Elements are `bytes`, CanMsg and CanMsg2 in a channel's FIFOs, or LinMsg in a monitor's. Source: manual 6.4.1.
     """
 
     def __init__(self, end: RingEnd, form: Elements[T], given_back: Callable[[], None]) -> None:
@@ -148,7 +148,7 @@ class FifoEnd(Unknown, Generic[T]):
 
     @vci_call
     def get_entry_size(self) -> int:
-        """GetEntrySize: bytes of an element; 20 for CANMSG, 80 for CANMSG2."""
+        """GetEntrySize: bytes of an element; 16 for LINMSG, 20 for CANMSG, 80 for CANMSG2."""
         return self._form.size
 
     @vci_call

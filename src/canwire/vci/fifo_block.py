@@ -37,14 +37,15 @@ class FifoBlock(Sequence[T]):
     def memory(self) -> memoryview:
         """The elements side by side: the FIFO's own memory, read-only for a reader.
 
-        The FIFOs of an ICanChannel hold CANMSG apart from each other: for its reader this is a copy, for its
-        writer it raises VciNotImplemented.
+        The FIFOs of an ICanChannel and an ILinMonitor hold CANMSG and LINMSG apart from each other: for their
+        reader this is a copy, for a channel's writer it raises VciNotImplemented.
         """
         return self._form.compact(self._alive(), writable=self._writable)
 
     @property
     def records(self) -> numpy.ndarray:
-        """A numpy array over the FIFO's own memory: canmsg2_dtype(), canmsg_view_dtype() for an ICanChannel.
+        """A numpy array over the FIFO's own memory: canmsg2_dtype(), canmsg_view_dtype() for an ICanChannel,
+        linmsg_view_dtype() for an ILinMonitor.
 
         Elements of a FIFO made by `create_fifo` are rows of bytes. Needs canwire[arrays].
         """

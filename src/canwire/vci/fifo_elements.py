@@ -1,7 +1,8 @@
-"""What lies in a FIFO: plain bytes, CANMSG or CANMSG2, and how they lie there.
+"""What lies in a FIFO: plain bytes, CANMSG, CANMSG2 or LINMSG, and how they lie there.
 
-A channel's FIFOs hold records of 80 bytes, CANMSG2's layout; ICanChannel sees CANMSG in them.
-Source: VCI V4 manual (seed 004) 4.1 and 5.2.2; reference/vci.md section 5.
+A channel's FIFOs hold records of 80 bytes, CANMSG2's layout; ICanChannel sees CANMSG in them. A monitor's records
+are as long; LINMSG's time lies at 0, uMsgInfo and abData at 12.
+Source: VCI V4 manual (seed 004) 4.1, 5.2.2 and 5.3.2; reference/vci.md section 5.
 """
 
 from __future__ import annotations
@@ -9,9 +10,11 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
+from canwire import linmsg_of_record, record_of_linmsg
 from canwire.vci.can_dtypes import canmsg2_dtype, canmsg_view_dtype, load_numpy
 from canwire.vci.can_message import CanMsg, CanMsg2
 from canwire.vci.errors import VCI_E_INVALIDARG, VCI_E_NOT_IMPLEMENTED, VciError
+from canwire.vci.lin_message import LinMsg, linmsg_view_dtype
 from canwire.vci.structure import Structure
 
 if TYPE_CHECKING:
@@ -126,8 +129,31 @@ class CanMsgElements:
         return _array(cells, canmsg_view_dtype())
 
 
+class LinMsgElements:
+    """LINMSG in a monitor's records: a word of time, and the other twelve bytes further on."""
+
+    size, cell = LinMsg.SIZE, CanMsg2.SIZE
+
+    def load(self, cell: bytes | memoryview) -> LinMsg:
+        return LinMsg.from_bytes(linmsg_of_record(cell))
+
+    def store(self, element: object) -> bytes:
+        return record_of_linmsg(_bytes_of(element, self.size, LinMsg))
+
+    def settle(self, cells: memoryview) -> None:
+        """Nobody writes here but the hub."""
+
+    def compact(self, cells: memoryview, *, writable: bool) -> memoryview:
+        starts = range(0, len(cells), self.cell)
+        return memoryview(b"".join(linmsg_of_record(cells[at : at + self.cell]) for at in starts))
+
+    def records(self, cells: memoryview) -> numpy.ndarray:
+        return _array(cells, linmsg_view_dtype())
+
+
 CAN_MSGS = CanMsgElements()
 CAN_MSG2S = CanMsg2Elements()
+LIN_MSGS = LinMsgElements()
 
 
 def _array(cells: memoryview, dtype: numpy.dtype[numpy.void] | str) -> numpy.ndarray:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 
 from canwire import (
     BadConfig,
+    BadDescription,
     BadFilter,
     BadFrame,
     BadMessage,
@@ -18,6 +19,7 @@ from canwire import (
     BadTiming,
     BadValue,
     BusOff,
+    Busy,
     CanwireError,
     Closed,
     ExtraMissing,
@@ -65,7 +67,9 @@ CODES: Mapping[type[CanwireError], int] = {
     BadFilter: VCI_E_INVALIDARG,
     BadText: VCI_E_INVALIDARG,
     BadConfig: VCI_E_INVALIDARG,
+    BadDescription: VCI_E_INVALIDARG,
     LineError: VCI_E_INVALID_STATE,
+    Busy: VCI_E_BUSY,
     QueueFull: VCI_E_TXQUEUE_FULL,
     NotTransmitted: VCI_E_ABORT,
     BusOff: VCI_E_INVALID_STATE,

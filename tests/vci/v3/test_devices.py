@@ -38,7 +38,8 @@ def test_the_list_tells_what_each_board_is(devices: Any) -> None:
         assert str(version) == ".".join(map(str, version))
         assert len(version) == 4
     can = v3.VciBusType.CAN
-    assert fd.equipment == [(can, v3.CanCtrlType.IFI_CAN_FD)] * 2
+    lin = (v3.VciBusType.LIN, vci.LIN_CTRL_GENERIC)
+    assert fd.equipment == [(can, v3.CanCtrlType.IFI_CAN_FD)] * 2 + [lin]
     assert classic.equipment == [(can, v3.CanCtrlType.BXCAN)] * 2
 
 
@@ -150,7 +151,7 @@ def test_programs_share_the_access_layer_and_no_other_layer_opens_beside_it(
 ) -> None:
     board = hub.board("HW000001").id
     with net.bal() as one, other_net.bal() as other:
-        assert one.resources.count == other.resources.count == 2
+        assert one.resources.count == other.resources.count == 3
         with pytest.raises(Exception, match="layer"):
             hub.open_layer(board, "canopen")
     with hub.open_layer(board, "canopen"), net.device() as device:
@@ -167,21 +168,24 @@ def test_the_access_layer_lists_the_connectors(net: Any) -> None:
     assert [(one.bus_port, one.bus_type, one.bus_name) for one in bal.resources] == [
         (0, v3.VciBusType.CAN, "CAN-1"),
         (1, v3.VciBusType.CAN, "CAN-2"),
+        (2, v3.VciBusType.LIN, "LIN-1"),
     ]
-    assert len(bal.resources) == bal.resources.count == 2
+    assert len(bal.resources) == bal.resources.count == 3
     assert bal.resources[1].bus_name == "CAN-2"
     with pytest.raises(v3.ArgumentOutOfRangeException):
-        bal.resources[2]
+        bal.resources[3]
 
 
 @pytest.mark.conforms("X3-06")
 @pytest.mark.parametrize("kind", [v3.CanSocket, v3.CanChannel, v3.CanControl, v3.CanScheduler])
-def test_sockets_open_on_every_connector_and_on_no_other(net: Any, kind: Any) -> None:
+def test_sockets_open_on_every_connector_of_their_bus_and_on_no_other(net: Any, kind: Any) -> None:
     bal = net.bal()
-    for port in range(bal.resources.count):
+    for port in (0, 1):
         with bal.open_socket(port, kind) as socket:
             assert type(socket) is kind
             assert (socket.bus_port, socket.bus_name) == (port, f"CAN-{port + 1}")
+    with pytest.raises(v3.NotImplementedException):
+        bal.open_socket(2, kind)
     for port in (-1, bal.resources.count):
         with pytest.raises(IndexError) as raised:
             bal.open_socket(port, kind)

@@ -42,6 +42,22 @@ from canwire.vci.v3.errors import (
     VciException,
 )
 from canwire.vci.v3.events import AutoResetEvent, ManualResetEvent, WaitHandle
+from canwire.vci.v3.lin_bitrate import LinBitrate
+from canwire.vci.v3.lin_control import LinControl
+from canwire.vci.v3.lin_enums import (
+    LinCtrlStatus,
+    LinFeatures,
+    LinMessageType,
+    LinMsgError,
+    LinMsgInfoValue,
+    LinOperatingModes,
+)
+from canwire.vci.v3.lin_init import LinInitLine
+from canwire.vci.v3.lin_message import LinMessage
+from canwire.vci.v3.lin_monitor import LinMonitor
+from canwire.vci.v3.lin_reader import LinMessageReader
+from canwire.vci.v3.lin_socket import LinSocket
+from canwire.vci.v3.lin_status import LinLineStatus, LinMonitorStatus
 from canwire.vci.v3.message import CanCyclicTXMsg, CanMessage
 from canwire.vci.v3.reader_writer import CanMessageReader, CanMessageWriter
 from canwire.vci.v3.resource import BalResource, BalResourceCollection
@@ -61,6 +77,10 @@ ICanScheduler = CanScheduler
 ICanSocket = CanSocket
 IDisposable = Disposable
 IEnumerator = VciDeviceEnumerator
+ILinControl = LinControl
+ILinMessageReader = LinMessageReader
+ILinMonitor = LinMonitor
+ILinSocket = LinSocket
 IVciDevice = VciDevice
 IVciDeviceList = VciDeviceList
 IVciDeviceManager = VciDeviceManager
@@ -109,9 +129,28 @@ __all__ = [
     "ICanSocket",
     "IDisposable",
     "IEnumerator",
+    "ILinControl",
+    "ILinMessageReader",
+    "ILinMonitor",
+    "ILinSocket",
     "IVciDevice",
     "IVciDeviceList",
     "IVciDeviceManager",
+    "LinBitrate",
+    "LinControl",
+    "LinCtrlStatus",
+    "LinFeatures",
+    "LinInitLine",
+    "LinLineStatus",
+    "LinMessage",
+    "LinMessageReader",
+    "LinMessageType",
+    "LinMonitor",
+    "LinMonitorStatus",
+    "LinMsgError",
+    "LinMsgInfoValue",
+    "LinOperatingModes",
+    "LinSocket",
     "ManualResetEvent",
     "NotImplementedException",
     "ObjectDisposedException",

@@ -9,13 +9,13 @@ from typing import TypeVar
 
 from canwire.vci import bal
 from canwire.vci.errors import VCI_E_NOT_IMPLEMENTED
+from canwire.vci.v3.bus_socket import BusSocket
 from canwire.vci.v3.device_info import Version
 from canwire.vci.v3.disposable import Disposable, net_call
 from canwire.vci.v3.errors import NotImplementedException
 from canwire.vci.v3.resource import BalResourceCollection, resources_of
-from canwire.vci.v3.socket import CanSocket
 
-Socket = TypeVar("Socket", bound=CanSocket)
+Socket = TypeVar("Socket", bound=BusSocket)
 
 
 class BalObject(Disposable):
@@ -44,12 +44,13 @@ class BalObject(Disposable):
     def open_socket(self, bus_port: int, socket_type: type[Socket]) -> Socket:
         """OpenSocket: an interface of connector `bus_port`, 0 to Resources.Count - 1.
 
-        `socket_type` CanSocket, CanChannel, CanControl or CanScheduler. Raises ArgumentOutOfRangeException,
-        VciException for a control unit or cyclic list that somebody has and beside an exclusive channel,
-        NotImplementedException for an interface that the connector does not have.
+        `socket_type` CanSocket, CanChannel, CanControl or CanScheduler of a CAN connector, LinSocket, LinMonitor or
+        LinControl of a LIN connector. Raises ArgumentOutOfRangeException, VciException for a control unit or cyclic
+        list that somebody has and beside an exclusive channel or monitor, NotImplementedException for an interface
+        that the connector does not have.
         """
         place = self.resources[bus_port]
-        if not (isinstance(socket_type, type) and issubclass(socket_type, CanSocket)):
+        if not (isinstance(socket_type, type) and issubclass(socket_type, BusSocket)):
             raise NotImplementedException(
                 VCI_E_NOT_IMPLEMENTED,
                 f"{place.bus_name} has no {getattr(socket_type, '__name__', socket_type)}",

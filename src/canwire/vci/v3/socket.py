@@ -5,46 +5,30 @@ Source: VCI V3 .NET manual (seed 002) 4.2.2; reference/vci.md section 7a.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, ClassVar
 from uuid import UUID
 
 from canwire.vci.constants import CAN_FEATURE_EXTDATA, CAN_FEATURE_FASTDATA
 from canwire.vci.guids import IID_ICanSocket, IID_ICanSocket2
-from canwire.vci.v3.disposable import Disposable, net_call
+from canwire.vci.v3.bus_socket import BusSocket
+from canwire.vci.v3.disposable import net_call
 from canwire.vci.v3.enums import CanBusCouplings, CanCtrlType, CanFeatures
-from canwire.vci.v3.resource import BalResource
 from canwire.vci.v3.status import CanLineStatus
 
 if TYPE_CHECKING:
-    from canwire.vci import bal, can_socket, can_structures
+    from canwire.vci import can_socket, can_structures
 
 _SAME_IN_V4 = (CanFeatures.CAN_FD - 1) & 0xFFFF
 
 
-class CanSocket(BalResource, Disposable):
+class CanSocket(BusSocket):
     """ICanSocket. Any number of programs may have one; it changes nothing.
 
     A tick of a timer lasts its divisor / `clock_frequency` seconds; a divisor is 0 where there is no such timer.
     """
 
-    def __init__(self, access_layer: bal.BalObject, place: BalResource) -> None:
-        """For IBalObject.OpenSocket."""
-        BalResource.__init__(self, place.bus_port, place.bus_type, place.bus_name)
-        Disposable.__init__(self)
-        access_layer.add_ref()
-        self._bal = self._hold(access_layer)
-        try:
-            self._socket: can_socket.CanSocket = self._open(IID_ICanSocket)
-            self._open_more()
-        except BaseException:
-            self.dispose()
-            raise
-
-    def _open_more(self) -> None:
-        """What else a kind of socket needs."""
-
-    def _open(self, iid: UUID) -> Any:
-        return self._hold(self._bal.open_socket(self.bus_port, iid))
+    _iid: ClassVar[UUID] = IID_ICanSocket
+    _socket: can_socket.CanSocket
 
     def _capabilities(self) -> can_structures.CanCapabilities:
         return self._socket.get_capabilities()

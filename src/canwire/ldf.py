@@ -1,0 +1,281 @@
+"""LIN description files (LDF): frames, signals and schedules of a network, for the bench and for monitors.
+
+    network = canwire.ldf.load("door.ldf")
+    bus = lab.lin_bus("lin0", bit_rate=network.bit_rate)
+    master = bus.master(network.master, schedule=network.schedules, responses=network.responses(network.master))
+    slave = bus.slave("window", **network.slave_options("window"))
+    network.decode(master.expect(0x11, within=0.1))     # {"WindowPosition": 50.0, ...}
+
+Needs canwire[lin] (ldfparser, which nobody else here knows of). A description that does not parse raises
+BadDescription.
+
+Source: LIN 2.2A 9 (configuration language); ldfparser 0.26.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from canwire import (
+    BadDescription,
+    BadFrame,
+    BadValue,
+    ExtraMissing,
+    LinFrame,
+    LinSchedule,
+    LinSlot,
+    protected_id,
+)
+
+Value = int | float | str
+_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class FrameDescription:
+    """An unconditional frame: identifier, bytes of data, who publishes it, its checksum model, its signals."""
+
+    name: str
+    id: int
+    length: int
+    publisher: str
+    enhanced: bool
+    signals: tuple[str, ...]
+
+
+def load(path: str | Path, *, encoding: str = "utf-8") -> LinDescription:
+    """The network that this file describes; raises BadDescription naming the file, ExtraMissing."""
+    parser = _ldfparser()
+    try:
+        parsed = parser.parse_ldf(str(path), encoding=encoding, pad_with_zero=False)
+        return LinDescription(parsed, str(path))
+    except OSError as error:
+        raise BadDescription(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise BadDescription(f"{path}: byte {error.start} is no {encoding}; give its encoding") from None
+    except Exception as error:  # somebody else's parser: anything may come
+        raise BadDescription(f"{path}: {_first_line(error)}") from error
+
+
+class LinDescription:
+    """One network. Names are those of the file; `master` and `slaves` are names of nodes.
+
+    `frames` are the unconditional ones by name, `schedules` all tables by name, in the file's order.
+    """
+
+    def __init__(self, parsed: Any, path: str) -> None:
+        self._parsed = parsed
+        self.path = path
+        self.protocol = str(parsed.get_protocol_version())
+        self.bit_rate = round(parsed.get_baudrate())
+        self.master: str = parsed.get_master().name
+        self.slaves = tuple(slave.name for slave in parsed.get_slaves())
+        self.frames = {frame.name: self._describe(frame) for frame in parsed.get_unconditional_frames()}
+        self._by_id = {frame.id: frame for frame in self.frames.values()}
+        self._events = {
+            event.frame_id: tuple(member.frame_id for member in event.frames)
+            for event in parsed.get_event_triggered_frames()
+        }
+        self.schedules = {
+            table.name: LinSchedule(table.name, tuple(map(self._slot, table.schedule)))
+            for table in parsed.get_schedule_tables()
+        }
+
+    def name_of(self, id: int) -> str | None:
+        """The name of the unconditional or event-triggered frame with this identifier."""
+        if id in self._by_id:
+            return self._by_id[id].name
+        events = {event.frame_id: event.name for event in self._parsed.get_event_triggered_frames()}
+        return events.get(id)
+
+    # for nodes of the bench
+
+    def responses(self, node: str) -> dict[int, LinFrame]:
+        """What this node publishes, by identifier, with the signals' initial values. Raises BadValue."""
+        self._check_node(node)
+        mine = [frame for frame in self.frames.values() if frame.publisher == node]
+        return {frame.id: self.encode(frame.name, {}) for frame in mine}
+
+    def lengths(self, node: str) -> dict[int, int]:
+        """The lengths of the frames with signals that this node subscribes to, by identifier. Raises BadValue."""
+        self._check_node(node)
+        wanted = {signal.name for signal in self._node(node).subscribes_to}
+        return {frame.id: frame.length for frame in self.frames.values() if wanted & {*frame.signals}}
+
+    def events(self, node: str) -> dict[int, int]:
+        """For event-triggered identifiers which frame of this node's stands behind. Raises BadValue."""
+        self._check_node(node)
+        return {
+            event: member
+            for event, members in self._events.items()
+            for member in members
+            if self._by_id[member].publisher == node
+        }
+
+    def response_error(self, node: str) -> tuple[int, int] | None:
+        """(identifier, bit) of this slave's response-error signal, if it has one. Raises BadValue."""
+        self._check_node(node)
+        signal = getattr(self._node(node), "response_error", None)
+        for frame in self._parsed.get_unconditional_frames():
+            for offset, carried in frame.signal_map:
+                if carried is signal and self._by_id[frame.frame_id].publisher == node:
+                    return frame.frame_id, offset
+        return None
+
+    def slave_options(self, node: str) -> dict[str, Any]:
+        """Everything above, as arguments of `LabLinBus.slave`. Raises BadValue."""
+        return {
+            "responses": self.responses(node),
+            "subscribes": self.lengths(node),
+            "events": self.events(node),
+            "response_error": self.response_error(node),
+        }
+
+    # signals
+
+    def encode(self, frame: str, values: Mapping[str, Value]) -> LinFrame:
+        """The frame with these signals, the others at their initial values.
+
+        A value is a physical one, a logical one's text, or a number as it is where the file gives no encoding.
+        Raises BadValue, saying which frame or signal does not fit.
+        """
+        if frame not in self.frames:
+            raise BadValue(f"{self.path}: no frame {frame!r}; there are {', '.join(self.frames)}")
+        told = self.frames[frame]
+        unknown = [name for name in values if name not in told.signals]
+        if unknown:
+            raise BadValue(f"{frame} has no signal {unknown[0]!r}; it has {', '.join(told.signals)}")
+        try:
+            data = bytes(self._parsed.get_unconditional_frame(frame).encode(dict(values)))
+        except Exception as error:  # somebody else's code: anything may come
+            raise BadValue(f"{frame}: {dict(values)}: {_first_line(error)}") from None
+        if any(told.id in members for members in self._events.values()):
+            data = bytes([protected_id(told.id)]) + data[1:]
+        return LinFrame(told.id, data, enhanced=told.enhanced)
+
+    def decode(self, frame: LinFrame) -> dict[str, Value]:
+        """The signals of a frame that was heard, an event-triggered one's by the identifier in its first byte.
+
+        Physical values and logical ones' texts; the bare number where the file gives no encoding, or none that
+        fits. Raises BadFrame for a frame that the file does not know, or of another length.
+        """
+        id = frame.id
+        if id in self._events and frame.data:
+            id = frame.data[0] & 0x3F
+        told = self._by_id.get(id)
+        if told is None:
+            raise BadFrame(f"{self.path}: no frame with identifier {id:#04x}")
+        if len(frame.data) != told.length:
+            raise BadFrame(f"{told.name}: {told.length} bytes, not {len(frame.data)}")
+        described = self._parsed.get_unconditional_frame(told.name)
+        raw = described.decode_raw(bytearray(frame.data))
+        return {signal.name: _shown(signal, raw[signal.name]) for _, signal in described.signal_map}
+
+    # inside
+
+    def _describe(self, frame: Any) -> FrameDescription:
+        publisher = frame.publisher
+        protocol = getattr(publisher, "lin_protocol", None) or self.protocol
+        signals = tuple(signal.name for _, signal in frame.signal_map)
+        enhanced = not str(protocol).startswith("1.")
+        return FrameDescription(frame.name, frame.frame_id, frame.length, publisher.name, enhanced, signals)
+
+    def _check_node(self, name: str) -> None:
+        if name != self.master and name not in self.slaves:
+            there = ", ".join((self.master, *self.slaves))
+            raise BadValue(f"{self.path}: no node {name!r}; there are {there}")
+
+    def _node(self, name: str) -> Any:
+        return self._parsed.get_master() if name == self.master else self._parsed.get_slave(name)
+
+    def _slot(self, entry: Any) -> LinSlot:
+        """A schedule's entry; ldfparser has a class for each kind, and the delay in seconds."""
+        delay_ns = round(entry.delay * _NS)
+        kind = type(entry).__name__
+        if kind == "MasterRequestEntry":
+            return LinSlot.request(delay_ns=delay_ns)
+        if kind == "SlaveResponseEntry":
+            return LinSlot.response(delay_ns=delay_ns)
+        if kind != "LinFrameEntry":
+            return LinSlot.request(_command(kind, entry), delay_ns=delay_ns)
+        return self._frame_slot(entry.frame, delay_ns)
+
+    def _frame_slot(self, frame: Any, delay_ns: int) -> LinSlot:
+        if not hasattr(frame, "frame_id"):
+            return LinSlot.sporadic([member.frame_id for member in frame.frames], delay_ns=delay_ns)
+        members = self._events.get(frame.frame_id)
+        if members is None:
+            return LinSlot.frame(frame.frame_id, delay_ns=delay_ns, length=frame.length)
+        length = self._by_id[members[0]].length
+        table = frame.collision_resolving_schedule_table
+        resolving = [
+            LinSlot.frame(each.frame.frame_id, delay_ns=round(each.delay * _NS), length=length)
+            for each in (table.schedule if table is not None else ())
+            if getattr(getattr(each, "frame", None), "frame_id", None) in members
+        ]
+        return LinSlot.event(frame.frame_id, members, delay_ns=delay_ns, length=length, resolving=resolving)
+
+
+def _command(kind: str, entry: Any) -> bytes:
+    """The master request of a configuration command (source: reference/lin-protocol.md section 10)."""
+    nad: int = entry.node.configured_nad if hasattr(entry, "node") else 0
+    if kind == "FreeFormatEntry":
+        return bytes(entry.data).ljust(8, b"\xff")
+    if kind == "AssignNadEntry":
+        product = entry.node.product_id
+        ids = product.supplier_id.to_bytes(2, "little") + product.function_id.to_bytes(2, "little")
+        return bytes([entry.node.initial_nad, 6, 0xB0]) + ids + bytes([nad])
+    if kind == "ConditionalChangeNadEntry":
+        return bytes([entry.nad, 6, 0xB3, entry.id, entry.byte, entry.mask, entry.inv, entry.new_nad])
+    if kind == "DataDumpEntry":
+        return bytes([nad, 6, 0xB4, *entry.data])
+    if kind == "SaveConfigurationEntry":
+        return bytes([nad, 1, 0xB6]).ljust(8, b"\xff")
+    if kind == "AssignFrameIdRangeEntry":
+        pids = _pids(entry)
+        return bytes([nad, 6, 0xB7, entry.frame_index, *pids])
+    return _assign_frame_id(kind, entry, nad)
+
+
+def _pids(entry: Any) -> list[int]:
+    """Those of the entry, or where it leaves them out those that the file itself gives the frames."""
+    if entry.pids:
+        return [*entry.pids, *[0xFF] * 4][:4]
+    frames = entry.node.configurable_frames
+    indices = range(entry.frame_index, entry.frame_index + 4)
+    return [protected_id(frames[k].frame_id) if k in frames else 0xFF for k in indices]
+
+
+def _assign_frame_id(kind: str, entry: Any, nad: int) -> bytes:
+    """LIN 2.0's command: supplier and message id, and the identifier to go with them (0x40: none)."""
+    frames = {frame.name: number for number, frame in entry.node.configurable_frames.items()}
+    message = frames[entry.frame.name]
+    pid = protected_id(entry.frame.frame_id) if kind == "AssignFrameIdEntry" else 0x40
+    supplier = entry.node.product_id.supplier_id.to_bytes(2, "little")
+    return bytes([nad, 6, 0xB1]) + supplier + message.to_bytes(2, "little") + bytes([pid])
+
+
+def _shown(signal: Any, raw: Any) -> Value:
+    encoding = getattr(signal, "encoding_type", None)
+    if encoding is not None:
+        try:
+            return encoding.decode(raw, signal)
+        except Exception:  # no row of the encoding fits
+            return raw
+    return raw
+
+
+def _first_line(error: Exception) -> str:
+    text = str(error).strip().splitlines()
+    return text[0] if text else type(error).__name__
+
+
+def _ldfparser() -> Any:
+    try:
+        return import_module("ldfparser")
+    except ModuleNotFoundError:
+        raise ExtraMissing("ldfparser", "lin") from None

@@ -1,0 +1,101 @@
+"""What every interface of a connector has in common, and what channels and monitors do.
+
+Source: VCI V3 .NET manual (seed 002) 4.1, 4.2.3 and 4.3.3; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from uuid import UUID
+
+from canwire.vci.errors import VCI_E_NOT_INITIALIZED, VciAccessDenied, VciError
+from canwire.vci.unknown import Unknown
+from canwire.vci.v3.disposable import Disposable
+from canwire.vci.v3.errors import ObjectDisposedException
+from canwire.vci.v3.resource import BalResource
+
+if TYPE_CHECKING:
+    from canwire.vci import bal
+
+Queue = TypeVar("Queue", bound=Unknown)
+
+
+class BusSocket(BalResource, Disposable):
+    """A connector that was opened: V4's socket of it, and what a kind needs besides."""
+
+    _iid: ClassVar[UUID]
+
+    def __init__(self, access_layer: bal.BalObject, place: BalResource) -> None:
+        """For IBalObject.OpenSocket."""
+        BalResource.__init__(self, place.bus_port, place.bus_type, place.bus_name)
+        Disposable.__init__(self)
+        access_layer.add_ref()
+        self._bal = self._hold(access_layer)
+        try:
+            self._socket: Any = self._open(self._iid)
+            self._open_more()
+        except BaseException:
+            self.dispose()
+            raise
+
+    def _open_more(self) -> None:
+        """What else a kind of socket needs."""
+
+    def _open(self, iid: UUID) -> Any:
+        return self._hold(self._bal.open_socket(self.bus_port, iid))
+
+
+class QueueSocket(BusSocket, Generic[Queue]):
+    """A channel or monitor: V4's `_queue`, which is made anew where Initialize asks for another exclusiveness."""
+
+    _control_iid: ClassVar[UUID]
+
+    def _open_more(self) -> None:
+        self._queue: Queue
+        self._exclusive: bool | None
+        self._initialized = False
+        self._create(False)
+
+    def _make(self, exclusive: bool) -> Queue:
+        """V4's queue, from V4's socket."""
+        raise NotImplementedError
+
+    def _be_exclusive(self, exclusive: bool) -> None:
+        if exclusive != self._exclusive:
+            self._reopen(exclusive)
+
+    def _initialized_queue(self) -> Queue:
+        if not self._initialized:
+            raise ObjectDisposedException(
+                VCI_E_NOT_INITIALIZED, f"{type(self).__name__} on {self.bus_name}: call initialize first"
+            )
+        return self._queue
+
+    def _reopen(self, exclusive: bool) -> None:
+        """Another queue in place of this one, for V4 decides at its making; without success one as before."""
+        before, self._exclusive = self._exclusive, None  # what it is while there is no queue at all
+        self._initialized = False
+        with self._settings_kept():
+            self._drop(self._queue)
+            try:
+                self._create(exclusive)
+            except VciError:
+                self._create(bool(before))
+                raise
+
+    def _create(self, exclusive: bool) -> None:
+        self._queue = self._hold(self._make(exclusive))
+        self._exclusive = exclusive
+
+    @contextlib.contextmanager
+    def _settings_kept(self) -> Iterator[None]:
+        """Hold the line's control unit if nobody does: a line that nothing is open on forgets its settings."""
+        try:
+            keeper = self._bal.open_socket(self.bus_port, self._control_iid)
+        except VciAccessDenied:
+            yield
+            return
+        with keeper:
+            yield

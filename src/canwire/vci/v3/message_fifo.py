@@ -1,0 +1,133 @@
+"""A FIFO of messages, and its reading end.
+
+Source: VCI V3 .NET manual (seed 002) 3.1, 4.2.3.1 and 4.3.3.1; reference/vci.md section 7a; rulings.md 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+from canwire.vci.arguments import UINT16
+from canwire.vci.errors import VciRxQueueEmpty
+from canwire.vci.fifo import FifoEnd, FifoReader
+from canwire.vci.v3.disposable import Disposable, net_call
+from canwire.vci.v3.errors import checked
+
+if TYPE_CHECKING:
+    from canwire import Event
+
+Raw = TypeVar("Raw")
+Message = TypeVar("Message")
+
+
+class MessageFifo(Disposable, Generic[Raw]):
+    """What a reader and a writer share. A disposed one counts 0; its other calls raise ObjectDisposedException."""
+
+    def __init__(self, end: FifoEnd[Raw]) -> None:
+        """For channels and monitors."""
+        super().__init__()
+        self._end = self._hold(end)
+
+    @property
+    def capacity(self) -> int:
+        """Capacity: how many messages there is room for, at least as many as Initialize was asked for."""
+        return 0 if self._disposed else self._capacity()
+
+    @property
+    @net_call
+    def threshold(self) -> int:
+        """Threshold: messages (reader) or free places (writer) at which the event is signalled, 1 to Capacity.
+
+        It is 1 at first; more than Capacity counts as Capacity, 0 as 1.
+        """
+        return self._end.get_threshold()
+
+    @threshold.setter
+    @net_call
+    def threshold(self, count: int) -> None:
+        self._end.set_threshold(checked("threshold", count, UINT16))
+
+    @net_call
+    def assign_event(self, event: Event | None) -> None:
+        """AssignEvent: signal this event when the threshold is met, in place of the one before; None: no event.
+
+        A reader's is signalled when a message comes in and at least `threshold` wait then; a writer's when one
+        leaves and at least `threshold` places are free then.
+        """
+        self._end.assign_event(event)
+
+    @net_call
+    def _capacity(self) -> int:
+        return self._end.get_capacity()
+
+
+class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
+    """Takes received messages out of a receive FIFO."""
+
+    def __init__(self, reader: FifoReader[Raw]) -> None:
+        super().__init__(reader)
+        self._reader = reader
+
+    @property
+    def fill_count(self) -> int:
+        """FillCount: messages that wait."""
+        return 0 if self._disposed else self._fill_count()
+
+    @overload
+    def read_message(self) -> Message | None: ...
+    @overload
+    def read_message(self, out: Message) -> bool: ...
+    def read_message(self, out: Message | None = None) -> Message | bool | None:
+        """ReadMessage: the oldest message, None if there is none; with `out` into that one, and whether it was."""
+        raw = self._take()
+        if out is None:
+            return None if raw is None else self._received(raw)
+        if raw is not None:
+            self._received(raw, out)
+        return raw is not None
+
+    @overload
+    def read_messages(self, messages: int) -> list[Message]: ...
+    @overload
+    def read_messages(self, messages: list[Any]) -> int: ...
+    def read_messages(self, messages: list[Any] | int) -> list[Message] | int:
+        """ReadMessages: fill a list from its beginning and return how many came; or give up to so many as a list."""
+        if isinstance(messages, int):
+            return [self._received(raw) for raw in self._take_many(checked("messages", messages, 1 << 31))]
+        count = 0
+        for raw in self._take_many(len(messages)):
+            messages[count] = self._received(raw)
+            count += 1
+        return count
+
+    def _received(self, raw: Raw, out: Message | None = None) -> Message:
+        """V4's message as V3's, in `out` if there is one."""
+        raise NotImplementedError
+
+    @net_call
+    def _fill_count(self) -> int:
+        return self._reader.get_fill_count()
+
+    @net_call
+    def _take(self) -> Raw | None:
+        try:
+            return self._reader.get_data_entry()
+        except VciRxQueueEmpty:
+            return None
+
+    @net_call
+    def _take_many(self, limit: int) -> list[Raw]:
+        return list(self._blocks(limit))
+
+    def _blocks(self, limit: int) -> Iterator[Raw]:
+        """What waits lies in two pieces where the FIFO's memory ends."""
+        while limit:
+            try:
+                block, waiting = self._reader.acquire_read()
+            except VciRxQueueEmpty:
+                return
+            count = min(waiting, limit)
+            yield from block[:count]
+            self._reader.release_read(count)
+            limit -= count
