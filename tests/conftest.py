@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
+
 import hypothesis
 import pytest
 
 from canwire import pytest_plugin
 
 # a busy machine is no bug: timing belongs to the benchmarks
-hypothesis.settings.register_profile("canwire", deadline=None)
+# in CI the same examples each time; whoever develops gets new ones
+hypothesis.settings.register_profile("canwire", deadline=None, derandomize=bool(os.environ.get("CI")))
 hypothesis.settings.load_profile("canwire")
 
 

@@ -42,8 +42,9 @@ def test_nodes_of_different_bit_rates_see_errors_and_never_garbage(
             b.send(Frame(id ^ 0x155, data))
         lab.run_for(max(0.002, 250 / min(rates)))
         assert (a.waiting, b.waiting) == (0, 0)
-        assert (a.delivered, b.delivered) == (0, 0)
-        assert a.events(EventKind.ERROR)
+        if max(rates) < 3 * min(rates):  # a much quicker node's error flag may fill a slow sender's ACK slot
+            assert (a.delivered, b.delivered) == (0, 0)
+        assert a.delivered or a.events(EventKind.ERROR)
         if both or max(rates) <= 4 * min(rates):  # a much slower listener may take a frame for a glitch
             assert b.events(EventKind.ERROR)
 
