@@ -884,3 +884,11 @@ def test_initialising_anew_ends_a_search() -> None:
     assert bench.can.mode == CLASSIC
     bench.run(20)
     assert bench.can.mode == CLASSIC
+
+
+def test_a_reset_line_forgets_that_it_only_listened() -> None:
+    """What asks about the line before it is set up anew, a cyclic list perhaps, sees a line without a mode."""
+    bench = Bench()
+    bench.initialise(replace(FD, listen_only=True))
+    bench.can.reset()
+    assert (bench.can.line.controller.listen_only, bench.can.line.controller.fd) == (False, 0)

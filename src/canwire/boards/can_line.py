@@ -167,6 +167,7 @@ class CanLine:
             self._driver.stop(now_ns)
         for box in (line.controller.high, line.controller.normal):
             line.controller.abort(box, now_ns)
+        line.controller.listen_only, line.controller.fd = False, 0  # what it was set up for is forgotten too
         line.set_filter(None)
         self.mode = self.filter = self.origin_ns = None
         if self._overrun_timer is not None:
