@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from itertools import pairwise
 
 import pytest
 
@@ -167,7 +167,7 @@ def test_a_pulse_is_repeated_until_a_header_comes() -> None:
         bus.wire.bits.capture = lambda at_ps, level: level or falls.append(at_ps // 1_000_000)
         slave.wake()
         lab.run_for(4.5)
-        gaps = [later - earlier for earlier, later in itertools.pairwise(falls)]
+        gaps = [later - earlier for earlier, later in pairwise(falls)]
         assert gaps[:5] == [200_500, 200_500, 1_500_500, 200_500, 200_500]
         assert [kind for kind, _ in seen(slave)] == ["WAKEUP"] * 3  # nobody answered
         master = bus.master()

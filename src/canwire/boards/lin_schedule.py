@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from canwire.boards.lin_line import LinLine
-from canwire.errors import BadFrame, BadValue, LineError
+from canwire.errors import BadFrame, BadValue, LineError, WrongState
 from canwire.timeline import Timer
 from canwire.values.lin_event import LinOutcome
 from canwire.values.lin_frame import MASTER_REQUEST, LinFrame
@@ -76,8 +76,10 @@ class LinScheduler:
         """Run a table (None: the first one) from its first slot on, now, or after the slot of the one that runs.
 
         It repeats until another one or `stop` ends it, or ends by itself after so many `rounds`.
-        Raises BadValue for a table that there is not.
+        Raises BadValue for a table that there is not, WrongState for a line that is no master.
         """
+        if self._line.mode is None or not self._line.mode.master:
+            raise WrongState(f"{self._line.name}: only a master has a schedule; initialise the line as one")
         if not self.tables or (name is not None and name not in self.tables):
             there = ", ".join(map(repr, self.tables)) or "none"
             raise BadValue(f"{self._line.name}: no schedule {name!r}; there are {there}")
@@ -114,8 +116,9 @@ class LinScheduler:
     # slots
 
     def _begin(self, name: str, rounds: int | None) -> None:
-        assert self._line.mode is not None
-        self._usual_ns = usual_slot_ns(self._line.mode.bit_rate)
+        mode = self._line.mode
+        assert mode is not None
+        self._usual_ns = usual_slot_ns(mode.bit_rate)
         self._name = name
         self._ready = [_made_ready(slot, self._usual_ns) for slot in self.tables[name].slots]
         self._index = 0
@@ -145,7 +148,8 @@ class LinScheduler:
             ready = self._ready[self._index]
             self._index += 1
         self._due_ns += ready.delay_ns
-        background = not self._first_round and self._rounds_left is None
+        last = self._index == len(self._ready) and not self._resolving
+        background = self._rounds_left is None and (last or not self._first_round)
         self._timer = self._timeline.at(self._due_ns, self._turn, background=background)
         self._perform(ready)
 
@@ -213,6 +217,9 @@ class LinScheduler:
             self.collisions += 1
             usual_ns = slot.delay_ns or self._usual_ns
             self._resolving.extend(_made_ready(each, usual_ns) for each in slot.resolving)
+            if self._timer is not None:
+                self._timer.cancel()
+                self._arm()
         elif slot.kind is SlotKind.RESPONSE and outcome is _ANSWERED:
             self._to_fetch -= 1
 

@@ -162,9 +162,8 @@ class LinReceiver:
         if self.mode < LISTENING or len(self._falls) < 6 or len(self._lows) < 5:
             return
         bit_ps = bit_time_of_sync(self._falls[1:])
-        if bit_ps is None or not _QUICKEST_PS <= bit_ps <= _SLOWEST_PS:
-            return
-        if self._lows[0] >= BREAK_THRESHOLD_BITS * bit_ps:
+        possible = bit_ps is not None and _QUICKEST_PS <= bit_ps <= _SLOWEST_PS
+        if bit_ps is not None and possible and self._lows[0] >= BREAK_THRESHOLD_BITS * bit_ps:
             del self._falls[0]
             self._listener.broke(at_ps)
             self.follow(IN_SYNC)

@@ -88,7 +88,8 @@ class LabLinBus:
         tables = {} if schedule is None else _tables(schedule)
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
         if tables:
-            node.run_schedule(tables)
+            node.schedule.add(tables)
+            node.schedule.start()
         return node
 
     def slave(

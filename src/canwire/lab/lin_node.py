@@ -17,7 +17,6 @@ from canwire.lab.spans import nanoseconds
 from canwire.timeline import NEVER
 from canwire.values.lin_event import LinEvent, LinEventKind, LinState
 from canwire.values.lin_frame import LinFrame, go_to_sleep_frame
-from canwire.values.lin_schedule import LinSchedule
 
 if TYPE_CHECKING:
     from canwire.lab.bench import Lab
@@ -26,6 +25,26 @@ if TYPE_CHECKING:
 Responses = Mapping[int, bytes | LinFrame]
 _EVENT_QUEUE = 4096
 _TRANSMIT_QUEUE = 16_384
+
+
+class LabSchedule(LinScheduler):
+    """boards/lin_schedule.py, on a timeline that may be paced."""
+
+    def __init__(self, lab: Lab, line: LinLine) -> None:
+        super().__init__(line, {})
+        self._lab = lab
+
+    def start(self, name: str | None = None, *, rounds: int | None = None) -> None:
+        with self._lab.touch():
+            super().start(name, rounds=rounds)
+
+    def stop(self) -> None:
+        with self._lab.touch():
+            super().stop()
+
+    def request(self, data: bytes, *, responses: int = 1) -> None:
+        with self._lab.touch():
+            super().request(data, responses=responses)
 
 
 class LabLinNode:
@@ -56,7 +75,7 @@ class LabLinNode:
         self._queue: deque[LinFrame | None] = deque()
         line.initialise(LinMode(settings.master, settings.bit_rate, errors=True), settings)
         line.when_free = self._send_next
-        self.schedule = LinScheduler(line, {})
+        self.schedule = LabSchedule(lab, line)
         self._monitor = self._open(LinMonitorMode(receive_queue, own=self_reception, events=()))
         self._ring = self._monitor.ring
 
@@ -274,14 +293,6 @@ class LabLinNode:
                 if not 0 <= bit < 64:
                     raise BadValue(f"response_error bit {bit}: from 0 to 63")
                 self.line.driver.report_errors_in(LinFrame(id).id, bit)
-
-    def run_schedule(self, tables: Mapping[str, LinSchedule]) -> None:
-        """Put these tables in the schedule and run the first one; raises WrongState for a slave."""
-        if not self.settings.master:
-            raise WrongState(f"{self.line.name}: only a master has a schedule")
-        with self._lab.touch():
-            self.schedule.add(tables)
-            self.schedule.start(next(iter(tables)))
 
     def __repr__(self) -> str:
         kind = "master" if self.settings.master else "slave"
