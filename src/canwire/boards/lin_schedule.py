@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import NamedTuple
 
-from canwire.boards.lin_line import LinLine
+from canwire.boards.lin_line import Finished, LinLine
 from canwire.errors import BadFrame, BadValue, LineError, WrongState
 from canwire.timeline import Timer
 from canwire.values.lin_event import LinOutcome
@@ -23,11 +24,11 @@ _ANSWERED, _FAILED = LinOutcome.ANSWERED, LinOutcome.FAILED
 
 
 class _Ready(NamedTuple):
-    """A slot made ready: how long it lasts, whether its header may stay unanswered."""
+    """A slot made ready: how long it lasts, and who wants to know what became of it."""
 
     slot: LinSlot
     delay_ns: int
-    silence_is_fine: bool
+    finished: Finished | None
 
 
 class LinScheduler:
@@ -56,7 +57,6 @@ class LinScheduler:
         self._timer: Timer | None = None
         self._requests: deque[tuple[LinFrame, int]] = deque()
         self._to_fetch = 0
-        self._current: LinSlot | None = None
 
     @property
     def running(self) -> str | None:
@@ -120,7 +120,7 @@ class LinScheduler:
         assert mode is not None
         self._usual_ns = usual_slot_ns(mode.bit_rate)
         self._name = name
-        self._ready = [_made_ready(slot, self._usual_ns) for slot in self.tables[name].slots]
+        self._ready = [self._make_ready(slot) for slot in self.tables[name].slots]
         self._index = 0
         self._first_round = True
         self._rounds_left = rounds
@@ -181,11 +181,9 @@ class LinScheduler:
             id = slot.ids[0] if self._to_fetch else _NOTHING
         if id == _NOTHING:
             return
-        before, self._current = self._current, slot
         try:
-            self._line.ask(id, slot.length, self._finished, ready.silence_is_fine)
+            self._line.ask(id, slot.length, ready.finished, kind is not _FRAME)
         except LineError:
-            self._current = before
             self.skipped += 1
 
     def _most_urgent(self, ids: Iterable[int]) -> int:
@@ -208,21 +206,23 @@ class LinScheduler:
         if slot.data is None:
             self._requests.popleft()
 
-    def _finished(self, outcome: LinOutcome) -> None:
-        """What the slot had sent is over."""
-        slot = self._current
-        if slot is None:
-            return
-        if slot.kind is _EVENT and outcome is _FAILED:
+    def _make_ready(self, slot: LinSlot) -> _Ready:
+        finished: Finished | None = None
+        if slot.kind is _EVENT:
+            finished = partial(self._event_over, slot)
+        elif slot.kind is SlotKind.RESPONSE:
+            finished = self._response_over
+        return _Ready(slot, slot.delay_ns or self._usual_ns, finished)
+
+    def _event_over(self, slot: LinSlot, outcome: LinOutcome) -> None:
+        """After a collision those behind the event are asked one by one."""
+        if outcome is _FAILED:
             self.collisions += 1
-            usual_ns = slot.delay_ns or self._usual_ns
-            self._resolving.extend(_made_ready(each, usual_ns) for each in slot.resolving)
+            self._resolving.extend(map(self._make_ready, slot.resolving))
             if self._timer is not None:
                 self._timer.cancel()
                 self._arm()
-        elif slot.kind is SlotKind.RESPONSE and outcome is _ANSWERED:
+
+    def _response_over(self, outcome: LinOutcome) -> None:
+        if outcome is _ANSWERED:
             self._to_fetch -= 1
-
-
-def _made_ready(slot: LinSlot, usual_ns: int) -> _Ready:
-    return _Ready(slot, slot.delay_ns or usual_ns, slot.kind is not _FRAME)

@@ -74,7 +74,6 @@ class LabLinNode:
         self._events: LinMonitor | None = None
         self._queue: deque[LinFrame | None] = deque()
         line.initialise(LinMode(settings.master, settings.bit_rate, errors=True), settings)
-        line.when_free = self._send_next
         self.schedule = LabSchedule(lab, line)
         self._monitor = self._open(LinMonitorMode(receive_queue, own=self_reception, events=()))
         self._ring = self._monitor.ring
@@ -335,6 +334,7 @@ class LabLinNode:
                 self.line.wake_up()
             else:
                 self.line.send(item)
+        self.line.when_free = self._send_next if self._queue else None
 
     def _check_open(self) -> None:
         if self._closed:
