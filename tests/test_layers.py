@@ -53,7 +53,7 @@ NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
 SEAMS = {"drivers": {"driver", "lin_driver"}}
 STRANGERS = [("chips", "drivers"), ("drivers", "chips")]
 TOUCH_CHIPS = {"boards.catalogue", "boards.line", "boards.lin_line", "boards.lin_splitter"}
-BUS_SEAMS = {"bus.node", "bus.lin_node"}
+BUS_SEAMS = {"bus.node", "bus.lin_node", "bus.medium"}  # the last: lengths and delays, no bus
 
 LINES = 300
 LONGEST = 500
