@@ -55,7 +55,7 @@ SEAMS = {"drivers": {"driver", "lin_driver"}}
 STRANGERS = [("chips", "drivers"), ("drivers", "chips")]
 CHIP_SEAMS = {"chips.host", "chips.registers"}
 TOUCH_CHIPS = {"boards.catalogue", "boards.line", "boards.lin_line", "boards.lin_splitter"}
-BUS_SEAMS = {"bus.node", "bus.lin_node"}
+BUS_SEAMS = {"bus.node", "bus.lin_node", "bus.medium"}  # the last: lengths and delays, no bus
 
 LINES = 300
 LONGEST = 500
