@@ -35,9 +35,10 @@ ROOMS = [
     DOOR,
 ]
 # behind the door: they use the package as any program does, and each only itself besides
-OUTSIDE = ["vci", "ldf", "pytest_plugin", "commands", "__main__"]
+OUTSIDE = ["vci", "acan", "ldf", "pytest_plugin", "commands", "__main__"]
 OUTSIDE_MAY = {
     "vci": set(),
+    "acan": set(),
     "ldf": set(),
     "pytest_plugin": set(),
     "commands": {"ldf"},
