@@ -46,7 +46,7 @@ def test_other_command_lines_are_refused(text: str) -> None:
 @pytest.mark.conforms("AC-05")
 @pytest.mark.parametrize("text", ["/P:281 /I:5", "/P:E0 /I:5", "/P:400 /I:5", "/P:280 /I:6", "/P:280 /I:12"])
 def test_what_no_jumper_can_set_is_refused(text: str) -> None:
-    with pytest.raises(BadValue, match="port|irq"):
+    with pytest.raises(BadValue, match=r"port|irq"):
         Installation.parse(text)
 
 

@@ -67,7 +67,7 @@ def test_bits_that_mean_nothing_are_passed_over_when_sent() -> None:
 
 
 @pytest.mark.conforms("AC-29", "AC-30")
-@pytest.mark.parametrize("memory", [lambda: [], lambda: bytearray(3 * ACANMBSZ)])
+@pytest.mark.parametrize("memory", [list, lambda: bytearray(3 * ACANMBSZ)])
 def test_indices_and_occupation_go_round(memory: Any) -> None:
     fields = ACANTB(lpRMB=memory(), wRMBSize=3, lpBuf=memory(), wCount=2, idTable=[ALL])
     block = registered(fields)

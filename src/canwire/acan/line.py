@@ -92,6 +92,7 @@ class AcanLine:
         registers = dict(config.registers())
         mode = LineMode(
             BitTiming.from_btr(registers["BTR0"], registers["BTR1"]),
+            error_frames=True,
             standard_filter=_OPEN,
             extended_filter=_OPEN,
             note=config.pack(),

@@ -91,6 +91,7 @@ class TaskBlock:
         self._fifo: deque[Frame] = deque()
         self._keeper: Keeper | None = None
         self._lock: AbstractContextManager[object] = nullcontext()
+        self._status = self.lost = 0
         self._reset()
 
     # for applications
