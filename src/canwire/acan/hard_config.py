@@ -137,14 +137,12 @@ class HardConfig:
         self, identifier: int, extended: bool = False, remote: bool = False, data: bytes = b""
     ) -> bool:
         """Whether the controller's filter lets a frame through: by the machine's filter, or the broadcasts'."""
-        word = acan_word(identifier, extended)
-        by_machine = (word ^ self.machine_id) & self.machine_mask & _COMPARED
-        by_all = (word ^ self.broadcast_id) & self.broadcast_mask & _COMPARED
-        if not extended:
-            word |= _RTR if remote else 0
-            by_machine = (word ^ self.machine_id) & self.machine_mask & _COMPARED & ~_DATA
-            by_all = (word ^ self.broadcast_id) & self.broadcast_mask & _COMPARED & ~_DATA
-            by_machine |= 0 if remote else self._differs(data)
+        word = acan_word(identifier, extended) | (0 if extended or not remote else _RTR)
+        compared = _COMPARED if extended else _COMPARED & ~_DATA
+        by_machine = (word ^ self.machine_id) & self.machine_mask & compared
+        by_all = (word ^ self.broadcast_id) & self.broadcast_mask & compared
+        if not extended and not remote:
+            by_machine |= self._differs(data)
         return not by_machine or not by_all
 
     def _differs(self, data: bytes) -> int:
