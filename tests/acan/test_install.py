@@ -11,7 +11,10 @@ from typing import Any
 
 import pytest
 
+import canwire
 from canwire import BadText, BadValue, InUse
+from canwire.acan.driver import open_driver
+from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent, Installation, find_line, install, setup, uninstall
 
 SJA1000, OTHER = 5, 0x0A
@@ -182,3 +185,34 @@ def test_uninstalling_frees_the_line_unless_somebody_uses_it() -> None:
     uninstall(machine)
     uninstall(machine)
     assert machine.calls == ["reset 1.0"]
+
+
+@pytest.mark.conforms("AC-05", "AC-07", "AC-09")
+def test_installation_on_a_hub_is_every_programs(hub: canwire.Hub, connect: Any) -> None:
+    other = connect("second program")
+    with open_driver(hub) as driver:
+        driver.configure(HardConfig())
+        driver.bus_on()
+        assert install(other, Installation(0x280, 5)).hardware_id == "HW000104"
+        assert not driver.on_bus
+        with pytest.raises(InUse):
+            uninstall(other)
+    with pytest.raises(InUse):
+        install(hub, Installation(0x300, 7))
+    uninstall(other)
+    with pytest.raises(DriverAbsent):
+        open_driver(hub)
+    with pytest.raises(DriverAbsent, match="300h"):
+        install(hub, Installation(0x300, 7))
+    install(hub, Installation(0x280, 5, shared=True))
+    with open_driver(other) as driver:
+        assert not driver.initialised
+
+
+@pytest.mark.conforms("AC-06")
+def test_the_world_that_setup_writes_has_that_board(tmp_path: Path) -> None:
+    *_, world = setup(0x2A0, 7, tmp_path)
+    with canwire.connect(config=world, time="virtual") as hub:
+        install(hub, Installation(0x2A0, 7))
+        with open_driver(hub) as driver:
+            assert driver.hub.board("inducan104").resources[:2] == (("I/O", "2A0h-2BFh"), ("IRQ", "7"))
