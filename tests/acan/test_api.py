@@ -283,6 +283,18 @@ def test_registration_is_checked(library: Any) -> None:
     assert library.ACAN_Register(tb) is True
 
 
+@pytest.mark.conforms("AC-35")
+def test_null_is_answered_too(library: Any) -> None:
+    nothing: Any = None
+    assert library.ACAN_Register(nothing) is False
+    assert library.ACAN_Deregister(nothing) is False
+    assert library.ACAN_SetHardConfig(nothing) is False
+    assert library.ACAN_GetHardConfig(nothing) is False
+    assert library.ACAN_SendMessage(nothing, 1) is False
+    assert library.ACAN_AckEventCheck(nothing) == 0
+    assert library.ACAN_RetrieveMessages(nothing) == -1
+
+
 @pytest.mark.conforms("AC-30")
 @pytest.mark.parametrize("buffer", [None, bytearray(ACANMBSZ)])
 def test_an_invalid_buffer_answers_minus_1(library: Any, buffer: Any) -> None:

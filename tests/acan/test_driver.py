@@ -272,6 +272,27 @@ def test_a_lost_arbitration_is_told_with_its_bit(virtual: Any) -> None:
     assert block.alc == 10
 
 
+@pytest.mark.conforms("AC-13", "AC-27")
+def test_what_the_interrupt_enable_register_leaves_out_is_not_told(virtual: Any) -> None:
+    peer, driver = virtual.peer(), virtual.driver
+    block = driver.register(TaskBlock(conditions=0xFF))
+    peer.send(Frame(0x0F0))
+    driver.send(Frame(0x0F1))  # loses arbitration, and ALIE is not among the default's
+    assert peer.receive() == Frame(0x0F1)
+    driver.pump()
+    assert block.acknowledge() == 0
+    driver.configure(HardConfig(interrupts=0x01))
+    driver.bus_on()
+    peer.stop()
+    driver.send(Frame(1))
+    virtual.hub.run_for(0.1)
+    driver.pump()
+    assert block.acknowledge() == 0
+    assert (
+        virtual.registers()["TXERR"] == 128
+    )  # without BEIE the driver hears of no error, and gives up nothing
+
+
 @pytest.mark.conforms("AC-25", "AC-26")
 def test_a_callback_runs_once_until_it_is_acknowledged(running: Driver, peer: Any, arrived: Any) -> None:
     threads: list[int] = []
@@ -373,6 +394,25 @@ def test_two_drivers_of_one_connection_are_two_programs(
         peer.send(Frame(1))
         assert arrived(block, 1) == [Frame(1)]
     assert running.on_bus
+
+
+@pytest.mark.conforms("AC-14", "AC-16")
+def test_programs_that_configure_at_the_same_time_wait_for_each_other(driver: Driver, second: Driver) -> None:
+    def work(mine: Driver, rate_kbps: int) -> None:
+        for _ in range(20):
+            mine.configure(HardConfig(rate_kbps=rate_kbps))
+            mine.bus_on()
+
+    threads = [
+        threading.Thread(target=work, args=(mine, rate)) for mine, rate in ((driver, 250), (second, 500))
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(LONG)
+    config = driver.config()
+    assert config is not None
+    assert config.rate_kbps in (250, 500)
 
 
 @pytest.mark.conforms("AC-14")

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from canwire import CanwireError, NotInitialised, WrongState
+from canwire import BadValue, CanwireError, NotInitialised, WrongState
 from canwire.acan.constants import BusState
 from canwire.acan.driver import Driver, open_driver
 from canwire.acan.hard_config import HardConfig
@@ -115,17 +115,17 @@ def ACAN_GetInitStatus() -> int:
 @_answering(False)
 def ACAN_SetHardConfig(lpHI: ACANHI) -> bool:
     """Initialise the hardware for every program; it is off the bus then. FALSE for fields that cannot be."""
-    _LIBRARY.opened().configure(HardConfig.from_hi(lpHI))
+    _LIBRARY.opened().configure(HardConfig.from_hi(_given(lpHI, ACANHI)))
     return True
 
 
 @_answering(False)
 def ACAN_GetHardConfig(lpHI: ACANHI) -> bool:
     """Fill the structure in; FALSE if the hardware is not initialised."""
-    config = _LIBRARY.opened().config()
+    config, hi = _LIBRARY.opened().config(), _given(lpHI, ACANHI)
     if config is None:
         raise NotInitialised("the hardware is not initialised")
-    lpHI.assign(config.to_hi())
+    hi.assign(config.to_hi())
     return True
 
 
@@ -147,7 +147,7 @@ def ACAN_Register(lpTB: ACANTB) -> bool:
     """Register a Task Block. FALSE for fields that cannot be, and for one that is registered already."""
     if id(lpTB) in _LIBRARY.blocks:
         raise WrongState("the Task Block is registered already")
-    block = MirroredBlock(lpTB)
+    block = MirroredBlock(_given(lpTB, ACANTB))
     _LIBRARY.blocks[id(lpTB)] = block
     try:
         _LIBRARY.opened().register(block)
@@ -183,7 +183,7 @@ def ACAN_Deregister(lpTB: ACANTB) -> bool:
 @_answering(False)
 def ACAN_SendMessage(lpMsg: ACANMB, bPrio: int) -> bool:
     """Send, or queue by priority: 0 first, 255 last. FALSE if no buffer is left, or for what cannot be sent."""
-    _LIBRARY.opened().send(frame_of(lpMsg), bPrio)
+    _LIBRARY.opened().send(frame_of(_given(lpMsg, ACANMB)), bPrio)
     return True
 
 
@@ -219,6 +219,13 @@ def ACAN_FreeFixedMemory(lpAlloc: Any, nBytes: int) -> bool:
 def ACAN_Exit() -> None:
     """Give back everything: blocks, memory, the connection. The controller stays as it is."""
     _LIBRARY.close()
+
+
+def _given(structure: T, kind: type[T]) -> T:
+    """Raises BadValue for NULL, and for a pointer to something else."""
+    if not isinstance(structure, kind):
+        raise BadValue(f"{structure!r:.40} is no {kind.__name__}")
+    return structure
 
 
 def _version(driver: Driver) -> int:

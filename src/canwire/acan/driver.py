@@ -16,7 +16,7 @@ from canwire.acan.dispatch import Dispatch
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import find_line
 from canwire.acan.line import ABORT_ON_ERROR, LOOP_BACK, AcanLine
-from canwire.acan.service import Service, notify
+from canwire.acan.service import Service, notify, patiently
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -89,7 +89,7 @@ class Driver:
         Raises InUse while another program configures the line, or a VCI program holds its control.
         """
         self._check()
-        self._line.configure(config)
+        patiently(partial(self._line.configure, config))
 
     def config(self) -> HardConfig | None:
         """How the controller is set up, by whomever; None if it is not."""
@@ -116,7 +116,7 @@ class Driver:
         bus_off = status.running and status.state == ErrorState.BUS_OFF
         if status.running and not bus_off:
             return True
-        self._line.start(stop_first=bus_off)
+        patiently(partial(self._line.start, stop_first=bus_off))
         return False
 
     def bus_off(self) -> bool:
@@ -124,7 +124,7 @@ class Driver:
         self._check()
         status = self._line.status()
         if status.running:
-            self._line.stop()
+            patiently(self._line.stop)
         return status.running and status.state != ErrorState.BUS_OFF
 
     def hold_filters(self) -> AbstractContextManager[None]:
@@ -243,10 +243,7 @@ class Driver:
     def _work(self) -> bool:
         """Take in everything that has come; False when nothing more will."""
         try:
-            while self._failure is None and (arrival := self._line.receive()) is not None:
-                with self._service.lock:
-                    due = self._dispatch.take(arrival)
-                    self._service.changed()
+            while (due := self._take_one()) is not None:
                 for block in due:
                     notify(block)
         except CanwireError as error:
@@ -254,6 +251,16 @@ class Driver:
                 self._failure = self._failure or error
                 self._service.changed()
         return self._failure is None
+
+    def _take_one(self) -> list[TaskBlock] | None:
+        """Take in one frame or event, None if there is none; returns whom to tell, without the lock, of it."""
+        with self._service.lock:
+            arrival = None if self._failure is not None else self._line.receive()
+            if arrival is None:
+                return None
+            due = self._dispatch.take(arrival)
+            self._service.changed()
+            return due
 
     def _reply(self, frame: Frame, looped: bool) -> None:
         """A channel's answer. One that finds no room is lost, and every block that wants to know is told."""

@@ -58,7 +58,7 @@ class AcanLine:
     """One line of an SJA1000, and this program's channel on it.
 
     The lease that configures it is held for the length of one call; each raises InUse while somebody else,
-    another dialect perhaps, holds it.
+    another dialect perhaps, holds it; programs of this one are done with it in a moment.
     """
 
     def __init__(self, hub: Hub, board: BoardInfo, number: int) -> None:

@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire import Event
+from canwire import Event, InUse
 
 if TYPE_CHECKING:
     from canwire import Hub
     from canwire.acan.task_block import TaskBlock
+
+
+_PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
 
 
 class Service:
@@ -85,6 +89,17 @@ class Service:
             if left == 0 or not self.event.wait(left):
                 self._work()
                 return ready()
+
+
+def patiently(call: Callable[[], object]) -> None:
+    """Programs configure a line one after the other: InUse counts once it has lasted for a while."""
+    for pause_s in _PAUSES_S:
+        try:
+            call()
+            return
+        except InUse:
+            time.sleep(pause_s)
+    call()
 
 
 def notify(block: TaskBlock) -> None:
