@@ -53,6 +53,9 @@ class Bench:
         channel.untrusted = channel.prioritised = True
         return self.line.open(channel)
 
+    def run(self) -> None:
+        self.timeline.run_until(self.timeline.now_ns + 1_000_000_000)
+
     def ids(self) -> list[int]:
         return [frame.id for frame in self.heard.receive.take_frames(1 << 12)]
 
@@ -79,7 +82,7 @@ def test_the_lowest_priority_number_goes_first_whoever_sent_it(bench: Bench) -> 
     ):
         queue(channel, id, priority)
     bench.line.kick()
-    bench.timeline.run_until_idle()
+    bench.run()
     assert bench.ids() == [3, 6, 1, 2, 5, 4]
     assert (one.delivered, two.delivered, one.in_flight, two.in_flight) == (3, 3, 0, 0)
 
@@ -108,7 +111,7 @@ def test_a_channel_that_floods_keeps_its_own_frames_waiting_only(bench: Bench) -
     bench.line.kick()
     bench.timeline.run_until(bench.timeline.now_ns + 1_000_000)
     assert 0x7FF in bench.ids()
-    bench.timeline.run_until_idle()
+    bench.run()
     assert flood.delivered == 1000
 
 
@@ -119,7 +122,7 @@ def test_cancelled_frames_are_counted(bench: Bench) -> None:
     bench.line.kick()
     bench.timeline.run_until(bench.timeline.now_ns + 20_000)  # the first one is on the wire
     bench.line.cancel(channel)
-    bench.timeline.run_until_idle()
+    bench.run()
     assert bench.ids() == [0]
     assert (channel.sent, channel.delivered, channel.aborted, channel.in_flight) == (10, 1, 9, 0)
 
@@ -131,7 +134,7 @@ def test_a_lone_sender_gives_up_at_the_first_error(kind: str) -> None:
     channel = bench.channel(events=(EventKind.ERROR,))
     queue(channel, 0x123, 1, ABORT_ON_ERROR)
     bench.line.kick()
-    bench.timeline.run_until_idle()
+    bench.run()
     assert (channel.aborted, channel.delivered) == (1, 0)
     assert bench.line.driver.counters().tec == 8
     assert channel.receive.fill() == 1
@@ -148,7 +151,7 @@ def test_a_lost_arbitration_is_no_error(kind: str) -> None:
     bench.timeline.at(bench.timeline.now_ns + 1000, lambda: rival.send(sender, Frame(0x001, b"")))
     bench.timeline.at(bench.timeline.now_ns + 1000, bench.line.kick)
     queue(channel, 0x123, 1, ABORT_ON_ERROR)
-    bench.timeline.run_until_idle()
+    bench.run()
     assert bench.ids() == [0x001, 0x123]
     assert bench.line.driver.counters().arbitration_losses == 1
 
@@ -160,7 +163,7 @@ def test_a_frame_that_loops_back_arrives_at_once_and_once(bench: Bench) -> None:
     bench.line.kick()
     for channel in (sender, sibling):
         assert [frame.id for frame in channel.receive.take_frames(9)] == [0x123]
-    bench.timeline.run_until_idle()
+    bench.run()
     assert (sender.receive.fill(), sibling.receive.fill()) == (0, 0)
     assert bench.ids() == [0x123]
 
@@ -170,7 +173,7 @@ def test_self_reception_is_on_the_wire_first(bench: Bench) -> None:
     queue(sender, 0x123, 0, SELF_RECEPTION)
     bench.line.kick()
     assert sender.receive.fill() == 0
-    bench.timeline.run_until_idle()
+    bench.run()
     assert sender.receive.fill() == 1
 
 
@@ -179,6 +182,6 @@ def test_what_the_line_cannot_send_is_refused(bench: Bench) -> None:
     channel.transmit.put_bytes(record_to_send(Frame(0x1, b"\1" * 12, fd=True)))
     queue(channel, 2, 0)
     bench.line.kick()
-    bench.timeline.run_until_idle()
+    bench.run()
     assert bench.ids() == [2]
     assert (channel.sent, channel.refused, channel.delivered) == (2, 1, 1)

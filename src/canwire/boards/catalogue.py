@@ -29,8 +29,8 @@ from canwire.chips.can_fd import CanFdController
 from canwire.chips.sja1000 import Sja1000
 from canwire.drivers.can_fd import CanFdDriver
 from canwire.drivers.lin import LinControllerDriver
-from canwire.drivers.sja1000 import Sja1000Driver
-from canwire.drivers.sja1000_port import port_driver
+from canwire.drivers.sja1000.driver import Sja1000Driver
+from canwire.drivers.sja1000.polled import port_driver
 from canwire.errors import BadValue, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
 
@@ -213,7 +213,8 @@ def pull(board: Board, machine: Machine) -> None:
 def sja1000_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
     """A line with an SJA1000 at 16 MHz, off by `ppm`, and its driver, wired register by register, on no bus yet."""
     line = Line(name, timeline)
-    chip = Sja1000(None, round(inducan104.OSCILLATOR_HZ * (1 + ppm * 1e-6)))
+    chip = Sja1000(None, inducan104.OSCILLATOR_HZ)
+    chip.oscillator_ppm = ppm
     chip.name = name
     driver = Sja1000Driver(line, chip, lambda: timeline.now_ns, peek=chip.peek)
     chip.on_interrupt = driver.service

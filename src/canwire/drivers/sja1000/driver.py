@@ -6,13 +6,13 @@ the settings' IER asks for it always. Source: SJA1000 data sheet 6.4; reference/
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire.bus.node import Mailbox
 from canwire.chips import sja1000_map as m
 from canwire.drivers.driver import Counters, Driver, LineSettings
+from canwire.drivers.sja1000.frames import frame_bytes, take_frame
 from canwire.errors import BadTiming, BadValue, Unsupported
 from canwire.values.bit_timing import BitTiming
 from canwire.values.event import ErrorKind, ErrorState, EventKind
@@ -33,8 +33,6 @@ SETTABLE = {
 """Registers that LineSettings.registers may set."""
 _USUAL = {m.OCR: USUAL_OCR, m.EWLR: 96, **dict.fromkeys(range(m.ACR0, m.ACR3 + 1), 0)}
 _USUAL |= dict.fromkeys(range(m.AMR0, m.AMR3 + 1), 0xFF)
-_RECORD = struct.Struct("<QII8s")
-_REMOTE, _EXTENDED, _DLC_SHIFT = 1 << 22, 1 << 23, 16
 _PASSES = 20  # through the interrupt register in one go; the next interrupt takes up the rest
 _PASSIVE = 127
 _SIDE_EFFECTS = {m.IR, m.ALC, m.ECC}  # to read these changes the chip
@@ -196,22 +194,13 @@ class Sja1000Driver(Driver):
 
     def _send(self) -> None:
         """Put the mailbox's frame into the transmit buffer and request its transmission."""
-        box, write = self.normal, self._write
-        _, id, info, data = _RECORD.unpack_from(box.block)
-        length = info >> _DLC_SHIFT & 15
-        remote = m.FI_RTR if info & _REMOTE else 0
-        if info & _EXTENDED:
-            head = (m.FI_FF | remote | length, id >> 21, id >> 13 & 0xFF, id >> 5 & 0xFF, (id & 31) << 3)
-        else:
-            head = (remote | length, id >> 3, (id & 7) << 5)
-        at = m.TX_BUFFER
-        for value in head if remote else (*head, *data[: min(length, 8)]):
+        write = self._write
+        for at, value in enumerate(frame_bytes(self.normal), m.TX_BUFFER):
             write(at, value)
-            at += 1
         if not self._interrupts & m.IER_TIE:
             write(m.IER, self._interrupts | m.IER_TIE)
         self._in_chip = True
-        write(m.CMR, m.CMR_TR | m.CMR_AT if box.single_shot else m.CMR_TR)
+        write(m.CMR, m.CMR_TR | m.CMR_AT if self.normal.single_shot else m.CMR_TR)
 
     def _finished(self, delivered: bool) -> None:
         """The frame in the mailbox went through, or was given up; the next one may come."""
@@ -288,25 +277,10 @@ class Sja1000Driver(Driver):
 
     def _receive(self) -> None:
         """Take every frame out of the FIFO."""
-        read = self._read
-        box, host = self._incoming, self.host
+        read, write, box, host = self._read, self._write, self._incoming, self.host
         while read(m.SR) & m.SR_RBS:
-            head = read(m.RX_WINDOW)
-            if head & m.FI_FF:
-                id = read(17) << 21 | read(18) << 13 | read(19) << 5 | read(20) >> 3
-                at, info = 21, _EXTENDED
-            else:
-                id = read(17) << 3 | read(18) >> 5
-                at, info = 19, 0
-            length = head & m.FI_DLC_MASK
-            info |= length << _DLC_SHIFT
-            if head & m.FI_RTR:
-                info |= _REMOTE
-                data = b""
-            else:
-                data = bytes([read(k) for k in range(at, at + min(length, 8))])
-            self._write(m.CMR, m.CMR_RRB)
-            _RECORD.pack_into(box.block, 0, 0, id, info, data)
+            take_frame(read, box)
+            write(m.CMR, m.CMR_RRB)
             self._received += 1
             if host is not None:
                 host.received(box, self._now())
