@@ -23,7 +23,7 @@ cdef class Node:
     cdef public bint attentive
     cdef public Sink sink
     cdef public unsigned long long arbitration_losses, frames_received
-    cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep
+    cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep, read_dominant
     cdef public int fd, segment
     cdef public Mailbox offer, contending
     cdef public unsigned long long suspended_ns, waiting_from_ns
