@@ -46,6 +46,6 @@ cdef class Bus(Source):
     cpdef interrupt(self)
     cpdef changed(self)
     cpdef bint on_wire(self, Node node) except -1
-    cpdef bint resting(self) except -1
+    cpdef bint idle(self) except -1
     cpdef int activity(self, Node node) except -1
     cpdef int recessive_groups(self, Node node) except -1

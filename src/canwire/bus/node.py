@@ -176,8 +176,8 @@ class Bus(Source):
         """This node's frame is being transmitted at this moment."""
         raise NotImplementedError
 
-    def resting(self) -> bool:
-        """Nothing is on the wire."""
+    def idle(self) -> bool:
+        """Nothing is on the wire, and the intermission is over."""
         raise NotImplementedError
 
     def activity(self, node: Node) -> int:

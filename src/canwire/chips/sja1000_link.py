@@ -102,6 +102,8 @@ class BusSide(Node):
         self._settle()
 
     def transmitted(self, box: Mailbox, at_ns: int) -> None:
+        if self.offer is not box:
+            return  # somebody who received it has reset this chip at that very moment
         self._inside += 1
         self.frames_sent += 1
         if self.confinement.tec:
