@@ -11,6 +11,8 @@ from canwire.chips import sja1000_map as m
 from canwire.chips.registers import Access, Bit, Register, RegisterAccess, RegisterFile, after_reset
 from canwire.chips.sja1000 import Sja1000
 
+pytestmark = pytest.mark.core
+
 
 def test_a_pattern_sets_clears_and_keeps() -> None:
     assert after_reset("0000xxx1", 0xFF) == 0x0F
