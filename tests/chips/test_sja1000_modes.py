@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from canwire import Lab
+from canwire import Lab, NotIdle
 from canwire.bus.bit_layout import BitLayout
 from canwire.chips import sja1000_map as m
 from canwire.chips.sja1000 import Sja1000
@@ -186,6 +186,17 @@ def test_chips_hang_on_a_bus_of_the_lab_among_its_nodes() -> None:
         send(chip, Frame(0x7F0, b"\x42"))
         lab.run_for(0.001)
         assert node.receive_many(9) == [Frame(0x7F0, b"\x42")]
+
+
+def test_the_lab_tells_of_a_chip_that_nobody_acknowledges() -> None:
+    with Lab() as lab:
+        chip = Sja1000(lab.can_bus("body", bit_rate=500_000))
+        chip.write(m.BTR1, 0x1C)
+        chip.write(m.BASIC_CR, 0)
+        lab.run_for(0.001)
+        chip.write(m.CMR, m.CMR_TR)
+        with pytest.raises(NotIdle, match=r"body: no frame got through for 1 s: a chip repeats its frame"):
+            lab.run_until_idle()
 
 
 def test_an_fd_frame_is_destroyed() -> None:

@@ -216,3 +216,26 @@ def test_descriptions_name_the_bits() -> None:
     assert m.PELICAN.named("BTR1").describe(0x1C) == "SAM=1 TSEG2=2 TSEG1=13"
     assert m.PELICAN.named("OCR").describe(0x6A) == "TX1=pull-down OCPOL1 TX0=pull-down OCMODE=normal"
     assert m.PELICAN.named("RXERR").describe(12) == ""
+
+
+@pytest.mark.parametrize(
+    ("ocr", "dominant", "recessive"),
+    [
+        (0x6A, ("low", "float"), ("float", "low")),  # INduCAN104
+        (0x1A, ("low", "float"), ("high", "float")),
+        (0x1E, ("high", "float"), ("low", "float")),
+        (0x12, ("float", "float"), ("high", "float")),
+        (0x16, ("high", "float"), ("float", "float")),
+        (0x0E, ("float", "float"), ("low", "float")),
+        (0xDA, ("low", "low"), ("high", "high")),
+        (0x1B, ("low", "clock"), ("high", "clock")),
+        (0x02, ("float", "float"), ("float", "float")),
+    ],
+)
+def test_output_pins(ocr: int, dominant: tuple[str, str], recessive: tuple[str, str]) -> None:
+    chip = Sja1000()
+    assert chip.output_pins(True) == ("float", "float")
+    chip.write(m.OCR, ocr)
+    chip.write(m.BASIC_CR, 0)
+    chip.on_bus = True
+    assert (chip.output_pins(True), chip.output_pins(False)) == (dominant, recessive)
