@@ -35,6 +35,8 @@ from canwire.errors import BadValue, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
 
 GROUP = "canwire.boards"
+F_AND_S_CHANNELS = (2, 3)
+"""To receive and to send with: as many as the controller has registers for (source: CANDRV manual, seed 000, 7.3)."""
 USUAL_BUS = "can0"
 USUAL_LIN_BUS = "lin0"
 USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND)
@@ -71,6 +73,18 @@ KINDS = {
             name="pc-i04",
             device_class="E7752D2E-28A3-4318-AF0C-02C756FBC25A",
             description="PC-I04/PCI (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+        ),
+        BoardKind(
+            name="netdcu",
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0DC00",  # ours, as VCI never knew F&S boards
+            description="NetDCU (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, *F_AND_S_CHANNELS),),
+        ),
+        BoardKind(
+            name="canbus-dongle",
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0B051",  # ours
+            description="CANBUS dongle (simulated)",
             connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
         ),
     )
