@@ -39,7 +39,7 @@ OUTSIDE_MAY = {
     "vci": set(),
     "ldf": set(),
     "pytest_plugin": set(),
-    "commands": {"ldf"},
+    "commands": {"ldf", "acan"},
     "__main__": {"commands"},
 }
 
