@@ -84,6 +84,7 @@ from canwire.values.lin_text import (
 )
 from canwire.values.record import record_dtype
 from canwire.values.records import frames_to_array
+from canwire.values.register import RegisterValue
 from canwire.values.screen_text import format_candump_line, parse_candump_line
 from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
 from canwire.values.timing_limits import TimingLimits
@@ -204,6 +205,7 @@ __all__ = [
     "NotTransmitted",
     "NothingHeard",
     "QueueFull",
+    "RegisterValue",
     "RingEnd",
     "Scheduler",
     "Siblings",

@@ -5,13 +5,15 @@ from __future__ import annotations
 from canwire import ring, timeline
 from canwire.boards import channel, line, message_filter
 from canwire.bus import bit_layout, bit_level, can_bits, can_bus, frame_reader, load, node, station
-from canwire.chips import can_fd, confinement
+from canwire.chips import can_fd, confinement, host
+from canwire.drivers import can_fd as can_fd_driver
+from canwire.drivers import driver
 from canwire.values import frame
 
 # fmt: off
 MODULES = (
     frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, can_bus,
-    confinement, can_fd, message_filter, channel, line,
+    confinement, host, can_fd, driver, can_fd_driver, message_filter, channel, line,
 )
 # fmt: on
 

@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue
-from canwire.boards import catalogue
+from canwire.boards import catalogue, figures
+from canwire.boards.board import CAN, BoardKind, Connector
 from canwire.boards.config import BoardConfig, BusConfig, Config, Option, options
+from canwire.boards.isa import IsaPlace
 from canwire.errors import BadConfig
 
 WHOLE = """
@@ -110,7 +112,8 @@ def test_the_default_world_could_stand_in_a_file() -> None:
         ("[[bus]]\n", "bus[0].name: missing"),
         (
             BUS + "speed = 5",
-            "bus[0].speed: no such key; there are name, type, bit_rate, data_bit_rate, length_m, node_delay_ns",
+            "bus[0].speed: no such key; there are name, type, bit_rate, data_bit_rate, length_m, node_delay_ns, "
+            "termination_ohm",
         ),
         (
             BUS + "type = 'most'",
@@ -139,7 +142,10 @@ def test_the_default_world_could_stand_in_a_file() -> None:
             "[[bus]]\nname = 'lin0'\n" + BUS + FD,
             "board[0].buses, left out: 'lin0' is a can bus; line 2 of usb-to-can-fd is lin",
         ),
-        (BUS + BOARD + "bus = 'can0'", "board[0].bus: no such key; there are kind, serial, buses"),
+        (
+            BUS + BOARD + "bus = 'can0'",
+            "board[0].bus: no such key; there are kind, serial, buses, base, irq, shared_irq, access",
+        ),
         ("[hub]\na = 1", "hub: no such key; there are bus, board"),
         ("[bus]\nname = 'can0'", "bus: expected a list, got a table; write [[bus]], with two brackets"),
         ("board = 5", "board = 5: expected a list, got a whole number; write [[board]], with two brackets"),
@@ -231,21 +237,123 @@ def test_options_are_rows_for_documentation() -> None:
     assert [(row.table, row.name) for row in rows] == [
         *(
             ("bus", name)
-            for name in ("name", "type", "bit_rate", "data_bit_rate", "length_m", "node_delay_ns")
+            for name in (
+                "name",
+                "type",
+                "bit_rate",
+                "data_bit_rate",
+                "length_m",
+                "node_delay_ns",
+                "termination_ohm",
+            )
         ),
-        *(("board", name) for name in ("kind", "serial", "buses")),
+        *(("board", name) for name in ("kind", "serial", "buses", "base", "irq", "shared_irq", "access")),
     ]
     help = "bit/s that is usual after the bit-rate switch"
     assert rows[3] == Option("bus", "data_bit_rate", "integer", None, help)
     assert [row.type for row in rows] == [
-        "string", "string", "integer", "integer", "number", "number", "string", "string", "list of strings"
+        "string", "string", "integer", "integer", "number", "number", "number",
+        "string", "string", "list of strings", "integer", "integer", "boolean", "string",
     ]  # fmt: skip
     assert all(row.help for row in rows)
 
 
+def inducan104s(*settings: str) -> str:
+    """A file with these boards, and boards of another kind between them."""
+    return BOARD.join(f'[[board]]\nkind = "inducan104"\n{setting}\n' for setting in settings)
+
+
+@pytest.fixture
+def inducan104(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kind by that name, whatever the catalogue has."""
+    kind = BoardKind(
+        name="inducan104",
+        device_class="C0DE0104-0000-4000-8000-000000000104",
+        description="INduCAN104",
+        connectors=(Connector(CAN, figures.USB_TO_CAN, "can0"),),
+    )
+    monkeypatch.setitem(catalogue.KINDS, "inducan104", kind)
+
+
+@pytest.mark.usefixtures("inducan104")
+@pytest.mark.conforms("AC-01", "AC-03")
+def test_jumpers_in_the_file() -> None:
+    text = inducan104s("", 'base = 0x1A0\nirq = 10\nshared_irq = true\naccess = "port"')
+    delivered, other, real = Config.parse(text).board
+    assert delivered.place == IsaPlace(0x280, 5)
+    assert (delivered.base, delivered.irq, delivered.access) == (None, None, "simulated")
+    assert other.place is None
+    assert (real.place, real.access) == (IsaPlace(0x1A0, 10, True), "port")
+
+
+@pytest.mark.usefixtures("inducan104")
+@pytest.mark.conforms("AC-01", "AC-03", "AC-04")
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            inducan104s("base = 0x290"),
+            "board[0].base: base address 290h: 100h, 120h, 140h and so on to 3E0h; usually 280h",
+        ),
+        (inducan104s("base = '280h'"), "board[0].base = '280h': expected a whole number, got text"),
+        (inducan104s("irq = 6"), "board[0].irq: IRQ 6: 3, 4, 5, 7, 9, 10 or 11; usually 5"),
+        (
+            inducan104s("access = 'usb'"),
+            "board[0].access = 'usb': expected text matching regex '^(simulated|port)$'",
+        ),
+        (
+            inducan104s("serial = 'HW7'", "base = 0x280\nirq = 3"),
+            "board[2].base: 280h twice; board[0] HW7 is there too",
+        ),
+        (
+            inducan104s("base = 0x280", "irq = 3"),
+            "board[2].base, left out: 280h twice; board[0] is there too",
+        ),
+        (
+            inducan104s("base = 0x100", "base = 0x120\nirq = 5"),
+            "board[2].irq: IRQ 5 twice; board[0] has it too; boards that share it all say shared_irq = true",
+        ),
+        (
+            inducan104s("base = 0x100\nshared_irq = true", "base = 0x120"),
+            "board[2].irq, left out: IRQ 5 twice; board[0] has it too; "
+            "boards that share it all say shared_irq = true",
+        ),
+        (BOARD + "base = 0x280", "board[0].base: usb-to-can has none; inducan104 has"),
+        (BOARD + BOARD + "irq = 5", "board[1].irq: usb-to-can has none; inducan104 has"),
+        (BOARD + "shared_irq = true", "board[0].shared_irq: usb-to-can has none; inducan104 has"),
+        (BOARD + "access = 'port'", "board[0].access: usb-to-can has none; inducan104 has"),
+    ],
+)
+def test_jumpers_that_cannot_be(text: str, message: str) -> None:
+    assert complaint(text) == message
+
+
+@pytest.mark.usefixtures("inducan104")
+@pytest.mark.conforms("AC-05")
+def test_an_interrupt_line_that_both_share() -> None:
+    text = inducan104s("shared_irq = true", "shared_irq = true\nbase = 0x300")
+    assert [board.place for board in Config.parse(text).board if board.place] == [
+        IsaPlace(0x280, 5, True),
+        IsaPlace(0x300, 5, True),
+    ]
+
+
 scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
 keys = st.sampled_from(
-    ["bus", "board", "name", "type", "kind", "serial", "buses", "bit_rate", "length_m"]
+    [
+        "bus",
+        "board",
+        "name",
+        "type",
+        "kind",
+        "serial",
+        "buses",
+        "bit_rate",
+        "length_m",
+        "base",
+        "irq",
+        "access",
+    ]
 ) | st.text(max_size=3)
 
 

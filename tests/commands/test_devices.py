@@ -23,6 +23,7 @@ from canwire import (
     LinState,
 )
 from canwire.boards import catalogue
+from canwire.boards.isa import IsaPlace
 from canwire.commands import main
 from canwire.commands.devices import LinUse, board_facts, tree
 
@@ -157,6 +158,7 @@ def test_the_object_has_every_field() -> None:
         "driver_version": list(FD.driver_version),
         "hardware_version": list(FD.hardware_version),
         "firmware_version": list(FD.firmware_version),
+        "resources": [],
     }
     busy, idle, lin = facts["lines"]
     assert (busy["name"], busy["bus"], busy["bus_type"], busy["index"]) == ("CAN-1", "can0", "CAN", 0)
@@ -178,6 +180,17 @@ def test_the_object_has_every_field() -> None:
     assert (lin["status"]["state"], lin["status"]["control_holder"]) == ("OPERATIONAL", "master (5)")
     assert lin["status"]["mode"] == {"master": True, "bit_rate": 19_200, "errors": True, "note": "02"}
     assert {kind for kind, count in lin["status"]["errors"].items() if count} == {"CHKSUM", "SLNORE"}
+
+
+@pytest.mark.conforms("AC-01", "AC-03")
+def test_what_a_board_takes_of_its_machine() -> None:
+    place = IsaPlace(0x280, 5)
+    isa = replace(board("usb-to-can", 7, "HW000007", "can0", "can0"), resources=place.resources)
+    assert tree([(isa, [IDLE, IDLE])])[0] == (
+        "HW000007  usb-to-can  USB-to-CAN V2 (simulated)  I/O 280h-29Fh, IRQ 5"
+    )
+    facts = json.loads(json.dumps(board_facts(isa, [IDLE, IDLE])))
+    assert facts["resources"] == [["I/O", "280h-29Fh"], ["IRQ", "5"]]
 
 
 def test_lin_lines_that_do_little() -> None:

@@ -187,6 +187,21 @@ def test_configurations(start: Serve, tmp_path: Path) -> None:
     assert "3 buses, 3 boards" in start("--socket", "c").line
 
 
+@pytest.mark.conforms("AC-08")
+def test_unusual_copper_is_pointed_out(start: Serve, tmp_path: Path) -> None:
+    (tmp_path / "canwire.toml").write_text(
+        "[[bus]]\nname = 'can0'\nlength_m = 80\nnode_delay_ns = 75\ntermination_ohm = 60\n"
+    )
+    served = start("--socket", str(tmp_path / "hub"))
+    assert served.line.endswith("1 bus, 0 boards, real time")
+    assert served.end() == (
+        0,
+        "canwire: bus can0: terminated with 60 ohm; each end of the cable takes 120 to 180 ohm\n"
+        "canwire: bus can0: 110 m (80 m of cable, 30 m for the nodes' delay) at 500000 bit/s, "
+        "where 100 m are the longest; nodes far apart may not understand each other\n",
+    )
+
+
 def test_mistakes_take_one_line(start: Serve, tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("[[bus]]\nnam = 3\n")
     assert "bad.toml" in refused("--config", "bad.toml")

@@ -85,6 +85,7 @@ def test_foreign_error_frames_settle(classes: int, data: bytes) -> None:
         (BusEvent(EventKind.STATE, state=ErrorState.BUS_OFF, tec=256), "20000240#000000000000FF00"),
         (BusEvent(EventKind.ARBITRATION_LOST, bit=11, transmitting=True), "20000002#0B00800000000000"),
         (BusEvent(EventKind.INFO), "20000100#0000000000000000"),
+        (BusEvent(EventKind.OVERRUN), "20000004#0001000000000000"),
     ],
 )
 def test_error_frames_use_socketcans_classes(event: BusEvent, text: str) -> None:
@@ -99,6 +100,6 @@ def test_error_frames_of_others() -> None:
     )  # Linux's sja1000 driver: warning and stuff error at once
     assert isinstance(sja1000, BusEvent)
     assert (sja1000.error, sja1000.state) == (ErrorKind.STUFF, ErrorState.ERROR_WARNING)
-    overflow = parse_content("20000004#0001000000000000")
+    overflow = parse_content("20000004#0002000000000000")  # of a transmit queue
     assert isinstance(overflow, BusEvent)
     assert (overflow.kind, overflow.error) == (EventKind.ERROR, ErrorKind.OTHER)

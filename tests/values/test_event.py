@@ -11,7 +11,11 @@ from hypothesis import strategies as st
 from canwire.values import record
 from canwire.values.event import STATUS_OF_STATE, BusEvent, ErrorKind, ErrorState, EventKind, InfoCode
 
-CODES = {EventKind.INFO: st.sampled_from(InfoCode), EventKind.TIME_OVERRUN: st.integers(0, 2**32 - 1)}
+CODES = {
+    EventKind.INFO: st.sampled_from(InfoCode),
+    EventKind.TIME_OVERRUN: st.integers(0, 2**32 - 1),
+    EventKind.ERROR: st.integers(0, 255),
+}
 
 
 @st.composite

@@ -11,7 +11,7 @@ from canwire.boards.catalogue import is_shorted, load_of
 from canwire.boards.detection import Detection
 from canwire.boards.message_filter import FormatFilter, MessageFilter
 from canwire.boards.modes import LineMode
-from canwire.drivers.driver import Driver, LineSettings
+from canwire.drivers.driver import LineSettings
 from canwire.errors import CanwireError, NotInitialised, WrongState
 from canwire.timeline import Timer
 from canwire.values.bit_timing import BitTiming
@@ -41,10 +41,11 @@ class CanLine:
         self._overrun_timer: Timer | None = None
         self._detection: Detection | None = None
         self._stopping: list[Done] = []
+        self._bit_ps = 0
 
     @property
     def running(self) -> bool:
-        return bool(self.line.controller.running)
+        return self.line.driver.running
 
     @property
     def coupling_fault(self) -> bool:
@@ -85,7 +86,12 @@ class CanLine:
         if self.origin_ns is None:
             self.begin_stamps(now_ns)
         self.line.tell(self._info(InfoCode.STARTED, now_ns))
-        self._driver.start(now_ns)
+        self.line.driver.start(now_ns)
+
+    def abort_pending(self) -> None:
+        """Give up whatever any channel has queued, but for a frame on the wire."""
+        for channel in self.line.channels():
+            self.line.cancel(channel)
 
     def stop(self, done: Done) -> None:
         """Leave the bus; `done(0)` once a frame of its own on the wire is over."""
@@ -149,7 +155,10 @@ class CanLine:
 
     def _set_up(self, mode: LineMode, timing: BitTiming, data: BitTiming | None) -> None:
         fd_timing = data if data is not None else timing if mode.long_data else None
-        self._driver.configure(LineSettings(timing, fd_timing, mode.iso_fd, mode.listen_only))
+        self.line.driver.configure(
+            LineSettings(timing, fd_timing, mode.iso_fd, mode.listen_only, registers=mode.registers)
+        )
+        self._bit_ps = timing.bit_time_ps
         line = self.line
         line.standard, line.extended = mode.standard, mode.extended
         line.long_data, line.fast_data = mode.long_data, data is not None
@@ -164,10 +173,10 @@ class CanLine:
         if self._detection is not None:
             self._detection.cancel()
         if self.running:
-            self._driver.stop(now_ns)
-        for box in (line.controller.high, line.controller.normal):
-            line.controller.abort(box, now_ns)
-        line.controller.listen_only, line.controller.fd = False, 0  # what it was set up for is forgotten too
+            line.driver.stop(now_ns)
+        for box in (line.driver.high, line.driver.normal):
+            line.driver.abort(box, now_ns)
+        line.driver.forget()
         line.set_filter(None)
         self.mode = self.filter = self.origin_ns = None
         if self._overrun_timer is not None:
@@ -175,12 +184,11 @@ class CanLine:
         self._stopped()
 
     def _stop_when_quiet(self) -> None:
-        controller = self.line.controller
-        if self.running and controller.bus is not None and controller.bus.on_wire(controller):
-            later_ns = _LOOK_AGAIN_BITS * controller.bit_ps // 1000
+        if self.running and self.mode is not None and self.line.driver.on_wire():
+            later_ns = _LOOK_AGAIN_BITS * self._bit_ps // 1000
             self.line.timeline.at(self.line.timeline.now_ns + later_ns, self._stop_when_quiet)
         elif self._stopping:
-            self._driver.stop(self.line.timeline.now_ns)
+            self.line.driver.stop(self.line.timeline.now_ns)
             self.line.tell(self._info(InfoCode.STOPPED, 0), False)
             self._stopped()
 
@@ -207,9 +215,4 @@ class CanLine:
         return BusEvent(EventKind.INFO, at_ns, code=code, state=self._state())
 
     def _state(self) -> ErrorState:
-        return ErrorState(self.line.controller.state())
-
-    @property
-    def _driver(self) -> Driver:
-        assert self.line.driver is not None
-        return self.line.driver
+        return self.line.driver.counters().state

@@ -22,6 +22,7 @@ from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
 from canwire.bus.lin_bus import LinBus
 from canwire.bus.node import Bus
+from canwire.chips.can_fd import CanFdController
 from canwire.drivers.can_fd import CanFdDriver
 from canwire.drivers.lin import LinControllerDriver
 from canwire.errors import NoSuchBoard, Unsupported
@@ -137,13 +138,14 @@ def pull(board: Board) -> None:
             unplug_lin(slot.line)
         elif slot.line.controller.bus is not None:
             unplug(slot.line)
-            slot.line.controller.stop(slot.line.timeline.now_ns)
+            slot.line.driver.stop(slot.line.timeline.now_ns)
 
 
 def ideal_line(name: str, timeline: Timeline) -> Line:
     """A line with the ideal CAN FD controller and its driver, not yet on any bus."""
     line = Line(name, timeline)
-    line.driver = CanFdDriver(line.controller)
+    controller = CanFdController(line)
+    line.connect(CanFdDriver(line, controller), controller)
     return line
 
 

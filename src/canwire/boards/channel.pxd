@@ -12,7 +12,7 @@ cdef unsigned long long _M32, _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE,
 @cython.final
 cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
-    cdef public bint frames, sends, untrusted, fd
+    cdef public bint frames, sends, untrusted, fd, prioritised
     cdef public object events, acceptance
     cdef public unsigned long long accepted, lost, sent, delivered, aborted, refused, last_sent_ns
     cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay

@@ -56,8 +56,10 @@ class Channel(Sink):
     own line sends. With `tick_ns` records are stamped with 32 bits of a counter of such ticks that began at
     `origin_ns`.
 
-    The transmit ring of an `untrusted` channel is written by another process: its line checks each record,
-    takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts `refused` ones.
+    Frames of a `prioritised` channel wait for the line in the order of their priorities, which are in the high half
+    of their time words. The transmit ring of an `untrusted` channel is written by another process: its line
+    checks each record, takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts
+    `refused` ones.
     """
 
     def __init__(
@@ -79,6 +81,7 @@ class Channel(Sink):
         self.siblings = siblings
         self.filter: MessageFilter | None = None
         self.untrusted = False
+        self.prioritised = False
         self.fd = True
         self.tick_ns = 0
         self.origin_ns = 0

@@ -9,6 +9,10 @@
     serial = "HW000001"
     buses = ["can0", "can0", "lin0"]
 
+    [[board]]
+    kind = "inducan104"
+    base = 0x280
+
 Every option stands once, in the classes below: `options` lists them for documentation. A file without [[bus]] has
 the buses can0 and lin0, one without [[board]] no boards until somebody plugs them in; without a file there is
 the default world of rulings.md 30.
@@ -16,7 +20,6 @@ the default world of rulings.md 30.
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -27,25 +30,15 @@ from msgspec import Meta
 
 from canwire.boards import catalogue
 from canwire.boards.board import checked_bus_name, checked_hardware_id
+from canwire.boards.complaint import complaint
+from canwire.boards.inducan104 import KIND as INDUCAN104
+from canwire.boards.inducan104 import checked_irq, checked_place
+from canwire.boards.isa import IsaPlace, base_conflict, irq_conflict
 from canwire.errors import BadConfig, BadValue, NoSuchBoard
 from canwire.values.bit_timing import BitTiming
+from canwire.values.isa_address import checked_base, port_text
 from canwire.values.lin_timing import checked_rate
 from canwire.values.timing_limits import FD_DATA, FD_NOMINAL
-
-_PLACE = re.compile(r" - at `\$(.*)`\Z", re.DOTALL)
-_STEP = re.compile(r"\.?([^.\[]+)|\[(\d+)\]")
-_UNKNOWN = re.compile(r"Object contains unknown field `(.*)`", re.DOTALL)
-_MISSING = re.compile(r"Object missing required field `(\w+)`")
-_WORDS = {
-    "`array`": "a list",
-    "`object`": "a table",
-    "`str`": "text",
-    "`int`": "a whole number",
-    "`int | null`": "a whole number",
-    "`float`": "a number",
-    "`bool`": "true or false",
-}
-_LONGEST_VALUE = 60
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -75,6 +68,12 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         float,
         Meta(ge=0, le=100_000, description="extra delay of every node in ns, 75 an opto-coupler; 0: ideal"),
     ] = 0.0
+    termination_ohm: Annotated[
+        float,
+        Meta(
+            ge=0, le=1_000_000, description="resistor at each end of the cable in ohms; usual are 120 to 180"
+        ),
+    ] = 120.0
 
     @property
     def usual_rate(self) -> int:
@@ -93,8 +92,34 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     buses: Annotated[
         tuple[str, ...], Meta(description="a bus for each of its lines; left out, the kind's usual ones")
     ] = ()
+    base: (
+        Annotated[int, Meta(description="inducan104: its address, 0x100, 0x120 to 0x3E0; left out, 0x280")]
+        | None
+    ) = None
+    irq: (
+        Annotated[
+            int, Meta(description="inducan104: its interrupt line, 3, 4, 5, 7, 9, 10 or 11; left out, 5")
+        ]
+        | None
+    ) = None
+    shared_irq: Annotated[
+        bool, Meta(description="inducan104: others that say so too may use its interrupt line")
+    ] = False
+    access: Annotated[
+        str,
+        Meta(
+            pattern="^(simulated|port)$",
+            description="inducan104: simulated, or port for a real one, which takes rights to /dev/port",
+        ),
+    ] = "simulated"
+
+    @property
+    def place(self) -> IsaPlace | None:
+        """Address and interrupt line of an inducan104, None of other kinds; raises BadValue for impossible ones."""
+        return checked_place(self.base, self.irq, self.shared_irq) if self.kind == INDUCAN104 else None
 
 
+_INDUCAN104_ONLY = ("base", "irq", "shared_irq", "access")
 _TABLES: dict[str, type[BusConfig | BoardConfig]] = {"bus": BusConfig, "board": BoardConfig}
 
 
@@ -140,7 +165,8 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         try:
             config = msgspec.convert(data, cls, strict=True)
         except msgspec.ValidationError as error:
-            raise BadConfig(f"{source}: {_complaint(str(error), data)}") from None
+            tables = {name: kind.__struct_fields__ for name, kind in _TABLES.items()}
+            raise BadConfig(f"{source}: {complaint(str(error), data, tables)}") from None
         _Check(config, source).run()
         return config
 
@@ -184,6 +210,7 @@ class _Check:
             self._bus(f"bus[{index}]", bus)
         for index, board in enumerate(self._config.board):
             self._board(f"board[{index}]", board)
+            self._isa(index, board)
 
     def _bus(self, place: str, bus: BusConfig) -> None:
         self._accept(f"{place}.name", checked_bus_name, bus.name)
@@ -219,6 +246,35 @@ class _Check:
                     where, f"{name!r} is a {there[name]} bus; line {index} of {kind.name} is {wanted}"
                 )
 
+    def _isa(self, index: int, board: BoardConfig) -> None:
+        """What the jumpers of an inducan104 say, and whether the boards before it leave that free."""
+        if board.kind != INDUCAN104:
+            for field in msgspec.structs.fields(BoardConfig):
+                if field.name in _INDUCAN104_ONLY and getattr(board, field.name) != field.default:
+                    self._refuse(f"board[{index}].{field.name}", f"{board.kind} has none; {INDUCAN104} has")
+            return
+        if board.base is not None:
+            self._accept(f"board[{index}].base", checked_base, board.base)
+        if board.irq is not None:
+            self._accept(f"board[{index}].irq", checked_irq, board.irq)
+        for number in range(index):
+            self._apart(index, number)
+
+    def _apart(self, index: int, before: int) -> None:
+        """Neither board is in the other's way."""
+        board, other = self._config.board[index], self._config.board[before]
+        mine, theirs = board.place, other.place
+        if mine is None or theirs is None:
+            return
+        who = f"board[{before}] {other.serial}".rstrip()
+        if base_conflict(mine, theirs):
+            place = f"board[{index}].base{', left out' if board.base is None else ''}"
+            self._refuse(place, f"{port_text(mine.base)} twice; {who} is there too")
+        if irq_conflict(mine, theirs):
+            place = f"board[{index}].irq{', left out' if board.irq is None else ''}"
+            why = f"IRQ {mine.irq} twice; {who} has it too"
+            self._refuse(place, f"{why}; boards that share it all say shared_irq = true")
+
     def _once(self, names: Sequence[str], table: str, key: str) -> None:
         for index, name in enumerate(names):
             if name and name in names[:index]:
@@ -234,31 +290,6 @@ class _Check:
 
     def _refuse(self, place: str, why: str) -> NoReturn:
         raise BadConfig(f"{self._source}: {place}: {why}")
-
-
-def _complaint(message: str, data: dict[str, Any]) -> str:
-    """What msgspec has against the data, with the place first and the value there."""
-    found = _PLACE.search(message)
-    place, what = (found[1].removeprefix("."), message[: found.start()]) if found else ("", message)
-    if unknown := _UNKNOWN.fullmatch(what):
-        keys = ", ".join(_TABLES[place.partition("[")[0]].__struct_fields__ if place else _TABLES)
-        return f"{f'{place}.' if place else ''}{unknown[1]}: no such key; there are {keys}"
-    if missing := _MISSING.fullmatch(what):
-        return f"{place}.{missing[1]}: missing"
-    for word, plain in _WORDS.items():
-        what = what.replace(word, plain)
-    hint = f"; write [[{place}]], with two brackets" if place in _TABLES else ""
-    return f"{place}{_value_at(place, data)}: {what[0].lower()}{what[1:]}{hint}"
-
-
-def _value_at(place: str, data: Any) -> str:
-    """` = value` for what can be shown in a line."""
-    for key, index in _STEP.findall(place):
-        data = data[int(index)] if index else data[key]
-    if isinstance(data, dict | list):
-        return ""
-    shown = repr(data)
-    return f" = {shown if len(shown) <= _LONGEST_VALUE else shown[:_LONGEST_VALUE] + '...'}"
 
 
 def _check_rate(bit_rate: int) -> None:

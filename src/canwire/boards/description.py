@@ -124,7 +124,8 @@ class BoardInfo:
     """One board in the device list.
 
     `id` is unique for as long as the hub runs and new after every plug; `hardware_id` ("HW" and digits) stays.
-    Versions: driver is major, minor, release, build; hardware is major, minor, branch, build.
+    Versions: driver is major, minor, release, build; hardware is major, minor, branch, build. `resources` is what it
+    takes of its machine: ("I/O", "280h-29Fh"), ("IRQ", "5").
     """
 
     id: int
@@ -137,3 +138,4 @@ class BoardInfo:
     hardware_version: tuple[int, int, int, int]
     firmware_version: tuple[int, int]
     lines: tuple[LineInfo, ...]
+    resources: tuple[tuple[str, str], ...] = ()

@@ -69,7 +69,6 @@ class Detection:
             return
         nominal, data = self._candidates[self._at]
         driver = self._line.driver
-        assert driver is not None
         now_ns = self._timeline.now_ns
         driver.configure(LineSettings(nominal, data, self._iso_fd, listen_only=True))
         driver.start(now_ns)
@@ -92,7 +91,6 @@ class Detection:
     def _quiet(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        assert self._line.driver is not None
         self._line.driver.stop(self._timeline.now_ns)
         self._heard.receive.clear()
 

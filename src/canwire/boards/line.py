@@ -9,16 +9,18 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire import _mem
+from canwire.boards.backlog import Backlog
 from canwire.boards.channel import Channel
 from canwire.boards.message_filter import MessageFilter
 from canwire.boards.modes import Siblings
-from canwire.bus.node import Mailbox, Sink
-from canwire.chips.can_fd import CanFdController, Host
+from canwire.bus.node import Mailbox, Node, Sink
+from canwire.chips.host import Host
+from canwire.drivers.driver import Driver
 from canwire.errors import LineError, QueueFull
 from canwire.timeline import Timeline
 from canwire.values import dlc as lengths
 from canwire.values import frame as codec
-from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
+from canwire.values.event import BusEvent, ErrorKind, EventKind
 from canwire.values.frame import Frame
 from canwire.values.record import CONFIRM, HIGH_PRIORITY
 from canwire.values.records import checked_records
@@ -26,15 +28,14 @@ from canwire.values.records import checked_records
 if TYPE_CHECKING:
     import numpy
 
-    from canwire.drivers.driver import Driver
-
 _SELF_RECEPTION = 1 << 21
 _EXTENDED = 1 << 23
 _REMOTE = 1 << 22
 _FD = 1 << 10
 _FAST = 1 << 11
 # of a record that another process wrote: what it may ask for, what it must not say, its data
-_REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
+_REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 1 << 14 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
+_LOOP_BACK = 1 << 15
 _M32 = 0xFFFFFFFF
 _LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
 _REFUSALS = 4096  # records refused in one go; then the bus has its turn
@@ -66,7 +67,7 @@ class Splitter(Sink):
 
 
 class Line(Host):
-    """Splitter between one controller and its channels.
+    """Splitter between one controller and its channels; `controller` is what hangs on the copper.
 
     `standard`, `extended`, `long_data` and `fast_data` say which frames untrusted channels may send. A line that
     is `holding` loads no more frames; one that does not `reports_errors` keeps error events to itself.
@@ -75,8 +76,8 @@ class Line(Host):
     def __init__(self, name: str, timeline: Timeline) -> None:
         self.name = name
         self.timeline = timeline
-        self.controller = CanFdController(self)
-        self.driver: Driver | None = None
+        self.controller = Node()
+        self.driver = Driver(self, Mailbox(), Mailbox())
         self.standard = True
         self.extended = True
         self.long_data = True
@@ -86,11 +87,19 @@ class Line(Host):
         self._scratch = Mailbox()
         self._turn = 0
         self._refusals = 0
+        self._loads = 0
         self._watched = False
         self._all: list[Channel] = []
         self._senders: list[Channel] = []
         self._splitter = Splitter()
         self._observers: list[Channel] = []
+        self._prioritised: list[Channel] = []
+        self._backlog = Backlog()
+
+    def connect(self, driver: Driver, controller: Node) -> None:
+        """Give the line its controller, and what drives that; before anything is opened on it."""
+        self.driver = driver
+        self.controller = controller
 
     def open(self, channel: Channel) -> Channel:
         """Put a channel on the line; from now on it receives."""
@@ -112,10 +121,7 @@ class Line(Host):
             self._check_fd(frame)
         if not (self.standard and self.extended and self.long_data and self.fast_data):
             self.check(frame)
-        if self.controller.listen_only:
-            raise LineError(f"{self.name}: a listen-only line sends nothing")
-        if not channel.sends:
-            raise LineError(f"{self.name}: this channel was opened without a transmit queue")
+        self._check_sends(channel)
         codec.store_frame(frame, self._scratch.words, 0, flags, delay_ns)
         if not channel.transmit.free():
             raise QueueFull(self.name, channel.transmit.capacity)
@@ -138,11 +144,8 @@ class Line(Host):
 
     def send_records(self, channel: Channel, records: numpy.ndarray, flags: int) -> int:
         """Queue as many of these records as fit; returns how many. Raises BadFrame before queueing any."""
-        if not channel.sends:
-            raise LineError(f"{self.name}: this channel was opened without a transmit queue")
-        if self.controller.listen_only:
-            raise LineError(f"{self.name}: a listen-only line sends nothing")
-        checked = checked_records(records, fd=self.controller.fd != 0, flags=flags)
+        self._check_sends(channel)
+        checked = checked_records(records, fd=self.driver.fd != 0, flags=flags)
         count = channel.transmit.put_array(checked)
         channel.sent += count
         if flags & _HIGH_PRIORITY:
@@ -152,12 +155,12 @@ class Line(Host):
 
     def kick(self) -> None:
         """Something was queued: load it if a mailbox is free."""
-        controller = self.controller
-        if not controller.normal.occupied or not controller.high.occupied:
-            had_offer = controller.offer
+        driver = self.driver
+        if not driver.normal.occupied or not driver.high.occupied or self._prioritised:
+            before = self._loads
             self.fill(self.timeline.now_ns)
-            if controller.offer is not had_offer and controller.bus is not None:
-                controller.bus.poll(controller)
+            if self._loads != before:
+                driver.poll()
 
     def set_filter(self, message_filter: MessageFilter | None) -> None:
         """What passes from the bus to the channels; None: everything."""
@@ -180,9 +183,12 @@ class Line(Host):
         before = channel.aborted
         if channel.sends:
             channel.drop_queued(self.timeline.now_ns)
-        for box in (self.controller.high, self.controller.normal):
+        dropped = self._backlog.drop(channel)
+        channel.aborted += dropped
+        channel.in_flight -= dropped
+        for box in (self.driver.high, self.driver.normal):
             if box.occupied and box.owner is channel:
-                self.controller.abort(box, self.timeline.now_ns)
+                self.driver.abort(box, self.timeline.now_ns)
         return int(channel.aborted - before)
 
     # the controller's side
@@ -208,29 +214,32 @@ class Line(Host):
         channel.in_flight -= 1
         if box.words[1] >> 32 & _CONFIRM:
             channel.tell_outcome(box, False, at_ns)
-        self.event(_ABORTED, 0, -1, True, at_ns)
+        self.event(_ABORTED, 0, -1, True, at_ns, 0)
 
     def fill(self, at_ns: int) -> None:
         """Load free mailboxes, one frame from each channel in turn."""
-        controller = self.controller
-        if self.holding or not controller.running or controller.listen_only:
+        driver = self.driver
+        if self.holding or not driver.running or driver.listen_only:
             return
         self._refusals = 0
+        for channel in self._prioritised:
+            self._drain(channel, at_ns)
         while self._load_one(at_ns):
-            pass
+            self._loads += 1
 
     def _load_one(self, at_ns: int) -> bool:
         """Load one frame of the first channel in turn whose next frame finds its mailbox free."""
         senders = self._senders
         count = len(senders)
-        controller = self.controller
-        normal_taken = controller.normal.occupied
+        normal_taken = self.driver.normal.occupied
         for k in range(count):
             turn = self._turn + k
             if turn >= count:
                 turn -= count
             channel = senders[turn]
-            if channel.untrusted:
+            if channel.prioritised:
+                loaded = not normal_taken and self._load_first(at_ns)
+            elif channel.untrusted:
                 loaded = self._load_untrusted(channel, at_ns)
             elif normal_taken and channel.urgent == 0:
                 continue
@@ -244,11 +253,11 @@ class Line(Host):
     def _load_trusted(self, channel: Channel, at_ns: int) -> bool:
         ring = channel.transmit
         at = ring.front()
-        controller = self.controller
-        if at == 0 or controller.occupied(ring._words, at) or not self._due(channel, ring._words[at], at_ns):
+        driver = self.driver
+        if at == 0 or driver.occupied(ring._words, at) or not self._due(channel, ring._words[at], at_ns):
             return False
         channel.in_flight += 1
-        if controller.load(ring._words, at, at_ns, channel):
+        if driver.load(ring._words, at, at_ns, channel):
             channel.urgent -= 1
         ring.release(1)
         return True
@@ -256,8 +265,8 @@ class Line(Host):
     def _load_untrusted(self, channel: Channel, at_ns: int) -> bool:
         """Its record is copied before it is looked at: whoever wrote it may still be writing."""
         ring = channel.transmit
-        controller = self.controller
-        if controller.normal.occupied and controller.high.occupied:
+        driver = self.driver
+        if driver.normal.occupied and driver.high.occupied:
             return False
         words = self._scratch.words
         while (at := ring.front()) != 0:
@@ -268,13 +277,13 @@ class Line(Host):
             if self._admit(words, channel.fd):
                 delay = words[0] & _M32 if channel.tick_ns else words[0]
                 if delay <= channel.longest_delay:
-                    if controller.occupied(words, 0) or not self._due(
+                    if driver.occupied(words, 0) or not self._due(
                         channel, delay * channel.delay_tick_ns, at_ns
                     ):
                         return False
                     channel.sent += 1
                     channel.in_flight += 1
-                    controller.load(words, 0, at_ns, channel)
+                    driver.load(words, 0, at_ns, channel)
                     ring.release(1)
                     return True
             self._refusals += 1
@@ -283,6 +292,43 @@ class Line(Host):
             ring.release(1)
         ring.arm_once()
         return False
+
+    def _drain(self, channel: Channel, at_ns: int) -> None:
+        """Move what a prioritised channel has queued to where it waits by priority."""
+        ring = channel.transmit
+        backlog = self._backlog
+        words = self._scratch.words
+        while backlog.room(channel) > 0 and (at := ring.front()) != 0:
+            if self._refusals >= _REFUSALS:
+                self._come_back(at_ns)
+                break
+            _mem.copy_record(words, 0, ring._words, at)
+            ring.release(1)
+            channel.sent += 1
+            priority = words[0] >> 32 & 0xFF
+            loop_back = words[1] >> 32 & _LOOP_BACK
+            words[0] = 0
+            if self._admit(words, channel.fd):
+                channel.in_flight += 1
+                backlog.push(priority, self._scratch.record(), channel)
+                if loop_back:
+                    self._splitter.deliver(self._scratch, at_ns, 0)
+            else:
+                self._refusals += 1
+                channel.refused += 1
+        ring.arm_once()
+
+    def _load_first(self, at_ns: int) -> bool:
+        """Load the most urgent frame of all prioritised channels."""
+        if not len(self._backlog):
+            return False
+        record, channel = self._backlog.front()
+        self._scratch.block[:] = record
+        if self.driver.occupied(self._scratch.words, 0):
+            return False
+        self._backlog.pop()
+        self.driver.load(self._scratch.words, 0, at_ns, channel)
+        return True
 
     def _come_back(self, at_ns: int) -> None:
         """Whoever writes nothing but rubbish must not keep everybody from the bus."""
@@ -303,7 +349,7 @@ class Line(Host):
         elif identifier > _LARGEST_STANDARD or not self.standard:
             return False
         if info & (_FD | _FAST):
-            if not fd or self.controller.fd == 0 or (info & _FAST and not self.fast_data):
+            if not fd or self.driver.fd == 0 or (info & _FAST and not self.fast_data):
                 return False
             if length > 8 and not self.long_data:
                 return False
@@ -317,23 +363,24 @@ class Line(Host):
         _mem.clear_tail(words, 2, length)
         return True
 
-    def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int) -> None:
+    def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int, code: int) -> None:
         if not self._observers or (kind == _ERROR and not self.reports_errors):
             return
-        confinement = self.controller.confinement
         record = None
         for channel in self._observers:
             if kind in channel.events:
                 if record is None:
+                    counters = self.driver.counters()
                     record = BusEvent(
                         EventKind(kind),
                         at_ns,
                         ErrorKind(error),
-                        ErrorState(self.controller.state()),
+                        counters.state,
                         bit,
                         bool(transmitting),
-                        confinement.tec,
-                        confinement.rec,
+                        counters.tec,
+                        counters.rec,
+                        code,
                     ).to_record()
                 channel.deliver_event(record)
 
@@ -358,8 +405,8 @@ class Line(Host):
         self._observers = [channel for channel in self._all if channel.events]
         self._watched = any(channel.siblings == _EVERY for channel in receivers)
         direct = len(receivers) == 1 and self._splitter.filter is None
-        self.controller.sink = receivers[0] if direct else self._splitter
-        self.controller.attentive = bool(self._observers)
+        self._prioritised = [channel for channel in self._senders if channel.prioritised]
+        self.driver.listen(receivers[0] if direct else self._splitter, bool(self._observers))
 
     def _take_turns(self, senders: list[Channel]) -> None:
         """Who was served last waits longest; who is new waits for all others: coming and going gains no turn."""
@@ -370,8 +417,14 @@ class Line(Host):
         self._senders = staying[:others] + new + staying[others:]
         self._turn = 0
 
+    def _check_sends(self, channel: Channel) -> None:
+        if self.driver.listen_only:
+            raise LineError(f"{self.name}: a listen-only line sends nothing")
+        if not channel.sends:
+            raise LineError(f"{self.name}: this channel was opened without a transmit queue")
+
     def _check_fd(self, frame: Frame) -> None:
-        if self.controller.fd == 0:
+        if self.driver.fd == 0:
             raise LineError(
                 f"{self.name}: the line is set up for classic CAN; give the bus a data_bit_rate for FD"
             )

@@ -48,6 +48,8 @@ class LineMode:
 
     `timing` None asks the line to find its bit rate on the running bus (`timeout_ms` of silence at most).
     `data_timing` set allows the bit-rate switch, `long_data` more than 8 bytes; neither makes a classic line.
+    `registers` are values for registers of the line's chip that nothing else here sets, by their data-sheet names.
+    A `persistent` line stays as it is when its last user goes.
     """
 
     timing: BitTiming | None
@@ -63,6 +65,8 @@ class LineMode:
     extended_filter: FilterSetup = FilterSetup()
     timeout_ms: int = 1000
     note: bytes = b""  # whatever the initialiser wants to find again in the status (VCI: its own bytes)
+    registers: tuple[tuple[str, int], ...] = ()
+    persistent: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +107,8 @@ class ChannelMode:
     `exact` takes them as they are instead of rounding up to a power of two. `ticks` stamps records with
     32 bits of the board's time-stamp counter, and takes delays in ticks, instead of nanoseconds. Without `fd`
     CAN FD frames pass it by, in both directions.
-    `filter_size` is that of the 29-bit list; 0 makes no lists at all. `events`: EventKinds.
+    `filter_size` is that of the 29-bit list; 0 makes no lists at all. `events`: EventKinds. The frames of all
+    `prioritised` channels of a line wait in one queue by priority, which each has in the high half of its time word.
     """
 
     receive: int
@@ -116,6 +121,7 @@ class ChannelMode:
     events: tuple[int, ...] = ()
     frames: bool = True
     fd: bool = True
+    prioritised: bool = False
 
 
 @dataclass(frozen=True, slots=True)

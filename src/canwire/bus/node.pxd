@@ -10,7 +10,7 @@ cdef class Mailbox:
     cdef public unsigned int key
     cdef public int bits, data_bits
     cdef public unsigned long long ready_ns
-    cdef public bint occupied, esi_added, single_shot
+    cdef public bint occupied, esi_added, single_shot, abort_on_error
     cdef public object owner
 
 cdef class Sink:

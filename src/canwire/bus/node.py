@@ -47,6 +47,7 @@ class Mailbox:
         self.occupied = False
         self.esi_added = False
         self.single_shot = False
+        self.abort_on_error = False
         self.owner: Any = None
 
     def record(self) -> bytes:

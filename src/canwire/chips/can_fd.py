@@ -6,44 +6,18 @@ what becomes of its frames goes to a `Host`, the seam that a line fills in.
 
 from __future__ import annotations
 
-from canwire import _mem
 from canwire.bus import can_bits
 from canwire.bus.node import Mailbox, Node
 from canwire.chips.confinement import Confinement
+from canwire.chips.host import Host
 from canwire.values.event import ErrorState, EventKind
 
-_SINGLE_SHOT = 1 << 8
-_HIGH_PRIORITY = 1 << 9
 _PASSIVE, _BUS_OFF = 2, 3
 _STOPPED = int(ErrorState.STOPPED)
 _ERROR = int(EventKind.ERROR)
 _STATE = int(EventKind.STATE)
 _ARBITRATION_LOST = int(EventKind.ARBITRATION_LOST)
 RECOVERY_SEQUENCES = 128
-
-
-class Host:
-    """What a controller tells whoever drives it, in the order of bus time."""
-
-    def received(self, box: Mailbox, at_ns: int) -> None:
-        """A frame arrived; `box` is good until this returns."""
-        raise NotImplementedError
-
-    def transmitted(self, box: Mailbox, at_ns: int) -> None:
-        """The frame in `box` went through; the mailbox is free again once this returns."""
-        raise NotImplementedError
-
-    def aborted(self, box: Mailbox, at_ns: int) -> None:
-        """The frame in `box` was given up; the mailbox is free again once this returns."""
-        raise NotImplementedError
-
-    def fill(self, at_ns: int) -> None:
-        """A mailbox is free: load what waits."""
-        raise NotImplementedError
-
-    def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int) -> None:
-        """An EventKind happened; for errors with their ErrorKind."""
-        raise NotImplementedError
 
 
 class CanFdController(Node):
@@ -95,23 +69,10 @@ class CanFdController(Node):
             self.frames_received,
         )
 
-    def occupied(self, words: _mem.Words, at: int) -> bool:
-        """The mailbox for the priority of the record at word `at` is taken."""
-        return self.high.occupied if words[at + 1] >> 32 & _HIGH_PRIORITY else self.normal.occupied
-
-    def load(self, words: _mem.Words, at: int, now_ns: int, owner: object) -> bool:
-        """Take the record at word `at` into the mailbox of its priority, which must be free; True if high."""
-        urgent = words[at + 1] >> 32 & _HIGH_PRIORITY != 0
-        box = self.high if urgent else self.normal
-        _mem.copy_record(box.words, 0, words, at)
-        box.occupied = True
-        box.esi_added = False
-        box.single_shot = words[at + 1] >> 32 & _SINGLE_SHOT != 0
-        box.owner = owner
-        box.ready_ns = now_ns
+    def take(self, box: Mailbox) -> None:
+        """The frame that was put into this mailbox, one of the two, is to be sent."""
         can_bits.measure(box, self.fd)
         self._make_offer()
-        return urgent
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
         """Give up the frame in a mailbox, unless it is on the wire this very moment."""
@@ -119,6 +80,11 @@ class CanFdController(Node):
             return False
         self._give_up(box, at_ns)
         return True
+
+    def forget(self) -> None:
+        """A classic controller again that takes part, once it is configured."""
+        self.listen_only = False
+        self.fd = 0
 
     def start(self, at_ns: int, *, integrated: bool = False) -> None:
         """Come on the bus with clean counters: after 11 recessive bits, or at once if it was there all along."""
@@ -129,7 +95,7 @@ class CanFdController(Node):
         self._wait(0 if integrated else 1, at_ns)
         self.on_bus = integrated
         self._changed()
-        self.host.event(_STATE, 0, -1, False, at_ns)
+        self.host.event(_STATE, 0, -1, False, at_ns, 0)
         self.host.fill(at_ns)
 
     def stop(self, at_ns: int) -> None:
@@ -139,7 +105,7 @@ class CanFdController(Node):
         self.on_bus = False
         self._wait(0, at_ns)
         self._changed()
-        self.host.event(_STATE, 0, -1, False, at_ns)
+        self.host.event(_STATE, 0, -1, False, at_ns, 0)
 
     def restart(self, at_ns: int) -> None:
         """After bus-off: begin to wait for 128 times 11 recessive bits; elsewhere nothing happens."""
@@ -176,7 +142,7 @@ class CanFdController(Node):
         self.host.fill(at_ns)
 
     def arbitration_lost(self, box: Mailbox, bit: int, at_ns: int) -> None:
-        self.host.event(_ARBITRATION_LOST, 0, bit, True, at_ns)
+        self.host.event(_ARBITRATION_LOST, 0, bit, True, at_ns, 0)
         if box.single_shot and box.occupied:
             self._give_up(box, at_ns)
 
@@ -185,11 +151,11 @@ class CanFdController(Node):
         self.last_error = kind
         changed = self.confinement.apply(rule)
         self.tainted = self.confinement.rec > 0
-        self.host.event(_ERROR, kind, bit, transmitting, at_ns)
+        self.host.event(_ERROR, kind, bit, transmitting, at_ns, 0)
         if changed:
             self._state_changed(at_ns)
         box = self.contending
-        if transmitting and box is not None and box.occupied and box.single_shot:
+        if transmitting and box is not None and box.occupied and (box.single_shot or box.abort_on_error):
             self._give_up(box, at_ns)
 
     def count(self, rule: int, at_ns: int) -> None:
@@ -207,7 +173,7 @@ class CanFdController(Node):
         self._take_state()
         self._changed()
         if recovered:
-            self.host.event(_STATE, 0, -1, False, at_ns)
+            self.host.event(_STATE, 0, -1, False, at_ns, 0)
         self.host.fill(at_ns)
 
     # between the two
@@ -231,7 +197,7 @@ class CanFdController(Node):
         if self.confinement.state == _BUS_OFF:
             self.on_bus = False
             self._changed()
-        self.host.event(_STATE, 0, -1, False, at_ns)
+        self.host.event(_STATE, 0, -1, False, at_ns, 0)
 
     def _take_state(self) -> None:
         self.passive = self.confinement.state >= _PASSIVE

@@ -99,7 +99,10 @@ def tree(found: list[Found]) -> list[str]:
     rows = iter(cells)
     shown = []
     for board, states in found:
-        shown.append(f"{board.hardware_id}  {board.kind}  {board.description}")
+        words = [board.hardware_id, board.kind, board.description]
+        if board.resources:
+            words.append(", ".join(f"{what} {which}" for what, which in board.resources))
+        shown.append("  ".join(words))
         for status in states:
             aligned = "  ".join(cell.ljust(width) for cell, width in zip(next(rows), widths, strict=True))
             shown.append(f"  {aligned.rstrip()}")

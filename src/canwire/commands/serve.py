@@ -4,7 +4,8 @@ canwire serve                                   on this user's usual socket, whe
 canwire serve --socket ./bench --time fast      on a socket of its own; the buses do not wait for the clock
 canwire serve --config canwire.toml             these buses and boards
 
-One line tells when it is ready. SIGTERM and Ctrl-C end it: the socket goes, and every client sees HubLost.
+One line tells when it is ready; before it stderr has a line for everything unusual about the buses, too long a cable
+perhaps. SIGTERM and Ctrl-C end it: the socket goes, and every client sees HubLost.
 Without --config: the file that CANWIRE_CONFIG names, else ./canwire.toml if there is one, else a default.
 Under systemd (Type=notify) it tells when it is ready and when it stops.
 """
@@ -19,6 +20,7 @@ import signal
 import socket
 
 import canwire
+from canwire.commands.hub_line import complain
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +42,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
-        canwire.serve(arguments.socket, arguments.config, arguments.time, ready=_ready, stop=stop)
+        canwire.serve(
+            arguments.socket, arguments.config, arguments.time, ready=_ready, stop=stop, warn=complain
+        )
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

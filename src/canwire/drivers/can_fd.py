@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from canwire.drivers.driver import Counters, LineSettings
-from canwire.errors import BadTiming
+from canwire.bus.node import Mailbox, Sink
+from canwire.drivers.driver import Counters, Driver, LineSettings
+from canwire.errors import BadTiming, Unsupported
 from canwire.values.bit_timing import BitTiming
 from canwire.values.event import ErrorState
+
+if TYPE_CHECKING:
+    from canwire.chips.host import Host
 
 CLASSIC_ONLY, ISO_FD, NON_ISO_FD = range(3)
 LARGEST_OFFSET_PPM = 100_000
@@ -16,48 +20,94 @@ LARGEST_OFFSET_PPM = 100_000
 class Controller(Protocol):
     """What this driver needs of the chip; times in picoseconds."""
 
+    @property
+    def normal(self) -> Mailbox: ...
+    @property
+    def high(self) -> Mailbox: ...
+    @property
+    def last_error(self) -> int: ...
+
+    bus: Any
+    sink: Sink | None
+    attentive: bool
+
     def configure(
         self, nominal: tuple[int, ...], data: tuple[int, ...] | None, fd: int, listen_only: bool
     ) -> None: ...
+    def forget(self) -> None: ...
     def start(self, at_ns: int, *, integrated: bool = False) -> None: ...
     def stop(self, at_ns: int) -> None: ...
     def restart(self, at_ns: int) -> None: ...
+    def rejoin(self, at_ns: int) -> None: ...
     def counters(self) -> tuple[int, ...]: ...
+    def take(self, box: Mailbox) -> None: ...
+    def abort(self, box: Mailbox, at_ns: int) -> bool: ...
 
 
-class CanFdDriver:
+class CanFdDriver(Driver):
     """drivers/driver.py's seam over the ideal controller."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, host: Host, controller: Controller) -> None:
+        super().__init__(host, controller.normal, controller.high)
         self._controller = controller
 
     def configure(self, settings: LineSettings) -> None:
         ppm = settings.oscillator_ppm
         if not -LARGEST_OFFSET_PPM <= ppm <= LARGEST_OFFSET_PPM:
             raise BadTiming(f"oscillator_ppm {ppm}: from -{LARGEST_OFFSET_PPM} to {LARGEST_OFFSET_PPM}")
+        if settings.registers:
+            raise Unsupported(f"register {settings.registers[0][0]}: the ideal controller has no registers")
         data = settings.data_timing
+        fd = CLASSIC_ONLY if data is None else ISO_FD if settings.iso_fd else NON_ISO_FD
         self._controller.configure(
             bit_times(settings.timing, ppm),
             None if data is None else bit_times(data, ppm),
-            CLASSIC_ONLY if data is None else ISO_FD if settings.iso_fd else NON_ISO_FD,
+            fd,
             settings.listen_only,
         )
+        self.listen_only, self.fd = settings.listen_only, fd
 
-    def start(self, at_ns: int, *, integrated: bool = False) -> None:
+    def forget(self) -> None:
+        super().forget()
+        self._controller.forget()
+
+    def start(self, at_ns: int, integrated: bool = False) -> None:
+        self.running = True
         self._controller.start(at_ns, integrated=integrated)
 
     def stop(self, at_ns: int) -> None:
+        self.running = False
         self._controller.stop(at_ns)
 
     def restart(self, at_ns: int) -> None:
         self._controller.restart(at_ns)
 
+    def rejoin(self, at_ns: int) -> None:
+        self._controller.rejoin(at_ns)
+
+    def on_wire(self) -> bool:
+        bus = self._controller.bus
+        return bus is not None and bool(bus.on_wire(self._controller))
+
     def counters(self) -> Counters:
         tec, rec, state, errors, losses, sent, received = self._controller.counters()
-        return Counters(tec, rec, ErrorState(state), errors, losses, sent, received)
+        last_error = int(self._controller.last_error)
+        return Counters(tec, rec, ErrorState(state), errors, losses, sent, received, last_error)
 
-    def close(self) -> None:
-        self._controller.stop(0)
+    def transmit(self, box: Mailbox, at_ns: int) -> None:
+        self._controller.take(box)
+
+    def poll(self) -> None:
+        bus = self._controller.bus
+        if bus is not None:
+            bus.poll(self._controller)
+
+    def abort(self, box: Mailbox, at_ns: int) -> bool:
+        return bool(self._controller.abort(box, at_ns))
+
+    def listen(self, sink: Sink, attentive: bool) -> None:
+        self._controller.sink = sink
+        self._controller.attentive = attentive
 
 
 def bit_times(timing: BitTiming, ppm: float) -> tuple[int, int, int, int, int]:

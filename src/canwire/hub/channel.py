@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from canwire.hub.hub import Hub
 
+_PRIORITY_SHIFT = 32  # of the time word
 _KIND_AT = 12  # byte of a record: 0 for frames, an EventKind for events
 
 
@@ -83,11 +84,14 @@ class HubChannel(Filtered):
         """Give up everything queued, but for a frame on the wire; returns how many."""
         return int(self.ask(m.CancelQueued(self._handle)).value)
 
-    def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0) -> None:
-        """Queue a frame; `flags` are request bits of its info word. Raises QueueFull if no room comes in time."""
+    def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0, priority: int = 0) -> None:
+        """Queue a frame; `flags` are request bits of its info word. Raises QueueFull if no room comes in time.
+
+        `priority` (0..255, 0 goes first) is for channels that were set up `prioritised`.
+        """
         end = self.writing
         self.check()
-        record = record_to_send(frame, flags)
+        record = record_to_send(frame, flags, priority << _PRIORITY_SHIFT)
         if not end.ring.free() and not (timeout != 0 and end.wait(timeout)):
             raise QueueFull(self.name, end.ring.capacity)
         end.ring.put_bytes(record)

@@ -117,9 +117,9 @@ class Control(Filtered):
         """Reset the line and set it up; it is stopped then. Raises NothingHeard if it had to find its bit rate."""
         self.ask(m.Initialise(self._handle, mode))
 
-    def start(self) -> None:
-        """Take part in the bus."""
-        self.ask(m.Start(self._handle))
+    def start(self, *, abort_pending: bool = False) -> None:
+        """Take part in the bus; with `abort_pending` everything that any channel has queued is given up before."""
+        self.ask(m.Start(self._handle, abort_pending))
 
     def stop(self) -> None:
         """Leave the bus once a frame on the wire is over."""

@@ -59,6 +59,9 @@ class Slot(LineSlot):
             raise InUse(f"{self.can.line.name}: {kind} on it already, of {holder}")
 
     def settle(self) -> None:
+        mode = self.can.mode
+        if mode is not None and mode.persistent:
+            return
         if self.control is None and self.scheduler is None and not self.channels:
             self.can.reset()
 
@@ -66,23 +69,23 @@ class Slot(LineSlot):
         self.can.close(why)
 
     def status(self) -> LineStatus:
-        can, controller = self.can, self.can.line.controller
-        tec, rec, state, errors, losses, sent, received = controller.counters()
+        can, driver = self.can, self.can.line.driver
+        counters = driver.counters()
         return LineStatus(
             initialised=can.mode is not None,
             running=can.running,
             mode=can.mode,
-            state=state,
-            tec=tec,
-            rec=rec,
-            last_error=controller.last_error,
+            state=counters.state,
+            tec=counters.tec,
+            rec=counters.rec,
+            last_error=counters.last_error,
             load=can.load(),
-            transmitting=bool(controller.normal.occupied or controller.high.occupied),
+            transmitting=bool(driver.normal.occupied or driver.high.occupied),
             coupling_fault=can.coupling_fault,
-            frames_sent=sent,
-            frames_received=received,
-            errors=errors,
-            arbitration_losses=losses,
+            frames_sent=counters.frames_sent,
+            frames_received=counters.frames_received,
+            errors=counters.errors,
+            arbitration_losses=counters.arbitration_losses,
             refused=sum(held.counted("refused") for held in self.channels),
             lost=sum(held.counted("lost") for held in self.channels),
             control_holder="" if self.control is None else self.control.name,

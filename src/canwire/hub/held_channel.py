@@ -60,6 +60,7 @@ class HeldChannel(OnLine):
             rings=(self._queues[0].ring, self._queues[1].ring if mode.transmit else None),
         )
         channel.untrusted = True
+        channel.prioritised = mode.prioritised
         channel.fd = mode.fd
         self._take_time(channel, mode.ticks)
         return channel

@@ -17,6 +17,7 @@ from canwire.hub.handles import Control, Lease, Scheduler
 from canwire.hub.lin import LinControl, Monitor
 from canwire.hub.watch import BoardWatch
 from canwire.platform import EventDescriptor
+from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -150,6 +151,19 @@ class Hub:
     def short(self, bus: str, shorted: bool = True) -> None:
         """Short a bus's two wires, or take the short away; raises NoSuchBoard."""
         self.call(m.Disturb(bus, shorted))
+
+    def registers(self, board: int, line: int) -> tuple[RegisterValue, ...]:
+        """Those of the line's chip, read without side effects; none where the chip is an ideal one."""
+        values: tuple[RegisterValue, ...] = self.call(m.GetRegisters(board, line)).values
+        return values
+
+    def note(self, name: str) -> bytes:
+        """What some program left at the hub under this name; b"" if nothing."""
+        return bytes(self.call(m.GetNote(name)).value)
+
+    def set_note(self, name: str, value: bytes) -> None:
+        """Leave a note for other programs, in place of the one before; b"" takes it away."""
+        self.call(m.SetNote(name, value))
 
     def now_ns(self) -> int:
         """The hub's time."""

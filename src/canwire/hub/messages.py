@@ -16,6 +16,11 @@ import msgspec
 from canwire.boards.description import BoardInfo
 from canwire.boards.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
 from canwire.errors import BadMessage, BadValue
+from canwire.hub.board_messages import GetNote as GetNote
+from canwire.hub.board_messages import GetRegisters as GetRegisters
+from canwire.hub.board_messages import Note as Note
+from canwire.hub.board_messages import Registers as Registers
+from canwire.hub.board_messages import SetNote as SetNote
 from canwire.hub.lin_messages import GetLinStatus as GetLinStatus
 from canwire.hub.lin_messages import GetMonitorStatus as GetMonitorStatus
 from canwire.hub.lin_messages import InitialiseLin as InitialiseLin
@@ -118,9 +123,10 @@ class Initialise(Message):
 
 
 class Start(Message):
-    """Control -> None"""
+    """Control -> None; with `abort_pending` everything queued on the line is given up before."""
 
     handle: int
+    abort_pending: bool = False
 
 
 class Stop(Message):
@@ -300,7 +306,7 @@ Request = (
     | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | AddCyclic
     | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
     | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
-    | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance
+    | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote
 )  # fmt: skip
 
 # the hub's replies
@@ -382,7 +388,7 @@ class Gone(Message):
 
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
-    | SchedulerState | LinLineState | MonitorState | FifoOpened | Failed | BoardsChanged | Gone
+    | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Failed | BoardsChanged | Gone
 )  # fmt: skip
 
 

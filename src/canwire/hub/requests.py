@@ -139,7 +139,10 @@ def _initialise(request: m.Initialise, session: Session) -> Deferred:
 
 @answer.register(m.Start)
 def _start(request: m.Start, session: Session) -> Answer:
-    _commanded(session, request.handle).start()
+    can = _commanded(session, request.handle)
+    if request.abort_pending and isinstance(can, CanLine):
+        can.abort_pending()
+    can.start()
     return DONE
 
 
@@ -163,6 +166,26 @@ def _detect(request: m.Detect, session: Session) -> Deferred:
         ),
         numbered=True,
     )
+
+
+@answer.register(m.GetRegisters)
+def _get_registers(request: m.GetRegisters, session: Session) -> Answer:
+    driver = session.world.slot(request.board, request.line).can.line.driver
+    return m.Registers(tuple(driver.registers())), ()
+
+
+# notes
+
+
+@answer.register(m.GetNote)
+def _get_note(request: m.GetNote, session: Session) -> Answer:
+    return m.Note(session.world.notes.get(request.name, b"")), ()
+
+
+@answer.register(m.SetNote)
+def _set_note(request: m.SetNote, session: Session) -> Answer:
+    session.world.set_note(request.name, request.value)
+    return DONE
 
 
 # filters

@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from canwire.boards.wiring import config_warnings
 from canwire.errors import HubError
 from canwire.hub.connect import default_address, usual_config
 from canwire.hub.engine import REAL, Engine
@@ -25,18 +26,24 @@ def serve(
     *,
     ready: Callable[[str], object],
     stop: Event,
+    warn: Callable[[str], object] | None = None,
 ) -> None:
     """Keep a hub on a socket (None: the user's usual one) until `stop` is set.
 
-    `ready` gets one line about it once clients can connect. Time is "real" or "fast". Raises HubError if
-    another hub listens there, BadConfig for a bad configuration.
+    `ready` gets one line about it once clients can connect; before that `warn` gets one for everything unusual about
+    the buses. Time is "real" or "fast". Raises HubError if another hub listens there, BadConfig for a bad
+    configuration.
     """
-    engine = Engine(World(usual_config(config)), time)
+    config = usual_config(config)
+    engine = Engine(World(config), time)
     with contextlib.ExitStack() as closing:
         closing.callback(engine.close)
         server = Server(engine, default_address() if address is None else address)
         closing.callback(server.close)
         engine.when_closed(stop.set)
+        if warn is not None:
+            for unusual in config_warnings(config):
+                warn(unusual)
         ready(_introduction(engine, server.path))
         stop.wait()
         if engine.closed:

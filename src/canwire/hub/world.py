@@ -26,6 +26,7 @@ from canwire.values.bit_timing import BitTiming
 _UNHEALTHY_NS = 10_000_000
 _CLOCK_HZ = 80_000_000
 _SHORTEST_BITS = 20  # nothing on a bus fills a receive queue quicker: the shortest error frame
+_LONGEST_NAME, _LONGEST_NOTE, _MOST_NOTES = 64, 1024, 256
 _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up fast time
 
 
@@ -42,6 +43,7 @@ class World:
         self.slots: dict[tuple[int, int], Slot | LinSlot] = {}
         self.pipes = Pipes()
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
+        self.notes: dict[str, bytes] = {}
         self._luid = 0
         self._reserved = {board.serial for board in config.board}
         for bus in config.bus:
@@ -154,6 +156,18 @@ class World:
             bus.short(0 if shorted else FREE)
         else:
             raise NoSuchBoard(f"no bus {name!r}; there are {', '.join(self.buses) or 'none'}")
+
+    def set_note(self, name: str, value: bytes) -> None:
+        """Keep a note for other programs, or take it away; raises BadValue for more than a hub keeps."""
+        if len(name) > _LONGEST_NAME or len(value) > _LONGEST_NOTE:
+            raise BadValue(
+                f"note {name[:20]!r}: names up to {_LONGEST_NAME} characters, {_LONGEST_NOTE} bytes each"
+            )
+        self.notes.pop(name, None)
+        if value:
+            if len(self.notes) >= _MOST_NOTES:
+                raise BadValue(f"note {name!r}: the hub keeps {_MOST_NOTES} already")
+            self.notes[name] = value
 
     def next_luid(self) -> int:
         """A number never given out before."""

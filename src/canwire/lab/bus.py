@@ -223,7 +223,7 @@ class LabFaults(Faults):
                 unplug(node.line)
                 self._lab.timeline.remove(self._islands.pop(node))
                 plug(node.line, self._home)
-                node.line.controller.rejoin(self._lab.timeline.now_ns)
+                node.line.driver.rejoin(self._lab.timeline.now_ns)
 
     def short(self) -> None:
         """Short the wires: the bus is dominant until `clear_short`."""

@@ -235,17 +235,17 @@ class LabNode:
 
     @property
     def state(self) -> ErrorState:
-        return ErrorState(self.line.controller.state())
+        return self.line.driver.counters().state
 
     @property
     def tec(self) -> int:
         """Transmit error counter, 0..256."""
-        return self.line.controller.confinement.tec
+        return self.line.driver.counters().tec
 
     @property
     def rec(self) -> int:
         """Receive error counter, 0..255."""
-        return self.line.controller.confinement.rec
+        return self.line.driver.counters().rec
 
     @property
     def arbitration_losses(self) -> int:
@@ -327,7 +327,6 @@ class LabNode:
 
     @property
     def _driver(self) -> Driver:
-        assert self.line.driver is not None
         return self.line.driver
 
     def _wait(self, deadline_ns: int) -> None:

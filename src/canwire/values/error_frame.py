@@ -3,14 +3,15 @@
     ERROR              PROT | BUSERROR, data[2] the type, data[3] the place; ACK | BUSERROR for ACK
     STATE              BUSOFF, or CRTL with data[1] (warning, passive, active)
     ARBITRATION_LOST   LOSTARB, data[0] the bit
+    OVERRUN            CRTL with data[1] bit 0 (receive overflow)
     INFO               RESTARTED; stopped: no class
     ABORTED, STATE stopped: no class; data[0] is our EventKind, data[1] our ErrorState
     always             data[2] bit 7 transmitting; CNT with TEC in data[6] and REC in data[7]
 
-Not kept: the bit of an error; FAST_DATA_BIT (becomes BIT); NONE as an error (OTHER); counters above
+Not kept: the bit and code of an error; FAST_DATA_BIT (becomes BIT); NONE as an error (OTHER); counters above
 255 (256 in bus-off comes back); STOPPED beside an error or a lost arbitration; an unknown bit of a
 lost arbitration (0). A missing acknowledge and a lost arbitration come back as transmitting. Of
-foreign error frames, what SocketCAN adds (transceiver, overflows, timeouts) becomes ERROR OTHER.
+foreign error frames, what SocketCAN adds (transceiver, transmit overflows, timeouts) becomes ERROR OTHER.
 
 Source: linux/can/error.h.
 """
@@ -31,6 +32,7 @@ BUSERROR = 0x080
 RESTARTED = 0x100
 CNT = 0x200
 
+_CRTL_RX_OVERFLOW = 0x01
 _CRTL_WARNING = 0x0C
 _CRTL_PASSIVE = 0x30
 _CRTL_ACTIVE = 0x40
@@ -79,6 +81,9 @@ def _encode_kind(event: BusEvent, data: bytearray) -> int:
     if event.kind is EventKind.ARBITRATION_LOST:
         data[0] = max(event.bit, 0) & 0xFF
         return LOSTARB
+    if event.kind is EventKind.OVERRUN:
+        data[1] = _CRTL_RX_OVERFLOW
+        return CRTL
     if event.kind is EventKind.INFO:
         return RESTARTED
     if event.state is ErrorState.ERROR_ACTIVE:
@@ -94,7 +99,7 @@ def _encode_state(event: BusEvent, data: bytearray) -> int:
     if event.state not in _CRTL_OF_STATE:
         return 0
     both = _CRTL_OF_STATE[event.state]
-    data[1] = both & _RECEIVER_SIDE if event.rec > event.tec else both & ~_RECEIVER_SIDE
+    data[1] |= both & _RECEIVER_SIDE if event.rec > event.tec else both & ~_RECEIVER_SIDE
     return CRTL
 
 
@@ -116,6 +121,8 @@ def decode_error_frame(id: int, data: bytes, timestamp_ns: int = 0) -> BusEvent:
         kind, error, bit, transmitting = EventKind.ARBITRATION_LOST, ErrorKind.NONE, data[0], True
     elif classes & RESTARTED:
         kind, error = EventKind.INFO, ErrorKind.NONE
+    elif classes & CRTL and data[1] & _CRTL_RX_OVERFLOW:
+        kind, error = EventKind.OVERRUN, ErrorKind.NONE
     elif classes & BUSOFF or (classes & CRTL and data[1] & (_CRTL_WARNING | _CRTL_PASSIVE | _CRTL_ACTIVE)):
         kind, error = EventKind.STATE, ErrorKind.NONE
     return BusEvent(kind, timestamp_ns, error, state, bit, transmitting, _tec(state, data[6]), data[7])

@@ -30,6 +30,7 @@ class EventKind(IntEnum):
     TIME_OVERRUN = 5
     ARBITRATION_LOST = 0x10
     ABORTED = 0x11
+    OVERRUN = 0x12  # the controller itself lost a frame: nobody fetched the ones before it
 
 
 class InfoCode(IntEnum):
@@ -75,7 +76,7 @@ _TRANSMITTING = 0x80
 _NO_FRAME = (
     0xFF << 24 | 8 << 16
 )  # VCI's acceptance code of whatever is no data frame; eight bytes say something
-_EVENT = struct.Struct(f"<QIIBBBBHh{RECORD_SIZE - 24}x")
+_EVENT = struct.Struct(f"<QIIBBBBHhB{RECORD_SIZE - 25}x")
 assert (EVENT_ERROR, EVENT_STATUS, EVENT_FLAGS, EVENT_REC, EVENT_TEC, EVENT_BIT) == (0, 1, 2, 3, 4, 6)
 
 
@@ -87,8 +88,9 @@ class BusEvent:
     included), for a lost arbitration the deciding bit in SJA1000's order (0 first identifier
     bit, 11 RTR or SRR, 12 IDE, 13..30 identifier extension, 31 its RTR); -1 where it means
     nothing. `transmitting` tells a sender's event from a receiver's. `tec` and `rec` are the
-    counters after the event; TEC is held at 256 in bus-off. `code` is an INFO's InfoCode, and how often
-    the time-stamp counter has run over in a TIME_OVERRUN.
+    counters after the event; TEC is held at 256 in bus-off. `code` is an INFO's InfoCode, how often the
+    time-stamp counter has run over in a TIME_OVERRUN, and an ERROR's code in the chip's own words (SJA1000: ECC;
+    0 where it has none).
     """
 
     kind: EventKind
@@ -117,14 +119,15 @@ class BusEvent:
             min(self.rec, 255),
             self.tec,
             self.bit,
+            self.code if self.kind is EventKind.ERROR else 0,
         )
 
     @classmethod
     def from_record(cls, record: bytes | bytearray | memoryview) -> BusEvent:
         """The event in an 80-byte record; its kind must not be a frame's (0)."""
-        time_ns, number, info, first, _, flags, rec, tec, bit = _EVENT.unpack(record)
+        time_ns, number, info, first, _, flags, rec, tec, bit, code = _EVENT.unpack(record)
         kind = EventKind(info & 0xFF)
-        codes = {EventKind.INFO: first, EventKind.TIME_OVERRUN: number}
+        codes = {EventKind.INFO: first, EventKind.TIME_OVERRUN: number, EventKind.ERROR: code}
         return cls(
             kind=kind,
             timestamp_ns=time_ns,

@@ -34,6 +34,8 @@ EXTENDED_DATA_LENGTH = 1 << 10
 FAST_DATA_RATE = 1 << 11
 ERROR_STATE_INDICATOR = 1 << 12
 CONFIRM = 1 << 13  # ours, in a bit VCI reserves: the sender wants to be told of the outcome
+ABORT_ON_ERROR = 1 << 14  # ours too: given up at its first bus error, though not when arbitration is lost
+LOOP_BACK = 1 << 15  # ours too: every receiving channel of the line gets a copy at once, as if received
 DLC_SHIFT = 16
 DLC_MASK = 0xF << DLC_SHIFT
 OVERRUN = 1 << 20
@@ -49,6 +51,7 @@ EVENT_FLAGS = 2
 EVENT_REC = 3
 EVENT_TEC = 4
 EVENT_BIT = 6
+EVENT_CODE = 8
 
 STRUCT_CANMSG = "<3I8s"
 STRUCT_CANMSG2 = "<4I64s"

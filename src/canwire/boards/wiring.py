@@ -1,0 +1,57 @@
+"""What is unusual about the copper of a bus, in sentences for people; nothing of it keeps a bus from running.
+
+Source: INduCAN104 manual (seed 001, "Network topology and medium").
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from canwire.boards import catalogue
+from canwire.boards.config import BusConfig, Config
+from canwire.bus.medium import effective_length_m, longest_m
+
+TERMINATION_OHM = (120, 180)
+MOST_NODES = 110
+"""What a PCA82C250 can drive."""
+
+
+def warnings(bus: BusConfig, nodes: int, bit_rate: int | None = None) -> list[str]:
+    """For a CAN bus with so many nodes at this bit rate in bit/s (None: its usual one); none for a LIN bus."""
+    if bus.type != "can":
+        return []
+    found = []
+    least, most = TERMINATION_OHM
+    if not least <= bus.termination_ohm <= most:
+        found.append(
+            f"bus {bus.name}: terminated with {bus.termination_ohm:g} ohm; each end of the cable takes "
+            f"{least} to {most} ohm"
+        )
+    if nodes > MOST_NODES:
+        found.append(f"bus {bus.name}: {nodes} nodes; transceivers drive {MOST_NODES} at most")
+    return found + _length_warnings(bus, bus.usual_rate if bit_rate is None else bit_rate)
+
+
+def config_warnings(config: Config) -> list[str]:
+    """For every bus of a configuration with the boards that it names."""
+    there = {bus.name: bus.type for bus in config.bus}
+    nodes = Counter(
+        name
+        for board in config.board
+        for name in catalogue.kind(board.kind).bus_names(board.buses, there)
+        if name
+    )
+    return [text for bus in config.bus for text in warnings(bus, nodes[bus.name])]
+
+
+def _length_warnings(bus: BusConfig, bit_rate: int) -> list[str]:
+    """An ideal bus, without length and delay, has none."""
+    length, longest = effective_length_m(bus.length_m, bus.node_delay_ns), longest_m(bit_rate)
+    if length <= longest:
+        return []
+    added = length - bus.length_m
+    parts = f" ({bus.length_m:g} m of cable, {added:g} m for the nodes' delay)" if added else ""
+    return [
+        f"bus {bus.name}: {length:g} m{parts} at {bit_rate} bit/s, where {longest:.4g} m are the longest; "
+        "nodes far apart may not understand each other"
+    ]

@@ -1,0 +1,29 @@
+"""What a controller tells whoever drives it: the seam between silicon and line."""
+
+from __future__ import annotations
+
+from canwire.bus.node import Mailbox
+
+
+class Host:
+    """Is told in the order of bus time. A `box` is good until the call returns."""
+
+    def received(self, box: Mailbox, at_ns: int) -> None:
+        """A frame arrived."""
+        raise NotImplementedError
+
+    def transmitted(self, box: Mailbox, at_ns: int) -> None:
+        """The frame in `box` went through; the mailbox is free again once this returns."""
+        raise NotImplementedError
+
+    def aborted(self, box: Mailbox, at_ns: int) -> None:
+        """The frame in `box` was given up; the mailbox is free again once this returns."""
+        raise NotImplementedError
+
+    def fill(self, at_ns: int) -> None:
+        """A mailbox is free: load what waits."""
+        raise NotImplementedError
+
+    def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int, code: int) -> None:
+        """An EventKind happened; for errors with their ErrorKind, and the chip's own `code` for them (0: none)."""
+        raise NotImplementedError
