@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import re
 import runpy
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadText, Frame, HubLost, InUse, QueueFull, acan
+from canwire.commands import main
 from canwire.commands.acan_conditions import bus_error
 from canwire.commands.acan_machines import config_of, set_up
 from canwire.commands.acan_spy import CREDIT, Spy, Trace, banner
@@ -32,8 +37,6 @@ MANUALS = """\
 10:04:37 - 00001001000 - 6C | l
 10:04:37 - 00001001000 - 6C | l
 10:04:37 - 00001001000 - 6F | o""".splitlines()
-ENDING = "\n".join(MANUALS)
-TEXT = b"abc 01234567 89ABCDEF h e l l o"
 
 # the notation
 
@@ -491,10 +494,10 @@ def test_the_window() -> None:
 
     async def story() -> None:
         async with app.run_test() as pilot:
-            assert [line for line in lines(app) if line][0] == "CAN Spy - Version 1.0"
+            assert lines(app)[0] == "CAN Spy - Version 1.0"
             wire.put(Frame(0x48, b"a"))
             await pilot.pause()
-            assert [line for line in lines(app) if line][-2:] == ["TRACE IS ON", "00001001000 - 61 | a"]
+            assert lines(app)[-2:] == ["TRACE IS ON", "00001001000 - 61 | a"]
             await pilot.press("f10", "right", "enter")  # Control/Trace
             await pilot.pause()
             assert (lines(app)[-1], status(app)) == ("TRACE IS OFF", "trace off")
@@ -502,7 +505,7 @@ def test_the_window() -> None:
             assert status(app) == "trace on"
             await pilot.press("f10", "right", "down", "enter")  # Control/Clear
             await pilot.pause()
-            assert [line for line in lines(app) if line] == []
+            assert lines(app) == []
 
     asyncio.run(story())
     app.end()
@@ -577,3 +580,74 @@ def test_what_ends_the_window(error: HubLost | None) -> None:
     asyncio.run(story())
     app.end()
     assert isinstance(app.failure, HubLost if error else InUse)
+
+
+# the program
+
+
+SCREEN = runpy.run_path(str(Path(__file__).parent / "acan_screen.py"))
+ON_DOUBLE = str(Path(__file__).parent / "acan_on_double.py")
+
+
+@pytest.fixture
+def open_screen() -> Iterator[Callable[..., Any]]:
+    screens: list[Any] = []
+
+    def begin(*words: str) -> Any:
+        screens.append(SCREEN["Screen"](words))
+        return screens[-1]
+
+    yield begin
+    for screen in screens:
+        screen.close()
+
+
+@pytest.mark.conforms("AT-07", "AT-08", "AT-10")
+def test_on_a_terminal(open_screen: Callable[..., Any], tmp_path: Path) -> None:
+    """Machine 2 sends to machine 1 what comes to it."""
+    file = tmp_path / "trace.txt"
+    screen = open_screen(ON_DOUBLE, "spy", "/R:125", "--redirect", str(file))
+    text = screen.wait("TRACE IS ON")
+    assert "Hardware was not initialized\n\nClock: 16000 KHz, Rate: 125 Kbps\nTSEG1 = 11," in text
+    screen.type(b"\x13")  # Ctrl-S
+    screen.wait("Escape: cancel")
+    screen.type(b"00001001010 - | ab\r")
+    assert "Sent: 00001001010 - 61 62 | ab" in screen.wait("00001001001 - 61 62 | ab")
+    screen.type(b"\x14")
+    screen.wait("TRACE IS OFF")
+    screen.type(b"\x03")
+    assert screen.end() == 0
+    assert "- 00001001001 - 61 62 | ab\n" in file.read_text()
+
+
+@pytest.mark.conforms("AT-07", "AT-08", "AT-10")
+def test_without_a_terminal_there_are_plain_lines() -> None:
+    command = [sys.executable, ON_DOUBLE, "spy", "-n", "2", "--send", "00001001010 - | ab", "--send",
+               "00001001010 - 63"]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert lines[:13] == banner((1, 0), acan.HardConfig(), before=False)
+    assert [re.sub(r"^\d\d:\d\d:\d\d - ", "", line) for line in lines[13:]] == [
+        "Hardware is initialized",
+        "TRACE IS ON",
+        "Sent: 00001001010 - 61 62 | ab",
+        "Sent: 00001001010 - 63 | c",
+        "00001001001 - 61 62 | ab",
+        "00001001001 - 63 | c",
+    ]
+    assert all(re.match(r"\d\d:\d\d:\d\d - ", line) for line in lines[13:])
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["1"], "'1': CANSPY takes no words but /C: and /R:"),
+        (["-n", "0"], "-n 0: 1 or more"),
+        (["/C:fast"], "/C:fast: decimal digits"),
+        (["/I"], "/I: there are /C:..., /R:..."),
+    ],
+)
+def test_mistakes(words: list[str], why: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["acan", "spy", *words]) == 2
+    assert capsys.readouterr().err == f"canwire: {why}\n"

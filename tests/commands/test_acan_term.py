@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 import runpy
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue, Frame, InUse, Unplugged, acan
+from canwire.commands import main
 from canwire.commands.acan_machines import config_of, configured_machine, identifier, set_up
 from canwire.commands.acan_term import PATTERN, SEQUENCE, Printable, Terminal, messages
 from canwire.commands.acan_words import machine, parsed
@@ -330,3 +334,73 @@ def test_printable_in_pieces(data: bytes, size: int) -> None:
     text = "".join([pieces.text(data[at : at + size]) for at in range(0, len(data), size)])
     assert text == whole.text(data)
     assert not re.search("[\x00-\x06\x0b-\x1f\x7f-\x9f]", text)
+
+
+# the program
+
+
+SCREEN = runpy.run_path(str(Path(__file__).parent / "acan_screen.py"))
+ON_DOUBLE = str(Path(__file__).parent / "acan_on_double.py")
+
+
+@pytest.fixture
+def open_screen() -> Iterator[Callable[..., Any]]:
+    screens: list[Any] = []
+
+    def begin(*words: str) -> Any:
+        screens.append(SCREEN["Screen"](words))
+        return screens[-1]
+
+    yield begin
+    for screen in screens:
+        screen.close()
+
+
+@pytest.mark.conforms("AT-01", "AT-05")
+def test_on_a_terminal(open_screen: Callable[..., Any]) -> None:
+    """Machine 2 sends everything back: it is shown once."""
+    screen = open_screen(ON_DOUBLE, "term", "1", "2")
+    screen.wait("canwire: CANTERM: machine 1 to machine 2; Ctrl-C ends")
+    screen.type(b"hello\r")
+    screen.wait("\nhello\n")
+    screen.type(b"\x15")
+    screen.wait("\n0123456789ABCDEF\n")
+    screen.type(b"\r\x14")
+    screen.wait(PATTERN.decode().replace("\r\n", "\n"))
+    screen.type(b"\x03")
+    assert screen.end() == 0
+
+
+@pytest.mark.conforms("AT-04")
+def test_echo_on_a_terminal(open_screen: Callable[..., Any]) -> None:
+    screen = open_screen(ON_DOUBLE, "term", "/E", "1", "3")  # there is no machine 3
+    screen.wait("machine 1 to machine 3; Ctrl-C ends")
+    screen.type(b"echo\rof this\x03never")
+    assert "\necho\nof this\n" in screen.wait("of this")
+    assert screen.end() == 0
+
+
+def test_without_a_terminal_bytes_are_copied() -> None:
+    data = bytes(range(256)) * 3
+    command = [sys.executable, ON_DOUBLE, "term", "1", "2", "-T", "0"]
+    done = subprocess.run(command, input=data, capture_output=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, data)
+    assert done.stderr == b"canwire: CANTERM: machine 1 to machine 2\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["1"], "two machine numbers are needed: LOCAL REMOTE"),
+        (["1", "8"], "remote MID '8': a machine's number is 0 to 7"),
+        (["/X", "1", "2"], "/X: there are /C:..., /R:..., /I, /E, /L"),
+        (["--", "/R:fast", "1", "2"], "/R:fast: decimal digits"),
+        (["1", "2", "--hub", "/nowhere/hub"], "/nowhere/hub"),
+    ],
+)
+def test_mistakes(words: list[str], why: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["acan", "term", *words]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("canwire: ")
+    assert why in told
+    assert told.count("\n") == 1

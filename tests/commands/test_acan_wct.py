@@ -5,6 +5,9 @@ from __future__ import annotations
 import asyncio
 import re
 import runpy
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadConfig, BadTiming, BadValue, Frame, HubLost, InUse
+from canwire.commands import acan_programs, main
 from canwire.commands.acan_machines import config_of, set_up
 from canwire.commands.acan_term import PATTERN, SEQUENCE, Terminal
 from canwire.commands.acan_wct import Settings, Wct, overridden, read_settings, write_settings
@@ -53,7 +57,7 @@ def test_words_override_the_file() -> None:
 @pytest.mark.parametrize(
     ("entry", "why"),
     [
-        ("Local=0", r"Local=0: 1 to 7 \(machine 0 is everybody\)"),
+        ("Local=0", "Local=0: 1 to 7, this machine"),
         ("Local=8", "Local=8: 1 to 7"),
         ("Target=8", "Target=8: 0 to 7"),
         ("Echo=2", "Echo=2: 0 to 1"),
@@ -234,7 +238,7 @@ def test_options_can(tmp_path: Path) -> None:
             fields[2].value = "0"
             fields[2].focus()
             await pilot.press("enter")
-            assert str(app.screen.query_one("#why").content) == "Local=0: 1 to 7 (machine 0 is everybody)"
+            assert str(app.screen.query_one("#why").content) == "Local=0: 1 to 7, this machine"
             for number, value in ((1, "125"), (2, "6"), (3, "3"), (4, "1")):
                 fields[number].value = value
             await pilot.press("enter")
@@ -316,3 +320,82 @@ def test_remote_frames_are_nothing_to_show() -> None:
     wct.start()
     wire.put(Frame(0x49, remote=True))
     assert wct.terminal.received() == b""
+
+
+# the program
+
+
+SCREEN = runpy.run_path(str(Path(__file__).parent / "acan_screen.py"))
+ON_DOUBLE = str(Path(__file__).parent / "acan_on_double.py")
+
+
+@pytest.fixture
+def open_screen() -> Iterator[Callable[..., Any]]:
+    screens: list[Any] = []
+
+    def begin(*words: str) -> Any:
+        screens.append(SCREEN["Screen"](words))
+        return screens[-1]
+
+    yield begin
+    for screen in screens:
+        screen.close()
+
+
+@pytest.mark.conforms("AT-06")
+def test_on_a_terminal(open_screen: Callable[..., Any], tmp_path: Path) -> None:
+    """Machine 2 sends everything back."""
+    path = tmp_path / "WCT.INI"
+    path.write_text("[WCT]\nRate=125\nLocal=1\nTarget=3\n")
+    screen = open_screen(ON_DOUBLE, "wct", "/R:500", "--ini", str(path))
+    screen.wait("machine 1 to machine 3, 500 kbit/s")
+    screen.type(b"\x1b[21~")  # F10
+    screen.wait("Quit")
+    screen.type(b"\x1b[C")  # right
+    screen.wait("CAN...")
+    screen.type(b"\r")
+    for hint in ("Clock: 1 to 65535, kHz.", "Rate: 1 to 65535, kbit/s.", "Local: 1 to 7, this machine."):
+        screen.wait(hint)
+        screen.type(b"\t")
+    screen.wait("Target: 0 to 7, 0 for all machines.")
+    screen.type(b"2\r")  # over what is there: it is selected
+    screen.wait("machine 1 to machine 2, 500 kbit/s")
+    screen.type(b"hello\x15")
+    screen.wait("hello0123456789ABCDEF")
+    screen.type(b"\x1b[21~")
+    screen.wait("Quit")
+    screen.type(b"\r")
+    assert screen.end() == 0
+    assert read_settings(path) == Settings(rate=500, local=1, target=2)
+
+
+@pytest.mark.conforms("AT-06")
+def test_without_a_terminal_bytes_are_copied(tmp_path: Path) -> None:
+    path = tmp_path / "WCT.INI"
+    write_settings(path, Settings(local=1, target=2))
+    command = [sys.executable, ON_DOUBLE, "wct", "-T", "0", "--ini", str(path)]
+    done = subprocess.run(command, input=b"\x15 as it is", capture_output=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, b"\x15 as it is")
+    assert done.stderr == b"canwire: WCT: machine 1 to machine 2\n"
+
+
+@pytest.mark.parametrize("program", ["wct", "spy"])
+def test_windows_need_textual(
+    program: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(acan_programs, "_is_screen", lambda: True)
+    monkeypatch.setattr(acan_programs, "find_spec", lambda name: None)
+    assert main(["acan", program]) == 2
+    assert capsys.readouterr().err == (
+        "canwire: textual is not installed; run: pip install 'canwire[tools]'\n"
+    )
+
+
+@pytest.mark.conforms("AT-06")
+def test_mistakes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "WCT.INI"
+    path.write_text("[WCT]\nLocal=0\n")
+    assert main(["acan", "wct", "--ini", str(path)]) == 2
+    assert capsys.readouterr().err == (f"canwire: {path}: [WCT] Local=0: 1 to 7, this machine\n")
+    assert main(["acan", "wct", "1", "2"]) == 2
+    assert "'1': machine numbers are in WCT.INI" in capsys.readouterr().err

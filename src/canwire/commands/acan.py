@@ -113,7 +113,7 @@ def _install(arguments: argparse.Namespace) -> int:
 
 
 def _setup(arguments: argparse.Namespace) -> int:
-    from canwire.acan.setup_files import setup
+    from canwire.acan.install import setup
 
     if len(arguments.words) not in (2, 3):
         raise BadValue("PORT IRQ [DIRECTORY] are needed, as in `canwire acan setup 280 5`")

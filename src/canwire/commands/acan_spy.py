@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -172,7 +172,7 @@ class Spy:
         base = before or acan.HardConfig(0, 0, 0, 0, clock_khz=clock_khz, rate_kbps=rate_kbps)
         config = replace(base, machine_mask=0, broadcast_mask=0)
         with ExitStack() as closing:
-            closing.enter_context(_filters_held(self._driver))
+            closing.enter_context(self._driver.hold_filters())
             if before is not None:
                 closing.callback(self._put_back, before, was_on)
             self._driver.configure(config)
@@ -235,9 +235,3 @@ class Spy:
         self._driver.configure(config)
         if was_on:
             self._driver.bus_on()
-
-
-def _filters_held(driver: Driver) -> AbstractContextManager[object]:
-    """Nobody else sets the controller up meanwhile: `configure` of others raises InUse."""
-    hold: Callable[[], AbstractContextManager[object]] = getattr(driver, "hold_filters", nullcontext)
-    return hold()

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from canwire.acan import Driver
 
 _MESSAGE, _FILE = "Message", "File"
+_LIKE = "Like 00001001000 - 61 62, 00001001000 - | ab, 00001001000 R"
+_NO_NAME = "No name: no longer"
 
 
 class SpyScreen(Window):
@@ -81,11 +83,11 @@ class SpyScreen(Window):
     def action_send(self) -> None:
         """Control/Send: one message, a new one or one of the last ten."""
         last = self.spy.sent[0] if self.spy.sent else "00001001000 - "
-        self._ask(Dialog("Send", [Field(_MESSAGE, last)], self._send, list(self.spy.sent)))
+        self._ask(Dialog("Send", [Field(_MESSAGE, last, _LIKE)], self._send, list(self.spy.sent)))
 
     def action_redirect(self) -> None:
         """File/Redirect to...: no name ends it."""
-        self._ask(Dialog("Redirect to", [Field(_FILE, str(self._file or ""))], self._redirect))
+        self._ask(Dialog("Redirect to", [Field(_FILE, str(self._file or ""), _NO_NAME)], self._redirect))
 
     def _ask(self, dialog: Dialog) -> None:
         if len(self.screen_stack) == 1:
@@ -102,7 +104,7 @@ class SpyScreen(Window):
         self._tell()
 
     def _show(self, line: str) -> None:
-        self._lines().write_line(line)
+        self._lines().write_line(line or " ")  # nothing would be no line
 
     def _lines(self) -> Log:
         return self.screen_stack[0].query_one("#trace", Log)

@@ -36,7 +36,12 @@ _RANGES = {
     "echo": (0, 1),
     "loop": (0, 1),
 }
-_WHY = {"local": " (machine 0 is everybody)"}
+_NOTES = {
+    "clock": ", kHz",
+    "rate": ", kbit/s",
+    "local": ", this machine",
+    "target": ", 0 for all machines",
+}
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ class Settings:
         for name, (least, most) in _RANGES.items():
             value = getattr(self, name)
             if not least <= value <= most:
-                raise BadValue(f"{name.capitalize()}={value}: {least} to {most}{_WHY.get(name, '')}")
+                raise BadValue(f"{name.capitalize()}={value}: {least} to {most}{_NOTES.get(name, '')}")
 
     @classmethod
     def of_texts(cls, texts: dict[str, str]) -> Settings:
@@ -67,6 +72,14 @@ class Settings:
             if text:
                 numbers[name] = int(text)
         return cls(**numbers)
+
+    @classmethod
+    def hints(cls) -> dict[str, str]:
+        """What each entry may be."""
+        return {
+            name.capitalize(): f"{least} to {most}{_NOTES.get(name, '')}"
+            for name, (least, most) in _RANGES.items()
+        }
 
     def texts(self) -> dict[str, str]:
         """Entries of the file, by their names there."""

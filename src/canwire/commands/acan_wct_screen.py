@@ -83,7 +83,8 @@ class WctScreen(Window):
 
     def action_options(self) -> None:
         """Options/CAN."""
-        fields = [Field(name, value) for name, value in self.wct.settings.texts().items()]
+        texts, hints = self.wct.settings.texts(), Settings.hints()
+        fields = [Field(name, text, f"{name}: {hints[name]}") for name, text in texts.items()]
         if len(self.screen_stack) == 1:
             self.push_screen(Dialog("CAN", fields, self._apply))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, NamedTuple
 
-from textual import on
+from textual import events, on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
@@ -28,10 +28,11 @@ class Menu(NamedTuple):
 
 
 class Field(NamedTuple):
-    """An entry of a dialog."""
+    """An entry of a dialog; the hint stands below while it has the focus."""
 
     title: str
     value: str
+    hint: str
 
 
 class News(Message):
@@ -58,6 +59,7 @@ class PullDown(ModalScreen[str]):
         Binding("escape,f10", "dismiss('')"),
         Binding("left", "turn(-1)"),
         Binding("right", "turn(1)"),
+        Binding("enter", "choose"),  # before the list has the focus
     ]
 
     def __init__(self, menus: Sequence[Menu], number: int) -> None:
@@ -81,6 +83,11 @@ class PullDown(ModalScreen[str]):
         entries.add_options([Option(text, id=action) for text, action in self._menus[self._number].entries])
         entries.highlighted = 0
         entries.focus()
+
+    def action_choose(self) -> None:
+        """What is highlighted."""
+        entries = self._menus[self._number].entries
+        self.dismiss(entries[self.query_one("#entries", OptionList).highlighted or 0][1])
 
     @on(OptionList.OptionSelected)
     def _chosen(self, event: OptionList.OptionSelected) -> None:
@@ -117,7 +124,13 @@ class Dialog(ModalScreen[bool]):
                     yield Input(field.value, id=f"field{number}", compact=True)
             if self._earlier:
                 yield OptionList(*[Option(text) for text in self._earlier], id="earlier", markup=False)
-            yield Static("Enter: OK   Escape: cancel", id="why", markup=False)
+            yield Static(id="why", markup=False)
+
+    def on_descendant_focus(self, event: events.DescendantFocus) -> None:
+        """What the field with the focus is for."""
+        at = (event.widget.id or "").removeprefix("field")
+        hint = f"{self._fields[int(at)].hint}. " if at.isdigit() else ""
+        self.query_one("#why", Static).update(f"{hint}Enter: OK, Escape: cancel")
 
     @on(OptionList.OptionSelected)
     def _earlier_chosen(self, event: OptionList.OptionSelected) -> None:
