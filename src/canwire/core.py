@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from canwire import ring, timeline
 from canwire.boards import channel, line, message_filter
-from canwire.bus import bit_layout, bit_level, can_bits, can_bus, frame_reader, load, node, station
-from canwire.chips import can_fd, confinement, host
+from canwire.bus import bit_layout, bit_level, can_bits, can_bus, frame_reader, joining, load, node, station
+from canwire.chips import (
+    can_fd,
+    confinement,
+    host,
+    sja1000,
+    sja1000_fifo,
+    sja1000_filter,
+    sja1000_interrupts,
+    sja1000_link,
+    sja1000_modes,
+)
 from canwire.drivers import can_fd as can_fd_driver
 from canwire.drivers import driver
 from canwire.values import frame
 
 # fmt: off
 MODULES = (
-    frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, can_bus,
-    confinement, host, can_fd, driver, can_fd_driver, message_filter, channel, line,
+    frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, joining, can_bus,
+    confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes, sja1000,
+    driver, can_fd_driver, message_filter, channel, line,
 )
 # fmt: on
 

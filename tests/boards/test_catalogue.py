@@ -22,6 +22,7 @@ from canwire.boards.board import (
 )
 from canwire.boards.channel import Channel
 from canwire.boards.description import NO_CAN
+from canwire.boards.isa import IsaBus
 from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
 from canwire.boards.lin_modes import LinMonitorMode
 from canwire.boards.lin_monitor import LinMonitor
@@ -43,9 +44,10 @@ class Copper:
         self.can = {name: CanBus(self.timeline, name) for name in ("can0", "can1")}
         self.lin0 = LinBus(self.timeline, "lin0")
         self.buses: dict[str, CanBus | LinBus] = {**self.can, "lin0": self.lin0}
+        self.machine = catalogue.Machine(self.timeline, self.buses, IsaBus())
 
     def plugged(self, name: str, hardware_id: str, *buses: str) -> Board:
-        return catalogue.build(catalogue.kind(name), 7, hardware_id, buses, self.buses, self.timeline)
+        return catalogue.build(catalogue.kind(name), 7, hardware_id, buses, self.machine)
 
 
 @pytest.fixture
@@ -167,8 +169,8 @@ def test_a_pulled_board_is_off_the_copper(copper: Copper) -> None:
     sender, receiver = started(one, 0), started(other, 0)
     can_lines(one)[0].line.send(sender, Frame(0x123, bytes(8)))
     copper.timeline.run_until(100_000)  # in the middle of the frame
-    catalogue.pull(one)
-    catalogue.pull(one)
+    catalogue.pull(one, copper.machine)
+    catalogue.pull(one, copper.machine)
     copper.timeline.run_until_idle(10**9)
     assert receiver.receive.take_frame() is None
     assert can_lines(other)[0].line.controller.errors == 1  # the others see the frame break off
@@ -201,7 +203,9 @@ def test_lin_lines_hear_each_other_on_their_bus(copper: Copper) -> None:
 
 
 def test_an_unconnected_lin_line_hears_nobody(copper: Copper) -> None:
-    one = catalogue.build(catalogue.kind("usb-to-can-fd"), 1, "HW1", (), {**copper.can}, copper.timeline)
+    one = catalogue.build(
+        catalogue.kind("usb-to-can-fd"), 1, "HW1", (), copper.machine._replace(buses={**copper.can})
+    )
     other = copper.plugged("usb-to-can-fd", "HW2")
     assert (lin_line(one).info.bus, lin_line(other).info.bus) == ("", "lin0")
     lin_started(one, master=True)
@@ -234,7 +238,7 @@ def test_a_line_without_a_bus_of_its_type_plugs_nothing(copper: Copper) -> None:
     lin = Connector("LIN", USB_TO_CAN_FD_LIN, "can0")
     mixed = BoardKind("mixed", CLASS, "Mixed", (TOY.connectors[0], lin))
     with pytest.raises(Unsupported, match="LIN-1 needs a LIN bus"):
-        catalogue.build(mixed, 1, "HW1", (), copper.buses, copper.timeline)
+        catalogue.build(mixed, 1, "HW1", (), copper.machine)
     assert copper.can["can0"].nodes == []
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from canwire.drivers import port_access
-from canwire.drivers.port_access import PortAccess
+from canwire.drivers.sja1000 import port_access
+from canwire.drivers.sja1000.port_access import PortAccess
 from canwire.errors import BadValue, Closed, NoSuchBoard, Unsupported
 from canwire.values.isa_address import port_of
 

@@ -9,6 +9,8 @@ from typing import NamedTuple
 from uuid import UUID
 
 from canwire.boards.description import NO_CAN, BoardInfo, Capabilities, LinCapabilities, LineInfo
+from canwire.boards.inducan104 import InduCan104
+from canwire.boards.isa import IsaPlace
 from canwire.boards.lin_line import LinLine
 from canwire.boards.line import Line
 from canwire.bus.node import Bus
@@ -50,6 +52,7 @@ class BoardKind:
     driver_version: tuple[int, int, int, int] = (4, 0, 0, 0)
     hardware_version: tuple[int, int, int, int] = (1, 0, 0, 0)
     firmware_version: tuple[int, int] = (1, 0)
+    isa: bool = False  # it has an address and an interrupt line
 
     def __post_init__(self) -> None:
         try:
@@ -86,7 +89,9 @@ class BoardKind:
             lines.append(connector.line_info(name, bus))
         return tuple(lines)
 
-    def info(self, board_id: int, hardware_id: str, buses: tuple[str, ...]) -> BoardInfo:
+    def info(
+        self, board_id: int, hardware_id: str, buses: tuple[str, ...], place: IsaPlace | None = None
+    ) -> BoardInfo:
         """The description of one board of this kind, on these buses (`bus_names`); raises BadValue."""
         return BoardInfo(
             id=board_id,
@@ -99,6 +104,7 @@ class BoardKind:
             hardware_version=self.hardware_version,
             firmware_version=self.firmware_version,
             lines=self.line_infos(buses),
+            resources=() if place is None else place.resources,
         )
 
     @property
@@ -130,6 +136,7 @@ class Board:
 
     info: BoardInfo
     lines: tuple[BoardLine | BoardLinLine, ...]
+    card: InduCan104 | None = None
 
 
 def checked_hardware_id(text: str) -> str:

@@ -12,20 +12,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
+from typing import NamedTuple
 
-from canwire.boards import figures
+from canwire.boards import figures, inducan104
 from canwire.boards.board import CAN, LIN, Board, BoardKind, BoardLine, BoardLinLine, Connector
-from canwire.boards.description import LineInfo
+from canwire.boards.description import BoardInfo, LineInfo
+from canwire.boards.inducan104 import BoardPorts, InduCan104, checked_place
+from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
 from canwire.boards.lin_line import LinLine
 from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
 from canwire.bus.lin_bus import LinBus
-from canwire.bus.node import Bus
+from canwire.bus.node import Bus, Node
 from canwire.chips.can_fd import CanFdController
+from canwire.chips.sja1000 import Sja1000
 from canwire.drivers.can_fd import CanFdDriver
 from canwire.drivers.lin import LinControllerDriver
-from canwire.errors import NoSuchBoard, Unsupported
+from canwire.drivers.sja1000.driver import Sja1000Driver
+from canwire.drivers.sja1000.polled import port_driver
+from canwire.errors import BadValue, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
 
 GROUP = "canwire.boards"
@@ -51,6 +57,19 @@ KINDS = {
             device_class="2219F6A0-732A-4750-B66F-0AE731FB40E1",
             description="USB-to-CAN V2 (simulated)",
             connectors=(Connector(CAN, figures.USB_TO_CAN, USUAL_BUS),) * 2,
+        ),
+        BoardKind(
+            name=inducan104.KIND,
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0104A",  # ours: VCI never knew the board
+            description="INduCAN104 (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+            isa=True,
+        ),
+        BoardKind(
+            name="pc-i04",
+            device_class="E7752D2E-28A3-4318-AF0C-02C756FBC25A",
+            description="PC-I04/PCI (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
         ),
     )
 }
@@ -89,49 +108,92 @@ def _loaded(point: EntryPoint) -> BoardKind:
     return found
 
 
+class Machine(NamedTuple):
+    """What boards are plugged into: its time, its buses by name, its ISA slots."""
+
+    timeline: Timeline
+    buses: Mapping[str, CanBus | LinBus]
+    isa: IsaBus
+
+
 def build(
     kind: BoardKind,
     board_id: int,
     hardware_id: str,
     bus_names: Sequence[str],
-    buses: Mapping[str, CanBus | LinBus],
-    timeline: Timeline,
+    machine: Machine,
+    place: IsaPlace | None = None,
+    *,
+    real: bool = False,
 ) -> Board:
     """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
 
+    `place` is where an ISA board's jumpers put it (None: as delivered); a `real` one is driven through /dev/port.
     Nothing is running yet. Raises BadValue, NoSuchBoard for a bus that does not exist, Unsupported for a line of
-    a type that no bus has; nothing is plugged in then.
+    a type that no bus has, InUse for a place that another board has; nothing is plugged in then.
     """
-    info = kind.info(board_id, hardware_id, kind.bus_names(bus_names, buses))
+    if (place is not None or real) and not kind.isa:
+        raise BadValue(f"{kind.name} has no address, interrupt line and ports")
+    buses = machine.buses
+    if kind.isa:
+        place = place or checked_place()
+        machine.isa.check(hardware_id, place)
+    info = kind.info(board_id, hardware_id, kind.bus_names(bus_names, buses), place)
     for line in info.lines:
-        if not line.bus:
-            continue
-        if line.bus not in buses:
-            there = ", ".join(buses) or "none"
-            raise NoSuchBoard(f"{kind.name}: no bus {line.bus!r} for {line.name}; there are {there}")
-        if not isinstance(buses[line.bus], _BUS_CLASSES.get(line.bus_type, ())):
-            raise Unsupported(
-                f"{kind.name}: {line.name} needs a {line.bus_type} bus, which {line.bus!r} is not"
-            )
-    lines = [
-        _plugged(f"{hardware_id}:{index}", line, buses[line.bus] if line.bus else LinBus(timeline), timeline)
-        for index, line in enumerate(info.lines)
-    ]
-    return Board(info, tuple(lines))
+        if line.bus:
+            _check_bus(kind, line, buses)
+    names = [f"{hardware_id}:{index}" for index in range(len(info.lines))]
+    if place is not None:
+        return _isa_board(names[0], info, place, machine, real)
+    return Board(
+        info,
+        tuple(_plugged(name, line, machine) for name, line in zip(names, info.lines, strict=True)),
+    )
 
 
-def _plugged(name: str, info: LineInfo, bus: CanBus | LinBus, timeline: Timeline) -> BoardLine | BoardLinLine:
+def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | LinBus]) -> None:
+    if line.bus not in buses:
+        there = ", ".join(buses) or "none"
+        raise NoSuchBoard(f"{kind.name}: no bus {line.bus!r} for {line.name}; there are {there}")
+    if not isinstance(buses[line.bus], _BUS_CLASSES.get(line.bus_type, ())):
+        raise Unsupported(f"{kind.name}: {line.name} needs a {line.bus_type} bus, which {line.bus!r} is not")
+
+
+def _plugged(name: str, info: LineInfo, machine: Machine) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
+    timeline = machine.timeline
+    bus = machine.buses[info.bus] if info.bus else LinBus(timeline)
     if isinstance(bus, LinBus):
         lin = ideal_lin_line(name, timeline)
         plug_lin(lin, bus)
         return BoardLinLine(info, lin)
-    line = ideal_line(name, timeline)
+    has_registers = info.capabilities.controller_type == figures.SJA1000
+    line = sja1000_line(name, timeline) if has_registers else ideal_line(name, timeline)
     plug(line, bus)
     return BoardLine(info, line, bus)
 
 
-def pull(board: Board) -> None:
+def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, real: bool) -> Board:
+    """An INduCAN104: its driver reaches the chip through the machine's ports, or a real one through the real ports."""
+    line = Line(name, machine.timeline)
+    if real:
+        line.connect(port_driver(line, place.base, machine.timeline), Node())
+        return Board(info, (BoardLine(info.lines[0], line, Bus()),))
+    chip = Sja1000(None, inducan104.OSCILLATOR_HZ)
+    card = InduCan104(place.base, place.irq, chip, shared_irq=place.shared_irq)
+    machine.isa.plug(info.hardware_id, card)
+    driver = Sja1000Driver(
+        line, BoardPorts(machine.isa, place.base), lambda: machine.timeline.now_ns, peek=chip.peek
+    )
+    machine.isa.connect(place.irq, driver.service)
+    line.connect(driver, chip)
+    bus = machine.buses[info.lines[0].bus]
+    assert isinstance(bus, CanBus)
+    plug(line, bus)
+    return Board(info, (BoardLine(info.lines[0], line, bus),), card)
+
+
+def pull(board: Board, machine: Machine) -> None:
     """Pull the board out, in the middle of a frame if need be; a second time does nothing."""
     for slot in board.lines:
         if isinstance(slot, BoardLinLine):
@@ -139,6 +201,25 @@ def pull(board: Board) -> None:
         elif slot.line.controller.bus is not None:
             unplug(slot.line)
             slot.line.driver.stop(slot.line.timeline.now_ns)
+        else:
+            slot.line.driver.close()
+    if board.card is not None and board.info.hardware_id in machine.isa.cards:
+        driver = board.lines[0].line.driver
+        assert isinstance(driver, Sja1000Driver)
+        machine.isa.disconnect(board.card.place.irq, driver.service)
+        machine.isa.unplug(board.info.hardware_id)
+
+
+def sja1000_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
+    """A line with an SJA1000 at 16 MHz, off by `ppm`, and its driver, wired register by register, on no bus yet."""
+    line = Line(name, timeline)
+    chip = Sja1000(None, inducan104.OSCILLATOR_HZ)
+    chip.oscillator_ppm = ppm
+    chip.name = name
+    driver = Sja1000Driver(line, chip, lambda: timeline.now_ns, peek=chip.peek)
+    chip.on_interrupt = driver.service
+    line.connect(driver, chip)
+    return line
 
 
 def ideal_line(name: str, timeline: Timeline) -> Line:

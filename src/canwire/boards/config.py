@@ -84,7 +84,10 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """[[board]]: a board that is plugged in when the hub starts."""
 
-    kind: Annotated[str, Meta(description="kind of the board: usb-to-can-fd, usb-to-can, or a plug-in's")]
+    kind: Annotated[
+        str,
+        Meta(description="usb-to-can-fd, usb-to-can, inducan104, pc-i04, or a plug-in's kind"),
+    ]
     serial: Annotated[
         str,
         Meta(description='hardware id: "HW" and 1 to 14 printable characters; left out, the hub chooses one'),

@@ -10,7 +10,7 @@ from __future__ import annotations
 from canwire.boards.description import Capabilities, Feature, Ticks, TimingRange
 
 LOW_SPEED, HIGH_SPEED = 1, 2  # CAN_BUSC_LOWSPEED, CAN_BUSC_HIGHSPEED
-BXCAN, IFICFD = 0x0C, 0x0D  # CAN_CTRL_BXCAN, CAN_CTRL_IFICFD
+SJA1000, BXCAN, IFICFD = 0x05, 0x0C, 0x0D  # CAN_CTRL_SJA1000, CAN_CTRL_BXCAN, CAN_CTRL_IFICFD
 
 _LARGEST_TICKS = 65_535
 _CLASSIC = (
@@ -60,3 +60,18 @@ USB_TO_CAN = Capabilities(
     delay=Ticks(_CLASSIC_CLOCK_HZ, 3_600, _LARGEST_TICKS),  # 100 us
 )
 """A CAN line of the USB-to-CAN V2, which knows classic CAN only."""
+
+SJA1000_CLOCK_HZ = 8_000_000  # half its crystal
+
+SJA1000_LINE = Capabilities(
+    controller_type=SJA1000,
+    bus_coupling=HIGH_SPEED,
+    features=int(_CLASSIC & ~Feature.HIGH_PRIORITY),  # the chip has one transmit buffer
+    clock_hz=SJA1000_CLOCK_HZ,
+    nominal=TimingRange(prescaler=(1, 64), tseg1=(1, 16), tseg2=(1, 8), sjw=(1, 4)),
+    data=None,
+    stamps=Ticks(SJA1000_CLOCK_HZ, 8, 0xFFFF_FFFF),  # 1 us
+    cyclic=Ticks(SJA1000_CLOCK_HZ, 800, _LARGEST_TICKS),  # 100 us
+    delay=Ticks(SJA1000_CLOCK_HZ, 800, _LARGEST_TICKS),  # 100 us
+)
+"""A line with an SJA1000 at 16 MHz (source: SJA1000 data sheet 6.5)."""

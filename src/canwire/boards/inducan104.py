@@ -9,9 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from canwire.boards.isa import FLOATING, IsaPlace
+from canwire.boards.isa import FLOATING, IsaBus, IsaPlace
 from canwire.errors import BadValue
-from canwire.values.isa_address import USUAL_BASE, checked_base, checked_byte, register_at
+from canwire.values.isa_address import (
+    REGISTERS,
+    USUAL_BASE,
+    checked_base,
+    checked_byte,
+    port_of,
+    register_at,
+)
 
 KIND = "inducan104"
 IRQS = (3, 4, 5, 7, 9, 10, 11)
@@ -137,3 +144,17 @@ class InduCan104:
     def _request(self) -> None:
         if self.on_irq is not None:
             self.on_irq()
+
+
+class BoardPorts:
+    """read(address) and write(address, value) of a board's registers, 0..127, through the machine's ports."""
+
+    def __init__(self, isa: IsaBus, base: int) -> None:
+        self._isa = isa
+        self._ports = tuple(port_of(register, base) for register in range(REGISTERS))
+
+    def read(self, address: int) -> int:
+        return self._isa.read(self._ports[address])
+
+    def write(self, address: int, value: int) -> None:
+        self._isa.write(self._ports[address], value)

@@ -49,6 +49,8 @@ cdef class BitLevel:
     cpdef unsigned long long at_ns(self, long long at_ps) noexcept
     @cython.locals(soonest="long long", clock=Clock)
     cpdef long long next_ps(self) noexcept
+    @cython.locals(clock=Clock, station=Station)
+    cpdef int activity(self, Node node) except -1
     cpdef int step(self) except -1
     @cython.locals(at_ns="unsigned long long", changed=bint, clock=Clock)
     cdef int _step(self, long long at_ps) except -1

@@ -13,12 +13,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from canwire.bus.frame_reader import RES
-from canwire.bus.node import Node
+from canwire.bus.node import FAILED, QUIET, RECEIVING, SENDING, Node
 from canwire.bus.station import (
+    ACTIVE_FLAG,
     FRAME,
     IDLE,
     INTERMISSION,
     KEEP_RATE,
+    OVERLOAD_FLAG,
     SUSPEND,
     TO_DATA_RATE,
     WAITING,
@@ -235,6 +237,17 @@ class BitLevel:
     def transmits(self, node: Node) -> bool:
         """This node sends, or sent what its error flag now ends."""
         return any(clock.node is node and clock.station.transmitting for clock in self.clocks)
+
+    def activity(self, node: Node) -> int:
+        """As Bus.activity."""
+        for clock in self.clocks:
+            station = clock.station
+            if clock.node is node:
+                if station.state == _FRAME:
+                    return SENDING if station.transmitting else RECEIVING
+                if ACTIVE_FLAG <= station.state <= OVERLOAD_FLAG:
+                    return FAILED if station.transmitting else RECEIVING
+        return QUIET
 
     def step(self) -> None:
         """Everything that happens at the next instant: boundaries, then edges, then samples."""

@@ -2,6 +2,7 @@
 cimport cython
 from canwire.bus cimport can_bits
 from canwire.bus.bit_level cimport BitLevel
+from canwire.bus.joining cimport Joining
 from canwire.bus.node cimport Bus, Mailbox, Node
 from canwire.bus.station cimport Tally
 from canwire.bus.load cimport BusLoad
@@ -11,10 +12,10 @@ cdef unsigned long long _NEVER, _TOP_BIT, _NOBODY
 cdef int _ACK_ERROR, _NO_RULE, _RECEIVED, _TRANSMIT_ERROR, _REST, _SENDING, _BITWISE
 cdef unsigned int _FD
 cdef long long _INTERMISSION, _EOF_END_TO_ACK, _ACK_DELIMITER_TO_EOF_END, _ERROR_FRAME
+cdef int _ACK_SLOT
 
 cdef class CanBus(Bus):
     cdef public object name
-    cdef public Timeline timeline
     cdef public list nodes
     cdef public BusLoad load
     cdef public unsigned long long collisions
@@ -25,9 +26,10 @@ cdef class CanBus(Bus):
     cdef public BitLevel bits
     cdef public Tally tally
     cdef int _state, _acknowledgers, _listeners, _rivals
-    cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _pause_ns, _end_ns, _quiet_from_ns
+    cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _pause_ns, _end_ns
     cdef long long _free_ps, _end_ps, _noise_taken
-    cdef bint _acknowledged, _alike, _alike_fd, _waiting
+    cdef bint _acknowledged, _alike, _alike_fd, _waiting, _sleeping
+    cdef Joining _joining
     cdef Node _sender, _nobody
     cdef Mailbox _box
     cdef list _members

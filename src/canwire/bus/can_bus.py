@@ -11,12 +11,14 @@ Source: ISO 11898-1:2015; reference/can-protocol.md sections 5 to 8.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from canwire.bus import can_bits
 from canwire.bus.bit_level import BitLevel
 from canwire.bus.in_step import follows, follows_data
+from canwire.bus.joining import Joining
 from canwire.bus.load import BusLoad
-from canwire.bus.node import NO_RULE, RECEIVED, TRANSMIT_ERROR, Bus, Mailbox, Node
+from canwire.bus.node import NO_RULE, QUIET, RECEIVED, RECEIVING, SENDING, TRANSMIT_ERROR, Bus, Mailbox, Node
 from canwire.timeline import NEVER, Timeline
 
 _NEVER = NEVER
@@ -30,6 +32,7 @@ _INTERMISSION = 3
 _EOF_END_TO_ACK = 8  # bits from the end of the ACK slot to the end of EOF
 _ACK_DELIMITER_TO_EOF_END = 8
 _ERROR_FRAME = 14
+_ACK_SLOT = 0x19
 
 
 class CanBus(Bus):
@@ -56,7 +59,8 @@ class CanBus(Bus):
         self._pause_ns = 0
         self._end_ns = 0
         self._end_ps = 0
-        self._quiet_from_ns = 0
+        self._joining = Joining(self.nodes)
+        self._sleeping = False
         self._acknowledged = False
         self._nobody = Node()
         self._sender = self._nobody
@@ -75,6 +79,7 @@ class CanBus(Bus):
     def attach(self, node: Node) -> None:
         """Put a controller on the copper."""
         node.bus = self
+        node.waiting_from_ns = max(node.waiting_from_ns, self.timeline.now_ns)
         self.nodes.append(node)
         self.changed()
 
@@ -94,7 +99,7 @@ class CanBus(Bus):
         """Work out anew who takes part and whether whole frames can be skipped over."""
         members = []
         self._acknowledgers = self._listeners = 0
-        self._waiting = False
+        self._waiting = self._sleeping = False
         for node in self.nodes:
             if node.on_bus:
                 members.append(node)
@@ -104,6 +109,8 @@ class CanBus(Bus):
                     self._acknowledgers += 1
             elif node.waiting:
                 self._waiting = True
+            elif node.asleep:
+                self._sleeping = True
         self._link(members)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
         self._alike, self._alike_fd = self._compare(members)
@@ -139,6 +146,7 @@ class CanBus(Bus):
             self._begin_at(max(self.timeline.now_ns, self._free_ns))
             self._sender = self._nobody
             self._forget_contenders()
+            self._rouse(self._start_ns)
             self._enter_bitwise()
         if self._state == _BITWISE:
             self.bits.refresh(self._stations(), self._elapsed_ps())
@@ -150,8 +158,17 @@ class CanBus(Bus):
             return node is self._sender
         return self._state == _BITWISE and self.bits.transmits(node)
 
+    def activity(self, node: Node) -> int:
+        if self._state == _SENDING:
+            return SENDING if node is self._sender else RECEIVING
+        return self.bits.activity(node) if self._state == _BITWISE else QUIET
+
+    def recessive_groups(self, node: Node) -> int:
+        if self._state == _REST and node.waiting:
+            return self._joining.groups(node, self.timeline.now_ns)
+        return node.sequences
+
     def resting(self) -> bool:
-        """Nothing is on the wire."""
         return self._state == _REST
 
     def busy(self) -> bool:
@@ -183,7 +200,7 @@ class CanBus(Bus):
             return self.bits.at_ns(self.bits.next_ps()) if self.bits.clocks else self.timeline.now_ns
         start = self._next_start()
         if self._waiting:
-            joining = self._next_join()
+            joining = self._joining.next_ns()
             return joining if joining < start else start
         return start
 
@@ -201,12 +218,12 @@ class CanBus(Bus):
             elif self._waiting or not self._go_on(limit_ns):
                 start = self._next_start()
                 if self._waiting:
-                    joining = self._next_join()
+                    joining = self._joining.next_ns()
                     if joining <= start:
                         if joining > limit_ns:
                             return
                         timeline.now_ns = joining
-                        self._join(joining)
+                        self._joining.join(joining)
                         continue
                 if start > limit_ns:
                     return
@@ -275,7 +292,9 @@ class CanBus(Bus):
         self._sender = sender
         self._rivals = rivals
         if self._waiting:
-            self._count_quiet(start_ns)
+            self._joining.count(start_ns)
+        if self._sleeping:
+            self._rouse(start_ns)
         if collision:
             self.collisions += 1
         if collision or self.bitwise or not self._alike or not self._skippable():
@@ -291,7 +310,7 @@ class CanBus(Bus):
             if not self._alike_fd:
                 return False
             can_bits.show_error_state(box, self._sender.passive, self._sender.fd)
-        self._acknowledged = self._acknowledgers > 1
+        self._acknowledged = self._acknowledgers > 1 or self._sender.self_test
         if not self._acknowledged and (self._listeners or self._waiting):
             return False
         if self.noise_left >= 0:
@@ -358,8 +377,9 @@ class CanBus(Bus):
         self._free_ps = free_ps % 1000
         self.load.add(self._busy_from_ns, self._free_ns)
         if self._waiting:
-            self._quiet_from_ns = self._start_ns + (self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps) // 1000
-            self._restart_waits()
+            quiet_ps = self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps
+            self._joining.quiet_from_ns = self._start_ns + quiet_ps // 1000
+            self._joining.restart()
         self.tally.frames += 1
         self.tally.last_success_ns = end_ns
         if self.tally.tap is not None:
@@ -394,6 +414,7 @@ class CanBus(Bus):
         self.load.add(self._busy_from_ns, self._free_ns)
         self.tally.error_frames += 1
         rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
+        sender.segment = _ACK_SLOT
         extra = 7 if box.words[1] >> 32 & _FD else 8
         sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self._start_ns + sampled_ps // 1000)
         sender.contending = None
@@ -407,38 +428,11 @@ class CanBus(Bus):
                 self._busy_since_ns = start_ns
         self._start_ns = self._busy_from_ns = start_ns
 
-    # nodes that wait for 11 recessive bits
-
-    def _quiet_since(self, node: Node) -> int:
-        return node.waiting_from_ns if node.waiting_from_ns > self._quiet_from_ns else self._quiet_from_ns
-
-    def _next_join(self) -> int:
-        soonest = _NEVER
+    def _rouse(self, at_ns: int) -> None:
+        """The bus comes to life: sleeping nodes are to hear of it before anything else happens."""
         for node in self.nodes:
-            if node.waiting:
-                bits = 11 * (node.waiting - node.sequences)
-                soonest = min(soonest, self._quiet_since(node) + (bits * node.bit_ps + 999) // 1000)
-        return soonest
-
-    def _join(self, at_ns: int) -> None:
-        for node in self.nodes:
-            if node.waiting:
-                bits = 11 * (node.waiting - node.sequences)
-                if self._quiet_since(node) + (bits * node.bit_ps + 999) // 1000 <= at_ns:
-                    node.joined(at_ns)
-
-    def _count_quiet(self, start_ns: int) -> None:
-        """An SOF ends the recessive time: whole runs of 11 bits count, the rest is lost."""
-        for node in self.nodes:
-            if node.waiting:
-                quiet_ns = start_ns - self._quiet_since(node)
-                if quiet_ns > 0:
-                    node.sequences += quiet_ns * 1000 // (11 * node.bit_ps)
-
-    def _restart_waits(self) -> None:
-        for node in self.nodes:
-            if node.waiting and node.waiting_from_ns < self._quiet_from_ns:
-                node.waiting_from_ns = self._quiet_from_ns
+            if node.asleep:
+                self.timeline.at(at_ns, partial(node.woken, at_ns))
 
     # bit by bit
 

@@ -4,6 +4,7 @@ cimport cython
 cdef int _SOF, _BASE, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA
 cdef int _FD_CRC, _CRC, _CRC_DELIMITER
 cdef int _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE
+cdef bytes _PARTS
 
 @cython.final
 cdef class FrameReader:
@@ -14,6 +15,8 @@ cdef class FrameReader:
     cdef public unsigned int crc15, crc17, crc21, identifier
 
     cpdef int begin(self) except -1
+    @cython.locals(field=int, left=int)
+    cpdef int part(self) except -1
     cpdef bint expects_stuff_bit(self) noexcept
     cpdef int go_on(self, int field, int bits) except -1
     @cython.locals(previous=int)

@@ -34,6 +34,13 @@ from canwire.values.frame import Frame
 TAKEN, STUFF_ERROR, FORM_ERROR, PROTOCOL_EXCEPTION, FAST_FROM_HERE = range(5)
 _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE = range(5)
 
+# by field: segment codes of the SJA1000's error code capture register (data sheet table 20); those of FD fields, which
+# no SJA1000 reads to their end, are its reserved bits'
+_PARTS = bytes((
+    0x03, 0x02, 0x04, 0x05, 0x07, 0x0C, 0x09, 0x09, 0x0D, 0x0D, 0x0D, 0x0B, 0x0A,
+    0x08, 0x08, 0x18, 0x19, 0x1B, 0x1A,
+))  # fmt: skip
+
 
 class FrameReader:
     """Reads one frame after another; `begin` before each.
@@ -67,6 +74,19 @@ class FrameReader:
         self.dlc = 0
         self.data = b""
         self.crc_ok = False
+
+    def part(self) -> int:
+        """Which part of a classic frame the next bit belongs to, as the segment codes of SJA1000's ECC have it."""
+        field, left = self.field, self.left
+        if field == _BASE:
+            return 0x02 if left > 3 else 0x06
+        if field == _EXT:
+            return 0x07 if left > 13 else 0x0F if left > 5 else 0x0E
+        if field == _FDF:
+            return 0x0D if self.extended else 0x09
+        if field == _CRC_DELIMITER and self.stuffing:
+            return 0x08
+        return _PARTS[field]
 
     def expects_stuff_bit(self) -> bool:
         return self.stuffing and self.same == 5

@@ -1,7 +1,7 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire cimport _mem
-from canwire.timeline cimport Source
+from canwire.timeline cimport Source, Timeline
 
 @cython.final
 cdef class Mailbox:
@@ -23,8 +23,8 @@ cdef class Node:
     cdef public bint attentive
     cdef public Sink sink
     cdef public unsigned long long arbitration_losses, frames_received
-    cdef public bint on_bus, listen_only, passive, tainted
-    cdef public int fd
+    cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep
+    cdef public int fd, segment
     cdef public Mailbox offer, contending
     cdef public unsigned long long suspended_ns, waiting_from_ns
     cdef public int waiting, sequences
@@ -37,9 +37,15 @@ cdef class Node:
     cpdef error(self, int kind, int bit, bint transmitting, int rule, unsigned long long at_ns)
     cpdef count(self, int rule, unsigned long long at_ns)
     cpdef joined(self, unsigned long long at_ns)
+    cpdef woken(self, unsigned long long at_ns)
 
 cdef class Bus(Source):
+    cdef public Timeline timeline
+
     cpdef poll(self, Node node)
     cpdef interrupt(self)
     cpdef changed(self)
     cpdef bint on_wire(self, Node node) except -1
+    cpdef bint resting(self) except -1
+    cpdef int activity(self, Node node) except -1
+    cpdef int recessive_groups(self, Node node) except -1

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from canwire import _mem
-from canwire.timeline import Source
+from canwire.timeline import Source, Timeline
 from canwire.values.record import RECORD_SIZE
 
 # what a detected error does to the counters, by the numbers of reference/can-protocol.md section 7
@@ -27,6 +27,13 @@ RECEIVED = 8
 CLASSIC_ONLY = 0
 ISO_FD = 1
 NON_ISO_FD = 2
+
+
+# Bus.activity
+QUIET = 0
+RECEIVING = 1
+SENDING = 2
+FAILED = 3
 
 
 class Mailbox:
@@ -68,10 +75,13 @@ class Node:
     The bus reads: `on_bus` (started, integrated, not bus-off), `listen_only`, `passive`, `fd`, `offer`
     (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF of its own
     before), `waiting` and `sequences` (how many runs of 11 recessive bits it needs to join, and has seen),
-    and the timing in picoseconds, by its own oscillator.
+    and the timing in picoseconds, by its own oscillator. A node in
+    `self_test` does without an acknowledge. One that is `asleep` is neither on the bus nor waiting: it is only told
+    when the bus comes to life.
 
     It writes only `contending` (the node's mailbox on the wire, if any), `arbitration_losses`, `sequences`,
-    `suspended_ns`, `waiting_from_ns`, and `next_member`, which links those on the bus. A node with a `sink`
+    `suspended_ns`, `waiting_from_ns`, `segment` before `error` and `count` (where in a frame it was, as the low
+    bits of SJA1000's ECC count), and `next_member`, which links those on the bus. A node with a `sink`
     has its frames put there and counted in `frames_received` instead of `received` being called. Only an
     `attentive` node is told of lost arbitrations; a single-shot frame makes it one.
 
@@ -91,6 +101,9 @@ class Node:
         self.listen_only = False
         self.passive = False
         self.tainted = False
+        self.self_test = False
+        self.asleep = False
+        self.segment = 0
         self.fd = CLASSIC_ONLY
         self.offer: Mailbox | None = None
         self.contending: Mailbox | None = None
@@ -137,9 +150,15 @@ class Node:
         """The 11 (after bus-off 128 x 11) recessive bits have been seen; the node is on the bus again."""
         raise NotImplementedError
 
+    def woken(self, at_ns: int) -> None:
+        """The node was asleep, and somebody's SOF (or a short) has come."""
+        raise NotImplementedError
+
 
 class Bus(Source):
-    """What a node may ask of its bus."""
+    """What a node may ask of its bus; `timeline` holds the present time."""
+
+    timeline: Timeline
 
     def poll(self, node: Node) -> None:
         """The node has an offer where it had none; not needed from inside the methods above."""
@@ -155,4 +174,16 @@ class Bus(Source):
 
     def on_wire(self, node: Node) -> bool:
         """This node's frame is being transmitted at this moment."""
+        raise NotImplementedError
+
+    def resting(self) -> bool:
+        """Nothing is on the wire."""
+        raise NotImplementedError
+
+    def activity(self, node: Node) -> int:
+        """What a node on the bus does: QUIET, RECEIVING, SENDING, or FAILED while its own frame's error lasts."""
+        raise NotImplementedError
+
+    def recessive_groups(self, node: Node) -> int:
+        """How many of the groups of 11 recessive bits that a waiting node needs have passed."""
         raise NotImplementedError

@@ -11,7 +11,7 @@ cdef int _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING
 cdef int _BASE, _RTR, _IDE, _EXT, _RTR2, _CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF
 cdef int _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE
 cdef int _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR
-cdef int _TO_DATA_RATE, _TO_NOMINAL_RATE
+cdef int _TO_DATA_RATE, _TO_NOMINAL_RATE, _FLAG_PART, _DELIMITER_PART, _OVERLOAD_PART
 
 cdef class Tap:
     cpdef transmitted(self, Node node, Mailbox box, unsigned long long at_ns)

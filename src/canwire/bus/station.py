@@ -70,6 +70,8 @@ _PROTOCOL_EXCEPTION, _FAST_FROM_HERE = PROTOCOL_EXCEPTION, FAST_FROM_HERE
 # ErrorKind
 _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR = 1, 2, 3, 4, 5, 6
 
+_FLAG_PART, _DELIMITER_PART, _OVERLOAD_PART = 0x11, 0x17, 0x1C  # as frame_reader.py's parts
+
 KEEP_RATE, TO_DATA_RATE, TO_NOMINAL_RATE = range(3)
 _TO_DATA_RATE, _TO_NOMINAL_RATE = TO_DATA_RATE, TO_NOMINAL_RATE
 
@@ -368,13 +370,13 @@ class Station:
             self._eof_bit(level)
 
     def _ack_bit(self, level: int) -> None:
-        self.reader.go_on(_ACK_DELIMITER, 1)
         if self.transmitting:
-            self.acknowledged = level == 0
-            if level == 1 and not self.reader.fd:
+            self.acknowledged = level == 0 or self.node.self_test
+            if not self.acknowledged and not self.reader.fd:
                 self._error(_ACK_ERROR, self.index - 1)
         elif self.acknowledging and level == 1:
             self._error(_BIT, self.index - 1)
+        self.reader.go_on(_ACK_DELIMITER, 1)
 
     def _ack_delimiter_bit(self, level: int) -> None:
         """CAN FD tolerates an acknowledge that comes one bit late or lasts two bits."""
@@ -419,6 +421,7 @@ class Station:
         if not self.tally.erring:
             self.tally.erring = True
             self.tally.error_frames += 1
+        node.segment = self.reader.part() if self.state == _FRAME else _DELIMITER_PART
         self.state = _PASSIVE_FLAG if passive else _ACTIVE_FLAG
         self.overload = False
         self.left = 6
@@ -436,6 +439,7 @@ class Station:
 
     def _count(self, rule: int) -> None:
         if not self.node.listen_only:
+            self.node.segment = _OVERLOAD_PART if self.overload else _FLAG_PART
             self.node.count(rule, self.now_ns)
             self._leave_if_off()
 

@@ -28,6 +28,7 @@ VERBS = {
     "devices": Verb("canwire.commands.devices", "list the boards of the hub and who uses them"),
     "plug": Verb("canwire.commands.plug", "put a board into the hub"),
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
+    "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
     "lin": Verb("canwire.commands.lin", "watch a LIN line of the hub, send from one, run a schedule"),

@@ -2,6 +2,7 @@
 
 canwire plug usb-to-can-fd                              a serial number of the hub's choice, on the kind's usual buses
 canwire plug usb-to-can --serial HW123456 --bus can0 can1
+canwire plug inducan104 --base 300 --irq 7
 """
 
 from __future__ import annotations
@@ -16,12 +17,17 @@ from canwire.commands.hub_line import add_hub_argument, connected
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument(
-        "kind", metavar="KIND", help="kind of the board: usb-to-can-fd, usb-to-can, or a plug-in's"
+        "kind", metavar="KIND", help="kind of the board: usb-to-can-fd, usb-to-can, inducan104, pc-i04, ..."
     )
     parser.add_argument("--serial", default="", metavar="HW...", help="its hardware id (default: a free one)")
     parser.add_argument(
         "--bus", nargs="+", action="extend", default=[], metavar="NAME", help="a bus for each of its lines"
     )
+    parser.add_argument(
+        "--base", type=hexadecimal, metavar="PORT", help="inducan104: its address in hex (default 280)"
+    )
+    parser.add_argument("--irq", type=int, metavar="N", help="inducan104: its interrupt line (default 5)")
+    parser.add_argument("--shared-irq", action="store_true", help="others that say so may use that line too")
     add_hub_argument(parser)
 
 
@@ -29,8 +35,21 @@ def run(arguments: argparse.Namespace) -> int:
     """Plug it in and print its line; NoSuchBoard for an unknown kind or bus, HubError without a hub."""
     with ExitStack() as closing:
         hub = connected(arguments, "plug", closing)
-        print(board_line(hub.plug(arguments.kind, arguments.serial, tuple(arguments.bus))))
+        board = hub.plug(
+            arguments.kind,
+            arguments.serial,
+            tuple(arguments.bus),
+            base=arguments.base,
+            irq=arguments.irq,
+            shared_irq=arguments.shared_irq,
+        )
+        print(board_line(board))
     return 0
+
+
+def hexadecimal(text: str) -> int:
+    """280, 280h or 0x280"""
+    return int(text.removesuffix("h"), 16)
 
 
 def board_line(board: BoardInfo) -> str:

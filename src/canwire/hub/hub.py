@@ -86,9 +86,22 @@ class Hub:
         """No longer; a second time does nothing."""
         self._watch.unassign(event)
 
-    def plug(self, kind: str, serial: str = "", buses: tuple[str, ...] = ()) -> BoardInfo:
-        """Plug in a board. Without a `serial` ("HW" and digits) it gets one, without `buses` the kind's usual ones."""
-        board: BoardInfo = self.call(m.Plug(kind, serial, buses)).board
+    def plug(
+        self,
+        kind: str,
+        serial: str = "",
+        buses: tuple[str, ...] = (),
+        *,
+        base: int | None = None,
+        irq: int | None = None,
+        shared_irq: bool = False,
+    ) -> BoardInfo:
+        """Plug in a board. Without a `serial` ("HW" and digits) it gets one, without `buses` the kind's usual ones.
+
+        An ISA board (inducan104) goes to address `base` (usually 0x280) and interrupt line `irq` (usually 5);
+        raises InUse naming the board that is there.
+        """
+        board: BoardInfo = self.call(m.Plug(kind, serial, buses, base, irq, shared_irq)).board
         return board
 
     def unplug(self, hardware_id: str) -> None:

@@ -60,11 +60,17 @@ class Watch(Message):
 
 
 class Plug(Message):
-    """-> BoardInfo. `serial` "" chooses one; `buses` names one bus a line, () takes the kind's default."""
+    """-> BoardInfo. `serial` "" chooses one; `buses` names one bus a line, () takes the kind's default.
+
+    An ISA board goes where `base`, `irq` and `shared_irq` say, None as delivered.
+    """
 
     kind: str
     serial: str
     buses: tuple[str, ...]
+    base: int | None = None
+    irq: int | None = None
+    shared_irq: bool = False
 
 
 class Unplug(Message):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from canwire.boards.can_line import CanLine
 from canwire.boards.description import Feature
+from canwire.boards.inducan104 import checked_place
 from canwire.boards.lin_line import LinLine
 from canwire.boards.message_filter import FormatFilter
 from canwire.boards.modes import CyclicStatus, FilterMode
@@ -65,7 +66,10 @@ def _watch(request: m.Watch, session: Session) -> Answer:
 
 @answer.register(m.Plug)
 def _plug(request: m.Plug, session: Session) -> Answer:
-    return m.Plugged(session.world.plug(request.kind, request.serial, request.buses)), ()
+    place = None
+    if request.base is not None or request.irq is not None or request.shared_irq:
+        place = checked_place(request.base, request.irq, request.shared_irq)
+    return m.Plugged(session.world.plug(request.kind, request.serial, request.buses, place)), ()
 
 
 @answer.register(m.Unplug)

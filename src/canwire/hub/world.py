@@ -9,6 +9,7 @@ from canwire.boards.board import Board, BoardLinLine
 from canwire.boards.can_line import CanLine
 from canwire.boards.config import BusConfig, Config
 from canwire.boards.description import BoardInfo
+from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.bus.can_bus import CanBus
 from canwire.bus.lin_bit_level import FREE
 from canwire.bus.lin_bus import LinBus
@@ -37,6 +38,7 @@ class World:
         self.timeline = Timeline()
         self.virtual = virtual
         self.buses: dict[str, CanBus | LinBus] = {}
+        self.machine = catalogue.Machine(self.timeline, self.buses, IsaBus())
         self._can_buses: list[CanBus] = []
         self.sessions: list[Session] = []
         self.boards: dict[int, Board] = {}
@@ -49,7 +51,7 @@ class World:
         for bus in config.bus:
             self._add_bus(bus)
         for board in config.board:
-            self.plug(board.kind, board.serial, board.buses)
+            self.plug(board.kind, board.serial, board.buses, board.place, real=board.access == "port")
 
     # sessions
 
@@ -82,8 +84,19 @@ class World:
         """Every board, in the order of plugging."""
         return tuple(board.info for board in self.boards.values())
 
-    def plug(self, kind: str, serial: str = "", buses: tuple[str, ...] = ()) -> BoardInfo:
-        """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken."""
+    def plug(
+        self,
+        kind: str,
+        serial: str = "",
+        buses: tuple[str, ...] = (),
+        place: IsaPlace | None = None,
+        *,
+        real: bool = False,
+    ) -> BoardInfo:
+        """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken.
+
+        `place` and `real` are for ISA boards (catalogue.build); raises InUse where another board is.
+        """
         taken = {board.info.hardware_id for board in self.boards.values()}
         if serial in taken:
             raise BadValue(f"a board {serial} is plugged in already")
@@ -92,7 +105,7 @@ class World:
             numbers = (f"HW{number:06}" for number in range(1, len(taken) + 2))
             serial = next(number for number in numbers if number not in taken)
         built = catalogue.build(
-            catalogue.kind(kind), self.next_luid(), serial, buses, self.buses, self.timeline
+            catalogue.kind(kind), self.next_luid(), serial, buses, self.machine, place, real=real
         )
         self.boards[built.info.id] = built
         for number, slot in enumerate(built.lines):
@@ -112,7 +125,7 @@ class World:
             raise NoSuchBoard(f"no board {hardware_id!r} to unplug; plugged in: {there}")
         del self.boards[board.info.id]
         text = f"board {hardware_id} ({board.info.kind}) was unplugged"
-        catalogue.pull(board)
+        catalogue.pull(board, self.machine)
         for number in range(len(board.lines)):
             self.slots.pop((board.info.id, number)).close(Unplugged(text))
         for session in list(self.sessions):

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from canwire.boards.catalogue import ideal_line, plug, unplug
+from canwire.boards.catalogue import ideal_line, plug, sja1000_line, unplug
 from canwire.bus.can_bus import CanBus
 from canwire.bus.faults import Fault, Faults
 from canwire.bus.medium import one_way_delay_ps
@@ -70,8 +70,12 @@ class LabBus:
         oscillator_ppm: float = 0.0,
         receive_queue: int = 16_384,
         transmit_queue: int = 16_384,
+        controller: str = "fd",
     ) -> LabNode:
         """A new node, started, on the bus since before its first frame.
+
+        `controller` "sja1000" gives it that chip at 16 MHz with a driver that programs its registers, instead of the
+        ideal one; it knows classic CAN only, and joins the bus after 11 recessive bits, as chips do.
 
         `filters` are (code, mask) pairs for 11-bit frames, (code, mask, True) for 29-bit ones; a mask bit of 1
         must match; without filters everything arrives. `self_reception` returns its own frames to it.
@@ -87,12 +91,20 @@ class LabBus:
             nominal = BitTiming.for_bit_rate(bit_rate, clock_hz=self.timing.clock_hz)
         data = (data_timing or self.data_timing) if fd else None
         iso = self.iso_fd if iso_fd is None else iso_fd
-        settings = LineSettings(nominal, data, iso, listen_only, oscillator_ppm)
+        if controller not in ("fd", "sja1000"):
+            raise BadValue(f"controller {controller!r}: 'fd' or 'sja1000'")
+        chip = controller == "sja1000"
+        settings = LineSettings(
+            nominal, None if chip else data, iso, listen_only, 0.0 if chip else oscillator_ppm
+        )
         acceptance = None
         if filters is not None:
             acceptance = filters if isinstance(filters, Acceptance) else Acceptance.from_filters(filters)
         with self._lab.touch():
-            line = ideal_line(f"{self.name}/{name}", self._lab.timeline)
+            if chip:
+                line = sja1000_line(f"{self.name}/{name}", self._lab.timeline, ppm=oscillator_ppm)
+            else:
+                line = ideal_line(f"{self.name}/{name}", self._lab.timeline)
             node = LabNode(
                 self._lab,
                 self,

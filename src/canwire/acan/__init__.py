@@ -1,0 +1,83 @@
+"""ACAN: the interface of I+ME ACTIA's INduCAN104 boards, on canwire's.
+
+Source: INduCAN104 manual (seed 001).
+"""
+
+from __future__ import annotations
+
+from canwire.acan import constants as _constants
+from canwire.acan.constants import *  # noqa: F403
+from canwire.acan.hard_config import HardConfig
+from canwire.acan.identifiers import BROADCAST, MachineField, acan_word, plain_identifier
+from canwire.acan.int2d import Int2d, find_driver
+from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
+from canwire.acan.services import Services
+from canwire.acan.structure import (
+    ACANCBFN,
+    BOOL,
+    BYTE,
+    DWORD,
+    HANDLE,
+    HWND,
+    LPBYTE,
+    LPVOID,
+    UINT,
+    WORD,
+)
+from canwire.acan.structures import (
+    ACANHI,
+    ACANHISZ,
+    ACANID,
+    ACANIDSZ,
+    ACANMB,
+    ACANMBSZ,
+    ACANTB,
+    ACANTBSZ,
+    LPACANHI,
+    LPACANMB,
+    LPACANTB,
+    PACANHI,
+    PACANID,
+    PACANMB,
+    PACANTB,
+)
+
+__all__ = [
+    "ACANCBFN",
+    "ACANHI",
+    "ACANHISZ",
+    "ACANID",
+    "ACANIDSZ",
+    "ACANMB",
+    "ACANMBSZ",
+    "ACANTB",
+    "ACANTBSZ",
+    "BOOL",
+    "BROADCAST",
+    "BYTE",
+    "DWORD",
+    "HANDLE",
+    "HWND",
+    "LPACANHI",
+    "LPACANMB",
+    "LPACANTB",
+    "LPBYTE",
+    "LPVOID",
+    "PACANHI",
+    "PACANID",
+    "PACANMB",
+    "PACANTB",
+    "UINT",
+    "WORD",
+    "ByteMemory",
+    "FarPointer",
+    "HardConfig",
+    "Int2d",
+    "MachineField",
+    "Registers",
+    "Services",
+    "acan_word",
+    "find_driver",
+    "plain_identifier",
+]
+__all__ += sorted(name for name in set(vars(_constants)) - {"IntEnum", "IntFlag"} if name[0].isupper())

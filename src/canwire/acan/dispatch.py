@@ -1,0 +1,85 @@
+"""What the bus brings, handed to every task block: frames through its filters, events as special conditions.
+
+Source: INduCAN104 manual (seed 001), "Notification", "CAN channels".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire import BusEvent, ErrorState, EventKind, Frame
+from canwire.acan.constants import Condition
+from canwire.acan.identifiers import acan_word
+from canwire.acan.line import Arrival
+from canwire.acan.task_block import Occurrence
+
+if TYPE_CHECKING:
+    from canwire.acan.task_block import TaskBlock
+
+
+class Dispatch:
+    """The registered blocks in their order. `reply` sends what a channel answers, with or without a loop back.
+
+    A reply is looped back unless it would itself ask a channel here: so it may address a channel of the same
+    machine, and none asks itself for ever.
+    """
+
+    def __init__(self, state: int, reply: Callable[[Frame, bool], None]) -> None:
+        self.blocks: list[TaskBlock] = []
+        self._state = _known(state)
+        self._tec = self._rec = 0
+        self._reply = reply
+
+    def take(self, arrival: Arrival) -> list[TaskBlock]:
+        """What the line brought; returns the blocks whose applications are to be told of it now."""
+        if arrival.lost_before:
+            self.raise_condition(Condition.NOBUFF)
+        if isinstance(arrival.what, BusEvent):
+            self._event(arrival.what)
+        else:
+            self._frame(arrival.what)
+        return [block for block in self.blocks if block.take_notification()]
+
+    def raise_condition(self, conditions: Condition, alc: int | None = None, ecc: int | None = None) -> None:
+        """Tell every block of it, with the newest counters."""
+        what = Occurrence(int(conditions), self._tec, self._rec, alc, ecc)
+        for block in self.blocks:
+            block.occurred(what)
+
+    def _frame(self, frame: Frame) -> None:
+        word = acan_word(frame.id, frame.extended)
+        replies = [reply for block in self.blocks for reply in block.offer(frame, word)]
+        for reply in replies:
+            asked = acan_word(reply.id, reply.extended)
+            self._reply(reply, not any(block.answers(asked) for block in self.blocks))
+
+    def _event(self, event: BusEvent) -> None:
+        self._tec, self._rec = event.tec, event.rec
+        if event.kind is EventKind.ERROR:
+            self.raise_condition(Condition.BUSERR, ecc=event.code)
+        elif event.kind is EventKind.ARBITRATION_LOST:
+            self.raise_condition(Condition.ARBLOST, alc=event.bit)
+        elif event.kind is EventKind.OVERRUN:
+            self.raise_condition(Condition.OVERRUN)
+        before, self._state = self._state, _known(event.state)
+        risen = _risen(before, self._state)
+        if risen:
+            self.raise_condition(risen)
+
+
+def _known(state: int) -> ErrorState:
+    """A stopped line's controller begins anew."""
+    return ErrorState.ERROR_ACTIVE if state == ErrorState.STOPPED else ErrorState(state)
+
+
+def _risen(before: ErrorState, now: ErrorState) -> Condition:
+    """Which limits the controller went over."""
+    found = Condition(0)
+    if before < ErrorState.ERROR_WARNING <= now:
+        found |= Condition.ERRLIM
+    if before < now == ErrorState.ERROR_PASSIVE:
+        found |= Condition.ERRPAS
+    if before < now == ErrorState.BUS_OFF:
+        found |= Condition.BUSOFF
+    return found

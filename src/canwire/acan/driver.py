@@ -1,0 +1,274 @@
+"""The library's half of the ACAN driver: one line of the hub, and this program's task blocks.
+
+Source: INduCAN104 manual (seed 001), "General operation of drivers and applications", "Programming interface".
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING
+
+import canwire
+from canwire import BadFrame, BadValue, CanwireError, Closed, ErrorState, Frame, NotInitialised, QueueFull
+from canwire.acan.constants import CANC_SJA1000, Condition
+from canwire.acan.dispatch import Dispatch
+from canwire.acan.hard_config import HardConfig
+from canwire.acan.install import find_line
+from canwire.acan.line import ABORT_ON_ERROR, LOOP_BACK, AcanLine
+from canwire.acan.service import Service, notify, patiently
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+    from types import TracebackType
+
+    from canwire import Hub
+    from canwire.acan.task_block import TaskBlock
+
+LOWEST_PRIORITY = 255
+_REPLY_PRIORITY = 1
+
+
+def open_driver(hub: Hub | None = None) -> Driver:
+    """The driver of the board that is installed (install.py); without `hub` that of `canwire.connect()`.
+
+    Raises DriverAbsent if there is no such board, HubLost.
+    """
+    if hub is not None:
+        return Driver(hub)
+    own = canwire.connect()
+    try:
+        return Driver(own, own_hub=True)
+    except BaseException:
+        own.close()
+        raise
+
+
+class Driver:
+    """What an application calls. Any thread may; blocks are told on the service's own (service.py).
+
+    Closed, every call raises Closed; once the hub or the board is gone, HubLost or Unplugged.
+    """
+
+    version = (1, 0)
+    controller = CANC_SJA1000
+
+    def __init__(self, hub: Hub, *, own_hub: bool = False) -> None:
+        self.hub = hub
+        self._own_hub = own_hub
+        self._line = AcanLine(hub, *find_line(hub))
+        self._service = Service(hub, f"ACAN on {self._line.name}", self._work)
+        self._dispatch = Dispatch(self._line.status().state, self._reply)
+        self._failure: CanwireError | None = None
+        self._line.assign(self._service.event)
+        self._service.start()
+
+    @property
+    def lost(self) -> bool:
+        """Closed, or the hub or the board is gone."""
+        return self._failure is not None or self.hub.lost
+
+    # the controller
+
+    @property
+    def initialised(self) -> bool:
+        self._check()
+        return self._line.status().initialised
+
+    @property
+    def on_bus(self) -> bool:
+        """Taking part in the bus: started, and not in bus-off."""
+        self._check()
+        status = self._line.status()
+        return status.running and status.state != ErrorState.BUS_OFF
+
+    def configure(self, config: HardConfig) -> None:
+        """Set the controller up for every program; it is off the bus afterwards, even if it was on.
+
+        Raises InUse while another program configures the line, or a VCI program holds its control.
+        """
+        self._check()
+        patiently(partial(self._line.configure, config))
+
+    def config(self) -> HardConfig | None:
+        """How the controller is set up, by whomever; None if it is not."""
+        self._check()
+        mode = self._line.status().mode
+        if mode is None:
+            return None
+        registers = self._line.registers()
+        with suppress(BadValue):  # somebody else's note
+            config = HardConfig.unpack(mode.note)
+            if all(registers.get(name, value) == value for name, value in config.registers()):
+                return config
+        return HardConfig.from_registers(registers)
+
+    def bus_on(self) -> bool:
+        """Join the bus with error counters at 0 and nothing left to send; was it on the bus before?
+
+        Nothing happens if it was. Raises NotInitialised, InUse.
+        """
+        self._check()
+        status = self._line.status()
+        if not status.initialised:
+            raise NotInitialised(f"{self._line.name}: configure it first")
+        bus_off = status.running and status.state == ErrorState.BUS_OFF
+        if status.running and not bus_off:
+            return True
+        patiently(partial(self._line.start, stop_first=bus_off))
+        return False
+
+    def bus_off(self) -> bool:
+        """Leave the bus; was it on the bus before? Raises InUse."""
+        self._check()
+        status = self._line.status()
+        if status.running:
+            patiently(self._line.stop)
+        return status.running and status.state != ErrorState.BUS_OFF
+
+    def hold_filters(self) -> AbstractContextManager[None]:
+        """As long as it is entered, only this driver configures the controller and takes it on or off the bus.
+
+        For programs that need filters of their own, as CANSPY; others raise InUse meanwhile, as does this if the
+        control is taken.
+        """
+        self._check()
+        return self._line.hold()
+
+    # messages
+
+    def send(self, frame: Frame, priority: int = 1, timeout: float | None = 0) -> None:
+        """Send now, or when everything of a smaller `priority` (0..255) is sent, first come first served.
+
+        A frame that meets a bus error is given up. Priority 0 also delivers it to the task blocks of this line,
+        in every program. Waits up to `timeout` seconds (None: for ever) for room, anew when another thread was
+        quicker. Raises QueueFull, and BadFrame for a CAN FD frame.
+        """
+        self._check()
+        if not isinstance(priority, int) or not 0 <= priority <= LOWEST_PRIORITY:
+            raise BadValue(f"priority (bPrio) {priority!r}: a whole number from 0 to {LOWEST_PRIORITY}")
+        if frame.fd:
+            raise BadFrame(f"{frame!r}: ACAN knows classic frames only")
+        flags = ABORT_ON_ERROR | (LOOP_BACK if priority == 0 else 0)
+        while True:
+            try:
+                return self._put(frame, flags, priority)
+            except QueueFull:
+                if timeout == 0 or not self._line.wait_for_room(timeout):
+                    raise
+
+    # task blocks
+
+    @property
+    def blocks(self) -> tuple[TaskBlock, ...]:
+        """Those registered, in that order; so they get their frames."""
+        return tuple(self._dispatch.blocks)
+
+    def register(self, block: TaskBlock) -> TaskBlock:
+        """From now on the block gets what its filters let through; as a context manager it deregisters itself.
+
+        Raises WrongState if it is registered already, BadValue if a channel's variable became too short.
+        """
+        with self._service.lock:
+            self._check()
+            block.attach(self)
+            self._dispatch.blocks.append(block)
+        return block
+
+    def deregister(self, block: TaskBlock) -> None:
+        """No longer; whoever waits for it wakes up. One that is not registered here is ignored."""
+        with self._service.lock:
+            if block in self._dispatch.blocks:
+                self._dispatch.blocks.remove(block)
+                block.detach()
+        self._service.changed()
+
+    def pump(self) -> None:
+        """On a hub in virtual time: look at what has come by now. Otherwise the service thread does that."""
+        self._check()
+        if self._service.here:
+            self._work()
+            self._check()
+
+    # for blocks
+
+    @property
+    def lock(self) -> AbstractContextManager[object]:
+        return self._service.lock
+
+    def wait(self, ready: Callable[[], bool], timeout: float | None) -> bool:
+        """See task_block.py, Keeper."""
+        return self._service.wait(partial(self._ready, ready), timeout)
+
+    # the end
+
+    def close(self) -> None:
+        """Deregister every block and let go of the line, which stays as it is; a second time does nothing."""
+        if isinstance(self._failure, Closed):
+            return
+        with self._service.lock:
+            for block in self.blocks:
+                self.deregister(block)
+            self._failure = Closed(f"ACAN driver on {self._line.name}")
+        self._service.stop()
+        self._line.close()
+        self._service.close()
+        if self._own_hub:
+            self.hub.close()
+
+    def __enter__(self) -> Driver:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<ACAN driver on {self._line.name}, {len(self.blocks)} task blocks>"
+
+    # its own
+
+    def _check(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _ready(self, ready: Callable[[], bool]) -> bool:
+        if ready():
+            return True
+        self._check()
+        return False
+
+    def _work(self) -> bool:
+        """Take in everything that has come; False when nothing more will."""
+        try:
+            while (due := self._take_one()) is not None:
+                for block in due:
+                    notify(block)
+        except CanwireError as error:
+            with self._service.lock:
+                self._failure = self._failure or error
+                self._service.changed()
+        return self._failure is None
+
+    def _take_one(self) -> list[TaskBlock] | None:
+        """Take in one frame or event, None if there is none; returns whom to tell, without the lock, of it."""
+        with self._service.lock:
+            arrival = None if self._failure is not None else self._line.receive()
+            if arrival is None:
+                return None
+            due = self._dispatch.take(arrival)
+            self._service.changed()
+            return due
+
+    def _reply(self, frame: Frame, looped: bool) -> None:
+        """A channel's answer. One that finds no room is lost, and every block that wants to know is told."""
+        try:
+            self._put(frame, ABORT_ON_ERROR | (LOOP_BACK if looped else 0), _REPLY_PRIORITY)
+        except QueueFull:
+            self._dispatch.raise_condition(Condition.NOBUFF)
+
+    def _put(self, frame: Frame, flags: int, priority: int) -> None:
+        with self._service.sending:
+            self._line.send(frame, flags, priority)

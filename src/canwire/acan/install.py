@@ -1,0 +1,228 @@
+"""Which board the driver serves: what ACAN.EXE took as /P and /I, and VACAND.386 from SYSTEM.INI.
+
+The hub remembers it in its note "acan": nothing there means any board, see `find_line`.
+Source: INduCAN104 manual (seed 001), "Drivers and utilities setup"; scripts are a Unix shell's instead of START.BAT.
+"""
+
+from __future__ import annotations
+
+import configparser
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from canwire import BadText, BadValue, InUse, NoSuchBoard
+
+if TYPE_CHECKING:
+    import os
+
+    from canwire import BoardInfo, Hub
+
+KIND = "inducan104"
+NOTE = "acan"
+UNINSTALLED = b"uninstalled"
+FIRST_PORT, LAST_PORT, PORT_STEP = 0x100, 0x3E0, 0x20
+IRQS = (3, 4, 5, 7, 9, 10, 11)
+_SJA1000 = 5  # CAN_CTRL_SJA1000 (reference/vci.md section 3)
+_PORT = re.compile(r"/P:([0-9A-F]{1,4})H?", re.IGNORECASE)
+_IRQ = re.compile(r"/I:([0-9]{1,2})(\*?)", re.IGNORECASE)
+_WRITTEN = re.compile(rb"([0-9A-F]{3}):([0-9]{1,2})(\*?)")
+_SECTION = "ACAN"
+START, STOP, INI, WORLD = "START", "STOP", "acan.ini", "canwire.toml"
+SERIAL = "HW000104"  # of the board in canwire.toml
+
+
+class DriverAbsent(NoSuchBoard):
+    """The ACAN driver is not operational: uninstalled, or no controller where it is told to look."""
+
+
+@dataclass(frozen=True, slots=True)
+class Installation:
+    """Jumpers of the board to serve: base address 100h..3E0h in steps of 20h, interrupt 3, 4, 5, 7, 9, 10 or 11.
+
+    `shared` lets other equipment have the same interrupt; kept, though no board here can share one.
+    Raises BadValue.
+    """
+
+    port: int = 0x280
+    irq: int = 5
+    shared: bool = False
+
+    def __post_init__(self) -> None:
+        fits = isinstance(self.port, int) and FIRST_PORT <= self.port <= LAST_PORT
+        if not fits or self.port % PORT_STEP:
+            shown = f"{self.port:X}h" if isinstance(self.port, int) else repr(self.port)
+            raise BadValue(f"port {shown}: 100h to 3E0h in steps of 20h")
+        if self.irq not in IRQS:
+            raise BadValue(f"irq {self.irq!r}: one of {', '.join(map(str, IRQS))}")
+
+    @classmethod
+    def parse(cls, arguments: str | Iterable[str]) -> Self | None:
+        """ACAN's command line, `/P:280 /I:5` or `/I:5*`, in one piece or several; None for `/U`. Raises BadText."""
+        text = arguments if isinstance(arguments, str) else " ".join(arguments)
+        words = text.replace("/", " /").split()
+        if [word.upper() for word in words] == ["/U"]:
+            return None
+        ports = [found for word in words if (found := _PORT.fullmatch(word))]
+        irqs = [found for word in words if (found := _IRQ.fullmatch(word))]
+        if len(words) != 2 or len(ports) != 1 or len(irqs) != 1:
+            raise BadText(
+                f"{text!r}: /P:<port> /I:<irq>[*] or /U, the port in hexadecimal, the irq in decimal"
+            )
+        return cls(int(ports[0][1], 16), int(irqs[0][1]), irqs[0][2] == "*")
+
+    @classmethod
+    def from_ini(cls, text: str) -> Self:
+        """`Base=` (hexadecimal) and `Irq=` of section [ACAN]; raises BadText, BadValue."""
+        parser = configparser.ConfigParser(strict=False, allow_no_value=True, interpolation=None)
+        try:
+            parser.read_string(text)
+            section = parser[_SECTION]
+            base, irq = section["Base"].strip(), section["Irq"].strip()
+            return cls(int(base.rstrip("hH"), 16), int(irq.rstrip("*")), irq.endswith("*"))
+        except (configparser.Error, KeyError, AttributeError, TypeError) as error:
+            raise BadText(f"no section [{_SECTION}] with Base= and Irq=: {error}") from None
+        except BadValue:
+            raise
+        except ValueError:
+            raise BadText(f"[{_SECTION}] Base={base} Irq={irq}: a hexadecimal and a decimal number") from None
+
+    def to_ini(self) -> str:
+        """The section for SYSTEM.INI."""
+        return f"[{_SECTION}]\nBase={self.port:X}\nIrq={self.irq}{'*' * self.shared}\n"
+
+    def to_arguments(self) -> str:
+        return f"/P:{self.port:X} /I:{self.irq}{'*' * self.shared}"
+
+    def to_note(self) -> bytes:
+        return f"{self.port:X}:{self.irq}{'*' * self.shared}".encode("ascii")
+
+    @classmethod
+    def from_note(cls, note: bytes) -> Self:
+        """What `to_note` made; raises BadText."""
+        found = _WRITTEN.fullmatch(note)
+        if found is None:
+            raise BadText(f"note {NOTE!r} {note!r}: <port>:<irq>")
+        return cls(int(found[1], 16), int(found[2]), found[3] == b"*")
+
+    def serves(self, board: BoardInfo) -> bool:
+        """Whether the board's jumpers are these."""
+        there = dict(board.resources)
+        return there.get("I/O", "").startswith(f"{self.port:X}h") and there.get("IRQ") == str(self.irq)
+
+
+def find_line(hub: Hub) -> tuple[BoardInfo, int]:
+    """The board that the driver serves, and its line's number.
+
+    The installed one; without installation the first INduCAN104, else the first line with an SJA1000.
+    Raises DriverAbsent.
+    """
+    note = hub.note(NOTE)
+    boards = hub.boards()
+    if note == UNINSTALLED:
+        raise DriverAbsent("the ACAN driver was uninstalled; install it with /P and /I")
+    if note:
+        wanted = Installation.from_note(note)
+        return _answering(boards, wanted), 0
+    lines = [
+        (board.kind != KIND, board, number)
+        for board in boards
+        for number, line in enumerate(board.lines)
+        if line.bus_type == "CAN" and line.capabilities.controller_type == _SJA1000
+    ]
+    if not lines:
+        there = ", ".join(f"{board.hardware_id} ({board.kind})" for board in boards) or "none"
+        raise DriverAbsent(f"no board with an SJA1000 for ACAN; plugged in: {there}")
+    _, board, number = min(lines, key=lambda found: found[0])
+    return board, number
+
+
+def install(hub: Hub, installation: Installation) -> BoardInfo:
+    """Serve the board with these jumpers from now on, in every program that opens the driver.
+
+    Its controller is off the bus then. Raises DriverAbsent if none answers there, InUse if the driver serves
+    another board or somebody holds the line's control.
+    """
+    note = hub.note(NOTE)
+    if note not in (b"", UNINSTALLED, installation.to_note()):
+        raise InUse(f"the ACAN driver is installed for {note.decode('ascii', 'replace')}; uninstall it first")
+    board = _answering(hub.boards(), installation)
+    _leave_bus(hub, board, 0)
+    hub.set_note(NOTE, installation.to_note())
+    return board
+
+
+def uninstall(hub: Hub) -> None:
+    """No driver any more; its line is off the bus and forgets its setting. Again: nothing.
+
+    Raises InUse while programs use the line.
+    """
+    if hub.note(NOTE) == UNINSTALLED:
+        return
+    try:
+        board, number = find_line(hub)
+    except DriverAbsent:
+        hub.set_note(NOTE, UNINSTALLED)
+        return
+    users = hub.line_status(board.id, number).channels
+    if users:
+        raise InUse(f"{board.hardware_id}: {users} programs use it; let them end first")
+    with hub.open_control(board.id, number) as control:
+        control.reset()
+    hub.set_note(NOTE, UNINSTALLED)
+
+
+def setup(port: int, irq: int, directory: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Write START, STOP, acan.ini and canwire.toml for a board with these jumpers; returns the four paths.
+
+    The directory is made if need be, files of these names are replaced. Raises BadValue.
+    """
+    installation = Installation(port, irq)
+    home = Path(directory)
+    home.mkdir(parents=True, exist_ok=True)
+    texts = {
+        START: _script(f"acan {installation.to_arguments()}"),
+        STOP: _script("acan /U"),
+        INI: installation.to_ini(),
+        WORLD: _world(installation),
+    }
+    for name, text in texts.items():
+        path = home / name
+        path.write_text(text, encoding="utf-8")
+        path.chmod(0o755 if name in (START, STOP) else 0o644)
+    return tuple(home / name for name in texts)
+
+
+def _answering(boards: tuple[BoardInfo, ...], wanted: Installation) -> BoardInfo:
+    for board in boards:
+        if board.kind == KIND and wanted.serves(board):
+            return board
+    there = [
+        f"{board.hardware_id} at {' '.join(value for _, value in board.resources)}"
+        for board in boards
+        if board.kind == KIND
+    ]
+    raise DriverAbsent(
+        f"no controller answers at {wanted.port:X}h with IRQ {wanted.irq}; there: {', '.join(there) or 'none'}"
+    )
+
+
+def _leave_bus(hub: Hub, board: BoardInfo, number: int) -> None:
+    if hub.line_status(board.id, number).running:
+        with hub.open_control(board.id, number) as control:
+            control.stop()
+
+
+def _script(command: str) -> str:
+    """A hub has to run for this: `canwire serve`, which finds the canwire.toml beside it."""
+    return f'#!/bin/sh\ncd "$(dirname "$0")" && exec canwire {command}\n'
+
+
+def _world(installation: Installation) -> str:
+    return (
+        '[[bus]]\nname = "can0"\n\n'
+        f'[[board]]\nkind = "inducan104"\nserial = "{SERIAL}"\n'
+        f"base = 0x{installation.port:X}\nirq = {installation.irq}\n"
+    )

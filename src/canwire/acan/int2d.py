@@ -1,0 +1,247 @@
+"""ACAN.EXE as assembly language programs see it: found through INT 2Dh, called at its entry point.
+
+    memory = ByteMemory()
+    driver = Int2d(acan.api, memory)          # the interrupt vector is set, the signature in memory
+    multiplex = find_driver(memory, driver.interrupt)
+    driver.call_far(registers)                # AL = service, ES:BX = structure, as annex A says
+
+Structures lie packed in memory: his is ACANHI, tbs ACANTB (tb_wsta is its wStatus: tb_sta the low byte, tb_sca the high
+one), ambs ACANMB. Between calls the driver keeps a registered tbs's status, counters and occupation up to date.
+Source: INduCAN104 manual (seed 001), annex A; Alternate Multiplex Interrupt Specification 3.6.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterable
+
+from canwire import BadValue
+from canwire.acan.constants import IDA_CHANRCV, IDA_CHANSND, TBNT_EVENT, Service
+from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
+from canwire.acan.services import Services
+from canwire.acan.structures import ACANHI, ACANHISZ, ACANID, ACANIDSZ, ACANMB, ACANMBSZ, ACANTB, ACANTBSZ
+
+VECTOR = FarPointer(0x0000, 0x00B4)  # of interrupt 2Dh
+
+# Vendor and product fill eight characters each, so of the manual's "At on Sys", which has nine, one blank is no
+# blank: scanning put it there, as in "Phi | i ps". With it ATON Systèmes becomes the eight of "Aton Sys".
+VENDOR, PRODUCT = b"Aton Sys", b"ACAN    "
+SIGNATURE = VENDOR + PRODUCT
+DESCRIPTION = b"ATON Controller Area Network Driver"
+VERSION = 0x0100
+
+_FOUND = 0xFF
+_NOT_IMPLEMENTED = 0x00
+_CANNOT_BE_UNINSTALLED, _DEACTIVATED = 0x01, 0x04
+_TRAPPED_LIST = 0x04
+_IRET, _RETF = b"\xcf", b"\xcb"
+_SEGMENT = 0x0C00  # where DOS happened to load it
+_NULL = FarPointer(0, 0)
+_TO_THE_STATUS = struct.Struct("<HBBBB")  # wStatus, bREC, bTEC, bALC, bECC
+_TO_THE_FIFO = struct.Struct("<HHH")  # wRMBOccupation, wRIndex, wWIndex
+
+
+class Int2d:
+    """The resident driver: `interrupt` is INT 2Dh, `call_far` a far call to `entry_point`.
+
+    Only calls with AH = `multiplex` are for it; others leave all registers alone. `trapped` lists further interrupts
+    it says it holds (IRQ 5 is 0Dh; with ADTM the monitor holds that one). An application is notified as ADTM does it:
+    `notify_event(wTid, wEvent)`, on whatever thread the services notify.
+    """
+
+    def __init__(
+        self,
+        services: Services,
+        memory: ByteMemory,
+        multiplex: int = 0xC0,
+        *,
+        segment: int = _SEGMENT,
+        trapped: Iterable[int] = (),
+        notify_event: Callable[[int, int], object] | None = None,
+    ) -> None:
+        if not 0 <= multiplex <= 0xFF:
+            raise BadValue(f"multiplex {multiplex!r:.40}: a number from 0 to 0xFF")
+        self.multiplex = multiplex
+        self.active = True
+        self._services = services
+        self._memory = memory
+        self._notify_event = notify_event
+        self._blocks: dict[int, tuple[FarPointer, ACANTB]] = {}
+        self._load(FarPointer(segment, 0), trapped)
+        self._before = memory.read_pointer(VECTOR)
+        memory.write_pointer(VECTOR, self._handler)
+
+    def _load(self, at: FarPointer, trapped: Iterable[int]) -> None:
+        """Code and texts in memory. Each trapped interrupt is a number and an offset; 2Dh is the last."""
+        text = SIGNATURE + DESCRIPTION + b"\0\0"
+        self._signature, self._handler = at, at + len(text)
+        self.entry_point = self._handler + 1
+        self._trapped = self.entry_point + 1
+        numbers = [*(one for one in trapped if one != 0x2D), 0x2D]
+        listed = b"".join(struct.pack("<BH", one, self._handler.offset) for one in numbers)
+        self._memory.write(at, text + _IRET + _RETF + listed)
+
+    def interrupt(self, registers: Registers) -> None:
+        """INT 2Dh with AH, AL as in the registers; the answer is in them afterwards."""
+        if not self.active or self.multiplex != registers.AH:
+            return
+        function, registers.AL = registers.AL, _NOT_IMPLEMENTED
+        if function == 0:
+            registers.AL, registers.CX = _FOUND, VERSION
+            registers.point("DX", "BX", self._signature)
+        elif function == 1:
+            registers.AL = _FOUND
+            registers.point("DX", "BX", self.entry_point)
+        elif function == 2:
+            self._uninstall(registers)
+        elif function == 4:
+            registers.AL = _TRAPPED_LIST
+            registers.point("DX", "BX", self._trapped)
+
+    def _uninstall(self, registers: Registers) -> None:
+        """Not while Task Blocks are registered, nor once another program took the vector over."""
+        if self._blocks or self._memory.read_pointer(VECTOR) != self._handler:
+            registers.AL = _CANNOT_BE_UNINSTALLED
+            return
+        self._memory.write_pointer(VECTOR, self._before)
+        self.active = False
+        registers.AL, registers.BX = _DEACTIVATED, self._handler.segment
+
+    def call_far(self, registers: Registers) -> None:
+        """The service in AL. Only AX and DX change; 0 in AX is an error (-1 of RECEIVE), also of unknown services."""
+        code = registers.AL
+        registers.AX = 0
+        if not self.active or code not in _SERVICES:
+            return
+        try:
+            _SERVICES[code](self, registers)
+        except BadValue:  # the structure reaches over the end of the memory
+            registers.AX = 0xFFFF if code == Service.RECEIVE else 0
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Write what the services keep up to date in registered Task Blocks into memory."""
+        for at, block in list(self._blocks.values()):
+            self._mirror(at, block)
+
+    # the services
+
+    def _get_version(self, registers: Registers) -> None:
+        registers.AX = self._services.ACAN_GetDriverVersion()
+        status = self._services.ACAN_GetInitStatus()
+        registers.DL, registers.DH = status & 0xFF, int(status > 0xFF)
+
+    def _hard_configure(self, registers: Registers) -> None:
+        hi = ACANHI.unpack(self._memory.read(_structure(registers), ACANHISZ))
+        registers.AX = int(self._services.ACAN_SetHardConfig(hi))
+
+    def _hard_status(self, registers: Registers) -> None:
+        registers.DL = self._services.ACAN_GetInitStatus() & 0xFF
+        at, hi = _structure(registers), ACANHI()
+        self._memory.view(at, ACANHISZ)
+        if self._services.ACAN_GetHardConfig(hi):
+            self._memory.write(at, hi.pack())
+            registers.AX = 1
+
+    def _hard_control(self, registers: Registers) -> None:
+        registers.AX = self._services.ACAN_BusControl(int(registers.DL != 0))
+
+    def _register(self, registers: Registers) -> None:
+        at = _structure(registers)
+        if at.linear in self._blocks:
+            return
+        block = self._block(at)
+        if block.bNotType == TBNT_EVENT and self._services.ACAN_Register(block):
+            self._blocks[at.linear] = at, block
+            registers.AX = 1
+
+    def _ack(self, registers: Registers) -> None:
+        if found := self._blocks.get(registers.pointer("ES", "BX").linear):
+            registers.AX = self._services.ACAN_AckEventCheck(found[1])
+
+    def _free(self, registers: Registers) -> None:
+        linear = registers.pointer("ES", "BX").linear
+        if (found := self._blocks.get(linear)) and self._services.ACAN_Deregister(found[1]):
+            self._mirror(*self._blocks.pop(linear))
+            registers.AX = 1
+
+    def _send(self, registers: Registers) -> None:
+        message = ACANMB.unpack(self._memory.read(_structure(registers), ACANMBSZ))
+        registers.AX = int(self._services.ACAN_SendMessage(message, registers.CL))
+
+    def _receive(self, registers: Registers) -> None:
+        at, block = self._blocks.get(registers.pointer("ES", "BX").linear, (_NULL, None))
+        if block is None:
+            raise BadValue(f"no Task Block at {registers.pointer('ES', 'BX')}")
+        now = ACANTB.unpack_head(self._memory.read(at, ACANTBSZ))  # both may change from call to call
+        block.wCount = now.wCount
+        block.lpBuf = self._view(now.lpBuf, now.wCount * ACANMBSZ)
+        registers.AX = self._services.ACAN_RetrieveMessages(block) & 0xFFFF
+
+    # Task Blocks in memory
+
+    def _block(self, at: FarPointer) -> ACANTB:
+        """The Task Block there, with pieces of the memory in the place of pointers."""
+        count = ACANTB.unpack_head(self._memory.read(at, ACANTBSZ)).bNId
+        block = ACANTB.unpack(self._memory.read(at, ACANTBSZ + count * ACANIDSZ))
+        block.lpRMB = self._view(block.lpRMB, block.wRMBSize * ACANMBSZ)
+        block.lpBuf = self._view(block.lpBuf, block.wCount * ACANMBSZ)
+        for one in block.idTable:
+            one.lpAddress = self._view(one.lpAddress, one.bLength) if _is_channel(one) else None
+        block.cbNotification = lambda _block: self._notify(at, block)
+        return block
+
+    def _view(self, pointer: int | None, size: int) -> memoryview | None:
+        return None if pointer is None else self._memory.view(FarPointer.of(pointer), size)
+
+    def _notify(self, at: FarPointer, block: ACANTB) -> None:
+        self._mirror(at, block)
+        if self._notify_event is not None:
+            self._notify_event(block.wTid, block.wEvent)
+
+    def _mirror(self, at: FarPointer, block: ACANTB) -> None:
+        status = _TO_THE_STATUS.pack(block.wStatus, block.bREC, block.bTEC, block.bALC, block.bECC)
+        fifo = _TO_THE_FIFO.pack(block.wRMBOccupation, block.wRIndex, block.wWIndex)
+        self._memory.write(at + ACANTB.OFFSETS["wStatus"], status)
+        self._memory.write(at + ACANTB.OFFSETS["wRMBOccupation"], fifo)
+
+
+def _structure(registers: Registers) -> FarPointer:
+    at = registers.pointer("ES", "BX")
+    if not at:
+        raise BadValue("ES:BX is NULL")
+    return at
+
+
+def _is_channel(one: ACANID) -> bool:
+    return bool(one.bAction & (IDA_CHANRCV | IDA_CHANSND))
+
+
+_SERVICES: dict[int, Callable[[Int2d, Registers], None]] = {
+    Service.GET_VERSION: Int2d._get_version,
+    Service.HARD_CONFIGURE: Int2d._hard_configure,
+    Service.HARD_STATUS: Int2d._hard_status,
+    Service.HARD_CONTROL: Int2d._hard_control,
+    Service.REGISTER: Int2d._register,
+    Service.ACK: Int2d._ack,
+    Service.FREE: Int2d._free,
+    Service.SEND: Int2d._send,
+    Service.RECEIVE: Int2d._receive,
+    Service.GET_VERSION_1: Int2d._get_version,
+}
+
+
+def find_driver(memory: ByteMemory, interrupt: Callable[[Registers], object]) -> int | None:
+    """The multiplex number of the ACAN driver, as an application finds it; None if it is not installed.
+
+    `interrupt` is whatever INT 2Dh does to registers. Source: annex A, "ACAN driver detection".
+    """
+    if not memory.read_pointer(VECTOR):
+        return None
+    for multiplex in range(0x100):
+        registers = Registers(AX=multiplex << 8)
+        interrupt(registers)
+        signature = registers.pointer("DX", "BX")
+        if registers.AL == _FOUND and memory.read(signature, len(SIGNATURE)) == SIGNATURE:
+            return multiplex
+    return None

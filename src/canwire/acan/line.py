@@ -1,0 +1,162 @@
+"""The driver's line at the hub: which one it is, who sets it up, its channel. Nothing else here asks the hub."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire import (
+    BitTiming,
+    BusEvent,
+    ChannelMode,
+    EventKind,
+    FilterMode,
+    FilterSetup,
+    Frame,
+    LineMode,
+    LineStatus,
+)
+from canwire.acan.hard_config import HardConfig
+
+if TYPE_CHECKING:
+    from canwire import BoardInfo, Control, Event, Hub
+
+RECEIVE = 1024  # frames and events that the library holds until its service has looked at them
+TRANSMIT = 256  # frames that wait in this program before the line takes them into its one queue
+CHANNEL = ChannelMode(
+    RECEIVE,
+    TRANSMIT,
+    filter_size=0,
+    events=(
+        EventKind.INFO,
+        EventKind.ERROR,
+        EventKind.STATE,
+        EventKind.ARBITRATION_LOST,
+        EventKind.OVERRUN,
+    ),
+    fd=False,
+    prioritised=True,
+)
+_OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filter is the only one
+ABORT_ON_ERROR, LOOP_BACK = 1 << 14, 1 << 15  # request bits of a record's info word (values/record.py)
+_RECORD = struct.Struct("<QII")  # time, identifier, info
+_LOST, _REMOTE, _EXTENDED = 1 << 20, 1 << 22, 1 << 23  # CANMSGINFO's bits
+_DATA_AT = 16
+_TIMING = ("BTR0", "BTR1")  # these the line works out from the timing
+
+
+class Arrival(NamedTuple):
+    """A frame or an event; something before it found this program's queue full where `lost_before`."""
+
+    what: Frame | BusEvent
+    lost_before: bool
+
+
+class AcanLine:
+    """One line of an SJA1000, and this program's channel on it.
+
+    The lease that configures it is held for the length of one call; each raises InUse while somebody else,
+    another dialect perhaps, holds it; programs of this one are done with it in a moment.
+    """
+
+    def __init__(self, hub: Hub, board: BoardInfo, number: int) -> None:
+        self.hub = hub
+        self.board = board
+        self.number = number
+        self._held: Control | None = None
+        self._channel = hub.open_channel(board.id, number)
+        try:
+            self._channel.set_up(CHANNEL)
+            self._channel.activate()
+        except BaseException:
+            self._channel.close()
+            raise
+
+    @property
+    def name(self) -> str:
+        return f"{self.board.hardware_id} {self.board.lines[self.number].name}"
+
+    # the line
+
+    def status(self) -> LineStatus:
+        return self.hub.line_status(self.board.id, self.number)
+
+    def registers(self) -> dict[str, int]:
+        """The controller's registers by name, as they are now."""
+        return {view.name: view.value for view in self.hub.registers(self.board.id, self.number)}
+
+    def configure(self, config: HardConfig) -> None:
+        """Set the line up; it is off the bus then, and stays set up without us."""
+        registers = dict(config.registers())
+        mode = LineMode(
+            BitTiming.from_btr(registers["BTR0"], registers["BTR1"]),
+            error_frames=True,
+            standard_filter=_OPEN,
+            extended_filter=_OPEN,
+            note=config.pack(),
+            registers=tuple(pair for pair in registers.items() if pair[0] not in _TIMING),
+            persistent=True,
+        )
+        with self._control() as control:
+            control.initialise(mode)
+
+    def start(self, *, stop_first: bool) -> None:
+        """Join the bus with counters at 0 and nothing queued; `stop_first` after a bus-off."""
+        with self._control() as control:
+            if stop_first:
+                control.stop()
+            control.start(abort_pending=True)
+
+    def stop(self) -> None:
+        with self._control() as control:
+            control.stop()
+
+    # the channel
+
+    def assign(self, event: Event) -> None:
+        """Signal this event when something has come, or nothing more will."""
+        self._channel.reading.assign(event)
+
+    def receive(self) -> Arrival | None:
+        """What came first, None if nothing waits; raises HubLost, Unplugged."""
+        record = self._channel.receive_record(0)
+        return None if record is None else _arrival(record)
+
+    def send(self, frame: Frame, flags: int, priority: int) -> None:
+        """Queue a frame; raises QueueFull."""
+        self._channel.send(frame, flags, 0, priority)
+
+    def wait_for_room(self, timeout: float | None) -> bool:
+        return self._channel.writing.wait(timeout)
+
+    def close(self) -> None:
+        self._channel.close()
+
+    @contextmanager
+    def hold(self) -> Iterator[None]:
+        """Meanwhile nobody else sets the line up, starts or stops it."""
+        with self.hub.open_control(self.board.id, self.number) as control:
+            self._held = control
+            try:
+                yield
+            finally:
+                self._held = None
+
+    def _control(self) -> AbstractContextManager[Control]:
+        held = self._held
+        return self.hub.open_control(self.board.id, self.number) if held is None else nullcontext(held)
+
+
+def _arrival(record: bytes) -> Arrival:
+    """One record of 80 bytes, laid out like VCI's CANMSG2."""
+    time_ns, identifier, info = _RECORD.unpack_from(record)
+    if info & 0xFF:
+        return Arrival(BusEvent.from_record(record), False)
+    dlc, remote = info >> 16 & 0xF, bool(info & _REMOTE)
+    data = b"" if remote else record[_DATA_AT : _DATA_AT + min(dlc, 8)]
+    frame = Frame(
+        identifier, data, extended=bool(info & _EXTENDED), remote=remote, dlc=dlc, timestamp_ns=time_ns
+    )
+    return Arrival(frame, bool(info & _LOST))

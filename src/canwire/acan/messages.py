@@ -1,0 +1,28 @@
+"""ACAN's messages and canwire's frames. Source: INduCAN104 manual (seed 001), "ACAN messages"."""
+
+from __future__ import annotations
+
+from canwire import BadValue, Frame
+from canwire.acan.constants import Format
+from canwire.acan.identifiers import acan_word, plain_identifier
+from canwire.acan.structures import ACANMB
+
+_LONGEST = 8
+
+
+def message_of(frame: Frame) -> ACANMB:
+    """A received frame. A remote frame's length is what it asks for; classic length codes over 8 are 8."""
+    format = (Format.EXTENDED if frame.extended else 0) | (Format.RTR if frame.remote else 0)
+    length = min(frame.dlc, _LONGEST)
+    return ACANMB(acan_word(frame.id, frame.extended), int(format), length, frame.data)
+
+
+def frame_of(message: ACANMB) -> Frame:
+    """A frame to send. Bits that mean nothing in its format are passed over; raises BadValue for over 8 bytes."""
+    extended = bool(message.bFormat & Format.EXTENDED)
+    if message.bLength > _LONGEST:
+        raise BadValue(f"bLength {message.bLength}: a message has 0 to {_LONGEST} bytes")
+    id = plain_identifier(message.dwID, extended)
+    if message.bFormat & Format.RTR:
+        return Frame(id, extended=extended, remote=True, dlc=message.bLength)
+    return Frame(id, message.bData[: message.bLength], extended=extended)

@@ -1,0 +1,112 @@
+"""The service thread: it takes in what the bus brings, and wakes whoever waits for it.
+
+On a hub in virtual time there is none: whoever waits does its work, and time passes meanwhile.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire import Event, InUse
+
+if TYPE_CHECKING:
+    from canwire import Hub
+    from canwire.acan.task_block import TaskBlock
+
+
+_PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
+
+
+class Service:
+    """Runs `work` whenever `event` is signalled, until that returns False: it has to after `stop`.
+
+    Whoever changes what others wait for holds `lock`; `wait` gives it up while it waits.
+    """
+
+    def __init__(self, hub: Hub, name: str, work: Callable[[], bool]) -> None:
+        self.event = Event()
+        self.lock = threading.RLock()
+        self.sending = threading.Lock()  # one sender at a time
+        self._hub = hub
+        self._work = work
+        self._changed = threading.Condition(self.lock)
+        self._over = self._stopped_here = False
+        self._thread = None if hub.virtual else threading.Thread(target=self._run, name=name, daemon=True)
+
+    @property
+    def here(self) -> bool:
+        """Nobody but whoever waits does the work."""
+        return self._thread is None
+
+    def start(self) -> None:
+        if self._thread is not None:
+            self._thread.start()
+
+    def changed(self) -> None:
+        """Have those who wait look again."""
+        with self.lock:
+            self._changed.notify_all()
+
+    def wait(self, ready: Callable[[], bool], timeout: float | None) -> bool:
+        """Until ready(), which may raise, or until `timeout` seconds of the hub's time are over (None: never)."""
+        if self._thread is None:
+            return self._wait_here(ready, timeout)
+        with self.lock:
+            return self._changed.wait_for(ready, timeout)
+
+    def stop(self) -> None:
+        """Let the thread come to its end; a second time does nothing. What calls this from the thread goes on."""
+        if not self._over:
+            self._over = True
+            self.event.set()
+            self._stopped_here = self._thread is threading.current_thread()
+            if self._thread is not None and not self._stopped_here:
+                self._thread.join()
+            self.changed()
+
+    def close(self) -> None:
+        """After `stop`, once the event is assigned to nothing."""
+        if self._thread is not threading.current_thread():  # else it does that itself
+            self.event.close()
+
+    def _run(self) -> None:
+        while self._work():
+            self.event.wait()
+        if self._stopped_here:
+            self.event.close()
+
+    def _wait_here(self, ready: Callable[[], bool], timeout: float | None) -> bool:
+        end_ns = None if timeout is None else self._hub.now_ns() + round(timeout * 1e9)
+        while True:
+            self._work()
+            if ready():
+                return True
+            left = None if end_ns is None else max(0, end_ns - self._hub.now_ns()) / 1e9
+            if left == 0 or not self.event.wait(left):
+                self._work()
+                return ready()
+
+
+def patiently(call: Callable[[], object]) -> None:
+    """Programs configure a line one after the other: InUse counts once it has lasted for a while."""
+    for pause_s in _PAUSES_S:
+        try:
+            call()
+            return
+        except InUse:
+            time.sleep(pause_s)
+    call()
+
+
+def notify(block: TaskBlock) -> None:
+    """An application's own code: what it raises is reported like a thread's end, and the service goes on."""
+    try:
+        block.notify()
+    except Exception:
+        kind, error, trace = sys.exc_info()
+        assert kind is not None
+        threading.excepthook(threading.ExceptHookArgs((kind, error, trace, threading.current_thread())))

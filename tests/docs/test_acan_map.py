@@ -1,0 +1,154 @@
+"""docs/acan-map.md has every name of the INduCAN104 manual, and what it says of each is true."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from canwire import acan
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+MAP: dict[str, Any] = runpy.run_path(str(ROOT / "docs" / "acan_map.py"))
+TEXT: str = MAP["PAGE"].read_text(encoding="utf-8")
+ROWS = [row for line in TEXT.splitlines() if (row := MAP["ROW"].match(line))]
+PLACES = sorted({place for row in ROWS for place in re.findall(r"`([^`]+)`", row[3])})
+MODULE = re.compile(r"canwire\.(?:commands\.\w+|acan(?:\.[a-z]\w*)?)")
+with_manual = pytest.mark.skipif(not MAP["SEEDS"].is_dir(), reason="the manual is not here")
+
+
+def test_the_page_is_what_the_script_writes() -> None:
+    names = MAP["names_of_page"](TEXT)
+    assert len(names) == len(ROWS) > 200
+    assert MAP["page"](names) == TEXT, "run: python docs/acan_map.py"
+
+
+@with_manual
+@pytest.mark.conforms("AC-37")
+def test_the_page_has_every_name_of_the_manual() -> None:
+    assert MAP["page"](MAP["names_of_manual"](MAP["SEEDS"])) == TEXT, "run: python docs/acan_map.py"
+
+
+@pytest.mark.conforms("AC-37")
+def test_every_row_names_a_counterpart_or_says_why_not() -> None:
+    for row in ROWS:
+        said = (
+            "`" in row[3]
+            or row[2] == MAP["NO_NAME"]
+            or row[3] in {"the thing itself", "calling convention of C"}
+        )
+        assert said, row[0]
+
+
+@pytest.mark.conforms("AC-37")
+@pytest.mark.parametrize("place", PLACES)
+def test_every_counterpart_exists(place: str) -> None:
+    if place == "notify_event":
+        assert place in inspect.signature(acan.Int2d).parameters
+    elif place.startswith("canwire acan "):
+        verb, _, switch = place.removeprefix("canwire acan ").partition(" ")
+        command = pytest.importorskip("canwire.commands.acan")
+        lines = re.findall(rf"canwire acan {verb} .*", command.__doc__)
+        assert any(switch in line for line in lines)
+    else:
+        assert exists(place)
+
+
+def exists(place: str) -> bool:
+    """A dotted name, imported and walked; `name(parameter)`, too. Modules that are not there yet are skipped."""
+    path, _, parameter = place.rstrip(")").partition("(")
+    found = MODULE.match(path)
+    assert found, place
+    there: Any = pytest.importorskip(found[0])
+    for step in path.removeprefix(found[0]).strip(".").split("."):
+        if step and not hasattr(there, step) and step not in getattr(there, "__dataclass_fields__", ()):
+            return False
+        there = getattr(there, step, None) if step else there
+    return not parameter or parameter in inspect.signature(there).parameters
+
+
+@pytest.mark.conforms("AC-37")
+@pytest.mark.parametrize("name", [row[1] for row in ROWS if row[2] in ("structure", "constant")])
+def test_constants_and_structures_have_their_own_names(name: str) -> None:
+    assert name in acan.__all__
+    assert getattr(acan, name) is not None
+
+
+@pytest.mark.conforms("AC-37")
+@pytest.mark.parametrize("name", [row[1] for row in ROWS if row[2] == "function"])
+def test_functions_have_their_own_names(name: str) -> None:
+    api = pytest.importorskip("canwire.acan.api")
+    assert inspect.isfunction(getattr(api, name))
+
+
+@pytest.mark.conforms("AC-37")
+def test_the_other_way_round_nothing_is_made_up() -> None:
+    told = {row[1] for row in ROWS}
+    for structure in (acan.ACANHI, acan.ACANMB, acan.ACANID, acan.ACANTB):
+        assert {f"{structure.__name__}.{field}" for field in structure.OFFSETS} <= told
+    constants = importlib.import_module("canwire.acan.constants")
+    ours = {name for name in vars(constants) if re.fullmatch(r"[A-Z][A-Z0-9_]+", name)}
+    assert {name for name in ours - told if not name.startswith("DEFAULT_")} == set()
+
+
+@with_manual
+def test_the_script_reads_all_signatures() -> None:
+    """Counted another way: one signature for each function, ACANAPI before its name."""
+    text = (MAP["SEEDS"] / MAP["MANUAL"]).read_text(encoding="utf-8")
+    functions = [row for row in ROWS if row[2] == "function"]
+    assert len(re.findall(r"ACANAPI ACAN_", text)) == len(functions) == 15
+    assert len(re.findall(r"# ?ACAN_[A-Z_]+.*\(", text)) + 1 == len(
+        [row for row in ROWS if row[1] in vars(acan) and row[2] == "service"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        ("function", "ACAN_SetColour"),
+        ("parameter", "ACAN_SetColour(lpHI)"),
+        ("structure", "ACANCOLOUR"),
+        ("field", "ACANTB.bColour"),
+        ("constant", "SC_COLOUR"),
+        ("type", "LPCOLOUR"),
+        ("register", "COLR"),
+        ("interrupt", "CIE"),
+        ("service", "ACAN_COLOUR"),
+        ("assembly name", "tb_col"),
+        ("program", "COLOUR"),
+        ("switch", "CANTERM /X"),
+        ("setting", "[WCT] Colour"),
+        ("menu", "Options/Colour"),
+        ("key", "CTRL-X"),
+        ("file", "COLOUR.EXE"),
+        ("no name", "Colour"),
+    ],
+)
+def test_a_name_without_counterpart_stops_the_script(kind: str, text: str) -> None:
+    with pytest.raises(MAP["Missing"], match=re.escape(text)):
+        MAP["page"]([*MAP["names_of_page"](TEXT), MAP["Name"](kind, text)])
+
+
+@with_manual
+@pytest.mark.parametrize(
+    ("before", "after", "missing"),
+    [
+        ("WORD wCount ;", "WORD wCount ;\nWORD wCol our ;", "ACANTB.wColour"),
+        ("#define FF_RTR", "#defi ne FF_COL 0x20\n#define FF_RTR", "FF_COL"),
+        ("WORD ACANAPI ACAN_Init(void);", "WORD ACANAPI ACAN_Colour(void);", "ACAN_Colour"),
+        ("# ACAN_REGISTER (", "# ACAN_COLOUR (x)\n# ACAN_REGISTER (", "ACAN_COLOUR"),
+        ("/E echo mode", "/E echo mode\n/X colour", "CANTERM /X"),
+    ],
+)
+def test_a_name_new_in_the_manual_is_found(before: str, after: str, missing: str, tmp_path: Path) -> None:
+    text = (MAP["SEEDS"] / MAP["MANUAL"]).read_text(encoding="utf-8")
+    assert before in text or re.sub(" ;", ";", before) in text
+    changed = text.replace(before if before in text else re.sub(" ;", ";", before), after, 1)
+    (tmp_path / MAP["MANUAL"]).write_text(changed, encoding="utf-8")
+    with pytest.raises(MAP["Missing"], match=re.escape(missing)):
+        MAP["page"](MAP["names_of_manual"](tmp_path))
