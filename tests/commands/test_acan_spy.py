@@ -651,3 +651,102 @@ def test_without_a_terminal_there_are_plain_lines() -> None:
 def test_mistakes(words: list[str], why: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["acan", "spy", *words]) == 2
     assert capsys.readouterr().err == f"canwire: {why}\n"
+
+
+# on a bus
+
+
+BENCH = runpy.run_path(str(Path(__file__).parent / "acan_bench.py"))
+ONE, TWO = BENCH["ONE"], BENCH["TWO"]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Any]:
+    with BENCH["serving"](tmp_path, SCREEN["Screen"]) as made:
+        yield made
+
+
+def begun(spy: Any) -> None:
+    """Its banner is over."""
+    for line in spy.stdout:
+        if line.endswith("TRACE IS ON\n"):
+            return
+    raise AssertionError(spy.stderr.read())
+
+
+@pytest.mark.conforms("AT-07", "AT-08")
+def test_it_shows_what_canterm_sends(bench: Any) -> None:
+    """The manual's trace."""
+    spy = bench.start("spy", TWO, "-n", "10")
+    begun(spy)
+    term = bench.screen("term", ONE, "1", "0")
+    term.wait("Ctrl-C ends")
+    term.type(b"a")
+    assert spy.stdout.readline()[11:] == "00001001000 - 61 | a\n"
+    for keys, count in (
+        (b"b", 1),
+        (b"c", 1),
+        (b"\x15", 2),
+        (b"h", 1),
+        (b"e", 1),
+        (b"l", 1),
+        (b"l", 1),
+        (b"o", 1),
+    ):
+        term.type(keys)
+        for _ in range(count):
+            assert spy.stdout.readline()[11:] in [line[11:] + "\n" for line in MANUALS]
+    assert spy.wait(BENCH["LONG_S"]) == 0
+
+
+@pytest.mark.conforms("AT-09", "AT-10")
+def test_its_window_on_a_bus(bench: Any, tmp_path: Path) -> None:
+    file = tmp_path / "trace.txt"
+    spy = bench.screen("spy", TWO, "--redirect", str(file))
+    assert "Hardware was not initialized" in spy.wait("TRACE IS ON")
+    term = bench.screen("term", ONE, "/E", "1", "2")
+    term.wait("Ctrl-C ends")
+    term.type(b"\x15")
+    spy.wait("00001001010 - 38 39 41 42 43 44 45 46 | 89ABCDEF")
+    spy.type(b"\x13")
+    spy.wait("Escape: cancel")
+    spy.type(b"\x15")  # Ctrl-U: an empty line
+    spy.type(b"00001001001 - | hello\r")
+    term.wait("hello")
+    spy.wait("Sent: 00001001001 - 68 65 6C 6C 6F | hello")
+    spy.type(b"\x03")
+    assert spy.end() == 0
+    assert parse_trace_line(file.read_text().splitlines()[-2])[1] == Frame(0x4A, b"89ABCDEF")
+
+
+@pytest.mark.conforms("AT-11")
+def test_a_program_started_later_cannot_install_its_filter(bench: Any) -> None:
+    early = bench.screen("term", ONE, "1", "2")
+    early.wait("Ctrl-C ends")
+    spy = bench.screen("spy", ONE)
+    spy.wait("Hardware was previously initialized")
+    spy.wait("TRACE IS ON")
+    for program, words in (("term", ["/I", "3", "2"]), ("wct", []), ("spy", ["-n", "1"])):
+        status, _, told = bench.run(program, ONE, *words)
+        assert status == 2
+        assert "canwire acan spy" in told
+    assert "cannot install a message filter of its own" in bench.run("term", ONE, "/I", "3", "2")[2]
+    assert bench.run("term", ONE, "3", "2", "-T", "0")[0] == 0  # it leaves the controller as it is
+    other = bench.screen("term", TWO, "2", "1")
+    other.wait("Ctrl-C ends")
+    other.type(b"both hear")
+    spy.wait("00001001001 - 62 6F 74 68 20 68 65 61 | both hea")
+    early.wait("both hear")
+    spy.type(b"\x03")
+    assert spy.end() == 0
+    assert bench.run("term", ONE, "/I", "1", "2", "-T", "0")[0] == 0
+    status, _, told = bench.run("term", ONE, "3", "2", "-T", "0")
+    assert "lets in nothing for machine 3" in told  # the filter is what it was
+
+
+def test_a_hub_that_goes_ends_it(bench: Any) -> None:
+    spy = bench.start("spy", TWO)
+    begun(spy)
+    bench.end_hub()
+    assert spy.wait(BENCH["LONG_S"]) == 2
+    assert spy.stderr.read().startswith("canwire: ")

@@ -404,3 +404,101 @@ def test_mistakes(words: list[str], why: str, capsys: pytest.CaptureFixture[str]
     assert told.startswith("canwire: ")
     assert why in told
     assert told.count("\n") == 1
+
+
+# on a bus
+
+
+BENCH = runpy.run_path(str(Path(__file__).parent / "acan_bench.py"))
+ONE, TWO = BENCH["ONE"], BENCH["TWO"]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Any]:
+    with BENCH["serving"](tmp_path, SCREEN["Screen"]) as made:
+        yield made
+
+
+@pytest.mark.conforms("AT-01", "AT-05", "AT-06")
+def test_canterm_and_wct_across_two_processes(bench: Any, tmp_path: Path) -> None:
+    ini = tmp_path / "WCT.INI"
+    ini.write_text("[WCT]\nLocal=2\nTarget=1\nEcho=1\n")
+    wct = bench.screen("wct", TWO, "--ini", str(ini))
+    wct.wait("machine 2 to machine 1, 250 kbit/s, echo")
+    term = bench.screen("term", ONE, "1", "2")
+    term.wait("CANTERM: machine 1 to machine 2; Ctrl-C ends")
+    term.type(b"from term\x15")
+    wct.wait("from term0123456789ABCDEF")
+    wct.type(b"from wct\x15")
+    wct.wait("from wct0123456789ABCDEF")
+    term.wait("from wct0123456789ABCDEF")
+    wct.type(b"\r\x14")
+    term.wait(PATTERN.decode().replace("\r\n", "\n"))
+    term.type(b"\x03")
+    assert term.end() == 0
+
+
+@pytest.mark.conforms("AT-02", "AT-03", "AT-04")
+def test_numbers_setting_up_and_loop_on_a_bus(bench: Any) -> None:
+    status, _, told = bench.run("term", TWO, "0", "1", "-T", "0")
+    assert (status, told) == (2, "canwire: local MID 0: this machine has no number yet; give 1 to 7\n")
+    loop = bench.screen("term", TWO, "/L", "/R:125", "2", "1")
+    loop.wait("machine 2 to machine 1; Ctrl-C ends")
+    term = bench.screen("term", ONE, "/R:125", "1", "0")  # to all
+    term.wait("machine 1 to all machines; Ctrl-C ends")
+    term.type(b"and back")
+    loop.wait("and back")
+    term.wait("and back")
+    third = bench.screen("term", TWO, "0", "1")
+    third.wait("CANTERM: machine 2 to machine 1")
+    third.type(b"left as it was: 125 kbit/s")
+    term.wait("left as it was: 125 kbit/s")
+    forced = bench.screen("term", TWO, "/i", "/r:125", "3", "1")
+    forced.wait("CANTERM: machine 3 to machine 1")
+    status, _, told = bench.run("term", TWO, "2", "1", "-T", "0")
+    assert told.splitlines()[0] == (
+        "canwire: the controller was set up before and lets in nothing for machine 2; /I sets it up anew"
+    )
+
+
+@pytest.mark.conforms("AC-33")
+def test_a_lone_terminal_is_told_that_nobody_acknowledges(bench: Any) -> None:
+    term = bench.screen("term", ONE, "1", "2")
+    term.wait("Ctrl-C ends")
+    for _ in range(3):
+        term.type(b"?")
+        term.wait("bus error at the acknowledge slot, sending: nobody acknowledges")
+    term.type(b"\x03")
+    assert term.end() == 0
+
+
+@pytest.mark.conforms("AC-05", "AC-06")
+def test_installation(bench: Any, tmp_path: Path) -> None:
+    def acan(*words: str) -> tuple[int, str, str]:
+        return bench.run("install", "", *words)  # type: ignore[no-any-return]
+
+    assert acan("/P:300", "/I:7*") == (0, "ACAN is installed for HW000105: /P:300 /I:7*\n", "")
+    assert acan("/U") == (0, "ACAN is not installed any more\n", "")
+    status, _, told = bench.run("term", "", "1", "2", "-T", "0")
+    assert status == 2
+    assert "the ACAN driver was uninstalled" in told
+    ini = tmp_path / "SYSTEM.INI"
+    ini.write_text("[ACAN]\nBase=280\nIrq=5\n")
+    assert acan("--ini", str(ini)) == (0, "ACAN is installed for HW000104: /P:280 /I:5\n", "")
+    assert bench.run("term", "", "1", "2", "-T", "0")[0] == 0
+    assert acan("/U")[0] == 0
+    status, _, told = acan("/P:100/I:5")
+    assert status == 2
+    assert "no controller answers at 100h with IRQ 5" in told
+    assert acan("/P:280", "/I:5", "--ini", str(ini))[0] == 2
+
+
+@pytest.mark.conforms("AC-06")
+def test_setup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "ACAN"
+    assert main(["acan", "setup", "300", "7", str(folder)]) == 0
+    paths = [Path(line) for line in capsys.readouterr().out.splitlines()]
+    assert all(path.parent == folder and path.exists() for path in paths)
+    assert {"START", "STOP"} <= {path.name for path in paths}
+    for words in (["300"], ["nonsense", "7"], ["300", "6", str(folder)]):
+        assert main(["acan", "setup", *words]) == 2

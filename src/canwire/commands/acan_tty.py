@@ -108,6 +108,7 @@ def copy(terminal: Terminal, bell: Bell, greeting: str, silence_s: float | None)
 
 def follow(spy: Spy, bell: Bell, count: int | None) -> None:
     """Take in what comes until so many messages were shown (None: for ever); raises HubLost, Unplugged."""
+    sys.stdout.flush()
     for _ in turns(bell, spy.check):
         spy.take(None if count is None else count - spy.trace.taken)
         sys.stdout.flush()
