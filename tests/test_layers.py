@@ -228,7 +228,8 @@ def test_siblings_never_import_each_other(room: str) -> None:
     wrong = [
         found
         for found in IMPORTS
-        if room_of(found.importer) == room == room_of(own(found) or "") and own(found) not in seam
+        if room_of(found.importer) == room == room_of(own(found) or "")
+        and own(found) not in seam
         and found.importer.split(".")[:2] != (own(found) or "").split(".")[:2]  # files of one sibling
     ]
     assert not wrong, complaints(wrong)

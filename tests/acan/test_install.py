@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,6 +20,7 @@ from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent, Installation, find_line, install, setup, uninstall
 
 SJA1000, OTHER = 5, 0x0A
+LONG = 60  # seconds after which something that should happen never will
 
 
 @pytest.mark.conforms("AC-05")
@@ -216,3 +219,28 @@ def test_the_world_that_setup_writes_has_that_board(tmp_path: Path) -> None:
         install(hub, Installation(0x2A0, 7))
         with open_driver(hub) as driver:
             assert driver.hub.board("inducan104").resources[:2] == (("I/O", "2A0h-2BFh"), ("IRQ", "7"))
+
+
+@pytest.mark.conforms("AC-05", "AC-06")
+def test_start_and_stop_load_and_unload_driver_and_hub(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the real scripts: a hub of their own on a socket of its own."""
+    pytest.importorskip("canwire.commands.acan")
+    start, stop, *_ = setup(0x2A0, 7, tmp_path / "acan")
+    command = tmp_path / "canwire"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m canwire "$@"\n')
+    command.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.delenv("CANWIRE_HUB", raising=False)
+    try:
+        subprocess.run([start], check=True, timeout=LONG)
+        with canwire.connect() as hub, open_driver(hub) as driver:
+            assert hub.address
+            assert hub.note("acan") == b"2A0:7"
+            assert not driver.initialised
+            subprocess.run([start], check=True, timeout=LONG)  # the hub runs already
+    finally:
+        stopped = subprocess.run([stop], timeout=LONG)
+    assert stopped.returncode == 0

@@ -156,9 +156,9 @@ def test_the_check_answers_with_the_signature(machine: Machine) -> None:
     found = machine.int2d(AX=0xD700)
     assert (found.AH, found.AL, found.CX) == (0xD7, 0xFF, 0x0100)
     text = FarPointer(found.DX, found.BX)
-    assert machine.memory.read(text, 8) == b"Aton Sys"
-    assert machine.memory.read(text + 8, 8) == b"ACAN    "
-    assert asciiz(machine.memory, text + 16) == b"ATON Controller Area Network Driver"
+    assert machine.memory.read(text, 16) == b"At on SysACAN   "
+    assert machine.memory.read(text, 17) == b"At on Sys" + b"ACAN    "
+    assert asciiz(machine.memory, text + 17) == b"ATON Controller Area Network Driver"
 
 
 @pytest.mark.conforms("AC-38")

@@ -17,6 +17,7 @@ from canwire.acan.constants import Action
 from canwire.acan.driver import open_driver
 from canwire.acan.filters import Filter
 from canwire.acan.hard_config import HardConfig
+from canwire.acan.install import DriverAbsent
 from canwire.acan.task_block import TaskBlock
 
 LONG = 30  # seconds after which something that should happen never will
@@ -166,3 +167,24 @@ def test_functions_answer_failure_once_the_hub_is_gone(mortal_hub: Any) -> None:
         assert api.ACAN_Init() == 0
         assert isinstance(api.last_error(), HubLost)
         api.use(None)
+
+
+@pytest.mark.conforms("AC-09")
+def test_without_a_hub_the_usual_one_is_used_and_left_again(
+    mortal_hub: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CANWIRE_HUB", mortal_hub[0])
+    with canwire.connect() as hub:
+        board = hub.board("inducan104").id
+        with open_driver() as driver:
+            assert not driver.initialised
+            assert hub.line_status(board, 0).channels == 1
+        assert hub.line_status(board, 0).channels == 0
+        assert driver.hub.lost
+        api.use(None)
+        assert api.ACAN_Init() == 0x0100
+        assert hub.line_status(board, 0).channels == 1
+        api.ACAN_Exit()
+        hub.set_note("acan", b"uninstalled")
+        with pytest.raises(DriverAbsent):
+            open_driver()

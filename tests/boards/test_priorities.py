@@ -77,7 +77,7 @@ def test_the_lowest_priority_number_goes_first_whoever_sent_it(bench: Bench) -> 
         (one, 2, 9),
         (two, 3, 0),
         (one, 4, 255),
-        (two, 5, 9),
+        (two, 5, 10),
         (two, 6, 1),
     ):
         queue(channel, id, priority)

@@ -223,13 +223,13 @@ def test_boards_come_and_go(hub_address: str, capsys: pytest.CaptureFixture[str]
     def ids() -> list[str]:
         return [line.split()[0] for line in run("devices").splitlines() if not line.startswith(" ")]
 
-    assert ids() == ["HW000001", "HW000002"]
+    assert ids() == ["HW000001", "HW000002", "HW000003"]
     plugged = run("plug", "usb-to-can", "--serial", "HW123456", "--bus", "can0", "can0")
     assert plugged == "HW123456  usb-to-can  USB-to-CAN V2 (simulated)  can0 can0\n"
-    assert run("plug", "usb-to-can-fd").startswith("HW000003  usb-to-can-fd  ")
-    assert ids() == ["HW000001", "HW000002", "HW123456", "HW000003"]
+    assert run("plug", "usb-to-can-fd").startswith("HW000004  usb-to-can-fd  ")
+    assert ids() == ["HW000001", "HW000002", "HW000003", "HW123456", "HW000004"]
     assert run("unplug", "HW123456") == plugged
-    for hardware_id in ("HW000001", "HW000002", "HW000003"):
+    for hardware_id in ("HW000001", "HW000002", "HW000003", "HW000004"):
         run("unplug", hardware_id)
     assert run("devices") == "no boards; `canwire plug usb-to-can-fd` plugs one in\n"
 
@@ -273,7 +273,10 @@ def test_without_a_hub_the_boards_are_this_programs_own(
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        (["plug", "usb-to-lin"], "no board kind 'usb-to-lin'; there are usb-to-can, usb-to-can-fd"),
+        (
+            ["plug", "usb-to-lin"],
+            "no board kind 'usb-to-lin'; there are inducan104, pc-i04, usb-to-can, usb-to-can-fd",
+        ),
         (["plug", "usb-to-can", "--serial", "17"], "hardware id '17'"),
         (["plug", "usb-to-can", "--serial", "HW000001"], "HW000001 is plugged in already"),
         (["plug", "usb-to-can", "--bus", "can0"], "usb-to-can has 2 lines, not 1"),

@@ -200,6 +200,7 @@ def test_closed(access: PortAccess) -> None:
 
 
 def test_forgotten(ports: Path) -> None:
+    gc.collect()  # what earlier tests left
     descriptors = len(os.listdir("/dev/fd"))
     access = PortAccess(BASE, str(ports))
     assert len(os.listdir("/dev/fd")) == descriptors + 1

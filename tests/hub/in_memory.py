@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 
-from canwire.boards.config import Config
+from canwire.boards.config import BoardConfig, Config
 from canwire.boards.modes import ChannelMode, LineMode
 from canwire.errors import CanwireError, HubLost
 from canwire.hub import messages as m
@@ -23,6 +23,13 @@ NOMINAL = BitTiming.for_bit_rate(500_000, clock_hz=80_000_000)
 DATA = BitTiming.for_bit_rate(2_000_000, clock_hz=80_000_000)
 CLASSIC = LineMode(NOMINAL)
 FD = LineMode(NOMINAL, DATA, long_data=True)
+TWO_BOARDS = Config(
+    bus=Config.default().bus,
+    board=(
+        BoardConfig(kind="usb-to-can-fd", serial="HW000001"),
+        BoardConfig(kind="usb-to-can", serial="HW000002"),
+    ),
+)
 
 
 class InMemory:
@@ -114,7 +121,7 @@ class Bench:
     """One world and any number of clients; `close` lets all of them go."""
 
     def __init__(self, config: Config | None = None) -> None:
-        self.world = World(Config.default() if config is None else config, virtual=True)
+        self.world = World(TWO_BOARDS if config is None else config, virtual=True)
         self.hubs: list[Hub] = []
         self.links: list[InMemory] = []
 

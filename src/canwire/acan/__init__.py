@@ -7,8 +7,12 @@ from __future__ import annotations
 
 from canwire.acan import constants as _constants
 from canwire.acan.constants import *  # noqa: F403
+from canwire.acan.driver import Driver
+from canwire.acan.driver import open_driver as open
+from canwire.acan.filters import Filter
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.identifiers import BROADCAST, MachineField, acan_word, plain_identifier
+from canwire.acan.install import DriverAbsent, Installation
 from canwire.acan.int2d import Int2d, find_driver
 from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
 from canwire.acan.services import Services
@@ -41,6 +45,7 @@ from canwire.acan.structures import (
     PACANMB,
     PACANTB,
 )
+from canwire.acan.task_block import Status, TaskBlock
 
 __all__ = [
     "ACANCBFN",
@@ -70,14 +75,21 @@ __all__ = [
     "UINT",
     "WORD",
     "ByteMemory",
+    "Driver",
+    "DriverAbsent",
     "FarPointer",
+    "Filter",
     "HardConfig",
+    "Installation",
     "Int2d",
     "MachineField",
     "Registers",
     "Services",
+    "Status",
+    "TaskBlock",
     "acan_word",
     "find_driver",
+    "open",
     "plain_identifier",
 ]
 __all__ += sorted(name for name in set(vars(_constants)) - {"IntEnum", "IntFlag"} if name[0].isupper())

@@ -31,6 +31,7 @@ _IRQ = re.compile(r"/I:([0-9]{1,2})(\*?)", re.IGNORECASE)
 _WRITTEN = re.compile(rb"([0-9A-F]{3}):([0-9]{1,2})(\*?)")
 _SECTION = "ACAN"
 START, STOP, INI, WORLD = "START", "STOP", "acan.ini", "canwire.toml"
+_PID, _LOG = "hub.pid", "hub.log"  # what START leaves beside itself
 SERIAL = "HW000104"  # of the board in canwire.toml
 
 
@@ -183,8 +184,8 @@ def setup(port: int, irq: int, directory: str | os.PathLike[str]) -> tuple[Path,
     home = Path(directory)
     home.mkdir(parents=True, exist_ok=True)
     texts = {
-        START: _script(f"acan {installation.to_arguments()}"),
-        STOP: _script("acan /U"),
+        START: _start(installation),
+        STOP: _stop(),
         INI: installation.to_ini(),
         WORLD: _world(installation),
     }
@@ -215,9 +216,32 @@ def _leave_bus(hub: Hub, board: BoardInfo, number: int) -> None:
             control.stop()
 
 
-def _script(command: str) -> str:
-    """A hub has to run for this: `canwire serve`, which finds the canwire.toml beside it."""
-    return f'#!/bin/sh\ncd "$(dirname "$0")" && exec canwire {command}\n'
+def _start(installation: Installation) -> str:
+    """What ADTM is to ACAN.EXE is the hub here: one is started unless one runs already."""
+    return f"""#!/bin/sh
+cd "$(dirname "$0")" || exit
+if ! kill -0 "$(cat {_PID} 2> /dev/null)" 2> /dev/null; then
+    nohup canwire serve --config {WORLD} > {_LOG} 2>&1 &
+    echo $! > {_PID}
+    for second in 1 2 3 4 5 6 7 8 9 10; do
+        kill -0 "$(cat {_PID})" 2> /dev/null || rm -f {_PID}
+        [ -f {_PID} ] || break
+        grep -q "canwire hub on" {_LOG} 2> /dev/null && break
+        sleep 1
+    done
+fi
+exec canwire acan install {installation.to_arguments()}
+"""
+
+
+def _stop() -> str:
+    """Uninstalls the driver, and ends the hub if START started it."""
+    return f"""#!/bin/sh
+cd "$(dirname "$0")" || exit
+canwire acan install /U || exit
+[ -f {_PID} ] && kill "$(cat {_PID})" 2> /dev/null
+rm -f {_PID} {_LOG}
+"""
 
 
 def _world(installation: Installation) -> str:

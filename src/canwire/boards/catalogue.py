@@ -37,6 +37,8 @@ from canwire.timeline import Timeline
 GROUP = "canwire.boards"
 USUAL_BUS = "can0"
 USUAL_LIN_BUS = "lin0"
+USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND)
+"""What is plugged in where nobody says anything else (source: rulings.md 30)."""
 _BUS_CLASSES: dict[str, type[CanBus] | type[LinBus]] = {CAN: CanBus, LIN: LinBus}
 
 KINDS = {

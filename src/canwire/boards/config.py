@@ -21,24 +21,19 @@ the default world of rulings.md 30.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, NoReturn
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 from msgspec import Meta
 
 from canwire.boards import catalogue
-from canwire.boards.board import checked_bus_name, checked_hardware_id
 from canwire.boards.complaint import complaint
+from canwire.boards.config_check import Check
 from canwire.boards.inducan104 import KIND as INDUCAN104
-from canwire.boards.inducan104 import checked_irq, checked_place
-from canwire.boards.isa import IsaPlace, base_conflict, irq_conflict
-from canwire.errors import BadConfig, BadValue, NoSuchBoard
-from canwire.values.bit_timing import BitTiming
-from canwire.values.isa_address import checked_base, port_text
-from canwire.values.lin_timing import checked_rate
-from canwire.values.timing_limits import FD_DATA, FD_NOMINAL
+from canwire.boards.inducan104 import checked_place
+from canwire.boards.isa import IsaPlace
+from canwire.errors import BadConfig
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -122,7 +117,6 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return checked_place(self.base, self.irq, self.shared_irq) if self.kind == INDUCAN104 else None
 
 
-_INDUCAN104_ONLY = ("base", "irq", "shared_irq", "access")
 _TABLES: dict[str, type[BusConfig | BoardConfig]] = {"bus": BusConfig, "board": BoardConfig}
 
 
@@ -170,13 +164,13 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         except msgspec.ValidationError as error:
             tables = {name: kind.__struct_fields__ for name, kind in _TABLES.items()}
             raise BadConfig(f"{source}: {complaint(str(error), data, tables)}") from None
-        _Check(config, source).run()
+        Check(config, source).run()
         return config
 
     @classmethod
     def default(cls) -> Config:
-        """The world without a file: one board of each of our own kinds on one bus (source: rulings.md 30)."""
-        kinds = enumerate(catalogue.KINDS, 1)
+        """The world without a file: a few boards, all on one bus (source: rulings.md 30)."""
+        kinds = enumerate(catalogue.USUAL_BOARDS, 1)
         return cls(board=tuple(BoardConfig(kind=name, serial=f"HW{number:06}") for number, name in kinds))
 
 
@@ -197,107 +191,3 @@ def _type_name(schema: dict[str, Any]) -> str:
     if schema["type"] == "array":
         return f"list of {schema['items']['type']}s"
     return str(schema["type"])
-
-
-class _Check:
-    """What the types do not say: names that exist, names that are given once, rates that can be made."""
-
-    def __init__(self, config: Config, source: str) -> None:
-        self._config = config
-        self._source = source
-
-    def run(self) -> None:
-        self._once([bus.name for bus in self._config.bus], "bus", "name")
-        self._once([board.serial for board in self._config.board], "board", "serial")
-        for index, bus in enumerate(self._config.bus):
-            self._bus(f"bus[{index}]", bus)
-        for index, board in enumerate(self._config.board):
-            self._board(f"board[{index}]", board)
-            self._isa(index, board)
-
-    def _bus(self, place: str, bus: BusConfig) -> None:
-        self._accept(f"{place}.name", checked_bus_name, bus.name)
-        if bus.type == "lin":
-            self._accept(f"{place}.bit_rate", checked_rate, bus.usual_rate)
-            if bus.data_bit_rate is not None:
-                self._refuse(f"{place}.data_bit_rate", "a LIN bus has one bit rate")
-            return
-        self._accept(f"{place}.bit_rate", _check_rate, bus.usual_rate)
-        if bus.data_bit_rate is not None:
-            if bus.data_bit_rate < bus.usual_rate:
-                self._refuse(
-                    f"{place}.data_bit_rate", f"{bus.data_bit_rate} is below bit_rate {bus.usual_rate}"
-                )
-            self._accept(f"{place}.data_bit_rate", _check_data_rate, bus.data_bit_rate)
-
-    def _board(self, place: str, board: BoardConfig) -> None:
-        if board.serial:
-            self._accept(f"{place}.serial", checked_hardware_id, board.serial)
-        try:
-            kind = catalogue.kind(board.kind)
-        except NoSuchBoard as error:
-            self._refuse(f"{place}.kind", str(error))
-        there = {bus.name: bus.type for bus in self._config.bus}
-        self._accept(f"{place}.buses", lambda named: kind.bus_names(named, there), board.buses)
-        for index, name in enumerate(kind.bus_names(board.buses, there)):
-            where = f"{place}.buses[{index}]" if index < len(board.buses) else f"{place}.buses, left out"
-            wanted = kind.connectors[index].bus_type.lower()
-            if name and name not in there:
-                self._refuse(where, f"no bus {name!r}; there are {', '.join(there) or 'none'}")
-            if name and there[name] != wanted:
-                self._refuse(
-                    where, f"{name!r} is a {there[name]} bus; line {index} of {kind.name} is {wanted}"
-                )
-
-    def _isa(self, index: int, board: BoardConfig) -> None:
-        """What the jumpers of an inducan104 say, and whether the boards before it leave that free."""
-        if board.kind != INDUCAN104:
-            for field in msgspec.structs.fields(BoardConfig):
-                if field.name in _INDUCAN104_ONLY and getattr(board, field.name) != field.default:
-                    self._refuse(f"board[{index}].{field.name}", f"{board.kind} has none; {INDUCAN104} has")
-            return
-        if board.base is not None:
-            self._accept(f"board[{index}].base", checked_base, board.base)
-        if board.irq is not None:
-            self._accept(f"board[{index}].irq", checked_irq, board.irq)
-        for number in range(index):
-            self._apart(index, number)
-
-    def _apart(self, index: int, before: int) -> None:
-        """Neither board is in the other's way."""
-        board, other = self._config.board[index], self._config.board[before]
-        mine, theirs = board.place, other.place
-        if mine is None or theirs is None:
-            return
-        who = f"board[{before}] {other.serial}".rstrip()
-        if base_conflict(mine, theirs):
-            place = f"board[{index}].base{', left out' if board.base is None else ''}"
-            self._refuse(place, f"{port_text(mine.base)} twice; {who} is there too")
-        if irq_conflict(mine, theirs):
-            place = f"board[{index}].irq{', left out' if board.irq is None else ''}"
-            why = f"IRQ {mine.irq} twice; {who} has it too"
-            self._refuse(place, f"{why}; boards that share it all say shared_irq = true")
-
-    def _once(self, names: Sequence[str], table: str, key: str) -> None:
-        for index, name in enumerate(names):
-            if name and name in names[:index]:
-                self._refuse(
-                    f"{table}[{index}].{key}", f"{name!r} twice; {table}[{names.index(name)}] has it too"
-                )
-
-    def _accept(self, place: str, check: Callable[[Any], object], value: object) -> None:
-        try:
-            check(value)
-        except (BadValue, NoSuchBoard) as error:
-            self._refuse(place, str(error))
-
-    def _refuse(self, place: str, why: str) -> NoReturn:
-        raise BadConfig(f"{self._source}: {place}: {why}")
-
-
-def _check_rate(bit_rate: int) -> None:
-    BitTiming.for_bit_rate(bit_rate, limits=FD_NOMINAL)
-
-
-def _check_data_rate(bit_rate: int) -> None:
-    BitTiming.for_bit_rate(bit_rate, limits=FD_DATA)

@@ -132,8 +132,10 @@ class Engine:
         if self._loop is None:
             self._call_here(self.finish)
         else:
-            self._loop.stopping = True
-            self._loop.wake.signal()
+            with self._lock:  # once `finish` has had it, the loop closes what is signalled here
+                self._loop.stopping = True
+                if not self._closed:
+                    self._loop.wake.signal()
             if not self.inside():
                 self._loop.thread.join()
 
@@ -184,8 +186,8 @@ class Engine:
             self._posted.append(work)
             if self._loop is None and self._calls == 0:
                 self._call_here(lambda: None)
-        if self._loop is not None:
-            self._loop.wake.signal()
+            elif self._loop is not None:
+                self._loop.wake.signal()
 
     def _check(self) -> None:
         if self._pid != os.getpid():

@@ -21,10 +21,10 @@ def frame_bytes(box: Mailbox) -> bytes:
     length = info >> _DLC_SHIFT & 15
     remote = m.FI_RTR if info & _REMOTE else 0
     if info & _EXTENDED:
-        head = (m.FI_FF | remote | length, id >> 21, id >> 13 & 0xFF, id >> 5 & 0xFF, (id & 31) << 3)
+        head = bytes((m.FI_FF | remote | length, id >> 21, id >> 13 & 0xFF, id >> 5 & 0xFF, (id & 31) << 3))
     else:
-        head = (remote | length, id >> 3, (id & 7) << 5)
-    return bytes(head) if remote else bytes(head) + data[: min(length, 8)]
+        head = bytes((remote | length, id >> 3, (id & 7) << 5))
+    return head if remote else head + data[: min(length, 8)]
 
 
 def take_frame(read: Callable[[int], int], box: Mailbox) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.drivers.sja1000.port_access import PATH, PortAccess
 from canwire.drivers.sja1000.driver import Sja1000Driver
+from canwire.drivers.sja1000.port_access import PATH, PortAccess
 from canwire.errors import NoSuchBoard
 from canwire.timeline import Timeline, Timer
 from canwire.values.isa_address import port_text
