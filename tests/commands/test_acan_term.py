@@ -502,3 +502,10 @@ def test_setup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert {"START", "STOP"} <= {path.name for path in paths}
     for words in (["300"], ["nonsense", "7"], ["300", "6", str(folder)]):
         assert main(["acan", "setup", *words]) == 2
+
+
+def test_a_board_by_its_name(bench: Any) -> None:
+    assert bench.run("term", TWO, "/I", "2", "1", "-T", "0")[0] == 0
+    status, _, told = bench.run("term", "HW999999", "1", "2", "-T", "0")
+    assert status == 2
+    assert "HW999999" in told
