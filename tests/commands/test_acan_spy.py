@@ -611,7 +611,9 @@ def test_on_a_terminal(open_screen: Callable[..., Any], tmp_path: Path) -> None:
     assert "Hardware was not initialized\n\nClock: 16000 KHz, Rate: 125 Kbps\nTSEG1 = 11," in text
     screen.type(b"\x13")  # Ctrl-S
     screen.wait("Escape: cancel")
-    screen.type(b"00001001010 - | ab\r")
+    screen.type(b"00001001010 - | ab")
+    screen.wait("00001001010 - | ab")
+    screen.type(b"\r")
     assert "Sent: 00001001010 - 61 62 | ab" in screen.wait("00001001001 - 61 62 | ab")
     screen.type(b"\x14")
     screen.wait("TRACE IS OFF")
@@ -710,10 +712,11 @@ def test_its_window_on_a_bus(bench: Any, tmp_path: Path) -> None:
     spy.wait("00001001010 - 38 39 41 42 43 44 45 46 | 89ABCDEF")
     spy.type(b"\x13")
     spy.wait("Escape: cancel")
-    spy.type(b"\x15")  # Ctrl-U: an empty line
-    spy.type(b"00001001001 - | hello\r")
-    term.wait("hello")
+    spy.type(b"00001001001 - | hello")  # over what is there: it is selected
+    spy.wait("00001001001 - | hello")
+    spy.type(b"\r")
     spy.wait("Sent: 00001001001 - 68 65 6C 6C 6F | hello")
+    term.wait("hello")
     spy.type(b"\x03")
     assert spy.end() == 0
     assert parse_trace_line(file.read_text().splitlines()[-2])[1] == Frame(0x4A, b"89ABCDEF")

@@ -358,7 +358,9 @@ def test_on_a_terminal(open_screen: Callable[..., Any], tmp_path: Path) -> None:
         screen.wait(hint)
         screen.type(b"\t")
     screen.wait("Target: 0 to 7, 0 for all machines.")
-    screen.type(b"2\r")  # over what is there: it is selected
+    screen.type(b"2")  # over what is there: it is selected
+    screen.wait("Target      2")
+    screen.type(b"\r")
     screen.wait("machine 1 to machine 2, 500 kbit/s")
     screen.type(b"hello\x15")
     screen.wait("hello0123456789ABCDEF")
