@@ -35,11 +35,11 @@ def mcp2515_line(name: str, timeline: Timeline) -> Line:
     return line
 
 
-def started(line: Line, bus: CanBus) -> tuple[Line, Channel]:
+def started(line: Line, bus: CanBus) -> tuple[Line, list[Channel]]:
     plug(line, bus)
     line.driver.configure(LineSettings(TIMING))
     line.driver.start(0)
-    return line, line.open(Channel(4 * QUEUE, QUEUE))
+    return line, [line.open(Channel(4 * QUEUE if k == 0 else 0, QUEUE)) for k in range(CHANNELS)]
 
 
 def cost(maker, senders: str, data: bytes, seconds: float) -> tuple[float, float, int]:
