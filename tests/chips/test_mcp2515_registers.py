@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import runpy
+from pathlib import Path
+from types import SimpleNamespace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,10 +14,11 @@ from canwire import BadTiming, BadValue
 from canwire.chips import mcp2515_map as m
 from canwire.chips.mcp2515 import Mcp2515
 from canwire.chips.mcp2515_modes import timing_of
-from tests.tables import mcp2515_vectors as table
 
 pytestmark = pytest.mark.core
 
+TABLES = Path(__file__).parent.parent / "tables"
+table = SimpleNamespace(**runpy.run_path(str(TABLES / "mcp2515_vectors.py")))
 ALL = range(m.ADDRESSES)
 BYTE = st.integers(0, 255)
 ADDRESS = st.integers(0, 127)
@@ -79,7 +84,9 @@ def test_status_and_control_are_in_every_row() -> None:
 
 
 @given(ADDRESS, BYTE, BYTE, BYTE)
-def test_bit_modify_takes_its_mask_where_the_map_says_so(address: int, before: int, mask: int, value: int) -> None:
+def test_bit_modify_takes_its_mask_where_the_map_says_so(
+    address: int, before: int, mask: int, value: int
+) -> None:
     at = m.canonical(address)
     if at in (m.CANCTRL, m.CANINTF, m.EFLG, *m.TXBCTRL) or at not in m.WRITABLE:
         return
@@ -105,7 +112,7 @@ def test_any_access_leaves_a_chip_that_makes_sense(accesses: list[tuple[str, int
         assert chip.read(m.CANSTAT) & 0x11 == 0
         assert chip.read(m.CANSTAT) >> m.REQOP_SHIFT <= m.CONFIGURATION
         assert chip.interrupt == bool(chip.read(m.CANINTE) & chip.read(m.CANINTF))
-        assert (chip.read(m.TEC), chip.read(m.REC), chip.read(m.EFLG)) == (0, 0, 0)
+        assert (chip.read(m.TEC), chip.read(m.REC), chip.read(m.EFLG) & 0x3F) == (0, 0, 0)
         for register in m.MAP.registers:
             there = sum(bit.mask for bit in register.bits) if register.bits else 0xFF
             assert chip.read(register.address) & ~there == 0
@@ -166,7 +173,11 @@ def test_the_buffers_instructions() -> None:
     chip.write(m.CANINTF, 0x03)
     assert chip.read_buffer(1) == bytes(range(13))
     assert chip.read(m.CANINTF) == 0x01
-    for wrong in (lambda: chip.load_buffer(3, b""), lambda: chip.load_buffer(0, bytes(14)), lambda: chip.read_buffer(2)):
+    for wrong in (
+        lambda: chip.load_buffer(3, b""),
+        lambda: chip.load_buffer(0, bytes(14)),
+        lambda: chip.read_buffer(2),
+    ):
         with pytest.raises(BadValue):
             wrong()
 

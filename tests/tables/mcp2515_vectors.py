@@ -77,7 +77,7 @@ FILTERS = [
     ("FFE0FFFF", "24601122", 0, "123", False, "", True),
     ("FFE0FFFF", "24601122", 0, "123", True, "", True),
     ("FFE3FFFF", "24631122", 0, "123", False, "1122", True),  # EID17 and 16 have no part in standard frames
-    ("FFE3FFFF", "91AB5678", 0, "12375678", False, "", False),
+    ("FFE3FFFF", "91AB5678", 0, "12375678", False, "", True),
     ("FFE3FFFF", "91A85678", 0, "12345678", False, "", True),
     ("FFE3FFFF", "91A85678", 0, "12345679", False, "", False),
     ("FFE3FFFE", "91A85678", 0, "12345679", False, "99", True),
