@@ -69,9 +69,9 @@ class Bench:
         self.bits(SETTLED_BITS)
         return partner
 
-    def bits(self, count: int) -> None:
+    def bits(self, count: float) -> None:
         """Let so many bit times pass."""
-        self.timeline.run_until(self.timeline.now_ns + count * BIT_NS)
+        self.timeline.run_until(self.timeline.now_ns + round(count * BIT_NS))
 
 
 def ask(chip: Mcp2515, mode: int) -> None:
