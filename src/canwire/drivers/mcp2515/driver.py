@@ -217,7 +217,8 @@ class Mcp2515Driver(Sender):
         if flags & m.INT_WAK:
             self._chip.modify(_CANINTF, m.INT_WAK, 0)
             if self._dozing:
-                self._look_asleep()
+                if not self._asleep:  # nobody has noticed
+                    self._tell(EventKind.SLEEPING)
                 self._awake()
                 self._tell(EventKind.WOKEN)
         if flags & m.INT_MERR:
