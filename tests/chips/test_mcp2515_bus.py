@@ -270,5 +270,7 @@ def test_whole_frames_and_single_bits_come_to_the_same(steps: list[tuple[str, Fr
                 chip.modify(m.CANINTF, 0xFF, 0)
         bench.bits(3000)
         registers = bytes(chip.read(at) for at in range(128))
-        outcomes.append((registers, [(frame.id, frame.data, frame.timestamp_ns) for frame in partner.heard()]))
+        outcomes.append(
+            (registers, [(frame.id, frame.data, frame.timestamp_ns) for frame in partner.heard()])
+        )
     assert outcomes[0] == outcomes[1]
