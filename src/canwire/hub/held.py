@@ -80,7 +80,7 @@ class Slot(LineSlot):
             rec=counters.rec,
             last_error=counters.last_error,
             load=can.load(),
-            transmitting=bool(driver.normal.occupied or driver.high.occupied),
+            transmitting=any(box.occupied for box in driver.boxes),
             coupling_fault=can.coupling_fault,
             frames_sent=counters.frames_sent,
             frames_received=counters.frames_received,

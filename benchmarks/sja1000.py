@@ -1,0 +1,90 @@
+"""The register-accurate SJA1000: what an access costs, and a saturated bus received by polling."""
+
+from __future__ import annotations
+
+import time
+
+from workloads import median
+
+from canwire.bus.can_bus import CanBus
+from canwire.chips import sja1000_map as m
+from canwire.chips.sja1000 import Sja1000
+from canwire.timeline import Timeline
+
+MILLION = 1_000_000
+
+
+def chip_on(bus: CanBus | None, enabled: int) -> Sja1000:
+    """A chip in PeliCAN mode that takes everything, at 1 Mbit/s."""
+    chip = Sja1000(bus)
+    chip.write(m.BTR0, 0x00)
+    chip.write(m.BTR1, 0x14)
+    chip.write(m.CDR, m.CDR_PELICAN)
+    for k in range(4):
+        chip.write(m.AMR0 + k, 0xFF)
+    chip.write(m.IER, enabled)
+    chip.write(m.MOD, m.MOD_AFM)
+    return chip
+
+
+def accesses(count: int) -> tuple[float, float]:
+    """ns for a read of SR, and for a write of a byte of the transmit buffer; the loop's own time taken off."""
+    timeline = Timeline()
+    chip = chip_on(CanBus(timeline), 0)
+    timeline.run_until(MILLION)
+    read, write, turns = chip.read, chip.write, range(count)
+    began = time.perf_counter_ns()
+    for _ in turns:
+        pass
+    empty = time.perf_counter_ns()
+    for _ in turns:
+        read(m.SR)
+    between = time.perf_counter_ns()
+    for _ in turns:
+        write(m.TX_BUFFER, 8)
+    ended = time.perf_counter_ns()
+    loop = empty - began
+    return (between - empty - loop) / count, (ended - between - loop) / count
+
+
+def polling(seconds: float) -> tuple[float, float]:
+    """One chip sends 8-byte frames without a pause, one is polled: frames/s of processor, times real time."""
+    timeline = Timeline()
+    bus = CanBus(timeline)
+    sender, receiver = chip_on(bus, m.IER_TIE), chip_on(bus, 0)
+    sender.write(m.TX_BUFFER, 8)
+
+    def again() -> None:
+        sender.read(m.IR)
+        sender.write(m.CMR, m.CMR_TR)
+
+    sender.on_interrupt = again
+    sender.write(m.CMR, m.CMR_TR)
+    read, write, frames = receiver.read, receiver.write, 0
+    began = time.perf_counter()
+    for now_ns in range(0, round(seconds * 1e9), 300_000):
+        timeline.run_until(now_ns)
+        while read(m.SR) & m.SR_RBS:
+            for address in range(m.RX_WINDOW, m.RX_WINDOW + 11):
+                read(address)
+            write(m.CMR, m.CMR_RRB)
+            frames += 1
+    spent = time.perf_counter() - began
+    return frames / spent, seconds / spent
+
+
+def rows(scale: int, runs: int) -> list[tuple[str, str, str, str]]:
+    """For the table of run.py."""
+    reads = median(lambda: accesses(MILLION // scale)[0], runs)
+    writes = median(lambda: accesses(MILLION // scale)[1], runs)
+    frames = median(lambda: polling(10 / scale)[0], runs)
+    faster = median(lambda: polling(10 / scale)[1], runs)
+    return [
+        ("SJA1000, a register read / written", f"{reads:.0f} / {writes:.0f} ns", "", "2,000 ns"),
+        (
+            "  one sends at 1 Mbit/s, one is polled",
+            f"{frames:,.0f} frames/s, {faster:.0f} x real time",
+            "",
+            "2 x",
+        ),
+    ]
