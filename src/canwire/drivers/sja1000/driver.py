@@ -38,6 +38,7 @@ _PASSIVE = 127
 _SIDE_EFFECTS = {m.IR, m.ALC, m.ECC}  # to read these changes the chip
 _KIND_OF_TYPE = {m.ECC_BIT: ErrorKind.BIT, m.ECC_FORM: ErrorKind.FORM, m.ECC_STUFF: ErrorKind.STUFF}
 _ACK_SLOT = 0x19
+_RECESSIVE_PARTS = {0x18, 0x1B, 0x1A}  # CRC delimiter, ACK delimiter, EOF: there a sender's bit error is one of form
 
 
 class Sja1000Driver(Driver):
@@ -259,8 +260,11 @@ class Sja1000Driver(Driver):
         self._errors += 1
         sends = not code & m.ECC_RX
         kind = _KIND_OF_TYPE.get(code & m.ECC_TYPE_MASK)
+        segment = code & m.ECC_SEGMENT_MASK
+        if kind is ErrorKind.BIT and sends and segment in _RECESSIVE_PARTS:
+            kind = ErrorKind.FORM
         if kind is None:
-            kind = ErrorKind.ACK if code & m.ECC_SEGMENT_MASK == _ACK_SLOT else ErrorKind.CRC
+            kind = ErrorKind.ACK if segment == _ACK_SLOT else ErrorKind.CRC
         self._last_error = int(kind)
         self._tell(EventKind.ERROR, kind, code=code, transmitting=sends)
         if sends and self._in_chip and self.normal.abort_on_error:
