@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from canwire.bus.node import Mailbox
 from canwire.chips import sja1000_map as m
 from canwire.drivers.driver import Counters, Driver, LineSettings
+from canwire.drivers.sja1000.error_code import error_kind
 from canwire.drivers.sja1000.frames import frame_bytes, take_frame
 from canwire.errors import BadTiming, BadValue, Unsupported
 from canwire.values.bit_timing import BitTiming
@@ -36,9 +37,6 @@ _USUAL |= dict.fromkeys(range(m.AMR0, m.AMR3 + 1), 0xFF)
 _PASSES = 20  # through the interrupt register in one go; the next interrupt takes up the rest
 _PASSIVE = 127
 _SIDE_EFFECTS = {m.IR, m.ALC, m.ECC}  # to read these changes the chip
-_KIND_OF_TYPE = {m.ECC_BIT: ErrorKind.BIT, m.ECC_FORM: ErrorKind.FORM, m.ECC_STUFF: ErrorKind.STUFF}
-_ACK_SLOT = 0x19
-_RECESSIVE_PARTS = {0x18, 0x1B, 0x1A}  # CRC delimiter, ACK delimiter, EOF: there a sender's bit error is one of form
 
 
 class Sja1000Driver(Driver):
@@ -206,7 +204,7 @@ class Sja1000Driver(Driver):
     def _finished(self, delivered: bool) -> None:
         """The frame in the mailbox went through, or was given up; the next one may come."""
         box, at_ns = self.normal, self._now()
-        if not self._interrupts & m.IER_TIE:
+        if self._in_chip and not self._interrupts & m.IER_TIE:
             self._write(m.IER, self._interrupts)
         self._in_chip = False
         if self.host is not None:
@@ -259,12 +257,7 @@ class Sja1000Driver(Driver):
     def _bus_error(self, code: int) -> None:
         self._errors += 1
         sends = not code & m.ECC_RX
-        kind = _KIND_OF_TYPE.get(code & m.ECC_TYPE_MASK)
-        segment = code & m.ECC_SEGMENT_MASK
-        if kind is ErrorKind.BIT and sends and segment in _RECESSIVE_PARTS:
-            kind = ErrorKind.FORM
-        if kind is None:
-            kind = ErrorKind.ACK if segment == _ACK_SLOT else ErrorKind.CRC
+        kind = error_kind(code)
         self._last_error = int(kind)
         self._tell(EventKind.ERROR, kind, code=code, transmitting=sends)
         if sends and self._in_chip and self.normal.abort_on_error:
