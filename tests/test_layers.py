@@ -41,7 +41,7 @@ OUTSIDE_MAY = {
     "acan": set(),
     "ldf": set(),
     "pytest_plugin": set(),
-    "commands": {"ldf"},
+    "commands": {"ldf", "acan"},
     "__main__": {"commands"},
 }
 
