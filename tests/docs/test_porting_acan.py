@@ -246,7 +246,8 @@ def test_bus_off() -> None:
     with contextlib.closing(engine), Hub(LocalLink(engine, "sample")) as hub, acan.open(hub) as driver:
         driver.configure(acan.HardConfig())
         driver.bus_on()
-        Faults(engine.world.buses["can0"], 1).inject("bit", frame_id=1, times=None)
+        bus: Any = engine.world.buses["can0"]
+        Faults(bus, 1).inject("bit", frame_id=1, times=None)
         for _ in range(40):
             driver.send(Frame(1))
         run("bus-off").watch(driver)
