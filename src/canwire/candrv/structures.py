@@ -113,7 +113,7 @@ class _Text:
         return value.encode("utf-16-le").ljust(2 * self.units, b"\0")
 
     def value_of(self, data: bytes) -> str:
-        return data.decode("utf-16-le", "replace").partition("\0")[0][: self.units - 1]
+        return data[: 2 * (self.units - 1)].decode("utf-16-le", "replace").partition("\0")[0]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
