@@ -153,7 +153,9 @@ def test_the_header_in_the_manual_says_the_same() -> None:
         number = 1 << int(value[4]) if value.startswith("(") else int(value, 0)
         assert getattr(candrv, name) == number, name
     events = re.findall(r"(CANBUS_EVENT_\w+) = (0x\w+)", header)
-    assert {name: int(value, 16) for name, value in events} == {f"CANBUS_EVENT_{n}": v for n, v in EVENTS.items()}
+    assert {name: int(value, 16) for name, value in events} == {
+        f"CANBUS_EVENT_{n}": v for n, v in EVENTS.items()
+    }
     commands = re.findall(r"(CANBUS_CMD_\w+)(?: = 1)?,|(CANBUS_CMD_LAST_ENTRY)", header)
     assert ["".join(one)[len("CANBUS_CMD_") :] for one in commands][: len(COMMANDS)] == COMMANDS
     codes = re.findall(r"(IOCTL_CAN_\w+) \\ CTL_CODE\(CAN_DEV, (0x\w+), CAN_BUFF, CAN_(\w+)\)", header)

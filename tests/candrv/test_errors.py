@@ -77,9 +77,17 @@ def test_every_code_has_a_text() -> None:
 def test_message() -> None:
     error = CandrvError(1460, "CID1: ReadFile, nothing in 300 ms")
     assert str(error) == "ERROR_TIMEOUT (1460), the time ran out: CID1: ReadFile, nothing in 300 ms"
-    assert (error.code, error.name, error.what) == (1460, "ERROR_TIMEOUT", "CID1: ReadFile, nothing in 300 ms")
+    assert (error.code, error.name, error.what) == (
+        1460,
+        "ERROR_TIMEOUT",
+        "CID1: ReadFile, nothing in 300 ms",
+    )
     assert isinstance(error, canwire.CanwireError)
-    assert str(CandrvError(5)) == format_error(5) == "ERROR_ACCESS_DENIED (5), the handle was not opened for that"
+    assert (
+        str(CandrvError(5))
+        == format_error(5)
+        == "ERROR_ACCESS_DENIED (5), the handle was not opened for that"
+    )
     assert str(CandrvError(4711, "who knows")) == "error 4711: who knows"
     assert CandrvError(4711).name == "4711"
 

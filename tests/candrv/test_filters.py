@@ -68,7 +68,9 @@ def cases(draw: st.DrawFn) -> tuple[int, int, int, int, tuple[int, bool, bytes]]
 
 @pytest.mark.conforms("FS-38", "FS-39", "FS-40")
 @given(case=cases())
-def test_a_filter_accepts_what_the_tables_say(case: tuple[int, int, int, int, tuple[int, bool, bytes]]) -> None:
+def test_a_filter_accepts_what_the_tables_say(
+    case: tuple[int, int, int, int, tuple[int, bool, bytes]],
+) -> None:
     *settings, frame = case
     assert Filter(*settings).accepts(*frame) == oracle(*case)
 

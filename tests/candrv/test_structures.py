@@ -16,25 +16,25 @@ U32, I32, U8 = ctypes.c_uint32, ctypes.c_int32, ctypes.c_uint8
 
 
 class Time(ctypes.LittleEndianStructure):
-    _fields_ = [("low", U32), ("high", U32)]  # noqa: RUF012
+    _fields_ = [("low", U32), ("high", U32)]
 
 
 class Filter(ctypes.LittleEndianStructure):
-    _fields_ = [("code", U32), ("mask", U32)]  # noqa: RUF012
+    _fields_ = [("code", U32), ("mask", U32)]
 
 
 class Data(ctypes.LittleEndianStructure):
-    _fields_ = [("fmt", U32), ("identifier", U32), ("rtr", U8), ("dlc", U8), ("msg", U8 * 8)]  # noqa: RUF012
+    _fields_ = [("fmt", U32), ("identifier", U32), ("rtr", U8), ("dlc", U8), ("msg", U8 * 8)]
 
 
 class Event(ctypes.LittleEndianStructure):
-    _fields_ = [  # noqa: RUF012
+    _fields_ = [
         *(("event", U32), ("time", Time), ("lost", U32), ("data", Data), ("arbitration", U32)),
     ]
 
 
 class Properties(ctypes.LittleEndianStructure):
-    _fields_ = [  # noqa: RUF012
+    _fields_ = [
         *(("version", U32), ("device_name", ctypes.c_uint16 * 100), ("min", U32), ("max", U32)),
         *(("nCommands", I32), ("commands", I32 * 10), ("nBaudrates", I32), ("baudrates", U32 * 50)),
         *(("chipset_flags", U32), ("nRegisters", I32)),
@@ -42,7 +42,7 @@ class Properties(ctypes.LittleEndianStructure):
 
 
 class Timeouts(ctypes.LittleEndianStructure):
-    _fields_ = [  # noqa: RUF012
+    _fields_ = [
         ("ReadIntervalTimeout", U32),
         *((f"ReadTotalTimeout{one}", U32) for one in ("Multiplier", "Constant")),
         *((f"WriteTotalTimeout{one}", U32) for one in ("Multiplier", "Constant")),
@@ -92,7 +92,7 @@ each = pytest.mark.parametrize("cls", COMPILED, ids=lambda cls: cls.__name__)
 def test_layout_is_a_compilers(cls: type[Structure]) -> None:
     compiled = COMPILED[cls]
     assert cls.SIZE == SIZES[cls] == ctypes.sizeof(compiled)
-    assert cls.OFFSETS == {name: getattr(compiled, name).offset for name, *_ in compiled._fields_}
+    assert {name: getattr(compiled, name).offset for name, *_ in compiled._fields_} == cls.OFFSETS
 
 
 @each
