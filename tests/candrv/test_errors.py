@@ -98,7 +98,7 @@ def test_errors_travel_between_processes() -> None:
 
 
 def test_translated() -> None:
-    with pytest.raises(CandrvError, match="ERROR_INVALID_HANDLE.*port is closed") as caught, translated():
+    with pytest.raises(CandrvError, match=r"ERROR_INVALID_HANDLE.*port is closed") as caught, translated():
         raise canwire.Closed("port")
     assert isinstance(caught.value.__cause__, canwire.Closed)
     own = CandrvError(995)

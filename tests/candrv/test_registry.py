@@ -178,7 +178,7 @@ def test_impossible_values(name: str, value: Any, store: RegistryStore) -> None:
 
 def test_unknown_entries(store: RegistryStore) -> None:
     for call in (store.get, store.delete, lambda device, name: store.set(device, name, 1)):
-        with pytest.raises(BadValue, match="'Colour': there are Dll, FriendlyName, .*SPIDevice"):
+        with pytest.raises(BadValue, match=r"'Colour': there are Dll, FriendlyName, .*SPIDevice"):
             call("CID1", "Colour")
 
 

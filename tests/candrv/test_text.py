@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from itertools import pairwise
 
 import pytest
 from hypothesis import example, given
@@ -155,7 +156,7 @@ def test_resetting_forgets_what_has_begun() -> None:
 
 def cut(text: bytes, places: list[int]) -> list[bytes]:
     edges = [0, *sorted({place % (len(text) + 1) for place in places}), len(text)]
-    return [text[one:other] for one, other in zip(edges, edges[1:], strict=False)]
+    return [text[one:other] for one, other in pairwise(edges)]
 
 
 @pytest.mark.conforms("FS-24")
