@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 from canwire.boards.can_line import CanLine
 from canwire.errors import NoSuchBoard, Unplugged
+from canwire.hub import board_requests, lin_requests  # noqa: F401  they add their answers
 from canwire.hub import messages as m
 from canwire.hub.deferred import Deferred
 from canwire.hub.held import HeldControl, HeldLayer, HeldPipe, HeldScheduler
 from canwire.hub.held_channel import HeldChannel
 from canwire.hub.held_lin import HeldMonitor
-from canwire.hub.lin_requests import answer
 from canwire.hub.link import Answer
+from canwire.hub.requests import answer
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring
 
