@@ -78,10 +78,10 @@ def test_a_filter_accepts_what_the_tables_say(
 @given(case=cases())
 def test_the_core_accepts_the_same(case: tuple[int, int, int, int, tuple[int, bool, bytes]]) -> None:
     """values/acceptance_orders.py has the same rule in another form."""
-    *settings, (identifier, is_extended, payload) = case
+    code, mask, align, active, (identifier, is_extended, payload) = case
     frame = Frame(identifier, payload, extended=is_extended)
-    core = acceptance_orders.candrv(*settings, mode_2b=is_extended)
-    assert core.accepts(frame) == Filter(*settings).accepts(identifier, is_extended, payload)
+    core = acceptance_orders.candrv(code, mask, align, active, mode_2b=is_extended)
+    assert core.accepts(frame) == Filter(code, mask, align, active).accepts(identifier, is_extended, payload)
 
 
 @pytest.mark.conforms("FS-40")

@@ -491,6 +491,56 @@ def test_whatever_is_set_comes_back_and_the_rest_stays(
     assert text_of(store).startswith('# my world\n\n[[bus]]\nname = "can0"  # the only one\n')
 
 
+FRAGMENTS = [
+    "# a comment\n",
+    "\n",
+    '[[bus]]\nname = "a#b"\n',
+    "[x]\ny = [1, # [candrv.CID1]\n 2]\n",
+    '[z."candrv"]\nk = """\n[candrv.CID1]\nAlign = 3\n"""\n',
+    "[q]\nl = '''\n# [candrv]\n'''\n",
+    '[w]\nd = {a = 1, b = [ "]" ]}\n',
+    "[candrv]\n",
+    "[candrv.CID1]\nAlign = 1\n",
+    '[candrv."CID2"] # q\n"Order" = 0x10 # hex\n\'IRQ\' = 1_0\n',
+    '[ candrv . CID3 ]\nDll = "a\\"#b" # c\n',
+    "[candrv.CID4]\n   Align   =   2   \n\tIRQ = 5\t# tab\n",
+    '[candrv.CID5]\nFriendlyName = """x\\\n  # y\n"""\nAlign=0\n',
+]
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=100, deadline=None)
+@given(
+    pieces=st.lists(st.sampled_from(FRAGMENTS), unique=True),
+    windows=st.booleans(),
+    device=st.sampled_from([f"CID{number}" for number in range(1, 7)]),
+    step=st.sampled_from(["install", "remove", "set", "delete"]),
+)
+def test_whatever_stands_around_stays(
+    pieces: list[str], windows: bool, device: str, step: str, tmp_path: Path
+) -> None:
+    store = RegistryStore(tmp_path / "canwire.toml")
+    text = "".join(pieces).replace("\n", "\r\n" if windows else "\n")
+    store.path.write_bytes(text.encode())
+    before, tables = others_of(store), {name: store.stored(name) for name in store.devices()}
+    if step == "install":
+        store.install(device)
+        tables.setdefault(device, {})
+    elif device not in tables:
+        with pytest.raises(BadValue, match="registered are"):
+            store.set(device, "Align", 3)
+    elif step == "remove":
+        store.remove(device)
+        del tables[device]
+    elif step == "set":
+        store.set(device, "Align", 3)
+        tables[device]["Align"] = 3
+    else:
+        store.delete(device, "Align")
+        tables[device].pop("Align", None)
+    assert others_of(store) == before
+    assert {name: store.stored(name) for name in store.devices()} == tables
+
+
 # chapter 5
 
 
