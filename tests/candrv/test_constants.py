@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from enum import EnumType
+from enum import Enum
 from pathlib import Path
 
 import pytest
@@ -133,7 +133,7 @@ def test_a_control_code_tells_the_access_it_takes(name: str) -> None:
         (constants.Win32Error, ""),
     ],
 )
-def test_every_member_has_the_manuals_name_too(enumeration: EnumType, prefix: str) -> None:
+def test_every_member_has_the_manuals_name_too(enumeration: type[Enum], prefix: str) -> None:
     for name, member in enumeration.__members__.items():
         assert getattr(candrv, prefix + name) is member
 
