@@ -60,7 +60,7 @@ def test_filter_vectors(
     patterns = {f"RXF{k}": nothing for k in range(6)}
     patterns |= {"RXM0": "FFE3FFFF", "RXM1": "FFE3FFFF", f"RXM{buffer}": mask, f"RXF{number}": pattern}
     modes = (mode, m.RXM_FILTERS) if buffer == 0 else (m.RXM_FILTERS, mode)
-    chip = receiver(modes, **patterns)
+    chip = receiver(modes, bukt=False, **patterns)
     bench.deliver(chip, frame)
     assert full(chip) == (m.INT_RX[buffer] if accepted else 0)
     if accepted:
@@ -122,7 +122,7 @@ def test_filters_bit_by_bit(
         filters[3] = bytes([*bench.octets_of(frame)[:2], *(frame.data + bytes(2))[:2]])
     patterns = {f"RXF{k}": octets.hex() for k, octets in enumerate(filters)}
     patterns |= {f"RXM{k}": octets.hex() for k, octets in enumerate(masks)}
-    chip = receiver((m.RXM_FILTERS, m.RXM_FILTERS), **patterns)
+    chip = receiver((m.RXM_FILTERS, m.RXM_FILTERS), bukt=False, **patterns)
     bench.deliver(chip, frame)
     there = bits_of(frame)
     expected = 0

@@ -223,8 +223,8 @@ def test_nothing_is_lost_doubled_or_out_of_its_channels_order(
         assert [n for c, n in heard if c == channel] == [
             n for n, send in enumerate(sends) if send[0] == channel
         ]
-    for channel in bench.channels:
-        assert (channel.in_flight, channel.delivered + channel.aborted) == (0, channel.sent)
+    for sender in bench.channels:
+        assert (sender.in_flight, sender.delivered + sender.aborted) == (0, sender.sent)
 
 
 def test_a_saturated_bus_leaves_no_gap(bench: Bench) -> None:
