@@ -10,12 +10,12 @@ It is loaded when somebody asks for that kind; the kinds of kinds.py cannot be r
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
 from typing import NamedTuple
 
-from canwire.boards import figures, inducan104
-from canwire.boards.board import CAN, LIN, Board, BoardKind, BoardLine, BoardLinLine
+from canwire.boards import inducan104
+from canwire.boards.board import CAN, IDEAL, LIN, SJA1000, Board, BoardKind, BoardLine, BoardLinLine
 from canwire.boards.description import BoardInfo, LineInfo
 from canwire.boards.inducan104 import BoardPorts, InduCan104, checked_place
 from canwire.boards.isa import IsaBus, IsaPlace
@@ -108,7 +108,10 @@ def build(
         return _isa_board(names[0], info, place, machine, real)
     return Board(
         info,
-        tuple(_plugged(name, line, machine) for name, line in zip(names, info.lines, strict=True)),
+        tuple(
+            _plugged(name, line, connector.controller, machine)
+            for name, line, connector in zip(names, info.lines, kind.connectors, strict=True)
+        ),
     )
 
 
@@ -120,7 +123,7 @@ def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | Lin
         raise Unsupported(f"{kind.name}: {line.name} needs a {line.bus_type} bus, which {line.bus!r} is not")
 
 
-def _plugged(name: str, info: LineInfo, machine: Machine) -> BoardLine | BoardLinLine:
+def _plugged(name: str, info: LineInfo, controller: str, machine: Machine) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
     timeline = machine.timeline
     bus = machine.buses[info.bus] if info.bus else LinBus(timeline)
@@ -128,8 +131,7 @@ def _plugged(name: str, info: LineInfo, machine: Machine) -> BoardLine | BoardLi
         lin = ideal_lin_line(name, timeline)
         plug_lin(lin, bus)
         return BoardLinLine(info, lin)
-    has_registers = info.capabilities.controller_type == figures.SJA1000
-    line = sja1000_line(name, timeline) if has_registers else ideal_line(name, timeline)
+    line = LINE_MAKERS[controller](name, timeline)
     plug(line, bus)
     return BoardLine(info, line, bus)
 
@@ -240,3 +242,10 @@ def unplug(line: Line) -> None:
     bus = line.controller.bus
     if isinstance(bus, CanBus):
         bus.detach(line.controller)
+
+
+LINE_MAKERS: dict[str, Callable[[str, Timeline], Line]] = {
+    IDEAL: ideal_line,
+    SJA1000: sja1000_line,
+}
+"""By what a connector has: a line with that controller and its driver, not yet on any bus."""
