@@ -137,13 +137,14 @@ def main() -> int:
     sys.path.insert(0, str(HERE))
     import lin
     import shared
+    import slcan
 
     import canwire
 
     with tempfile.TemporaryDirectory() as folder:
         pure = uncompiled_copy(Path(folder))
         rows = [*core_rows(scale, runs, pure), *lab_rows(scale, runs), *process_rows(seconds, runs)]
-        rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds)]
+        rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds), *slcan.rows(scale)]
     if arguments.json:
         print(
             json.dumps(

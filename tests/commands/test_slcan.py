@@ -204,7 +204,6 @@ def test_without_a_hub_it_has_its_own(home: Path, monkeypatch: pytest.MonkeyPatc
     assert ": open at 1000000 bit/s" in told
 
 
-@pytest.mark.conforms("CT-22")
 def test_canable(hub_address: str, home: Path) -> None:
     command = Command(hub_address, home, "--dialect", "canable", "--pty", str(home / "tty"))
     with serial.Serial(command.places[0], timeout=0.3) as port:

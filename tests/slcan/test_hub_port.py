@@ -163,7 +163,6 @@ def test_several_dongles_on_one_bus(hub: Hub) -> None:
     assert [one.after(0) for one in dongles] == [b"", b"t1000\r", b"t1000\r"]
 
 
-@pytest.mark.conforms("CT-22")
 def test_canable_speaks_fd(hub: Hub) -> None:
     node = Node(hub, 500_000, 5_000_000)
     plugged = Plugged(hub, Settings(dialect=CANABLE), CANABLE)

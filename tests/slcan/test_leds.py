@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from canwire import BusEvent, ErrorState, EventKind, Frame
@@ -17,7 +19,7 @@ def test_both_blink_three_times_a_second_after_power_up() -> None:
     leds = Leds(0)
     lit = [leds.red_lit(ms * MS) for ms in range(0, 3000, 10)]
     assert lit == [leds.green_lit(ms * MS) for ms in range(0, 3000, 10)]
-    assert sum(now and not before for before, now in zip(lit, lit[1:], strict=False)) == 3
+    assert sum(now and not before for before, now in pairwise(lit)) == 3
     assert lit.index(True) == 100
     assert [event.led for event in leds.events] == ["both"] * 3
 
