@@ -137,6 +137,7 @@ def main() -> int:
     sys.path.insert(0, str(HERE))
     import lin
     import shared
+    import sja1000
     import slcan
 
     import canwire
@@ -144,7 +145,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         pure = uncompiled_copy(Path(folder))
         rows = [*core_rows(scale, runs, pure), *lab_rows(scale, runs), *process_rows(seconds, runs)]
-        rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds), *slcan.rows(scale)]
+        rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds), *sja1000.rows(scale, runs)]
+        rows += slcan.rows(scale)
     if arguments.json:
         print(
             json.dumps(

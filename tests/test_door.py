@@ -12,7 +12,7 @@ import canwire
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
 BadConfig BadMessage BoardInfo Capabilities ChannelMode ChannelStatus Control CyclicStatus Event Feature Fifo Filtered
-FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LineInfo LineMode LineStatus NoSuchBoard
+FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LineInfo LineMode LineStatus NoChannel NoSuchBoard
 NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange Unplugged Unsupported WrongState
 connect default_address serve
 Acceptance BadFilter BadFrame BadText BadTiming BadValue BitLayout BitTiming BusEvent BusOff

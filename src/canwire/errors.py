@@ -14,6 +14,7 @@ CanwireError
 │   ├── NotTransmitted             a frame was given up: single shot, abort
 │   ├── BusOff                     the controller left the bus
 │   ├── InUse                      somebody else holds it
+│   │   └── NoChannel              all channels of the line are taken
 │   ├── NotInitialised             it must be initialised first
 │   ├── WrongState                 not while it is running, active or open
 │   ├── Unsupported                this board cannot do that
@@ -110,6 +111,10 @@ class BusOff(LineError):
 
 class InUse(LineError):
     """Somebody else holds it; the message says who."""
+
+
+class NoChannel(InUse):
+    """A line has so many channels, and all of them are taken."""
 
 
 class NotInitialised(LineError):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from canwire import BitTiming, EventKind, Frame
 from canwire.boards.backlog import ROOM, Backlog
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line
-from canwire.boards.channel import Channel
+from canwire.boards.channel import ALL_REQUESTS, Channel
 from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
 from canwire.bus.faults import Faults
@@ -51,6 +51,7 @@ class Bench:
         ]
         channel = Channel(receive, transmit, rings=(rings[0], rings[1]), events=frozenset(events))
         channel.untrusted = channel.prioritised = True
+        channel.allowed = ALL_REQUESTS
         return self.line.open(channel)
 
     def run(self) -> None:

@@ -231,3 +231,32 @@ def test_mistakes(
     assert why in capsys.readouterr().err
     with connect(hub_address) as hub:
         assert [board.kind for board in hub.boards()].count("pc-i04") == 0
+
+
+def test_the_board_is_pulled_out(served: Command, hub_address: str) -> None:
+    with connect(hub_address) as hub:
+        for line in served.told:
+            hub.unplug(line.partition("(")[2].partition(" ")[0])
+    assert served.process.wait(PATIENCE_S) == 0
+    assert served.process.stderr is not None
+    assert served.process.stderr.read().count("pulled out") == 2
+
+
+def test_the_hub_goes(home: Path) -> None:
+    address = str(home / "hub.sock")
+    hub = subprocess.Popen(
+        [sys.executable, "-m", "canwire", "serve", "--socket", address], stdout=subprocess.PIPE, text=True
+    )
+    assert hub.stdout is not None
+    hub.stdout.readline()
+    command = Command(address, home, "--pty", str(home / "tty"))
+    with serial.Serial(command.places[0], timeout=PATIENCE_S) as port:
+        port.write(b"S4\rO\r")
+        assert port.read(2) == b"\r\r"
+        hub.terminate()
+        hub.communicate()
+        assert command.process.wait(PATIENCE_S) == 2
+    told = command.process.communicate()[1]
+    assert told.startswith("canwire: ")
+    assert told.count("\n") == 1
+    assert not (home / "tty").is_symlink()

@@ -533,6 +533,7 @@ def test_events_go_to_channels_that_asked_for_them(bench: Bench, hub: Hub, other
         (EventKind.INFO, InfoCode.RESET),
     ]
     assert told == [
+        (EventKind.CHANGED, ErrorState.STOPPED),
         (EventKind.INFO, InfoCode.STARTED), (EventKind.STATE, ErrorState.ERROR_ACTIVE), *stopped
     ]  # fmt: skip
     assert len(read_all(late)) == 3

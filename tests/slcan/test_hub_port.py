@@ -21,7 +21,7 @@ from canwire import (
     connect,
 )
 from canwire.boards.config import Config
-from canwire.slcan import CANABLE, CANBUS, Dialect, Dongle, HubPort, Settings, plug_dongle
+from canwire.slcan import CANABLE, CANBUS, Dialect, Dongle, HubPort, Red, Settings, plug_dongle
 
 
 class Node:
@@ -153,6 +153,18 @@ def test_stamps_count_from_power_up(hub: Hub) -> None:
     node.channel.send(Frame(0x100))
     stamp = int(plugged.after(0.01)[5:9], 16)
     assert 9 <= stamp <= 11
+
+
+@pytest.mark.conforms("CT-10", "CT-19")
+def test_lost_arbitration_is_a_flag_and_no_light(hub: Hub) -> None:
+    node, plugged = Node(hub), Plugged(hub)
+    plugged.ask(b"S4\rO\r", 1.0)
+    for _ in range(5):
+        node.channel.send(Frame(0, bytes(8)))
+    plugged.ask(b"t7FF0\r", 0.05)
+    assert node.channel.receive() == Frame(0x7FF)
+    assert plugged.dongle.leds.red is Red.OFF
+    assert plugged.ask(b"F\rF\r") == b"F40\rF00\r"
 
 
 def test_several_dongles_on_one_bus(hub: Hub) -> None:

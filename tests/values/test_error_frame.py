@@ -20,7 +20,8 @@ def events(draw: st.DrawFn) -> BusEvent:
     states = [
         state
         for state in ErrorState
-        if kind in (EventKind.INFO, EventKind.STATE, EventKind.ABORTED) or state is not ErrorState.STOPPED
+        if kind not in (EventKind.ERROR, EventKind.ARBITRATION_LOST, EventKind.OVERRUN)
+        or state is not ErrorState.STOPPED
     ]
     error = ErrorKind.NONE
     if kind is EventKind.ERROR:

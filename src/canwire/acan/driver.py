@@ -30,16 +30,17 @@ LOWEST_PRIORITY = 255
 _REPLY_PRIORITY = 1
 
 
-def open_driver(hub: Hub | None = None) -> Driver:
-    """The driver of the board that is installed (install.py); without `hub` that of `canwire.connect()`.
+def open_driver(hub: Hub | None = None, board: str | None = None) -> Driver:
+    """The driver of the board that is installed (install.py), or of the one by that name; without `hub` that of
+    `canwire.connect()`.
 
-    Raises DriverAbsent if there is no such board, HubLost.
+    Raises DriverAbsent if there is no such board, HubLost; NoSuchBoard for a name that none has.
     """
     if hub is not None:
-        return Driver(hub)
+        return Driver(hub, board)
     own = canwire.connect()
     try:
-        return Driver(own, own_hub=True)
+        return Driver(own, board, own_hub=True)
     except BaseException:
         own.close()
         raise
@@ -54,10 +55,10 @@ class Driver:
     version = (1, 0)
     controller = CANC_SJA1000
 
-    def __init__(self, hub: Hub, *, own_hub: bool = False) -> None:
+    def __init__(self, hub: Hub, board: str | None = None, *, own_hub: bool = False) -> None:
         self.hub = hub
         self._own_hub = own_hub
-        self._line = AcanLine(hub, *find_line(hub))
+        self._line = AcanLine(hub, *find_line(hub, board))
         self._service = Service(hub, f"ACAN on {self._line.name}", self._work)
         self._dispatch = Dispatch(self._line.status().state, self._reply)
         self._failure: CanwireError | None = None

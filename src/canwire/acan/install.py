@@ -114,14 +114,14 @@ class Installation:
         return there.get("I/O", "").startswith(f"{self.port:X}h") and there.get("IRQ") == str(self.irq)
 
 
-def find_line(hub: Hub) -> tuple[BoardInfo, int]:
-    """The board that the driver serves, and its line's number.
+def find_line(hub: Hub, name: str | None = None) -> tuple[BoardInfo, int]:
+    """The board that the driver serves, and its line's number; `name` asks for a certain one, as `Hub.board` does.
 
     The installed one; without installation the first INduCAN104, else the first line with an SJA1000.
     Raises DriverAbsent.
     """
-    note = hub.note(NOTE)
-    boards = hub.boards()
+    note = hub.note(NOTE) if name is None else b""
+    boards = hub.boards() if name is None else (hub.board(name),)
     if note == UNINSTALLED:
         raise DriverAbsent("the ACAN driver was uninstalled; install it with /P and /I")
     if note:

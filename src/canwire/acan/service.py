@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from canwire.acan.task_block import TaskBlock
 
 
-_PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
+_PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # a line is set up in much less
 
 
 class Service:

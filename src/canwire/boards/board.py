@@ -29,12 +29,15 @@ class Connector(NamedTuple):
     bus_type: str
     capabilities: Capabilities | LinCapabilities
     bus: str
+    receive_channels: int = 0
+    send_channels: int = 0
 
     def line_info(self, name: str, bus: str) -> LineInfo:
         """Its description with this name, plugged into that bus."""
         if isinstance(self.capabilities, LinCapabilities):
             return LineInfo(name, bus, self.bus_type, NO_CAN, self.capabilities)
-        return LineInfo(name, bus, self.bus_type, self.capabilities)
+        channels = self.receive_channels, self.send_channels
+        return LineInfo(name, bus, self.bus_type, self.capabilities, None, *channels)
 
 
 @dataclass(frozen=True, slots=True)

@@ -156,7 +156,14 @@ class CanLine:
     def _set_up(self, mode: LineMode, timing: BitTiming, data: BitTiming | None) -> None:
         fd_timing = data if data is not None else timing if mode.long_data else None
         self.line.driver.configure(
-            LineSettings(timing, fd_timing, mode.iso_fd, mode.listen_only, registers=mode.registers)
+            LineSettings(
+                timing,
+                fd_timing,
+                mode.iso_fd,
+                mode.listen_only,
+                registers=mode.registers,
+                loop_back=mode.loop_back,
+            )
         )
         self._bit_ps = timing.bit_time_ps
         line = self.line
@@ -166,6 +173,7 @@ class CanLine:
         self.filter = filter_of(mode)
         line.set_filter(self.filter)
         self.mode = replace(mode, timing=timing)
+        line.tell(BusEvent(EventKind.CHANGED, line.timeline.now_ns, state=self._state()))
 
     def _clear(self) -> None:
         """Off the bus at this moment, with empty mailboxes and without settings."""
@@ -174,7 +182,7 @@ class CanLine:
             self._detection.cancel()
         if self.running:
             line.driver.stop(now_ns)
-        for box in (line.driver.high, line.driver.normal):
+        for box in line.driver.boxes:
             line.driver.abort(box, now_ns)
         line.driver.forget()
         line.set_filter(None)

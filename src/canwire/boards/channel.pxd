@@ -18,6 +18,7 @@ cdef class Channel(Sink):
     cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay
     cdef public bint held
     cdef public int siblings
+    cdef public unsigned int allowed
     cdef public long long urgent, in_flight
     cdef public MessageFilter filter
     cdef bint _overrun_due, _open
@@ -34,6 +35,8 @@ cdef class Channel(Sink):
 
     @cython.locals(head="unsigned long long")
     cpdef int deliver_sent(self, Mailbox box, unsigned long long at_ns) except -1
+
+    cpdef int return_own(self, Mailbox box, unsigned long long at_ns) except -1
 
     @cython.locals(words="unsigned long long *", time_ns="unsigned long long")
     cpdef int deliver_event(self, bytes record, bint stamped=*) except -1

@@ -24,6 +24,9 @@ from canwire.values.acceptance import (
     Acceptance,
 )
 
+VCI_REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
+ALL_REQUESTS = VCI_REQUESTS | 1 << 13 | 1 << 14 | 1 << 24
+"""What VCI knows, and with our own requests, whose bits other programs may leave as they happen to be."""
 _OVERRUN = 1 << 20
 _REMOTE = 1 << 22
 _EXTENDED = 1 << 23
@@ -56,6 +59,7 @@ class Channel(Sink):
     own line sends. With `tick_ns` records are stamped with 32 bits of a counter of such ticks that began at
     `origin_ns`.
 
+    `allowed` are the info bits of a frame that its sender may set: of the frame itself, and requests.
     Frames of a `prioritised` channel wait for the line in the order of their priorities, which are in the high half
     of their time words. The transmit ring of an `untrusted` channel is written by another process: its line
     checks each record, takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts
@@ -82,6 +86,7 @@ class Channel(Sink):
         self.filter: MessageFilter | None = None
         self.untrusted = False
         self.prioritised = False
+        self.allowed = VCI_REQUESTS
         self.fd = True
         self.tick_ns = 0
         self.origin_ns = 0
@@ -133,6 +138,10 @@ class Channel(Sink):
             self._take(box, at_ns, head, _SELF_RECEPTION | _ACCEPTED)
         elif self.siblings == _AS_BUS:
             self._offer(box, head, at_ns, 0)
+
+    def return_own(self, box: Mailbox, at_ns: int) -> None:
+        """A frame of its own that it asked to be told of, past the filter and marked."""
+        self._take(box, at_ns, box.words[1], _SELF_RECEPTION | _ACCEPTED)
 
     def deliver_event(self, record: bytes, stamped: bool = True) -> None:
         """An event's record; filters do not apply. Without `stamped` its time stays as it is."""

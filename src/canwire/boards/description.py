@@ -109,7 +109,8 @@ class LinCapabilities:
 class LineInfo:
     """One connector: `name` counts per kind of bus from 1 ("CAN-1"), `bus` is the copper it is plugged into.
 
-    `bus_type` is "CAN" or "LIN"; a LIN line can do what `lin` says, and its `capabilities` are NO_CAN.
+    `bus_type` is "CAN" or "LIN"; a LIN line can do what `lin` says, and its `capabilities` are NO_CAN. It has so many
+    channels to receive and to send with, 0: any number.
     """
 
     name: str
@@ -117,6 +118,8 @@ class LineInfo:
     bus_type: str
     capabilities: Capabilities
     lin: LinCapabilities | None = None
+    receive_channels: int = 0
+    send_channels: int = 0
 
 
 @dataclass(frozen=True, slots=True)

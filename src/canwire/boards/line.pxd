@@ -11,7 +11,7 @@ from canwire.timeline cimport Timeline
 from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
-cdef unsigned int _SELF_RECEPTION, _CONFIRM, _HIGH_PRIORITY, _EXTENDED, _REMOTE, _FD, _FAST, _REQUESTS, _LOOP_BACK
+cdef unsigned int _SELF_RECEPTION, _CONFIRM, _CONFIRM_LOAD, _HIGH_PRIORITY, _EXTENDED, _REMOTE, _FD, _FAST, _LOOP_BACK
 cdef unsigned int _LARGEST_STANDARD, _LARGEST_EXTENDED
 cdef unsigned long long _M32, _PAUSE_NS
 cdef int _ABORTED, _ERROR, _EVERY, _REFUSALS
@@ -68,7 +68,10 @@ cdef class Line(Host):
     cdef int _drain(self, Channel channel, unsigned long long at_ns) except -1
 
     @cython.final
-    @cython.locals(channel=Channel)
+    cdef int _tell_aborted(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(channel=Channel, driver=Driver)
     cdef bint _load_first(self, unsigned long long at_ns) except -1
 
     @cython.final
@@ -76,7 +79,7 @@ cdef class Line(Host):
 
     @cython.final
     @cython.locals(info="unsigned long long", identifier="unsigned long long", length=int)
-    cdef bint _admit(self, unsigned long long *words, bint fd) except -1
+    cdef bint _admit(self, unsigned long long *words, Channel channel) except -1
 
     @cython.final
     cdef bint _due(self, Channel channel, unsigned long long delay_ns, unsigned long long now_ns) except -1

@@ -22,7 +22,7 @@ from canwire.values import dlc as lengths
 from canwire.values import frame as codec
 from canwire.values.event import BusEvent, ErrorKind, EventKind
 from canwire.values.frame import Frame
-from canwire.values.record import CONFIRM, HIGH_PRIORITY
+from canwire.values.record import CONFIRM, CONFIRM_LOAD, HIGH_PRIORITY
 from canwire.values.records import checked_records
 
 if TYPE_CHECKING:
@@ -33,14 +33,13 @@ _EXTENDED = 1 << 23
 _REMOTE = 1 << 22
 _FD = 1 << 10
 _FAST = 1 << 11
-# of a record that another process wrote: what it may ask for, what it must not say, its data
-_REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 1 << 14 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
 _LOOP_BACK = 1 << 15
 _M32 = 0xFFFFFFFF
 _LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
 _REFUSALS = 4096  # records refused in one go; then the bus has its turn
 _PAUSE_NS = 1_000_000  # and so much later the rest
 _CONFIRM = CONFIRM
+_CONFIRM_LOAD = CONFIRM_LOAD
 _HIGH_PRIORITY = HIGH_PRIORITY
 _EVERY = int(Siblings.EVERY)
 _ABORTED = int(EventKind.ABORTED)
@@ -156,7 +155,7 @@ class Line(Host):
     def kick(self) -> None:
         """Something was queued: load it if a mailbox is free."""
         driver = self.driver
-        if not driver.normal.occupied or not driver.high.occupied or self._prioritised:
+        if not driver.normal.occupied or not driver.high.occupied or driver.several or self._prioritised:
             before = self._loads
             self.fill(self.timeline.now_ns)
             if self._loads != before:
@@ -186,7 +185,7 @@ class Line(Host):
         dropped = self._backlog.drop(channel)
         channel.aborted += dropped
         channel.in_flight -= dropped
-        for box in (self.driver.high, self.driver.normal):
+        for box in self.driver.boxes:
             if box.occupied and box.owner is channel:
                 self.driver.abort(box, self.timeline.now_ns)
         return int(channel.aborted - before)
@@ -206,14 +205,20 @@ class Line(Host):
             for other in self._splitter.channels:
                 other.deliver_sent(box, at_ns)
             if info & _CONFIRM:
-                channel.tell_outcome(box, True, at_ns)
+                if not channel.untrusted:
+                    channel.tell_outcome(box, True, at_ns)
+                elif not info & _SELF_RECEPTION:
+                    channel.return_own(box, at_ns)
 
     def aborted(self, box: Mailbox, at_ns: int) -> None:
         channel = box.owner
         channel.aborted += 1
         channel.in_flight -= 1
         if box.words[1] >> 32 & _CONFIRM:
-            channel.tell_outcome(box, False, at_ns)
+            if channel.untrusted:
+                self._tell_aborted(channel, at_ns)
+            else:
+                channel.tell_outcome(box, False, at_ns)
         self.event(_ABORTED, 0, -1, True, at_ns, 0)
 
     def fill(self, at_ns: int) -> None:
@@ -231,7 +236,7 @@ class Line(Host):
         """Load one frame of the first channel in turn whose next frame finds its mailbox free."""
         senders = self._senders
         count = len(senders)
-        normal_taken = self.driver.normal.occupied
+        normal_taken = self.driver.normal.occupied and not self.driver.several
         for k in range(count):
             turn = self._turn + k
             if turn >= count:
@@ -254,7 +259,9 @@ class Line(Host):
         ring = channel.transmit
         at = ring.front()
         driver = self.driver
-        if at == 0 or driver.occupied(ring._words, at) or not self._due(channel, ring._words[at], at_ns):
+        if at == 0 or (driver.several and driver.full_for(channel)):
+            return False
+        if driver.occupied(ring._words, at) or not self._due(channel, ring._words[at], at_ns):
             return False
         channel.in_flight += 1
         if driver.load(ring._words, at, at_ns, channel):
@@ -266,7 +273,7 @@ class Line(Host):
         """Its record is copied before it is looked at: whoever wrote it may still be writing."""
         ring = channel.transmit
         driver = self.driver
-        if driver.normal.occupied and driver.high.occupied:
+        if driver.full_for(channel) if driver.several else driver.normal.occupied and driver.high.occupied:
             return False
         words = self._scratch.words
         while (at := ring.front()) != 0:
@@ -274,7 +281,7 @@ class Line(Host):
                 self._come_back(at_ns)
                 return False
             _mem.copy_record(words, 0, ring._words, at)
-            if self._admit(words, channel.fd):
+            if self._admit(words, channel):
                 delay = words[0] & _M32 if channel.tick_ns else words[0]
                 if delay <= channel.longest_delay:
                     if driver.occupied(words, 0) or not self._due(
@@ -283,6 +290,8 @@ class Line(Host):
                         return False
                     channel.sent += 1
                     channel.in_flight += 1
+                    if words[1] >> 32 & _CONFIRM_LOAD:
+                        channel.return_own(self._scratch, at_ns)
                     driver.load(words, 0, at_ns, channel)
                     ring.release(1)
                     return True
@@ -308,7 +317,7 @@ class Line(Host):
             priority = words[0] >> 32 & 0xFF
             loop_back = words[1] >> 32 & _LOOP_BACK
             words[0] = 0
-            if self._admit(words, channel.fd):
+            if self._admit(words, channel):
                 channel.in_flight += 1
                 backlog.push(priority, self._scratch.record(), channel)
                 if loop_back:
@@ -324,10 +333,11 @@ class Line(Host):
             return False
         record, channel = self._backlog.front()
         self._scratch.block[:] = record
-        if self.driver.occupied(self._scratch.words, 0):
+        driver = self.driver
+        if driver.full_for(channel) if driver.several else driver.occupied(self._scratch.words, 0):
             return False
         self._backlog.pop()
-        self.driver.load(self._scratch.words, 0, at_ns, channel)
+        driver.load(self._scratch.words, 0, at_ns, channel)
         return True
 
     def _come_back(self, at_ns: int) -> None:
@@ -336,7 +346,7 @@ class Line(Host):
             self._refusals += 1
             self.timeline.at(at_ns + _PAUSE_NS, self.kick)
 
-    def _admit(self, words: _mem.Words, fd: bool) -> bool:
+    def _admit(self, words: _mem.Words, channel: Channel) -> bool:
         """Whether this line can send a record as it is, or else put right: only requests and the frame are left."""
         info = words[1] >> 32
         identifier = words[1] & _M32
@@ -349,7 +359,7 @@ class Line(Host):
         elif identifier > _LARGEST_STANDARD or not self.standard:
             return False
         if info & (_FD | _FAST):
-            if not fd or self.driver.fd == 0 or (info & _FAST and not self.fast_data):
+            if not channel.fd or self.driver.fd == 0 or (info & _FAST and not self.fast_data):
                 return False
             if length > 8 and not self.long_data:
                 return False
@@ -359,7 +369,7 @@ class Line(Host):
             length = 8
         if info & _REMOTE:
             length = 0
-        words[1] = identifier | (info & _REQUESTS) << 32
+        words[1] = identifier | (info & channel.allowed) << 32
         _mem.clear_tail(words, 2, length)
         return True
 
@@ -383,6 +393,13 @@ class Line(Host):
                         code,
                     ).to_record()
                 channel.deliver_event(record)
+
+    def _tell_aborted(self, channel: Channel, at_ns: int) -> None:
+        """To the channel that asked about its frame, unless it hears of every frame given up."""
+        if _ABORTED not in channel.events:
+            counters = self.driver.counters()
+            event = BusEvent(EventKind.ABORTED, at_ns, state=counters.state, transmitting=True)
+            channel.deliver_event(event.to_record())
 
     def _due(self, channel: Channel, delay_ns: int, now_ns: int) -> bool:
         """A delayed frame goes to the controller only when its time has come."""

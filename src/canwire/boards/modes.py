@@ -49,7 +49,7 @@ class LineMode:
     `timing` None asks the line to find its bit rate on the running bus (`timeout_ms` of silence at most).
     `data_timing` set allows the bit-rate switch, `long_data` more than 8 bytes; neither makes a classic line.
     `registers` are values for registers of the line's chip that nothing else here sets, by their data-sheet names.
-    A `persistent` line stays as it is when its last user goes.
+    A `persistent` line stays as it is when its last user goes. With `loop_back` the controller hears only itself.
     """
 
     timing: BitTiming | None
@@ -67,6 +67,7 @@ class LineMode:
     note: bytes = b""  # whatever the initialiser wants to find again in the status (VCI: its own bytes)
     registers: tuple[tuple[str, int], ...] = ()
     persistent: bool = False
+    loop_back: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +110,7 @@ class ChannelMode:
     CAN FD frames pass it by, in both directions.
     `filter_size` is that of the 29-bit list; 0 makes no lists at all. `events`: EventKinds. The frames of all
     `prioritised` channels of a line wait in one queue by priority, which each has in the high half of its time word.
+    Frames of a prioritised or `confirms` channel may carry the requests of values/record.py that are ours.
     """
 
     receive: int
@@ -122,6 +124,7 @@ class ChannelMode:
     frames: bool = True
     fd: bool = True
     prioritised: bool = False
+    confirms: bool = False
 
 
 @dataclass(frozen=True, slots=True)

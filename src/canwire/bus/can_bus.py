@@ -169,7 +169,11 @@ class CanBus(Bus):
         return node.sequences
 
     def resting(self) -> bool:
+        """Nothing is on the wire."""
         return self._state == _REST
+
+    def idle(self) -> bool:
+        return self._state == _REST and self.timeline.now_ns >= self._free_ns
 
     def busy(self) -> bool:
         """A frame or an error is on the wire, or a frame waits to go."""

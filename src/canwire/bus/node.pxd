@@ -23,7 +23,7 @@ cdef class Node:
     cdef public bint attentive
     cdef public Sink sink
     cdef public unsigned long long arbitration_losses, frames_received
-    cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep
+    cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep, read_dominant
     cdef public int fd, segment
     cdef public Mailbox offer, contending
     cdef public unsigned long long suspended_ns, waiting_from_ns
@@ -46,6 +46,6 @@ cdef class Bus(Source):
     cpdef interrupt(self)
     cpdef changed(self)
     cpdef bint on_wire(self, Node node) except -1
-    cpdef bint resting(self) except -1
+    cpdef bint idle(self) except -1
     cpdef int activity(self, Node node) except -1
     cpdef int recessive_groups(self, Node node) except -1

@@ -72,18 +72,18 @@ class Sink:
 class Node:
     """One controller on a bus.
 
-    The bus reads: `on_bus` (started, integrated, not bus-off), `listen_only`, `passive`, `fd`, `offer`
-    (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF of its own
-    before), `waiting` and `sequences` (how many runs of 11 recessive bits it needs to join, and has seen),
-    and the timing in picoseconds, by its own oscillator. A node in
-    `self_test` does without an acknowledge. One that is `asleep` is neither on the bus nor waiting: it is only told
-    when the bus comes to life.
+    The bus reads: `on_bus` (started, integrated, not bus-off), `listen_only`, `self_test` (needs no acknowledge),
+    `passive`, `fd`, `offer` (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF
+    of its own before), `waiting` and `sequences` (how many runs of 11 recessive bits it needs to join, and has seen),
+    `asleep` (neither on the bus nor waiting: it is only told when the bus comes to life), and the timing in
+    picoseconds, by its own oscillator.
 
     It writes only `contending` (the node's mailbox on the wire, if any), `arbitration_losses`, `sequences`,
-    `suspended_ns`, `waiting_from_ns`, `segment` before `error` and `count` (where in a frame it was, as the low
-    bits of SJA1000's ECC count), and `next_member`, which links those on the bus. A node with a `sink`
-    has its frames put there and counted in `frames_received` instead of `received` being called. Only an
-    `attentive` node is told of lost arbitrations; a single-shot frame makes it one.
+    `suspended_ns`, `waiting_from_ns`, before `error` and `count` `segment` (which part of a frame it was, as the low
+    bits of SJA1000's ECC tell), before `error` `read_dominant` (what that bit was read as), and `next_member`, which
+    links those on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead
+    of `received` being called. Only an `attentive` node is told of lost arbitrations; a single-shot frame makes
+    it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.
@@ -104,6 +104,7 @@ class Node:
         self.self_test = False
         self.asleep = False
         self.segment = 0
+        self.read_dominant = False
         self.fd = CLASSIC_ONLY
         self.offer: Mailbox | None = None
         self.contending: Mailbox | None = None
@@ -176,8 +177,8 @@ class Bus(Source):
         """This node's frame is being transmitted at this moment."""
         raise NotImplementedError
 
-    def resting(self) -> bool:
-        """Nothing is on the wire."""
+    def idle(self) -> bool:
+        """Nothing is on the wire, and the intermission is over."""
         raise NotImplementedError
 
     def activity(self, node: Node) -> int:

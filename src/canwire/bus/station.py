@@ -422,6 +422,7 @@ class Station:
             self.tally.erring = True
             self.tally.error_frames += 1
         node.segment = self.reader.part() if self.state == _FRAME else _DELIMITER_PART
+        node.read_dominant = self.last_sample == 0
         self.state = _PASSIVE_FLAG if passive else _ACTIVE_FLAG
         self.overload = False
         self.left = 6

@@ -6,7 +6,7 @@ from canwire.chips.sja1000_modes cimport Modes
 cdef int _SPECIAL, _WINDOW, _BUFFER, _CONTROL
 cdef int _READ_STATUS, _READ_INTERRUPT, _READ_ALC, _READ_ECC, _READ_RXERR, _READ_TXERR, _READ_RMC, _READ_RBSA
 cdef int _WRITE_MODE, _WRITE_CONTROL, _WRITE_COMMAND, _WRITE_IER, _WRITE_RXERR, _WRITE_TXERR, _WRITE_RBSA, _WRITE_CDR
-cdef int _MOD, _SR, _IER, _ALC, _ECC, _CDR, _TX_RAM
+cdef int _MOD, _SR, _IER, _ALC, _ECC, _OCR, _CDR, _TX_RAM
 cdef int _RM, _SM, _TR, _AT, _RRB, _CDO, _SRR
 cdef int _RBS, _DOS, _TBS, _RS, _TS, _BS, _RI, _BASIC_IR_ONES, _CDR_ZERO
 cdef int _QUIET, _RECEIVING, _SENDING

@@ -9,7 +9,8 @@ Interpretations [INT] where the data sheet is silent, besides those of sja1000_l
 - Commands that ask for a transmission are lost in reset mode, and while a request is pending; AT among them still
   makes the pending one a single shot. Registers and RAM are 0 at power-up where the data sheet says X.
 - ALC and ECC keep their values when they are read.
-- Output control and the comparator bypass change nothing on the bus: transceivers belong to the board.
+- Output control and the comparator bypass change nothing on the bus: transceivers belong to the board. Nor do SAM
+  (a bit is sampled once) and RXINTEN.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from canwire.bus.node import QUIET, RECEIVING, SENDING
 from canwire.chips import sja1000_cells as codes
 from canwire.chips import sja1000_map as names
 from canwire.chips.sja1000_modes import Modes
+from canwire.chips.sja1000_output import FLOAT, pins
 from canwire.errors import BadValue
 from canwire.values.bit_timing import BitTiming
 
@@ -34,7 +36,7 @@ _WRITE_MODE, _WRITE_CONTROL, _WRITE_COMMAND = codes.WRITE_MODE, codes.WRITE_CONT
 _WRITE_IER, _WRITE_RXERR, _WRITE_TXERR = codes.WRITE_IER, codes.WRITE_RXERR, codes.WRITE_TXERR
 _WRITE_RBSA, _WRITE_CDR = codes.WRITE_RBSA, codes.WRITE_CDR
 _MOD, _SR, _IER, _ALC, _ECC = names.MOD, names.SR, names.IER, names.ALC, names.ECC
-_CDR, _TX_RAM = names.CDR, names.TX_RAM
+_OCR, _CDR, _TX_RAM = names.OCR, names.CDR, names.TX_RAM
 _RM, _SM = names.MOD_RM, names.MOD_SM
 _TR, _AT, _RRB, _CDO, _SRR = names.CMR_TR, names.CMR_AT, names.CMR_RRB, names.CMR_CDO, names.CMR_SRR
 _RBS, _DOS, _TBS, _RS, _TS, _BS = (
@@ -89,6 +91,12 @@ class Sja1000(Modes):
         if self.asleep and (self._now_ns() - self.asleep_from_ns) * 1000 > _STOPS_AFTER_BITS * self.bit_ps:
             return 0.0
         return self.oscillator_hz / names.CLOCK_DIVIDERS[divider & names.CDR_DIVIDER_MASK]
+
+    def output_pins(self, dominant: bool) -> tuple[str, str]:
+        """TX0 and TX1 as sja1000_output.pins has them; in reset mode they float, asleep they are recessive."""
+        if self._resetting:
+            return FLOAT, FLOAT
+        return pins(self.cells[_OCR], dominant and not self.asleep)
 
     # registers
 

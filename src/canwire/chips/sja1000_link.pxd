@@ -11,7 +11,7 @@ from canwire.chips.sja1000_interrupts cimport Interrupts
 cdef int _SR, _ALC, _ECC, _EWLR, _TX_RAM
 cdef int _BS, _ES, _TCS, _TBS, _DOS, _RBS
 cdef int _RI, _TI, _EI, _DOI, _EPI, _ALI, _BEI
-cdef int _FORM_KIND, _DELIMITER_PART, _TOLERATED_PART, _FORM, _RECEIVING
+cdef int _FORM_KIND, _CRC_KIND, _DELIMITER_PART, _TOLERATED_PART, _FORM, _RECEIVING
 cdef bytes _TYPES
 cdef int _LONG_TRANSMITTER, _LONG_RECEIVER, _FLAG_TRANSMITTER, _FLAG_RECEIVER
 cdef int _BASIC_WARNING_LIMIT, _BUS_OFF_LIMIT, _BUS_OFF_TXERR

@@ -7,7 +7,8 @@ Interpretations [INT] where the data sheet is silent:
 - Errors of a lone sender that nobody acknowledges are told when its error frame is over, as the bus does.
 - Beside errors in frames, ECC captures bit errors in active error and overload flags, and every eighth dominant bit
   that is tolerated behind a flag (form error, 0x13); the first dominant bit behind a flag only counts.
-- A sender that sees a dominant bit in a delimiter or in EOF captures a bit error, a receiver a form error.
+- A sender that sees a dominant bit in a delimiter or in EOF captures a bit error, a receiver a form error, even where
+  it was about to tell of a wrong CRC.
 - RXERR stops at 255, and is 127 after a reception that finds it above.
 - At the end of bus-off there is EI, but no EPI.
 """
@@ -55,7 +56,7 @@ from canwire.chips.sja1000_map import (
 _SR, _ALC, _ECC, _EWLR, _TX_RAM = SR, ALC, ECC, EWLR, TX_RAM
 _BS, _ES, _TCS, _TBS, _DOS, _RBS = SR_BS, SR_ES, SR_TCS, SR_TBS, SR_DOS, SR_RBS
 _RI, _TI, _EI, _DOI, _EPI, _ALI, _BEI = IR_RI, IR_TI, IR_EI, IR_DOI, IR_EPI, IR_ALI, IR_BEI
-_FORM_KIND, _DELIMITER_PART, _TOLERATED_PART = 2, 0x17, 0x13
+_FORM_KIND, _CRC_KIND, _DELIMITER_PART, _TOLERATED_PART = 2, 6, 0x17, 0x13
 _FORM, _RECEIVING = ECC_FORM, ECC_RX
 _TYPES = bytes((0xC0, 0x80, 0x40, 0xC0, 0x00, 0x00, 0xC0))  # of ECC, by ErrorKind
 _LONG_TRANSMITTER, _LONG_RECEIVER = LONG_DOMINANT_TRANSMITTER, LONG_DOMINANT_RECEIVER
@@ -101,6 +102,8 @@ class BusSide(Node):
         self._settle()
 
     def transmitted(self, box: Mailbox, at_ns: int) -> None:
+        if self.offer is not box:
+            return  # somebody who received it has reset this chip at that very moment
         self._inside += 1
         self.frames_sent += 1
         if self.confinement.tec:
@@ -132,6 +135,8 @@ class BusSide(Node):
         found = _TYPES[kind]
         if kind == _FORM_KIND and transmitting and self.segment != _DELIMITER_PART:
             found = 0
+        elif kind == _CRC_KIND and self.read_dominant:
+            found = _FORM
         self._capture(found | self.segment | (0 if transmitting else _RECEIVING))
         offer = self.offer
         if transmitting and offer is not None and offer.single_shot and self.contending is offer:

@@ -78,7 +78,7 @@ class Modes(BusSide):
         """Stop, unless there is something to do: then WUI at once."""
         if not self.on_bus or self.bus is None:
             return
-        if self.interrupts.active or self.offer is not None or not self.bus.resting():
+        if self.interrupts.active or self.offer is not None or not self.bus.idle():
             self.interrupts.request(_WUI)
             return
         self.cells[_MOD] |= _SM

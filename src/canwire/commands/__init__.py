@@ -32,6 +32,9 @@ VERBS = {
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
     "lin": Verb("canwire.commands.lin", "watch a LIN line of the hub, send from one, run a schedule"),
+    "acan": Verb(
+        "canwire.commands.acan", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"
+    ),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
     "slcan": Verb(

@@ -22,20 +22,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import canwire
-from canwire import HubLost, InUse, NoSuchBoard, Unplugged
+from canwire import InUse
 from canwire.commands.hub_line import add_hub_argument, complain
 from canwire.slcan import (
     DIALECTS,
-    Dongle,
     FileEeprom,
-    HubPort,
+    PluggedDongle,
     PtyWire,
     SerialWire,
     Service,
     Settings,
     TcpWire,
     Wire,
-    plug_dongle,
 )
 
 if TYPE_CHECKING:
@@ -92,21 +90,13 @@ def _serve(
     closing: ExitStack,
 ) -> None:
     """Plug a dongle in and say where it is."""
-    board = plug_dongle(hub, settings.dialect, arguments.bus)
-
-    def pull() -> None:
-        with suppress(HubLost, NoSuchBoard, Unplugged):
-            hub.unplug(board.hardware_id)
-
-    closing.callback(pull)
-    port = HubPort(hub, board)
-    closing.callback(port.end)
     store = FileEeprom(Path(HOME).expanduser() / f"{settings.serial_number}.eeprom")
-    dongle = Dongle(port, port.now_ns, settings, store)
-    name = f"{settings.serial_number} ({board.hardware_id} on {arguments.bus})"
+    plugged = PluggedDongle(hub, settings, arguments.bus, store)
+    closing.callback(plugged.close)
+    name = f"{settings.serial_number} ({plugged.board.hardware_id} on {arguments.bus})"
     if arguments.verbose:
-        dongle.on_change = lambda what: complain(f"{name}: {what}")
-    service.add(dongle, port.event, wire)
+        plugged.dongle.on_change = lambda what: complain(f"{name}: {what}")
+    service.add(plugged.dongle, plugged.event, wire)
     print(f"canwire: {settings.dialect.name} dongle {name} at {wire.name}", flush=True)
 
 

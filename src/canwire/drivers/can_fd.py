@@ -57,6 +57,8 @@ class CanFdDriver(Driver):
             raise BadTiming(f"oscillator_ppm {ppm}: from -{LARGEST_OFFSET_PPM} to {LARGEST_OFFSET_PPM}")
         if settings.registers:
             raise Unsupported(f"register {settings.registers[0][0]}: the ideal controller has no registers")
+        if settings.loop_back:
+            raise Unsupported("the ideal controller has no loop-back")
         data = settings.data_timing
         fd = CLASSIC_ONLY if data is None else ISO_FD if settings.iso_fd else NON_ISO_FD
         self._controller.configure(

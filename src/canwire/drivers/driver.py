@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from canwire import _mem
 from canwire.bus.node import Mailbox, Sink
+from canwire.errors import Unsupported
 from canwire.values.bit_timing import BitTiming
 from canwire.values.event import ErrorState
 from canwire.values.register import RegisterValue
@@ -25,7 +26,7 @@ class LineSettings:
 
     `data_timing` None means a classic line. `oscillator_ppm` is how far the node's crystal is off
     (positive: fast), -100,000..100,000. `registers` are values for registers of the chip by their data-sheet
-    names, beyond what the other settings say; an ideal controller has none.
+    names, beyond what the other settings say; an ideal controller has none. With `loop_back` it hears only itself.
     """
 
     timing: BitTiming
@@ -34,6 +35,7 @@ class LineSettings:
     listen_only: bool = False
     oscillator_ppm: float = 0.0
     registers: tuple[tuple[str, int], ...] = ()
+    loop_back: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,15 +56,18 @@ class Driver:
     """Makes one controller take part in its bus, and hands frames to and fro between it and its host, a line.
 
     A controller has a mailbox for frames and perhaps another, `high`, that goes before it (else both are the same
-    one). `running`, `listen_only` and `fd` (as Node.fd) say how it takes part. Times are the timeline's, in
-    nanoseconds. `configure` before `start`; a second one takes effect at once, mid-frame if need be. `stop` and
-    `close` may be called again and again.
+    one); or `several` equal ones, and then one for each channel at a time. `boxes` are all of them. `running`,
+    `listen_only` and `fd` (as Node.fd) say how it takes part. Times are the timeline's, in nanoseconds.
+    `configure` before `start`; a second one takes effect at once, mid-frame if need be. `stop` and `close` may be
+    called again and again.
     """
 
     def __init__(self, host: Host | None, normal: Mailbox, high: Mailbox) -> None:
         self.host = host
         self.normal = normal
         self.high = high
+        self.boxes = [normal] if normal is high else [normal, high]
+        self.several = False
         self.running = False
         self.listen_only = False
         self.fd = 0
@@ -96,6 +101,18 @@ class Driver:
         """A frame of this controller's is being transmitted at this moment."""
         raise NotImplementedError
 
+    def sleep(self, at_ns: int) -> None:
+        """Save power until something happens on the bus, or is to be sent; raises Unsupported."""
+        raise Unsupported("this controller cannot sleep")
+
+    def wake(self, at_ns: int) -> None:
+        """No longer asleep."""
+        raise Unsupported("this controller cannot sleep")
+
+    def hold(self, held: bool) -> None:
+        """Whoever serves the controller is kept from it, as by a system that hangs; raises Unsupported."""
+        raise Unsupported("this controller needs nobody to serve it")
+
     def counters(self) -> Counters:
         """The counters as they are now."""
         raise NotImplementedError
@@ -103,6 +120,17 @@ class Driver:
     def registers(self) -> list[RegisterValue]:
         """The chip's registers as they are, read without side effects; an ideal controller has none."""
         return []
+
+    def read_register(self, address: int, reset_mode: bool) -> int:
+        """One register, with what reading it does; in reset mode if asked for, which leaves the bus for a moment.
+
+        Raises Unsupported, and BadValue for an address that the chip does not have.
+        """
+        raise Unsupported("this controller has no registers")
+
+    def write_register(self, address: int, value: int, reset_mode: bool) -> None:
+        """Write one, whatever that does; raises like `read_register`."""
+        raise Unsupported("this controller has no registers")
 
     def close(self) -> None:
         """Leave the bus for good."""
@@ -112,6 +140,8 @@ class Driver:
 
     def occupied(self, words: _mem.Words, at: int) -> bool:
         """The mailbox for the priority of the record at word `at` is taken."""
+        if self.several:
+            return self._free() is None
         return self.high.occupied if words[at + 1] >> 32 & _HIGH_PRIORITY else self.normal.occupied
 
     def load(self, words: _mem.Words, at: int, now_ns: int, owner: object) -> bool:
@@ -119,6 +149,8 @@ class Driver:
         info = words[at + 1] >> 32
         urgent = info & _HIGH_PRIORITY != 0
         box = self.high if urgent else self.normal
+        if self.several:
+            box = self._free()
         _mem.copy_record(box.words, 0, words, at)
         box.occupied = True
         box.esi_added = False
@@ -128,6 +160,22 @@ class Driver:
         box.ready_ns = now_ns
         self.transmit(box, now_ns)
         return urgent
+
+    def _free(self) -> Any:
+        for box in self.boxes:
+            if not box.occupied:
+                return box
+        return None
+
+    def full_for(self, owner: object) -> bool:
+        """Of `several` mailboxes, none is free, or one has a frame of this owner's: its frames keep their order."""
+        free = False
+        for box in self.boxes:
+            if not box.occupied:
+                free = True
+            elif box.owner is owner:
+                return True
+        return not free
 
     def transmit(self, box: Mailbox, at_ns: int) -> None:
         """The frame in this mailbox, one of the two, is to be sent; whoever loads it polls the bus if need be."""

@@ -13,6 +13,48 @@ class GetRegisters(Message):
     line: int
 
 
+class OpenShare(Message):
+    """-> Opened. `share` says what others may do: 1 read, 2 write."""
+
+    board: int
+    line: int
+    read: bool
+    write: bool
+    share: int
+
+
+class ReadRegister(Message):
+    """Control -> Number, with what reading the register does"""
+
+    handle: int
+    address: int
+    reset_mode: bool
+
+
+class WriteRegister(Message):
+    """Control -> None"""
+
+    handle: int
+    address: int
+    value: int
+    reset_mode: bool
+
+
+class Sleep(Message):
+    """Control -> None: let the line's controller sleep, or wake it."""
+
+    handle: int
+    asleep: bool
+
+
+class HoldInterrupts(Message):
+    """-> None: keep the line's driver from serving its chip, or let it again."""
+
+    board: int
+    line: int
+    held: bool
+
+
 class SetNote(Message):
     """-> None. A note lies at the hub until another takes its place; an empty one is taken away."""
 

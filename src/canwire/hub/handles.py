@@ -141,6 +141,21 @@ class Control(Filtered):
         request = m.Detect(self._handle, tuple(candidates), timeout_ms, iso_fd, low_speed)
         return int(self.ask(request).value)
 
+    def sleep(self) -> None:
+        """Save power until something happens on the bus, or is to be sent; raises Unsupported."""
+        self.ask(m.Sleep(self._handle, True))
+
+    def wake(self) -> None:
+        self.ask(m.Sleep(self._handle, False))
+
+    def read_register(self, address: int, *, reset_mode: bool = False) -> int:
+        """One register of the line's chip, with what reading it does; raises Unsupported for an ideal one."""
+        return int(self.ask(m.ReadRegister(self._handle, address, reset_mode)).value)
+
+    def write_register(self, address: int, value: int, *, reset_mode: bool = False) -> None:
+        """Write one, whatever that does; in `reset_mode` the line leaves its bus for a moment."""
+        self.ask(m.WriteRegister(self._handle, address, value, reset_mode))
+
     def status(self) -> LineStatus:
         self.check()
         return self.hub.line_status(self.board, self.line)

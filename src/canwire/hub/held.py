@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from canwire.boards.can_line import CanLine
 from canwire.boards.modes import LineStatus
 from canwire.boards.scheduler import CyclicList
+from canwire.boards.sharing import Share, Sharing
 from canwire.errors import CanwireError, InUse
 from canwire.hub.pipes import Pipe
 
@@ -46,6 +47,8 @@ class Slot(LineSlot):
         self.can = can
         self.scheduler: Session | None = None
         self.channels: list[HeldChannel] = []
+        info = can.info
+        self.sharing = Sharing(can.line.name, info.receive_channels, info.send_channels)
 
     @property
     def exclusive(self) -> bool:
@@ -62,7 +65,8 @@ class Slot(LineSlot):
         mode = self.can.mode
         if mode is not None and mode.persistent:
             return
-        if self.control is None and self.scheduler is None and not self.channels:
+        users = (self.control, self.scheduler, *self.channels)
+        if not any(user is not None for user in users) and not len(self.sharing):
             self.can.reset()
 
     def close(self, why: CanwireError) -> None:
@@ -80,7 +84,7 @@ class Slot(LineSlot):
             rec=counters.rec,
             last_error=counters.last_error,
             load=can.load(),
-            transmitting=bool(driver.normal.occupied or driver.high.occupied),
+            transmitting=any(box.occupied for box in driver.boxes),
             coupling_fault=can.coupling_fault,
             frames_sent=counters.frames_sent,
             frames_received=counters.frames_received,
@@ -126,6 +130,17 @@ class HeldScheduler(OnLine):
     def let_go(self) -> None:
         self.cyclic.close()
         self.slot.scheduler = None
+
+
+@dataclass
+class HeldShare(OnLine):
+    """A line that somebody has open for reading or writing."""
+
+    slot: Slot
+    share: Share
+
+    def let_go(self) -> None:
+        self.slot.sharing.close(self.share)
 
 
 @dataclass

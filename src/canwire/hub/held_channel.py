@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from canwire.boards.channel import Channel
+from canwire.boards.channel import ALL_REQUESTS, Channel
 from canwire.boards.message_filter import FormatFilter, MessageFilter, message_filter
 from canwire.boards.modes import ChannelMode, ChannelStatus
 from canwire.errors import NotInitialised, WrongState
@@ -61,6 +61,8 @@ class HeldChannel(OnLine):
         )
         channel.untrusted = True
         channel.prioritised = mode.prioritised
+        if mode.prioritised or mode.confirms:
+            channel.allowed = ALL_REQUESTS
         channel.fd = mode.fd
         self._take_time(channel, mode.ticks)
         return channel

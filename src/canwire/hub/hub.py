@@ -145,6 +145,14 @@ class Hub:
         """A monitor on a LIN line; an exclusive one has to be the only one, else InUse."""
         return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
 
+    def open_share(self, board: int, line: int, *, read: bool, write: bool, share: int = 3) -> Lease:
+        """Have a line open for reading or writing as CreateFile does; `share`: others may read (1), write (2).
+
+        Raises InUse where somebody's share mode forbids it, NoChannel where all channels of the line are taken.
+        """
+        request = m.OpenShare(board, line, read, write, share)
+        return Lease(self, self.call(request).handle, f"share of line {line}")
+
     # the rest
 
     def create_fifo(self, capacity: int, element_size: int) -> Fifo:
@@ -160,6 +168,10 @@ class Hub:
     def create_luid(self) -> int:
         """A number that this hub never gave out before."""
         return int(self.call(m.CreateLuid()).value)
+
+    def hold_interrupts(self, board: int, line: int, held: bool = True) -> None:
+        """A fault: keep the line's driver from serving its chip, which then overruns; or let it again."""
+        self.call(m.HoldInterrupts(board, line, held))
 
     def short(self, bus: str, shorted: bool = True) -> None:
         """Short a bus's two wires, or take the short away; raises NoSuchBoard."""

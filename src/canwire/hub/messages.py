@@ -18,9 +18,14 @@ from canwire.boards.modes import ChannelMode, ChannelStatus, CyclicStatus, LineM
 from canwire.errors import BadMessage, BadValue
 from canwire.hub.board_messages import GetNote as GetNote
 from canwire.hub.board_messages import GetRegisters as GetRegisters
+from canwire.hub.board_messages import HoldInterrupts as HoldInterrupts
 from canwire.hub.board_messages import Note as Note
+from canwire.hub.board_messages import OpenShare as OpenShare
+from canwire.hub.board_messages import ReadRegister as ReadRegister
 from canwire.hub.board_messages import Registers as Registers
 from canwire.hub.board_messages import SetNote as SetNote
+from canwire.hub.board_messages import Sleep as Sleep
+from canwire.hub.board_messages import WriteRegister as WriteRegister
 from canwire.hub.lin_messages import GetLinStatus as GetLinStatus
 from canwire.hub.lin_messages import GetMonitorStatus as GetMonitorStatus
 from canwire.hub.lin_messages import InitialiseLin as InitialiseLin
@@ -313,6 +318,7 @@ Request = (
     | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
     | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
     | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote
+    | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
 )  # fmt: skip
 
 # the hub's replies

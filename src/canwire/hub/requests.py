@@ -172,26 +172,6 @@ def _detect(request: m.Detect, session: Session) -> Deferred:
     )
 
 
-@answer.register(m.GetRegisters)
-def _get_registers(request: m.GetRegisters, session: Session) -> Answer:
-    driver = session.world.slot(request.board, request.line).can.line.driver
-    return m.Registers(tuple(driver.registers())), ()
-
-
-# notes
-
-
-@answer.register(m.GetNote)
-def _get_note(request: m.GetNote, session: Session) -> Answer:
-    return m.Note(session.world.notes.get(request.name, b"")), ()
-
-
-@answer.register(m.SetNote)
-def _set_note(request: m.SetNote, session: Session) -> Answer:
-    session.world.set_note(request.name, request.value)
-    return DONE
-
-
 # filters
 
 

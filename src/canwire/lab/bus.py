@@ -184,7 +184,9 @@ class LabBus:
         what = "; ".join(
             f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting
         )
-        return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what or 'the bus is shorted'}"
+        if not what:
+            what = "the bus is shorted" if self.wire.bits.shorted else "a chip repeats its frame"
+        return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what}"
 
     def close(self) -> None:
         with self._lab.touch():

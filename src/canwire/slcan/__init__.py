@@ -12,6 +12,7 @@ from canwire.slcan.eeprom import Eeprom, FileEeprom, MemoryEeprom
 from canwire.slcan.host_side import RECEIVE_QUEUE
 from canwire.slcan.hub_port import HubPort, plug_dongle
 from canwire.slcan.leds import LedEvent, Leds, Red
+from canwire.slcan.plugged import PluggedDongle
 from canwire.slcan.serving import Service
 from canwire.slcan.settings import DongleCounters, Settings
 from canwire.slcan.wires import PtyWire, SerialWire, TcpWire, Wire
@@ -33,6 +34,7 @@ __all__ = [
     "LedEvent",
     "Leds",
     "MemoryEeprom",
+    "PluggedDongle",
     "PtyWire",
     "Red",
     "SerialWire",

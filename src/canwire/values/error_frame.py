@@ -5,7 +5,7 @@
     ARBITRATION_LOST   LOSTARB, data[0] the bit
     OVERRUN            CRTL with data[1] bit 0 (receive overflow)
     INFO               RESTARTED; stopped: no class
-    ABORTED, STATE stopped: no class; data[0] is our EventKind, data[1] our ErrorState
+    ABORTED, CHANGED, SLEEPING, WOKEN, STATE stopped: no class; data[0] is our EventKind, data[1] our ErrorState
     always             data[2] bit 7 transmitting; CNT with TEC in data[6] and REC in data[7]
 
 Not kept: the bit and code of an error; FAST_DATA_BIT (becomes BIT); NONE as an error (OTHER); counters above
@@ -39,6 +39,7 @@ _CRTL_ACTIVE = 0x40
 _CRTL_OF_STATE = {ErrorState.ERROR_WARNING: _CRTL_WARNING, ErrorState.ERROR_PASSIVE: _CRTL_PASSIVE}
 _RECEIVER_SIDE = 0x14  # of the four bits above, those about REC
 _TRANSMITTING = 0x80
+_OURS = (EventKind.ABORTED, EventKind.CHANGED, EventKind.SLEEPING, EventKind.WOKEN)
 
 # ErrorKind -> (type in data[2], place in data[3])
 _PROTOCOL = {
@@ -60,7 +61,7 @@ def encode_error_frame(event: BusEvent) -> tuple[int, bytes]:
     """(identifier with ERROR_FLAG, 8 data bytes) of an event."""
     data = bytearray(8)
     stopped = event.state is ErrorState.STOPPED and event.kind in (EventKind.INFO, EventKind.STATE)
-    if stopped or event.kind is EventKind.ABORTED:
+    if stopped or event.kind in _OURS:
         classes = 0
         data[0], data[1] = event.kind, event.state
     else:

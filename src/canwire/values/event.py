@@ -31,6 +31,9 @@ class EventKind(IntEnum):
     ARBITRATION_LOST = 0x10
     ABORTED = 0x11
     OVERRUN = 0x12  # the controller itself lost a frame: nobody fetched the ones before it
+    CHANGED = 0x13  # the line was set up anew
+    SLEEPING = 0x14
+    WOKEN = 0x15
 
 
 class InfoCode(IntEnum):

@@ -33,9 +33,14 @@ HIGH_PRIORITY = 1 << 9
 EXTENDED_DATA_LENGTH = 1 << 10
 FAST_DATA_RATE = 1 << 11
 ERROR_STATE_INDICATOR = 1 << 12
-CONFIRM = 1 << 13  # ours, in a bit VCI reserves: the sender wants to be told of the outcome
+CONFIRM = (
+    1 << 13
+)  # ours, in a bit VCI reserves: the sender wants to be told of the outcome, by its frame returned
 ABORT_ON_ERROR = 1 << 14  # ours too: given up at its first bus error, though not when arbitration is lost
 LOOP_BACK = 1 << 15  # ours too: every receiving channel of the line gets a copy at once, as if received
+CONFIRM_LOAD = (
+    1 << 24
+)  # ours, of a record to send: its channel wants it back when the controller has taken it
 DLC_SHIFT = 16
 DLC_MASK = 0xF << DLC_SHIFT
 OVERRUN = 1 << 20

@@ -1,0 +1,37 @@
+"""`canwire acan` beside another machine, all of it doubles: machine 2 sends back whatever comes to it.
+
+python acan_on_double.py term 1 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import runpy
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from canwire.commands import acan_programs, main
+from canwire.commands.acan_machines import set_up
+from canwire.commands.acan_term import Terminal
+
+Wire: Any = runpy.run_path(str(Path(__file__).parent / "acan_double.py"))["Wire"]
+
+
+def run(words: list[str]) -> int:
+    wire = Wire()
+    other, own = wire.driver(), wire.driver()
+    set_up(other, 2)
+    mirror = Terminal(other, 2, 1, loop=True, woken=lambda: mirror.received() and None)
+    mirror.open()
+
+    def opened(arguments: argparse.Namespace, program: str, closing: ExitStack) -> Any:
+        return own
+
+    acan_programs._opened = opened
+    return main(["acan", *words])
+
+
+if __name__ == "__main__":
+    sys.exit(run(sys.argv[1:]))
