@@ -227,10 +227,11 @@ def test_mistakes(
     hub_address: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], why: str
 ) -> None:
     link = () if words[0] in ("--tcp", "--serial") else ("--pty", str(tmp_path / "tty"))
-    assert main(["slcan", *link, *words, "--hub", hub_address]) == 2
-    assert why in capsys.readouterr().err
     with connect(hub_address) as hub:
-        assert [board.kind for board in hub.boards()].count("pc-i04") == 0
+        before = hub.boards()
+        assert main(["slcan", *link, *words, "--hub", hub_address]) == 2
+        assert why in capsys.readouterr().err
+        assert hub.boards() == before
 
 
 def test_the_board_is_pulled_out(served: Command, hub_address: str) -> None:
@@ -239,7 +240,7 @@ def test_the_board_is_pulled_out(served: Command, hub_address: str) -> None:
             hub.unplug(line.partition("(")[2].partition(" ")[0])
     assert served.process.wait(PATIENCE_S) == 0
     assert served.process.stderr is not None
-    assert served.process.stderr.read().count("pulled out") == 2
+    assert served.process.stderr.read().count("was unplugged") == 2
 
 
 def test_the_hub_goes(home: Path) -> None:
