@@ -70,14 +70,13 @@ def node(hub_address: str) -> Iterator[HubChannel]:
         yield channel
 
 
-def python_can(code: str, *arguments: str) -> str:
-    """A program with python-can in a process of its own; what it prints."""
-    done = subprocess.run(
+def python_can(code: str, *arguments: str) -> subprocess.Popen[str]:
+    """A program with python-can in a process of its own, as it stands."""
+    return subprocess.Popen(
         [sys.executable, "-W", "ignore", "-c", textwrap.dedent(code), *arguments],
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+        stdout=subprocess.PIPE,
+        text=True,
+    )
 
 
 ECHO = """
@@ -98,11 +97,7 @@ ECHO = """
 @pytest.mark.conforms("CT-01", "CT-02", "CT-09", "CT-14", "CT-17", "CT-21")
 @pytest.mark.parametrize("place", [0, 1])
 def test_python_can_s_own_slcan(served: Command, node: HubChannel, place: int) -> None:
-    program = subprocess.Popen(
-        [sys.executable, "-W", "ignore", "-c", textwrap.dedent(ECHO), served.places[place]],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    program = python_can(ECHO, served.places[place])
     assert program.stdout is not None
     assert program.stdout.readline() == f"10 13 A12{3 + place}\n"
     sent = [node.receive(PATIENCE_S) for _ in range(3)]
@@ -132,11 +127,7 @@ COUNT = """
 @pytest.mark.conforms("CT-20", "CT-23")
 @pytest.mark.parametrize("place", [0, 1])
 def test_a_thousand_frames_to_python_can(served: Command, node: HubChannel, place: int) -> None:
-    program = subprocess.Popen(
-        [sys.executable, "-W", "ignore", "-c", textwrap.dedent(COUNT), served.places[place]],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    program = python_can(COUNT, served.places[place])
     assert program.stdout is not None
     assert program.stdout.readline() == "ready\n"
     for k in range(1000):
@@ -261,3 +252,36 @@ def test_the_hub_goes(home: Path) -> None:
     assert told.startswith("canwire: ")
     assert told.count("\n") == 1
     assert not (home / "tty").is_symlink()
+
+
+FD = """
+    import sys, can
+    timing = can.BitTimingFd.from_sample_point(
+        f_clock=80_000_000, nom_bitrate=500_000, nom_sample_point=80, data_bitrate=2_000_000, data_sample_point=80)
+    with can.Bus(interface="slcan", channel=sys.argv[1], timing=timing, sleep_after_open=0.2) as bus:
+        bus.send(can.Message(
+            arbitration_id=0x100, data=bytes(12), is_fd=True, bitrate_switch=True, is_extended_id=False))
+        bus.send(can.Message(arbitration_id=0x101, data=bytes(64), is_fd=True))
+        message = bus.recv(20)
+        print(message.is_fd, message.bitrate_switch, message.dlc, message.data.hex())
+"""
+
+
+def test_python_can_speaks_fd_to_a_canable(hub_address: str, home: Path) -> None:
+    command = Command(hub_address, home, "--dialect", "canable", "--pty", str(home / "tty"))
+    with connect(hub_address) as hub:
+        board = hub.board("usb-to-can-fd").id
+        control = hub.open_control(board, 0)
+        data = BitTiming.for_bit_rate(2_000_000)
+        control.initialise(LineMode(BitTiming.for_bit_rate(500_000), data, long_data=True))
+        control.start()
+        channel = hub.open_channel(board, 0)
+        channel.set_up(ChannelMode(16, 16))
+        channel.activate()
+        program = python_can(FD, command.places[0])
+        assert channel.receive(PATIENCE_S) == Frame(0x100, bytes(12), fd=True, bit_rate_switch=True)
+        assert channel.receive(PATIENCE_S) == Frame(0x101, bytes(64), fd=True, extended=True)
+        channel.send(Frame(0x200, bytes(range(16)), fd=True, bit_rate_switch=True))
+        assert program.communicate(timeout=PATIENCE_S)[0] == f"True True 16 {bytes(range(16)).hex()}\n"
+    assert command.end() == 0
+    command.process.communicate()
