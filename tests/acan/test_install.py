@@ -226,7 +226,8 @@ def test_start_and_stop_load_and_unload_driver_and_hub(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the real scripts: a hub of their own on a socket of its own."""
-    pytest.importorskip("canwire.commands.acan")
+    paths = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(os.path.abspath, paths)))  # the scripts go elsewhere
     start, stop, *_ = setup(0x2A0, 7, tmp_path / "acan")
     command = tmp_path / "canwire"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m canwire "$@"\n')

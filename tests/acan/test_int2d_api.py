@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -13,7 +14,7 @@ from canwire.acan import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB, Action, HardC
 from canwire.acan.int2d import Int2d, find_driver
 from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
 
-api = pytest.importorskip("canwire.acan.api")
+api = importlib.import_module("canwire.acan.api")
 
 CONFIG, BLOCK, MESSAGE = FarPointer(0x2000, 0), FarPointer(0x2100, 0), FarPointer(0x2200, 0)
 FIFO, BUFFER, VARIABLE = FarPointer(0x3000, 0), FarPointer(0x3100, 0), FarPointer(0x4000, 0)

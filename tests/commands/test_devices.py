@@ -275,7 +275,7 @@ def test_without_a_hub_the_boards_are_this_programs_own(
     [
         (
             ["plug", "usb-to-lin"],
-            "no board kind 'usb-to-lin'; there are inducan104, pc-i04, usb-to-can, usb-to-can-fd",
+            "no board kind 'usb-to-lin'; there are canbus-dongle, inducan104, ",
         ),
         (["plug", "usb-to-can", "--serial", "17"], "hardware id '17'"),
         (["plug", "usb-to-can", "--serial", "HW000001"], "HW000001 is plugged in already"),

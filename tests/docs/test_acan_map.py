@@ -52,7 +52,7 @@ def test_every_counterpart_exists(place: str) -> None:
         assert place in inspect.signature(acan.Int2d).parameters
     elif place.startswith("canwire acan "):
         verb, _, switch = place.removeprefix("canwire acan ").partition(" ")
-        command = pytest.importorskip("canwire.commands.acan")
+        command = importlib.import_module("canwire.commands.acan")
         lines = re.findall(rf"canwire acan {verb} .*", command.__doc__)
         assert any(switch in line for line in lines)
     else:
@@ -64,7 +64,7 @@ def exists(place: str) -> bool:
     path, _, parameter = place.rstrip(")").partition("(")
     found = MODULE.match(path)
     assert found, place
-    there: Any = pytest.importorskip(found[0])
+    there: Any = importlib.import_module(found[0])
     for step in path.removeprefix(found[0]).strip(".").split("."):
         if step and not hasattr(there, step) and step not in getattr(there, "__dataclass_fields__", ()):
             return False
@@ -82,7 +82,7 @@ def test_constants_and_structures_have_their_own_names(name: str) -> None:
 @pytest.mark.conforms("AC-37")
 @pytest.mark.parametrize("name", [row[1] for row in ROWS if row[2] == "function"])
 def test_functions_have_their_own_names(name: str) -> None:
-    api = pytest.importorskip("canwire.acan.api")
+    api = importlib.import_module("canwire.acan.api")
     assert inspect.isfunction(getattr(api, name))
 
 

@@ -27,12 +27,12 @@ from typing import Annotated, Any, NamedTuple
 import msgspec
 from msgspec import Meta
 
-from canwire.boards import catalogue
 from canwire.boards.complaint import complaint
 from canwire.boards.config_check import Check
 from canwire.boards.inducan104 import KIND as INDUCAN104
 from canwire.boards.inducan104 import checked_place
 from canwire.boards.isa import IsaPlace
+from canwire.boards.kinds import USUAL_BOARDS, USUAL_BUS, USUAL_LIN_BUS
 from canwire.errors import BadConfig
 
 
@@ -134,8 +134,8 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """The whole file, checked: what it names exists, and a hub can run it."""
 
     bus: tuple[BusConfig, ...] = (
-        BusConfig(name=catalogue.USUAL_BUS, data_bit_rate=2_000_000),
-        BusConfig(name=catalogue.USUAL_LIN_BUS, type="lin"),
+        BusConfig(name=USUAL_BUS, data_bit_rate=2_000_000),
+        BusConfig(name=USUAL_LIN_BUS, type="lin"),
     )
     board: tuple[BoardConfig, ...] = ()
 
@@ -170,7 +170,7 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     @classmethod
     def default(cls) -> Config:
         """The world without a file: a few boards, all on one bus (source: rulings.md 30)."""
-        kinds = enumerate(catalogue.USUAL_BOARDS, 1)
+        kinds = enumerate(USUAL_BOARDS, 1)
         return cls(board=tuple(BoardConfig(kind=name, serial=f"HW{number:06}") for number, name in kinds))
 
 

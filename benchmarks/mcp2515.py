@@ -1,0 +1,90 @@
+"""What an MCP2515 line costs on a saturated 1 Mbit/s bus: share of one core, by what it does and how long frames are.
+
+    python benchmarks/mcp2515.py [--seconds 1.0]
+
+The line's bare cost beside it: the same with the ideal controller. Fails where the MCP2515 needs 60 % of a core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from canwire import BitTiming, Frame
+from canwire.boards.catalogue import ideal_line, plug
+from canwire.boards.channel import Channel
+from canwire.boards.line import Line
+from canwire.bus.can_bus import CanBus
+from canwire.chips.mcp2515 import Mcp2515
+from canwire.drivers.driver import LineSettings
+from canwire.drivers.mcp2515.driver import Mcp2515Driver
+from canwire.timeline import Timeline
+
+TIMING = BitTiming.for_bit_rate(1_000_000, clock_hz=8_000_000)
+SLICE_NS = 10_000_000
+QUEUE = 1024
+LIMIT = 0.60
+
+
+def mcp2515_line(name: str, timeline: Timeline) -> Line:
+    line = Line(name, timeline)
+    chip = Mcp2515()
+    driver = Mcp2515Driver(line, chip, lambda: timeline.now_ns)
+    chip.on_interrupt = driver.service
+    line.connect(driver, chip)
+    return line
+
+
+def started(line: Line, bus: CanBus) -> tuple[Line, Channel]:
+    plug(line, bus)
+    line.driver.configure(LineSettings(TIMING))
+    line.driver.start(0)
+    return line, line.open(Channel(4 * QUEUE, QUEUE))
+
+
+def cost(maker, senders: str, data: bytes, seconds: float) -> tuple[float, float, int]:
+    """Share of a core, frames/s on the bus, frames lost; `senders` names who sends: "line", "partner" or both."""
+    timeline = Timeline()
+    bus = CanBus(timeline)
+    line, channel = started(maker("line", timeline), bus)
+    partner, other = started(ideal_line("partner", timeline), bus)
+    timeline.run_until(1_000_000)
+    pairs = [
+        (who, its, 0x100 + k) for k, (who, its) in enumerate(((line, channel), (partner, other)))
+        if who.name in senders.split("+")
+    ]  # fmt: skip
+    spent = 0.0
+    sent = 0
+    while timeline.now_ns < seconds * 1e9:
+        for who, its, id in pairs:
+            while its.transmit.free():
+                who.send(its, Frame(id, data))
+                sent += 1
+        began = time.process_time()
+        timeline.run_until(timeline.now_ns + SLICE_NS)
+        spent += time.process_time() - began
+        channel.receive.take_frames(4 * QUEUE)
+        other.receive.take_frames(4 * QUEUE)
+    elapsed = timeline.now_ns / 1e9
+    done = channel.delivered + other.delivered
+    lost = done - line.driver.counters().frames_received - partner.driver.counters().frames_received
+    return spent / elapsed, done / elapsed, lost
+
+
+def main() -> int:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--seconds", type=float, default=1.0)
+    seconds = arguments.parse_args().seconds
+    worst = 0.0
+    print(f"{'senders':>14} {'bytes':>5} {'frames/s':>9} {'core':>7} {'ideal':>7} {'lost':>5}")
+    for senders in ("line", "partner", "line+partner"):
+        for data in (b"", bytes(8)):
+            ideal = cost(ideal_line, senders, data, seconds)[0]
+            share, rate, lost = cost(mcp2515_line, senders, data, seconds)
+            worst = max(worst, share)
+            print(f"{senders:>14} {len(data):>5} {rate:>9.0f} {share:>7.1%} {ideal:>7.1%} {lost:>5}")
+    return worst >= LIMIT
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,63 @@
+"""The boards that canwire brings, as rows: what they are called, say of themselves, and have on board."""
+
+from __future__ import annotations
+
+from canwire.boards import figures, inducan104
+from canwire.boards.board import CAN, LIN, BoardKind, Connector
+from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
+
+USUAL_BUS = "can0"
+USUAL_LIN_BUS = "lin0"
+USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND)
+"""What is plugged in where nobody says anything else (source: rulings.md 30)."""
+F_AND_S_CHANNELS = (2, 3)
+"""To receive and to send with: as many as the controller has registers for (source: CANDRV manual, seed 000, 7.3)."""
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        BoardKind(
+            name="usb-to-can-fd",
+            device_class="B9AAAF39-B9B9-4850-9402-7D8250C7B88F",
+            description="USB-to-CAN FD (simulated)",
+            connectors=(
+                Connector(CAN, figures.USB_TO_CAN_FD, USUAL_BUS),
+                Connector(CAN, figures.USB_TO_CAN_FD, USUAL_BUS),
+                Connector(LIN, USB_TO_CAN_FD_LIN, USUAL_LIN_BUS),
+            ),
+        ),
+        BoardKind(
+            name="usb-to-can",
+            device_class="2219F6A0-732A-4750-B66F-0AE731FB40E1",
+            description="USB-to-CAN V2 (simulated)",
+            connectors=(Connector(CAN, figures.USB_TO_CAN, USUAL_BUS),) * 2,
+        ),
+        BoardKind(
+            name=inducan104.KIND,
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0104A",  # ours: VCI never knew the board
+            description="INduCAN104 (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+            isa=True,
+        ),
+        BoardKind(
+            name="pc-i04",
+            device_class="E7752D2E-28A3-4318-AF0C-02C756FBC25A",
+            description="PC-I04/PCI (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+        ),
+        BoardKind(
+            name="netdcu",
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0DC00",  # ours, as VCI never knew F&S boards
+            description="NetDCU (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, *F_AND_S_CHANNELS),),
+        ),
+        BoardKind(
+            name="canbus-dongle",
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0B051",  # ours
+            description="CANBUS dongle (simulated)",
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+        ),
+    )
+}
+"""Our own kinds. Their device classes are those of the real boards, so that programs that look for one find it
+(source: reference/vci.md section 6)."""

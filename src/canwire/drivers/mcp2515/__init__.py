@@ -1,0 +1,1 @@
+"""The MCP2515 driven through its instructions: a simulated one, or a real one behind an SPI interface."""
