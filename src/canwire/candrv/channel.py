@@ -102,7 +102,7 @@ class Channel:
         """Wait at most so many seconds until ready(), looking at what comes; raises what ended the channel."""
         return self._until(ready, self.room.deadline(timeout))
 
-    def _until(self, ready: Callable[[], bool], deadline: float | None) -> bool:
+    def _until(self, ready: Callable[[], bool], deadline: int | None) -> bool:
         def looked() -> bool:
             if self._stopped:
                 raise CandrvError(Win32Error.ERROR_OPERATION_ABORTED, f"{self._device.name} was closed")
@@ -136,7 +136,7 @@ class Channel:
                 self._await_room(deadline)
             self._put(key, virtualize)
 
-    def _await_room(self, deadline: float | None) -> None:
+    def _await_room(self, deadline: int | None) -> None:
         end = self._opened().writing
         end.assign(self.room.event)
 
@@ -158,7 +158,7 @@ class Channel:
                 Win32Error.ERROR_TIMEOUT, f"{self._device.name} send buffer full, {capacity} messages wait"
             )
 
-    def _send_single(self, key: Key, deadline: float | None, virtualize: bool) -> None:
+    def _send_single(self, key: Key, deadline: int | None, virtualize: bool) -> None:
         if not self._until(lambda: self._register is None, deadline):
             raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} the register is busy")
         ticket = self._put(key, virtualize)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from canwire import CanwireError
 from canwire.candrv.constants import NOT_IN_TABLE, CanMode, Command, ControlCode, FrameFormat, Win32Error
 from canwire.candrv.device import checked
-from canwire.candrv.errors import CandrvError, as_candrv, translated
+from canwire.candrv.errors import CandrvError, as_candrv
 from canwire.candrv.structures import (
     CAN_ACCEPTANCE_FILTER,
     CAN_EVENT,
@@ -77,26 +77,30 @@ def control(handle: Handle, code: int, data: bytes = b"", out_size: int = 0, sec
     if row is None:
         known = ", ".join(one.name for one in ControlCode)
         raise CandrvError(Win32Error.ERROR_NOT_SUPPORTED, f"control code {code:#x}: known are {known}")
-    name = ControlCode(code).name
-    _check_access(handle, name, row)
-    if len(data) < (row.least or row.takes):
+    takes, gives = row.takes, row.gives
+    if (row.reads and not handle.readable) or (row.writes and not handle.writable):
+        raise _refused(code, row)
+    if len(data) < (row.least or takes):
         raise CandrvError(
-            Win32Error.ERROR_INVALID_PARAMETER, f"{name} takes {row.takes} bytes, not {len(data)}"
+            Win32Error.ERROR_INVALID_PARAMETER,
+            f"{ControlCode(code).name} takes {takes} bytes, not {len(data)}",
         )
-    if out_size < row.gives and not (row.optional and not out_size):
+    if out_size < gives and (out_size or not row.optional):
         raise CandrvError(
             Win32Error.ERROR_INSUFFICIENT_BUFFER,
-            f"{name} gives {row.gives} bytes: there is room for {out_size}",
+            f"{ControlCode(code).name} gives {gives} bytes: there is room for {out_size}",
         )
-    with translated():
-        return row.do(Call(handle, data[: row.takes], second))
+    try:
+        return row.do(Call(handle, data[:takes], second))
+    except CandrvError:
+        raise
+    except CanwireError as error:
+        raise as_candrv(error) from error
 
 
-def _check_access(handle: Handle, name: str, row: Code) -> None:
-    if row.reads and not handle.readable:
-        raise CandrvError(Win32Error.ERROR_ACCESS_DENIED, f"{name} takes a receive channel (GENERIC_READ)")
-    if row.writes and not handle.writable:
-        raise CandrvError(Win32Error.ERROR_ACCESS_DENIED, f"{name} takes a send channel (GENERIC_WRITE)")
+def _refused(code: int, row: Code) -> CandrvError:
+    what = "receive channel (GENERIC_READ)" if row.reads else "send channel (GENERIC_WRITE)"
+    return CandrvError(Win32Error.ERROR_ACCESS_DENIED, f"{ControlCode(code).name} takes a {what}")
 
 
 # channels

@@ -28,20 +28,20 @@ class WaitingRoom:
         self.event = Event()
         self._hub = hub
         self._changed = threading.Condition(self.lock)
-        self._deadlines: list[float] = []
+        self._deadlines: list[int] = []
         self._waiting = 0
         self._sleeps = False
         self._closed = False
 
-    def deadline(self, timeout: float | None) -> float | None:
-        """When so many seconds of the hub's time are over; None: never."""
-        return None if timeout is None else self._now() + timeout
+    def deadline(self, timeout: float | None) -> int | None:
+        """When so many seconds of the hub's time are over, in ns; None: never."""
+        return None if timeout is None else self._now() + round(timeout * 1e9)
 
-    def passed(self, deadline: float | None) -> bool:
+    def passed(self, deadline: int | None) -> bool:
         """The time is over."""
         return deadline is not None and self._now() >= deadline
 
-    def until(self, ready: Callable[[], bool], deadline: float | None, arm: Callable[[], object]) -> bool:
+    def until(self, ready: Callable[[], bool], deadline: int | None, arm: Callable[[], object]) -> bool:
         """Wait until ready(), which may raise, at most until the deadline; was it? The caller holds the lock."""
         if ready():
             return True
@@ -54,7 +54,7 @@ class WaitingRoom:
                 if left is not None and left <= 0:
                     return ready()
                 arm()
-                self._sleep(left)
+                self._sleep(None if left is None else left / 1e9)
                 if ready():
                     return True
         finally:
@@ -84,7 +84,7 @@ class WaitingRoom:
             self._changed.wait(None if virtual else left)
             return
         if virtual and self._deadlines:
-            left = max(0.0, min(self._deadlines) - self._now())
+            left = max(0, min(self._deadlines) - self._now()) / 1e9
         self._sleeps = True
         self.lock.release()
         try:
@@ -94,5 +94,5 @@ class WaitingRoom:
             self._sleeps = False
             self._changed.notify_all()
 
-    def _now(self) -> float:
-        return self._hub.now_ns() / 1e9 if self._hub.virtual else time.monotonic()
+    def _now(self) -> int:
+        return self._hub.now_ns() if self._hub.virtual else time.monotonic_ns()
