@@ -42,7 +42,7 @@ OUTSIDE_MAY = {
     "candrv": set(),
     "ldf": set(),
     "pytest_plugin": set(),
-    "commands": {"ldf", "acan"},
+    "commands": {"acan", "candrv", "ldf"},
     "__main__": {"commands"},
 }
 

@@ -7,6 +7,7 @@
             print(event)
 
 `candrv.win32` has the manual's own functions over the same handles.
+
 Source: CANDRV manual V2.06 (seed 000).
 """
 
@@ -14,13 +15,44 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.candrv.constants import CanbusEvent, CanMode, Command, ControlCode, FrameFormat, Win32Error
+from canwire.candrv import constants as _constants
+from canwire.candrv.constants import *  # noqa: F403
 from canwire.candrv.device import Device, unload
-from canwire.candrv.errors import CandrvError, translated
-from canwire.candrv.event_queue import Event
+from canwire.candrv.errors import CandrvError, format_error, translated
+from canwire.candrv.event_queue import Event, EventQueue
+from canwire.candrv.filters import Filter
 from canwire.candrv.handle import Handle, PartialWrite
 from canwire.candrv.program import program_hub
-from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER, CAN_EVENT, CAN_TRANSMIT_DATA, COMMTIMEOUTS
+from canwire.candrv.properties import Controller, controller_of
+from canwire.candrv.registry import RegistryStore, Settings
+from canwire.candrv.structures import (
+    CAN_ACCEPTANCE_FILTER,
+    CAN_BYTE,
+    CAN_DWORD,
+    CAN_EVENT,
+    CAN_INT,
+    CAN_PROPERTIES,
+    CAN_TIME,
+    CAN_TRANSMIT_DATA,
+    CAN_UINT,
+    COMMTIMEOUTS,
+    DWORD,
+    LPCOMMTIMEOUTS,
+    PCAN_ACCEPTANCE_FILTER,
+    PCAN_EVENT,
+    PCAN_PROPERTIES,
+    PCAN_TIME,
+    PCAN_TRANSMIT_DATA,
+)
+from canwire.candrv.text import (
+    EventReader,
+    MalformedMessage,
+    Message,
+    MessageParser,
+    format_event,
+    format_message,
+    parse_event,
+)
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -41,19 +73,41 @@ def open(
 
 __all__ = [
     "CAN_ACCEPTANCE_FILTER",
+    "CAN_BYTE",
+    "CAN_DWORD",
     "CAN_EVENT",
+    "CAN_INT",
+    "CAN_PROPERTIES",
+    "CAN_TIME",
     "CAN_TRANSMIT_DATA",
+    "CAN_UINT",
     "COMMTIMEOUTS",
-    "CanMode",
-    "CanbusEvent",
+    "DWORD",
+    "LPCOMMTIMEOUTS",
+    "PCAN_ACCEPTANCE_FILTER",
+    "PCAN_EVENT",
+    "PCAN_PROPERTIES",
+    "PCAN_TIME",
+    "PCAN_TRANSMIT_DATA",
     "CandrvError",
-    "Command",
-    "ControlCode",
+    "Controller",
     "Event",
-    "FrameFormat",
+    "EventQueue",
+    "EventReader",
+    "Filter",
     "Handle",
+    "MalformedMessage",
+    "Message",
+    "MessageParser",
     "PartialWrite",
-    "Win32Error",
+    "RegistryStore",
+    "Settings",
+    "controller_of",
+    "format_error",
+    "format_event",
+    "format_message",
     "open",
+    "parse_event",
     "unload",
 ]
+__all__ += sorted(name for name in set(vars(_constants)) - {"IntEnum", "IntFlag"} if name[0].isupper())
