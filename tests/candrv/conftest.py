@@ -1,11 +1,12 @@
 """CANDRV on real hubs: one in this process, one in a process of its own; and one in virtual time.
 
-CID1: drives the INduCAN104 of CONFIG; the first line of a USB-to-CAN FD on the same bus is the rest of the world.
+CID1: drives the INduCAN104 (SJA1000) of CONFIG or its PicoCOM1 (MCP2515); the first line of a USB-to-CAN FD on the same bus is the rest of the world.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -17,6 +18,7 @@ import pytest
 import canwire
 from canwire import BitTiming, ChannelMode, Frame, LineMode, candrv
 from canwire.boards.config import Config
+from canwire.bus.can_bus import CanBus
 from canwire.bus.faults import Faults
 from canwire.candrv.handle import Handle
 from canwire.candrv.registry import RegistryStore
@@ -35,12 +37,18 @@ serial = "HW000104"
 buses = ["can0"]
 
 [[board]]
+kind = "picocom1"
+serial = "HW000501"
+buses = ["can0"]
+
+[[board]]
 kind = "usb-to-can"
 serial = "HW000001"
 buses = ["can0", "can0"]
 """
-REGISTRY = '[candrv.CID1]\nBoard = "HW000104"\n'
+REGISTRY = '[candrv.CID1]\nBoard = "{}"\n'
 BOARD, PEER_BOARD = "HW000104", "HW000001"
+BOARDS = ["inducan104", "picocom1"]
 RATE = 1_000_000  # the registry's default
 LONG = 30  # seconds after which something that should happen never will
 READ, WRITE = 0x8000_0000, 0x4000_0000
@@ -52,7 +60,7 @@ Connect = Callable[[str], canwire.Hub]
 def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RegistryStore:
     """The registry of this test; what is set in it acts when the driver is loaded."""
     path = tmp_path / "canwire.toml"
-    path.write_text(REGISTRY)
+    path.write_text(REGISTRY.format(BOARD))
     monkeypatch.setenv("CANWIRE_CONFIG", str(path))
     return RegistryStore(path)
 
@@ -136,9 +144,10 @@ def peer(connect: Connect) -> Iterator[Peer]:
         yield made
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
+@pytest.fixture(params=BOARDS)
+def bench(request: pytest.FixtureRequest, registry: RegistryStore) -> Iterator[Bench]:
     """Virtual time, which stands still while nobody waits."""
+    registry.set("CID1", "Board", request.param)
     engine = Engine(World(Config.parse(CONFIG), virtual=True), "virtual")
     with contextlib.closing(engine), Bench(engine) as made:
         yield made
@@ -186,7 +195,9 @@ class Bench:
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
         self.hub = self.program("program")
-        self.faults = Faults(engine.world.buses["can0"], 1)
+        bus = engine.world.buses["can0"]
+        assert isinstance(bus, CanBus)
+        self.faults = Faults(bus, 1)
         self._closing = contextlib.ExitStack()
         self._peer: Peer | None = None
 
@@ -211,11 +222,16 @@ class Bench:
         self._peer = Peer(self.program("the rest"), off=True)
         return self._peer
 
+    @property
+    def board(self) -> int:
+        """That of CID1:."""
+        return self.hub.board(str(RegistryStore(os.environ["CANWIRE_CONFIG"]).get("CID1", "Board"))).id
+
     def run(self, seconds: float) -> None:
         self.hub.run_for(seconds)
 
     def registers(self) -> dict[str, int]:
-        found = self.hub.registers(self.hub.board(BOARD).id, 0)
+        found = self.hub.registers(self.board, 0)
         return {register.name: register.value for register in found}
 
     def __enter__(self) -> Bench:
