@@ -1,6 +1,7 @@
 """CANDRV on real hubs: one in this process, one in a process of its own; and one in virtual time.
 
-CID1: drives the INduCAN104 (SJA1000) of CONFIG or its PicoCOM1 (MCP2515); the first line of a USB-to-CAN FD on the same bus is the rest of the world.
+CID1: drives the INduCAN104 (SJA1000) of CONFIG or its PicoCOM1 (MCP2515). The first line of a USB-to-CAN on the same
+bus is the rest of the world.
 """
 
 from __future__ import annotations
