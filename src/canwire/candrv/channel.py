@@ -128,6 +128,7 @@ class Channel:
         with self.lock:
             if self._stopped:
                 raise CandrvError(Win32Error.ERROR_INVALID_HANDLE, f"{self._device.name} was closed")
+            self._opened().check()
             deadline = self.room.deadline(timeout)
             if self._single:
                 self._send_single(key, deadline, virtualize)
