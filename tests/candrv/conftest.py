@@ -58,9 +58,9 @@ Connect = Callable[[str], canwire.Hub]
 
 
 @pytest.fixture(autouse=True)
-def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RegistryStore:
+def registry(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> RegistryStore:
     """The registry of this test; what is set in it acts when the driver is loaded."""
-    path = tmp_path / "canwire.toml"
+    path = tmp_path_factory.mktemp("registry") / "canwire.toml"
     path.write_text(REGISTRY.format(BOARD))
     monkeypatch.setenv("CANWIRE_CONFIG", str(path))
     return RegistryStore(path)

@@ -17,6 +17,7 @@ import struct
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from canwire import (
@@ -32,6 +33,7 @@ from canwire import (
     NotInitialised,
     TimingLimits,
 )
+from canwire.candrv.bell import Bell
 from canwire.candrv.constants import CanMode, FrameFormat
 from canwire.candrv.properties import CONTROLLERS, SJA1000, Controller
 from canwire.candrv.registry import RegistryStore, Settings, check_spi
@@ -82,6 +84,9 @@ class Device:
         self.settings = _loaded(hub, name, store or usual_store())
         self.board, self.number = find_port(hub.boards(), self.settings)
         self.controller = _controller(self.board, self.line)
+        self._bell: Bell | None = None  # rung when "virtualize" changes
+        self._heard = -1
+        self._virtual = False
 
     @property
     def line(self) -> LineInfo:
@@ -108,10 +113,18 @@ class Device:
         """
         status = self.status()
         if not status.initialised:
-            self._set_virtualize(bool(self.settings.virtualize))
+            self.virtualize = bool(self.settings.virtualize)
             self._held(self._start)
         elif not status.running and not status.control_holder:
             self._held(self._start)
+        self._join()
+
+    def close(self) -> None:
+        """No longer used by this handle; again: nothing."""
+        bell, self._bell = self._bell, None
+        if bell is not None:
+            with suppress(CanwireError):
+                bell.close()
 
     def change(
         self,
@@ -141,11 +154,20 @@ class Device:
     @property
     def virtualize(self) -> bool:
         """Whether handles on this board receive what others on it send."""
-        return self.hub.note(self._virtualize_note) == b"1"
+        if self._bell is not None and (count := self._bell.count) == self._heard:
+            return self._virtual
+        self._virtual = self.hub.note(self._note("virtualize")) == b"1"
+        if self._bell is not None:
+            self._heard = count
+        return self._virtual
 
     @virtualize.setter
     def virtualize(self, on: bool) -> None:
-        self._set_virtualize(on)
+        self.hub.set_note(self._note("virtualize"), b"1" if on else b"")
+        bell = Bell.find(self.hub, self._note("bell"))
+        if bell is not None:
+            bell.ring()
+            bell.close()
 
     def read_register(self, address: int, *, reset_mode: bool) -> int:
         return self._held(lambda control: control.read_register(address, reset_mode=reset_mode))
@@ -181,12 +203,19 @@ class Device:
 
     # its own
 
-    @property
-    def _virtualize_note(self) -> str:
-        return f"candrv/{self.name}/virtualize"
+    def _note(self, what: str) -> str:
+        return f"candrv/{self.name}/{what}"
 
-    def _set_virtualize(self, on: bool) -> None:
-        self.hub.set_note(self._virtualize_note, b"1" if on else b"")
+    def _join(self) -> None:
+        """Share a bell with the other handles; where somebody keeps the control, ask the hub every time instead."""
+        self._bell = Bell.find(self.hub, self._note("bell"))
+        if self._bell is None and not self.status().control_holder:
+            with suppress(InUse):
+                self._held(self._hang)
+
+    def _hang(self, control: Control) -> None:
+        """The control keeps others from doing the same."""
+        self._bell = Bell.find(self.hub, self._note("bell")) or Bell.make(self.hub, self._note("bell"))
 
     def _start(self, control: Control) -> None:
         status = self.status()

@@ -72,6 +72,7 @@ class Handle:
                 device.start()
                 self._channel = Channel(device, self._queue, write=self.writable)
             except BaseException:
+                device.close()
                 self._share.close()
                 raise
         if self._queue is not None:
@@ -276,6 +277,7 @@ class Handle:
             channel.drain()
         with channel.lock:
             channel.close()
+        self.device.close()
         with suppress(CanwireError):
             self._share.close()
         self.device.debug("closed")
