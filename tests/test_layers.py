@@ -52,7 +52,8 @@ CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
 MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
-MAY_LOCK = {"vci.fifo", "acan.service"}  # VCI's Lock and Unlock are its threads' own; ACAN tells on a thread
+MAY_LOCK = {"vci.fifo", "acan.service", "candrv.device", "candrv.handle", "candrv.program", "candrv.waiting"}
+# VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; CANDRV has none, but any thread may use its handles
 HUB_WITHOUT_CLOCKS = {"hub.message", "hub.messages", "hub.lin_messages", "hub.session", "hub.world"}
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
 SEAMS = {"drivers": {"driver", "lin_driver"}}
