@@ -90,29 +90,26 @@ class CanwireBus(can.BusABC):
         **others: Any,
     ) -> None:
         self.channel = channel
-        self._active = False
-        self._plan = OPEN  # what the hub filters
+        self._active, self._plan = False, OPEN  # what the hub filters
         if others:
             log.debug("%s: not used: %s", channel, ", ".join(sorted(others)))
-        fd = fd or isinstance(timing, can.BitTimingFd)
-        listen_only = state_of(state) is can.BusState.PASSIVE
+        self._fd = fd = fd or isinstance(timing, can.BitTimingFd)
         with opening():
             self._own_hub = not isinstance(hub, Hub)
             self._hub = hub if isinstance(hub, Hub) else HUBS.acquire(hub)
             self._control: Control | None = None
             self._line_channel: HubChannel | None = None
             try:
-                wanted = Wanted(
+                self._wanted = wanted = Wanted(
                     bitrate or None,
                     data_bitrate or None,
                     *timings_of(timing),
                     fd=fd,
                     iso_fd=not fd_non_iso,
-                    listen_only=listen_only,
+                    listen_only=state_of(state) is can.BusState.PASSIVE,
                     exclusive=exclusive,
                     find_rate=auto_bitrate,
                 )
-                self._wanted = wanted
                 self._place, self._control = bring_up(self._hub, str(channel), wanted)
                 self._line_channel = self._hub.open_channel(
                     self._place.board.id, self._place.line, exclusive=exclusive
@@ -135,7 +132,6 @@ class CanwireBus(can.BusABC):
                     f"canwire {channel}: {self._place.address} on {self._place.info.bus or 'no bus'}"
                 )
                 self._can_protocol = _PROTOCOLS[not fd_non_iso] if fd else can.CanProtocol.CAN_20
-                self._fd = fd
                 super().__init__(channel, can_filters)
                 self._active = True
                 self._line_channel.activate()

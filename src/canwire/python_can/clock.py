@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from weakref import WeakKeyDictionary
+from weakref import WeakValueDictionary
 
 from canwire import Hub
 
@@ -49,13 +49,14 @@ class HubClock:
         return min(found, key=lambda pair: pair[1])
 
 
-_CLOCKS: WeakKeyDictionary[Hub, HubClock] = WeakKeyDictionary()
+_CLOCKS: WeakValueDictionary[Hub, HubClock] = WeakValueDictionary()
 _LOCK = threading.Lock()
 
 
 def clock_of(hub: Hub) -> HubClock:
     """One for all who use this connection: what they received is comparable to the nanosecond."""
     with _LOCK:
-        if hub not in _CLOCKS:
-            _CLOCKS[hub] = HubClock(hub)
-        return _CLOCKS[hub]
+        clock = _CLOCKS.get(hub)
+        if clock is None:
+            clock = _CLOCKS[hub] = HubClock(hub)
+        return clock

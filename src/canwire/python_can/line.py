@@ -78,7 +78,8 @@ def bring_up(hub: Hub, channel: str, wanted: Wanted) -> tuple[Place, Control | N
     if not on_bus:
         place = _by_address(hub, channel, places)
         _check_able(place, wanted)
-        return place, _brought_up(hub, place, wanted)
+        neighbours = [other for other in places if place.info.bus and other.info.bus == place.info.bus]
+        return place, _brought_up(hub, place, _as_others(_running(hub, neighbours), wanted))
     return _on_bus(hub, channel, on_bus, wanted)
 
 
@@ -110,13 +111,10 @@ def _on_bus(hub: Hub, bus: str, places: list[Place], wanted: Wanted) -> tuple[Pl
     able = [place for place in places if place.info.capabilities.data is not None or not wanted.fd]
     if not able:
         raise BadValue(f"{bus}: all its lines know classic CAN only; leave fd out")
-    running = [(place, status_of(hub, place)) for place in places]
-    running = [(place, status) for place, status in running if status.running]
+    running = _running(hub, places)
     for place, status in running:
         _check_rates(place, status, wanted)
-    if not wanted.find_rate:
-        for _, status in running:
-            wanted = at_rates_of(status.mode, wanted)
+    wanted = _as_others(running, wanted)
     for place in able:
         status = status_of(hub, place)
         if status.running or status.channels or status.control_holder:
@@ -137,6 +135,19 @@ def _on_bus(hub: Hub, bus: str, places: list[Place], wanted: Wanted) -> tuple[Pl
             failure = failure or error
     assert failure is not None
     raise failure
+
+
+def _running(hub: Hub, places: list[Place]) -> list[tuple[Place, LineStatus]]:
+    found = [(place, status_of(hub, place)) for place in places]
+    return [(place, status) for place, status in found if status.running]
+
+
+def _as_others(running: list[tuple[Place, LineStatus]], wanted: Wanted) -> Wanted:
+    """Rates that are left open are those of the bus."""
+    if not wanted.find_rate:
+        for _, status in running:
+            wanted = at_rates_of(status.mode, wanted)
+    return wanted
 
 
 def _brought_up(hub: Hub, place: Place, wanted: Wanted) -> Control | None:
