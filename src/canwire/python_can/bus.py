@@ -23,8 +23,8 @@ from canwire import (
     ErrorState,
     EventKind,
     Hub,
-    HubChannel,
     InUse,
+    Lease,
     LineError,
     LineStatus,
     Siblings,
@@ -98,7 +98,7 @@ class CanwireBus(can.BusABC):
             self._own_hub = not isinstance(hub, Hub)
             self._hub = hub if isinstance(hub, Hub) else HUBS.acquire(hub)
             self._control: Control | None = None
-            self._line_channel: HubChannel | None = None
+            self._leases: list[Lease] = []  # what is given back at the end
             try:
                 self._wanted = wanted = Wanted(
                     bitrate or None,
@@ -111,9 +111,10 @@ class CanwireBus(can.BusABC):
                     find_rate=auto_bitrate,
                 )
                 self._place, self._control = bring_up(self._hub, str(channel), wanted)
-                self._line_channel = self._hub.open_channel(
-                    self._place.board.id, self._place.line, exclusive=exclusive
-                )
+                self._leases += [self._control] if self._control is not None else []
+                board, line = self._place.board.id, self._place.line
+                self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
+                self._leases.insert(0, self._line_channel)
                 self._line_channel.set_up(
                     ChannelMode(
                         rx_fifo_size,
@@ -163,7 +164,6 @@ class CanwireBus(can.BusABC):
 
     def _apply_filters(self, filters: CanFilters | None) -> None:
         plan = planned(filters)
-        assert self._line_channel is not None
         with operating():
             if not self._active:
                 plan.apply(self._line_channel)
@@ -192,7 +192,6 @@ class CanwireBus(can.BusABC):
 
     def flush_tx_buffer(self) -> None:
         """Give up what waits to be sent, but for a frame on the wire."""
-        assert self._line_channel is not None
         with operating():
             self._line_channel.cancel()
 
@@ -207,7 +206,6 @@ class CanwireBus(can.BusABC):
         """By the hub where that can be, else by a thread of this program, which the log tells."""
         messages = [msgs] if isinstance(msgs, can.Message) else list(msgs)
         if modifier_callback is None:
-            assert self._line_channel is not None
             try:
                 ticks = self._place.info.capabilities.cyclic
                 task = HubTask(self._line_channel, ticks, messages, period, duration, fd=self._fd)
@@ -235,11 +233,11 @@ class CanwireBus(can.BusABC):
     def line_status(self) -> LineStatus:
         """The controller's state, error counters and last error, the bus load, losses, and who holds what."""
         with operating():
+            self._line_channel.check()
             return status_of(self._hub, self._place)
 
     def channel_status(self) -> ChannelStatus:
         """This bus's own counters: what came, what was lost because it was not read, what was sent and given up."""
-        assert self._line_channel is not None
         with operating():
             return self._line_channel.status()
 
@@ -269,6 +267,7 @@ class CanwireBus(can.BusABC):
         with operating():
             if self._control is None:
                 self._control = self._hub.open_control(self._place.board.id, self._place.line)
+                self._leases.append(self._control)
             asked = replace(self._wanted, listen_only=wanted is can.BusState.PASSIVE)
             set_listening(self._hub, self._place, self._control, asked)
 
@@ -283,10 +282,9 @@ class CanwireBus(can.BusABC):
         self._let_go()
 
     def _let_go(self) -> None:
-        for lease in (self._line_channel, self._control):
-            if lease is not None:
-                with suppress(CanwireError):
-                    lease.close()
+        for lease in self._leases:
+            with suppress(CanwireError):
+                lease.close()
         if self._own_hub:
             HUBS.release(self._hub)
 
