@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import CanwireError
 from canwire.candrv.constants import NOT_IN_TABLE, CanMode, Command, ControlCode, FrameFormat, Win32Error
-from canwire.candrv.device import checked
 from canwire.candrv.errors import CandrvError, as_candrv
+from canwire.candrv.state import checked
 from canwire.candrv.structures import (
     CAN_ACCEPTANCE_FILTER,
     CAN_EVENT,

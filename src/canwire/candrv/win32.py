@@ -36,9 +36,10 @@ from canwire.candrv.constants import (
 )
 from canwire.candrv.device import Device
 from canwire.candrv.errors import CandrvError, as_candrv, translated
-from canwire.candrv.handle import Handle, PartialWrite
+from canwire.candrv.handle import Handle
 from canwire.candrv.program import PROGRAM
 from canwire.candrv.structures import COMMTIMEOUTS, Structure
+from canwire.candrv.writing import PartialWrite
 
 if TYPE_CHECKING:
     from canwire import Hub
