@@ -12,13 +12,11 @@ import time
 from collections.abc import Callable
 
 from canwire import BitTiming, Frame
-from canwire.boards.catalogue import ideal_line, plug
+from canwire.boards.catalogue import ideal_line, mcp2515_line, plug
 from canwire.boards.channel import Channel
 from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
-from canwire.chips.mcp2515 import Mcp2515
 from canwire.drivers.driver import LineSettings
-from canwire.drivers.mcp2515.driver import Mcp2515Driver
 from canwire.timeline import Timeline
 
 TIMING = BitTiming.for_bit_rate(1_000_000, clock_hz=8_000_000)
@@ -26,15 +24,6 @@ SLICE_NS = 10_000_000
 QUEUE = 512
 CHANNELS = 3
 LIMIT = 0.60
-
-
-def mcp2515_line(name: str, timeline: Timeline) -> Line:
-    line = Line(name, timeline)
-    chip = Mcp2515()
-    driver = Mcp2515Driver(line, chip, lambda: timeline.now_ns)
-    chip.on_interrupt = driver.service
-    line.connect(driver, chip)
-    return line
 
 
 def started(line: Line, bus: CanBus) -> tuple[Line, list[Channel]]:

@@ -70,6 +70,7 @@ from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
 from canwire.values.acceptance import Acceptance
 from canwire.values.bit_timing import BitTiming
 from canwire.values.dlc import dlc_to_length, length_to_dlc
+from canwire.values.error_frame import decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame
 from canwire.values.lin_event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
@@ -87,6 +88,7 @@ from canwire.values.record import record_dtype
 from canwire.values.records import frames_to_array
 from canwire.values.register import RegisterValue
 from canwire.values.screen_text import format_candump_line, parse_candump_line
+from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
 from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
 from canwire.values.timing_limits import TimingLimits
 from canwire.version import __version__
@@ -211,6 +213,7 @@ __all__ = [
     "RingEnd",
     "Scheduler",
     "Siblings",
+    "SlcanReader",
     "SlotKind",
     "Ticks",
     "TimingLimits",
@@ -221,13 +224,16 @@ __all__ = [
     "__version__",
     "connect",
     "core_mode",
+    "decode_error_frame",
     "default_address",
     "dlc_to_length",
+    "encode_error_frame",
     "format_candump_line",
     "format_frame",
     "format_lin_frame",
     "format_lin_log_line",
     "format_log_line",
+    "format_slcan_frame",
     "frames_to_array",
     "length_to_dlc",
     "lin_checksum",
@@ -237,6 +243,7 @@ __all__ = [
     "parse_lin_frame",
     "parse_lin_log_line",
     "parse_log_line",
+    "parse_slcan_frame",
     "protected_id",
     "record_dtype",
     "record_of_linmsg",

@@ -158,7 +158,7 @@ def test_closing_at_any_moment(hub: canwire.Hub, peer: Any) -> None:
         for work in (read, read, write, write):
             threads.start(work)
         for n in range(20):
-            peer.send(Frame(n))
+            peer.send(Frame(0x100 + n))  # not what the handle sends: two equal frames have no acknowledge
         time.sleep(0.002 * turn)
         handle.close()
         allowed = {Win32Error.ERROR_OPERATION_ABORTED, Win32Error.ERROR_INVALID_HANDLE}

@@ -274,3 +274,56 @@ def test_whole_frames_and_single_bits_come_to_the_same(steps: list[tuple[str, Fr
             (registers, [(frame.id, frame.data, frame.timestamp_ns) for frame in partner.heard()])
         )
     assert outcomes[0] == outcomes[1]
+
+
+ACCESS = st.tuples(
+    st.sampled_from("wmlrsx"),
+    st.integers(0, 127),
+    st.integers(0, 255),
+    st.integers(0, 255),
+    st.integers(0, 90),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(ACCESS, max_size=40), st.booleans())
+def test_whatever_is_done_to_it_a_reset_puts_right(
+    accesses: list[tuple[str, int, int, int, int]], bitwise: bool
+) -> None:
+    """Random accesses in the middle of traffic: the chip makes sense throughout, and the bus lives on."""
+    bench = tools.Bench(bitwise=bitwise)
+    partner, another, chip = bench.partner(), bench.partner("another"), bench.chip()
+    for kind, address, mask, value, pause in accesses:
+        if kind == "w":
+            chip.write(address, value)
+        elif kind == "m":
+            chip.modify(m.CANCTRL if address & 1 else address, mask, value)
+        elif kind == "l":
+            chip.load_buffer(address % 3, bytes([value]) * (mask % 14))
+        elif kind == "r":
+            chip.request_to_send(value & 7)
+        elif kind == "s":
+            partner.send(Frame(address << 4, bytes([value])))
+        else:
+            chip.read_buffer(address & 1)
+        bench.bits(pause + 0.15)
+        assert chip.interrupt == bool(chip.read(m.CANINTE) & chip.read(m.CANINTF))
+        assert chip.read(m.CANSTAT) >> 5 == chip.mode
+        assert not (chip.on_bus and (chip.asleep or chip.mode in (m.CONFIGURATION, m.SLEEP, m.LOOP_BACK)))
+        assert (chip.offer is not None) == any(chip.read(at) & TXREQ for at in m.TXBCTRL)
+    chip.reset()
+    bench.bits(5000)
+    for address, value in tools.CNF:
+        chip.write(address, value)
+    chip.write(m.RXBCTRL[0], 0x60)
+    tools.ask(chip, m.NORMAL)
+    bench.bits(5000)
+    partner.heard()
+    another.heard()
+    send(chip, A)
+    bench.bits(5000)
+    assert A in another.heard()
+    chip.read_buffer(0)
+    another.send(B)
+    bench.bits(5000)
+    assert tools.frame_of(chip.read_buffer(0)) == B

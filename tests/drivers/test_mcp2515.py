@@ -20,9 +20,8 @@ from canwire import (
     Unsupported,
     WrongState,
 )
-from canwire.boards.catalogue import ideal_line, plug, unplug
+from canwire.boards.catalogue import ideal_line, mcp2515_line, plug, unplug
 from canwire.boards.channel import Channel
-from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
 from canwire.bus.faults import Faults
 from canwire.bus.node import Mailbox
@@ -53,11 +52,10 @@ class Bench:
         self.bus = CanBus(self.timeline)
         self.bus.bitwise = bitwise
         self.faults = Faults(self.bus, 1)
-        self.line = Line("line", self.timeline)
-        self.chip = Mcp2515()
-        self.driver = Mcp2515Driver(self.line, self.chip, lambda: self.timeline.now_ns, peek=self.chip.peek)
-        self.chip.on_interrupt = self.driver.service
-        self.line.connect(self.driver, self.chip)
+        self.line = mcp2515_line("line", self.timeline)
+        assert isinstance(self.line.controller, Mcp2515)
+        assert isinstance(self.line.driver, Mcp2515Driver)
+        self.chip, self.driver = self.line.controller, self.line.driver
         plug(self.line, self.bus)
         self.channels = [
             self.line.open(Channel(4096, 256, events=EVERYTHING if k == 0 else frozenset())) for k in range(4)
@@ -358,6 +356,7 @@ def test_what_nobody_serves_is_overrun(bench: Bench) -> None:
     bench.driver.hold(False)
     frames, events = bench.took()
     assert ([frame.id for frame in frames], [event.kind for event in events]) == ([0, 1], [EventKind.OVERRUN])
+    assert bench.chip.overflows == 3  # one event for all of them: the flag is sticky
     bench.send_back(A)
     bench.bits(100)
     assert bench.took()[0] == [A]
