@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from canwire import CanwireError
 from canwire.candrv.channel import Channel
 from canwire.candrv.constants import INFINITE, FrameFormat, Win32Error
+from canwire.candrv.controls import Controls
 from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.event_queue import Event, EventQueue
 from canwire.candrv.filters import ALL_BITS, Filter
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 _LONGEST_DLC = 15
 
 
-class Handle:
+class Handle(Controls):
     """What `candrv.open` and CreateFile give. Every failure is a CandrvError with Win32's code.
 
     A handle opened with neither `read` nor `write` looks at the device and sets it up. As a Python text stream,
@@ -285,7 +286,6 @@ class Handle:
                 raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self.name} no event")
 
     def check(self) -> None:
-        """Raises ERROR_INVALID_HANDLE once it is closed."""
         if self._closed:
             raise CandrvError(Win32Error.ERROR_INVALID_HANDLE, f"{self.name} was closed")
 
