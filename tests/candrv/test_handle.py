@@ -705,3 +705,33 @@ def test_no_such_port(bench: Bench, registry: RegistryStore) -> None:
     with pytest.raises(CandrvError, match="CAN port 1") as raised:
         bench.open()
     assert raised.value.code == Win32Error.ERROR_FILE_NOT_FOUND
+
+
+@pytest.mark.conforms("FS-30")
+@pytest.mark.parametrize(("mode", "sent"), [(0, True), (4, False), (1, True), (5, True)])
+def test_without_any_time(bench: Bench, registry: RegistryStore, mode: int, sent: bool) -> None:
+    """In single message mode a message that counts once it is on the wire cannot be sent in no time."""
+    registry.set("CID1", "TxMode", mode)
+    handle = bench.open()
+    assert bench.peer
+    write_timeout(handle, 0)
+    if sent:
+        handle.write("1 0 0\n")
+    else:
+        assert refusal(handle.write, "1 0 0\n") == Win32Error.ERROR_TIMEOUT
+    bench.run(0.01)
+    assert (bench.peer.receive(0) is not None) == sent
+
+
+def test_a_message_whose_time_ran_out_is_written_again(bench: Bench) -> None:
+    handle = bench.open(read=False)
+    peer = bench.absent_peer()
+    write_timeout(handle, 1)
+    text = "".join(f"{n:x} 0 0\n" for n in range(150))
+    with pytest.raises(PartialWrite) as raised:
+        handle.write(text)
+    assert raised.value.code == Win32Error.ERROR_TIMEOUT
+    peer.start()
+    write_timeout(handle, 0xFFFF_FFFF)
+    assert handle.write(text[raised.value.written :]) == len(text) - raised.value.written
+    assert [frame.id for frame in peer.received(150)] == list(range(150))

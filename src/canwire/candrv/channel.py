@@ -187,6 +187,11 @@ class Channel:
 
     def _take_back(self, ticket: Ticket) -> None:
         """Time has run out: what is not sent shall not be sent later."""
+        if self._counts_loaded:  # also without any time: the controller may have it as soon as the hub looks
+            self._opened().status()
+            self.look()
+            if ticket.done:
+                return
         for _ in range(_TRIES):
             self.abort()
             if ticket.done or self._until(lambda: ticket.done, self.room.deadline(0.001)):
