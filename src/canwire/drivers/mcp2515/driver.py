@@ -5,10 +5,15 @@ are loaded the lowest identifier goes first, of equal ones the one that was load
 Source: DS20001801.
 
 What the chip does not tell:
-- of what kind an error is (ErrorKind.OTHER), which bit of an arbitration was lost, and that one was lost before
-  something else happens: the winner's frame arrives, an error, success;
+- of what kind an error is (ErrorKind.OTHER), which bit of an arbitration was lost, that one was lost before
+  something else happens (the winner's frame arrives, an error, success), and that the same frame lost again;
 - one-shot mode is for all buffers: frames that are not single shots and fall to it are requested again;
 - a frame on the wire: to abort it means that it is not repeated should it fail.
+
+Bus-off: the chip comes back by itself after 128 times 11 recessive bits; a line stays off until somebody brings it
+back, whatever its controller (G-11, FS-59). So the driver lets it wait for them with nothing to send, and takes it
+off in configuration mode when it is back; INT must be served between two frames for that. `restart` during the wait
+lets it come back, after it within 11 bits; `start` does not wait for the 128, with this chip as with any other.
 """
 
 from __future__ import annotations
@@ -59,6 +64,7 @@ class Mcp2515Driver(Sender):
         self._dozing = False  # sleep was asked for
         self._asleep = False
         self._servicing = self._held = False
+        self._off = self._returning = False  # bus-off, until somebody asks; somebody has asked
         self._state = ErrorState.ERROR_ACTIVE
         self._rec = 0
         self._errors = self._received = self._last_error = 0
@@ -80,6 +86,7 @@ class Mcp2515Driver(Sender):
         """With clean counters, after 11 recessive bits; a chip cannot be told that they were seen."""
         self._reset()
         self.running = True
+        self._off = False
         self._state = ErrorState.ERROR_ACTIVE
         self._operate()
         self._tell(EventKind.STATE)
@@ -87,23 +94,29 @@ class Mcp2515Driver(Sender):
 
     def stop(self, at_ns: int) -> None:
         was_running, self.running = self.running, False
+        self._off = False
         self._reset()
         if was_running:
             self._tell(EventKind.STATE)
 
     def restart(self, at_ns: int) -> None:
-        """The chip recovers from bus-off by itself."""
+        """After bus-off: 128 times 11 recessive bits from the moment that it went off."""
+        if self._off and self._read(m.CANSTAT) >> m.REQOP_SHIFT == m.CONFIGURATION:
+            self._back()
+            self._operate()
+        else:
+            self._returning = self._off
 
     def rejoin(self, at_ns: int) -> None:
         """After 11 recessive bits; the chip has no way to wait for them but one that clears its counters."""
-        if self.running and self._state is not ErrorState.BUS_OFF:
+        if self.running and not self._off:
             self._reset()
             self._operate()
             self._state_changed(self._read(m.EFLG))
 
     def sleep(self, at_ns: int) -> None:
         """Sleep once there is nothing to send and nothing on the bus; raises WrongState unless running."""
-        if not self.running:
+        if not self.running or self._off:
             raise WrongState("a controller that takes no part in its bus has nothing to sleep from")
         if not self._dozing:
             self._dozing = True
@@ -137,6 +150,8 @@ class Mcp2515Driver(Sender):
             self._chip.write(address, value)
 
     def _operate(self) -> None:
+        if self._off:
+            return
         self._chip.modify(m.CANCTRL, _REQOP, self._mode << m.REQOP_SHIFT)
         self._transmits = not self.listen_only
         self._send_all()
@@ -155,7 +170,9 @@ class Mcp2515Driver(Sender):
 
     def counters(self) -> Counters:
         flags = self._read(m.EFLG)
-        state = _state_of(flags) if self.running else ErrorState.STOPPED
+        state = (
+            ErrorState.STOPPED if not self.running else ErrorState.BUS_OFF if self._off else _state_of(flags)
+        )
         tec = 256 if state is ErrorState.BUS_OFF else self._read(m.TEC)
         return Counters(
             tec, self._read(m.REC), state,
@@ -221,6 +238,8 @@ class Mcp2515Driver(Sender):
                     self._tell(EventKind.SLEEPING)
                 self._awake()
                 self._tell(EventKind.WOKEN)
+        if flags & (_RECEIVED | m.INT_MERR):
+            self._review(False)  # what was lost was lost before
         if flags & m.INT_MERR:
             self._chip.modify(_CANINTF, m.INT_MERR, 0)
             self._bus_error()
@@ -274,9 +293,39 @@ class Mcp2515Driver(Sender):
 
     def _state_changed(self, flags: int) -> None:
         state = _state_of(flags)
-        if state is not self._state:
+        if self._off:
+            if state is not ErrorState.BUS_OFF:
+                self._recovered()
+        elif state is not self._state:
             self._state = state
-            self._tell(EventKind.STATE)
+            if state is ErrorState.BUS_OFF:
+                self._go_off()
+            else:
+                self._tell(EventKind.STATE)
+
+    def _go_off(self) -> None:
+        """Bus-off: nothing is to be sent when the chip has recovered; frames stay in the mailboxes."""
+        self._off, self._returning = True, False
+        self._transmits = False
+        self._tell(EventKind.STATE)
+        if self._dozing:
+            self._awake()
+        self._review()
+        self._take_back()
+
+    def _recovered(self) -> None:
+        """128 times 11 recessive bits have passed in bus-off."""
+        if self._returning:
+            self._back()
+            self._transmits = not self.listen_only
+            self._send_all()
+        else:
+            self._reset()
+
+    def _back(self) -> None:
+        self._off = self._returning = False
+        self._state = ErrorState.ERROR_ACTIVE
+        self._tell(EventKind.STATE)
 
 
 def _state_of(flags: int) -> ErrorState:

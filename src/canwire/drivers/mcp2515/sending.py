@@ -79,6 +79,13 @@ class Sender(Driver):
             buffer.in_chip = buffer.given_up = False
             buffer.priority = 0
 
+    def _take_back(self) -> None:
+        """Off the bus: what is in the chip's buffers is not to be sent, and stays in the mailboxes."""
+        for buffer in self._buffers:
+            if buffer.in_chip:
+                self._chip.modify(buffer.control, m.TX_TXREQ, 0)
+                buffer.in_chip = False
+
     def _send_all(self) -> None:
         """Whatever is in a mailbox, once the chip can send again."""
         for buffer in self._buffers:
@@ -156,15 +163,17 @@ class Sender(Driver):
         if self.host is not None:
             self.host.fill(self._now())
 
-    def _review(self) -> None:
-        """Frames that lost arbitration, and those that the chip does not try any more."""
+    def _review(self, failed: bool = True) -> None:
+        """Frames that lost arbitration, and those that the chip does not try any more; not those that `failed`."""
         again = 0
         for buffer in self._buffers:
             if not buffer.in_chip:
                 continue
             control = self._read(buffer.control)
             self._look_for_loss(buffer, control)
-            if control & m.TX_TXREQ or self._read(_CANINTF) & buffer.flag:
+            if control & m.TX_TXREQ or (control & m.TX_TXERR and not failed):
+                continue
+            if self._read(_CANINTF) & buffer.flag:
                 continue
             if buffer.box.single_shot or buffer.given_up:
                 self._finished(buffer, False)
