@@ -33,6 +33,7 @@ class TransmitBuffer:
         self.in_chip = False
         self.given_up = False  # its abort was asked for
         self.lost = False  # arbitration, and told
+        self.failed = False  # an error on the wire, and told
         self.rank = (0, 0)
         self.requested_ns = 0
         self.priority = 0
@@ -120,7 +121,7 @@ class Sender(Driver):
         """Put the mailbox's frame into its transmit buffer and request its transmission."""
         box = buffer.box
         self._chip.load_buffer(buffer.number, frame_bytes(box))
-        buffer.given_up = buffer.lost = False
+        buffer.given_up = buffer.lost = buffer.failed = False
         buffer.in_chip = True
         buffer.requested_ns = self._now()
         self._turn += 1
@@ -178,7 +179,7 @@ class Sender(Driver):
             if buffer.box.single_shot or buffer.given_up:
                 self._finished(buffer, False)
             else:
-                buffer.lost = False
+                buffer.lost = buffer.failed = False
                 again |= buffer.bit
         if again:
             self._chip.request_to_send(again)
