@@ -323,23 +323,99 @@ def test_every_state_is_told(bench: Bench) -> None:
     bench.send(A)
     bench.bits(5000)
     states = [event.state for event in bench.took()[1] if event.kind is EventKind.STATE]
-    assert states == [
-        ErrorState.ERROR_WARNING,
-        ErrorState.ERROR_PASSIVE,
-        ErrorState.BUS_OFF,
-        ErrorState.ERROR_ACTIVE,
-    ]
+    assert states == [ErrorState.ERROR_WARNING, ErrorState.ERROR_PASSIVE, ErrorState.BUS_OFF]
+    bench.driver.restart(bench.timeline.now_ns)
+    bench.bits(200)
     assert (bench.sent(), bench.driver.counters().tec) == ([A], 0)
+    assert [(event.kind, event.state) for event in bench.took()[1]] == [
+        (EventKind.STATE, ErrorState.ERROR_ACTIVE)
+    ]
+
+
+RECOVERY_BITS = 128 * 11
+
+
+def driven_off(bench: Bench, flags: int = 0) -> None:
+    """In bus-off for a few bits, with A in a mailbox unless `flags` give it up."""
+    bench.faults.flip(bit="dlc", seen_by="sender", times=32)
+    bench.send(A, 0, flags)
+    while bench.driver.counters().state is not ErrorState.BUS_OFF:
+        bench.bits(5)
+    bench.faults.clear()
+
+
+@pytest.mark.conforms("G-11")
+def test_bus_off_stays_until_somebody_brings_it_back(bench: Bench) -> None:
+    """Though the chip recovers by itself: neither during the 128 times 11 bits nor after them does it take part."""
+    driven_off(bench)
+    bench.took()
+    bench.send(B, 1)
+    for _ in range(3):
+        bench.partner.send(bench.other, C, SINGLE_SHOT)
+        bench.bits(RECOVERY_BITS)
+        counters = bench.driver.counters()
+        assert (counters.tec, counters.state) == (256, ErrorState.BUS_OFF)
+    assert (bench.sent(), bench.took()) == ([], ([], []))
+    assert bench.driver.read_register(m.CNF1, True) == bench.chip.peek(m.CNF1)
+    with pytest.raises(WrongState):
+        bench.driver.sleep(bench.timeline.now_ns)
+    bench.driver.rejoin(bench.timeline.now_ns)
+    bench.bits(500)
+    assert bench.driver.counters().state is ErrorState.BUS_OFF
+    assert bench.other.aborted == 3
+    bench.driver.restart(bench.timeline.now_ns)
+    bench.bits(500)
+    assert bench.sent() == [A, B]
+    counters = bench.driver.counters()
+    assert (counters.tec, counters.rec, counters.state) == (0, 0, ErrorState.ERROR_ACTIVE)
+
+
+@pytest.mark.conforms("G-11")
+def test_a_restart_at_once_waits_for_128_times_11_recessive_bits(bench: Bench) -> None:
+    driven_off(bench)
+    begun_ns = bench.timeline.now_ns
+    bench.driver.restart(begun_ns)
+    bench.took()
+    bench.bits(RECOVERY_BITS - 50)
+    assert bench.driver.counters().state is ErrorState.BUS_OFF
+    bench.bits(200)
+    (event,) = bench.took()[1]
+    assert (event.kind, event.state) == (EventKind.STATE, ErrorState.ERROR_ACTIVE)
+    assert bench.sent() == [A]
+
+
+def test_a_single_shot_that_leads_to_bus_off_is_given_up(bench: Bench) -> None:
+    bench.faults.flip(bit="dlc", seen_by="sender", times=32)
+    for _ in range(32):
+        bench.send(A, 0, SINGLE_SHOT)
+    bench.send(B)
+    bench.bits(32 * 100)
+    assert bench.driver.counters().state is ErrorState.BUS_OFF
+    assert (bench.channels[0].aborted, bench.channels[0].in_flight) == (32, 1)
+    bench.driver.restart(bench.timeline.now_ns)
+    bench.bits(RECOVERY_BITS + 100)
+    assert bench.sent() == [B]
+
+
+def test_who_goes_off_before_it_sleeps_stays_off(bench: Bench) -> None:
+    bench.faults.flip(bit="dlc", seen_by="sender", times=32)
+    bench.send(A)
+    bench.bits(200)
+    bench.driver.sleep(bench.timeline.now_ns)
+    bench.bits(32 * 100 + 2 * RECOVERY_BITS)
+    bench.send_back(C)
+    bench.bits(200)
+    assert bench.driver.counters().state is ErrorState.BUS_OFF
+    assert EventKind.SLEEPING not in bench.kinds()
+    bench.driver.restart(bench.timeline.now_ns)
+    bench.bits(200)
+    assert A in bench.sent()
 
 
 def test_counters_in_bus_off(bench: Bench) -> None:
-    bench.faults.flip(bit="dlc", seen_by="sender", times=None)
-    bench.send(A)
-    bench.bits(32 * 50)
+    driven_off(bench)
     counters = bench.driver.counters()
     assert (counters.tec, counters.state) == (256, ErrorState.BUS_OFF)
-    bench.driver.restart(bench.timeline.now_ns)  # it does that by itself
-    bench.faults.clear()
     bench.driver.start(bench.timeline.now_ns)
     bench.bits(200)
     assert bench.sent() == [A]

@@ -5,8 +5,8 @@ are loaded the lowest identifier goes first, of equal ones the one that was load
 Source: DS20001801.
 
 What the chip does not tell:
-- of what kind an error is (ErrorKind.OTHER), which bit of an arbitration was lost, and that one was lost before
-  something else happens: the winner's frame arrives, an error, success;
+- of what kind an error is (ErrorKind.OTHER), which bit of an arbitration was lost, that one was lost before
+  something else happens (the winner's frame arrives, an error, success), and that the same frame lost again;
 - one-shot mode is for all buffers: frames that are not single shots and fall to it are requested again;
 - a frame on the wire: to abort it means that it is not repeated should it fail.
 """
@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING
 
 from canwire.bus.node import Mailbox
 from canwire.chips import mcp2515_map as m
-from canwire.drivers.driver import Counters, LineSettings
+from canwire.drivers.driver import LineSettings
 from canwire.drivers.mcp2515.access import Instructions
+from canwire.drivers.mcp2515.confinement import Confined
 from canwire.drivers.mcp2515.frames import take_frame
-from canwire.drivers.mcp2515.sending import Sender
 from canwire.drivers.mcp2515.settings import KEPT, USUAL, set_up
 from canwire.errors import BadValue, WrongState
-from canwire.values.event import ErrorKind, ErrorState, EventKind
+from canwire.values.event import ErrorState, EventKind
 from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ _RX0, _RX1, _RECEIVED = m.INT_RX0, m.INT_RX1, m.INT_RX0 | m.INT_RX1
 _CANINTF = m.CANINTF
 
 
-class Mcp2515Driver(Sender):
+class Mcp2515Driver(Confined):
     """drivers/driver.py's seam over instructions. `now` tells the time in ns, `peek` reads for display."""
 
     def __init__(
@@ -56,12 +56,8 @@ class Mcp2515Driver(Sender):
         self._registers = dict(USUAL)
         self._enabled = USUAL[m.CANINTE]
         self._mode = m.NORMAL
-        self._dozing = False  # sleep was asked for
         self._asleep = False
         self._servicing = self._held = False
-        self._state = ErrorState.ERROR_ACTIVE
-        self._rec = 0
-        self._errors = self._received = self._last_error = 0
 
     # settings
 
@@ -80,6 +76,7 @@ class Mcp2515Driver(Sender):
         """With clean counters, after 11 recessive bits; a chip cannot be told that they were seen."""
         self._reset()
         self.running = True
+        self._off = False
         self._state = ErrorState.ERROR_ACTIVE
         self._operate()
         self._tell(EventKind.STATE)
@@ -87,23 +84,21 @@ class Mcp2515Driver(Sender):
 
     def stop(self, at_ns: int) -> None:
         was_running, self.running = self.running, False
+        self._off = False
         self._reset()
         if was_running:
             self._tell(EventKind.STATE)
 
-    def restart(self, at_ns: int) -> None:
-        """The chip recovers from bus-off by itself."""
-
     def rejoin(self, at_ns: int) -> None:
         """After 11 recessive bits; the chip has no way to wait for them but one that clears its counters."""
-        if self.running and self._state is not ErrorState.BUS_OFF:
+        if self.running and not self._off:
             self._reset()
             self._operate()
             self._state_changed(self._read(m.EFLG))
 
     def sleep(self, at_ns: int) -> None:
         """Sleep once there is nothing to send and nothing on the bus; raises WrongState unless running."""
-        if not self.running:
+        if not self.running or self._off:
             raise WrongState("a controller that takes no part in its bus has nothing to sleep from")
         if not self._dozing:
             self._dozing = True
@@ -131,12 +126,14 @@ class Mcp2515Driver(Sender):
         self._chip.reset()
         self._forget_buffers()
         self._dozing = self._asleep = False
-        self._rec = 0
+        self._tec = self._rec = 0
         self._enabled = self._registers[m.CANINTE]
         for address, value in self._registers.items():
             self._chip.write(address, value)
 
     def _operate(self) -> None:
+        if self._off:
+            return
         self._chip.modify(m.CANCTRL, _REQOP, self._mode << m.REQOP_SHIFT)
         self._transmits = not self.listen_only
         self._send_all()
@@ -152,15 +149,6 @@ class Mcp2515Driver(Sender):
             self._tell(EventKind.SLEEPING)
 
     # what it says of itself
-
-    def counters(self) -> Counters:
-        flags = self._read(m.EFLG)
-        state = _state_of(flags) if self.running else ErrorState.STOPPED
-        tec = 256 if state is ErrorState.BUS_OFF else self._read(m.TEC)
-        return Counters(
-            tec, self._read(m.REC), state,
-            self._errors, self._losses, self._sent, self._received, self._last_error,
-        )  # fmt: skip
 
     def registers(self) -> list[RegisterValue]:
         resetting = self._peek(m.CANSTAT) >> m.REQOP_SHIFT == m.CONFIGURATION
@@ -221,6 +209,8 @@ class Mcp2515Driver(Sender):
                     self._tell(EventKind.SLEEPING)
                 self._awake()
                 self._tell(EventKind.WOKEN)
+        if flags & (_RECEIVED | m.INT_MERR):
+            self._review(False)  # what was lost was lost before
         if flags & m.INT_MERR:
             self._chip.modify(_CANINTF, m.INT_MERR, 0)
             self._bus_error()
@@ -247,42 +237,3 @@ class Mcp2515Driver(Sender):
         self._received += 1
         if host is not None:
             host.received(box, self._now())
-
-    def _bus_error(self) -> None:
-        self._errors += 1
-        self._last_error = int(ErrorKind.OTHER)
-        before, self._rec = self._rec, self._read(m.REC)
-        sends = False
-        for buffer in self._buffers:
-            if buffer.in_chip and self._rec <= before and self._read(buffer.control) & m.TX_TXERR:
-                sends = True
-                if buffer.box.abort_on_error and not buffer.given_up:
-                    buffer.given_up = True
-                    self._chip.modify(buffer.control, m.TX_TXREQ, 0)
-        self._tell(EventKind.ERROR, ErrorKind.OTHER, transmitting=sends)
-
-    def _error_flags(self) -> None:
-        """ERRIF: overflows, and what has become of the counters."""
-        flags = self._read(m.EFLG)
-        if flags & m.EFLG_OVERFLOWS:
-            self._chip.modify(m.EFLG, m.EFLG_OVERFLOWS, 0)
-        self._chip.modify(_CANINTF, m.INT_ERR, 0)
-        for flag in (m.EFLG_RX0OVR, m.EFLG_RX1OVR):
-            if flags & flag:
-                self._tell(EventKind.OVERRUN)
-        self._state_changed(flags)
-
-    def _state_changed(self, flags: int) -> None:
-        state = _state_of(flags)
-        if state is not self._state:
-            self._state = state
-            self._tell(EventKind.STATE)
-
-
-def _state_of(flags: int) -> ErrorState:
-    """What EFLG says of fault confinement."""
-    if flags & m.EFLG_TXBO:
-        return ErrorState.BUS_OFF
-    if flags & (m.EFLG_TXEP | m.EFLG_RXEP):
-        return ErrorState.ERROR_PASSIVE
-    return ErrorState.ERROR_WARNING if flags & m.EFLG_EWARN else ErrorState.ERROR_ACTIVE
