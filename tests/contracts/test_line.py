@@ -786,8 +786,8 @@ def comparable(one: Frame | BusEvent) -> Any:
     """The ideal controller says when the frame began that lost, an SJA1000's driver when it heard of it; and codes."""
     if isinstance(one, Frame):
         return one, one.timestamp_ns
-    untimed = {"timestamp_ns": 0} if one.kind in UNTIMED else {}
-    return replace(one, code=0, bit=0, error=ErrorKind.NONE, **untimed)
+    at_ns = 0 if one.kind in UNTIMED else one.timestamp_ns
+    return replace(one, code=0, bit=0, error=ErrorKind.NONE, timestamp_ns=at_ns)
 
 
 def played(kind: str, steps: list[Step]) -> tuple[Any, ...]:

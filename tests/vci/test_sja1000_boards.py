@@ -23,7 +23,7 @@ def board(hub: Any) -> Iterator[str]:
     hub.unplug(SERIAL)
 
 
-def message(msg_id: int, data: bytes = b"", **bits: int) -> vci.CanMsg2:
+def message(msg_id: int, data: bytes = b"", **bits: Any) -> vci.CanMsg2:
     return vci.CanMsg2(msg_id=msg_id, data=data, **bits)
 
 
