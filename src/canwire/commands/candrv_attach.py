@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from canwire import BadValue, CanwireError, Unsupported
+from canwire.commands.candrv_work import work
 from canwire.commands.hub_line import complain, connected, let_terminate
 
 if TYPE_CHECKING:
@@ -49,26 +50,32 @@ def attach(arguments: argparse.Namespace) -> int:
         closing.enter_context(Link(arguments.path, terminal.name))
         reader = Reader(handle, terminal)
         reader.start()
+
+        def stop() -> None:
+            terminal.leave()
+            handle.close()
+
         closing.callback(reader.join)
-        closing.callback(handle.close)  # releases the reader
-        closing.callback(terminal.leave)
+        closing.callback(stop)
+        print(f"{arguments.device} is {arguments.path} ({terminal.name})", flush=True)
         try:
-            print(f"{arguments.device} is {arguments.path} ({terminal.name})", flush=True)
-            _serve(handle, terminal, reader)
+            work(lambda: _serve(handle, terminal, reader), stop)
         except KeyboardInterrupt:
             return 0
     return 0
 
 
 def _serve(handle: Handle, terminal: Terminal, reader: Reader) -> None:
+    from canwire.candrv import CandrvError, Win32Error
+
     for line in terminal.lines():
         if reader.error is not None:
             raise reader.error
         if line:
             try:
                 handle.write_text(line)
-            except CanwireError as error:
-                if handle.device.status() is None:  # raises when the device has gone
+            except CandrvError as error:
+                if error.code != Win32Error.ERROR_INVALID_PARAMETER:  # the device, not the line
                     raise
                 complain(f"{_ascii(line)}: {error}")
 
@@ -125,7 +132,7 @@ class Terminal:
         poll = select.poll()
         poll.register(self._ours, select.POLLIN)
         pending = b""
-        while True:
+        while not self._left.is_set():
             ready = dict(poll.poll(_CHECK_MS)).get(self._ours, 0)
             if ready & select.POLLHUP:
                 data = self._read()

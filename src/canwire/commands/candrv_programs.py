@@ -1,8 +1,7 @@
 """CanWrite, CanRead and CanMon of the CANDRV manual: switches, output, log lines and exit codes are the manual's.
 
-CanWrite's way of reading switches is everybody's: only the letter behind the dash counts, and its argument is a word
-of its own. Ours are --hub, a line on stderr with the cause of each error, and that what fails ends with 1: the manual's
-listings go on at the old rate, and forget messages that could not be written. CanMon's lines, told by no listing, are
+Ours are a line on stderr with the cause of each error, and that what fails ends with 1: the manual's listings go on at
+the old rate, and forget messages that could not be written. CanMon's lines, told by no listing, are
 
     time event lost frame identifier rtr dlc data...       12568 RECEIVED 0 STD 00000112 0 4 11 22 33 44
 
@@ -13,15 +12,15 @@ Source: CANDRV manual (seed 000), 10.1 to 10.3.
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, NamedTuple
+from typing import IO, TYPE_CHECKING
 
 from canwire import CanwireError
+from canwire.commands.candrv_switches import Program, Switches, Usage, parse
+from canwire.commands.candrv_work import work
 from canwire.commands.hub_line import complain, connected, let_terminate
 
 if TYPE_CHECKING:
@@ -30,42 +29,9 @@ if TYPE_CHECKING:
     from canwire.candrv.handle import Handle
 
 MESSAGES = 1000
-MOST = {"n": 10_000_000, "c": 100, "t": 100}
 READ_BUFFER = 100  # characters, as CanRead has it; the longest event takes fewer
 OK, DEVICE_ERROR, USAGE = 0, 1, 2
-_HUB = "--hub"
 _ERRNO_AS_WIN32 = {2: 3, 13: 5, 20: 3, 21: 5}  # no such directory, no access: as CreateFile tells it
-
-
-class Program(NamedTuple):
-    """One of the programs: its name, its switches with their arguments and texts, and what it does."""
-
-    name: str
-    help: str
-    switches: tuple[tuple[str, str, str], ...]
-    body: Callable[[Switches, ExitStack], int]
-
-    @property
-    def usage(self) -> str:
-        rows = (*self.switches, ("h", "", "Show this help"))
-        lines = [f"  {f'-{letter} {argument}'.rstrip():<9}: {text}" for letter, argument, text in rows]
-        return "\n".join((self.name, *lines, f"  {_HUB} <address>: Hub to use (CANWIRE_HUB)"))
-
-
-@dataclass(slots=True)
-class Switches:
-    """What was asked for. `rate` None: as it is."""
-
-    program: str
-    device: str = "CID1:"
-    rate: int | None = None
-    log: str | None = None
-    hub: str | None = None
-    numbers: dict[str, int] = field(default_factory=dict)
-
-
-class Usage(Exception):
-    """Switches that make no sense, or a question for help: the line before the usage, "" for none."""
 
 
 class Failure(Exception):
@@ -88,58 +54,6 @@ def run(arguments: argparse.Namespace) -> int:
         except Failure as failure:
             say(str(failure))
             return DEVICE_ERROR
-
-
-def parse(program: Program, words: list[str]) -> Switches:
-    """The switches as the manual's programs read them; raises Usage."""
-    found = Switches(program.name)
-    letters = {letter for letter, _, _ in program.switches}
-    rest = iter(words)
-    for word in rest:
-        if not word.startswith("-"):
-            raise Usage(f"Unknown argument '{word}'")
-        letter = word[1:2]
-        if letter in ("?", "h"):
-            raise Usage
-        if word.startswith(f"{_HUB}="):
-            found.hub = word.partition("=")[2]
-            continue
-        value = next(rest, None)
-        if value is None:
-            raise Usage(f"Missing argument to option {_HUB if word == _HUB else f'-{letter}'}")
-        if word == _HUB:
-            found.hub = value
-        elif letter not in letters:
-            raise Usage(f"Unknown option -{letter}")
-        else:
-            _take(found, letter, value)
-    return found
-
-
-def _take(found: Switches, letter: str, value: str) -> None:
-    if letter == "d":
-        found.device = value
-    elif letter == "f":
-        found.log = value
-    elif letter == "b":
-        found.rate = _number("baudrate", value)
-    else:
-        number = _number(f"number -{letter}", value)
-        if not 1 <= number <= MOST[letter]:
-            raise Usage(f"Wrong number -{letter} '{value}': 1 to {MOST[letter]}")
-        found.numbers[letter] = number
-
-
-def _number(what: str, text: str) -> int:
-    """As C's strtoul with base 0 reads it, but for what is no number: that is 0 to C, and a mistake here."""
-    for pattern, base in (
-        (r"0[xX]([0-9A-Fa-f]{1,16})", 16),
-        (r"0([0-7]{0,22})", 8),
-        (r"([1-9][0-9]{0,19})", 10),
-    ):
-        if found := re.fullmatch(pattern, text):
-            return int(found[1] or "0", base)
-    raise Usage(f"Wrong {what} '{text}'")
 
 
 def say(line: str) -> None:
@@ -220,15 +134,19 @@ def can_write(switches: Switches, closing: ExitStack) -> int:
         rate = set_rate(switches, query)
     with open_device(switches, hub, read=True, write=True) as device, log_file(switches) as log:
         say(f"Start sending {MESSAGES} messages to {switches.device}, baudrate={rate} Hz")
-        for number in range(MESSAGES):
-            line = f"{number:x} 0 8 0 0 0 0 0 0 0 0\n".encode()
-            try:
-                device.write_text(line)
-            except CanwireError as error:
-                raise failed("Write error", error) from error
-            if log is not None:
-                log.write(line)
+        try:
+            work(lambda: _write_all(device, log), device.close)
+        except CanwireError as error:
+            raise failed("Write error", error) from error
     return OK
+
+
+def _write_all(device: Handle, log: IO[bytes] | None) -> None:
+    for number in range(MESSAGES):
+        line = f"{number:x} 0 8 0 0 0 0 0 0 0 0\n".encode()
+        device.write_text(line)
+        if log is not None:
+            log.write(line)
 
 
 def can_read(switches: Switches, closing: ExitStack) -> int:
@@ -247,18 +165,23 @@ def _receive(switches: Switches, closing: ExitStack, read: Callable[[Handle], by
         rate = set_rate(switches, device)
         device.accept_all()
         with log_file(switches) as log:
+            say(f"Start receiving events from {switches.device}, baudrate={rate} Hz")
             try:
-                say(f"Start receiving events from {switches.device}, baudrate={rate} Hz")
-                while True:
-                    text = read(device)
-                    sys.stdout.write(text.decode("ascii"))
-                    sys.stdout.flush()
-                    if log is not None:
-                        log.write(text)
+                work(lambda: _show_all(lambda: read(device), log), device.close)
             except KeyboardInterrupt:
                 return OK
             except CanwireError as error:
                 raise failed("Read error", error) from error
+    return OK
+
+
+def _show_all(read: Callable[[], bytes], log: IO[bytes] | None) -> None:
+    while True:
+        text = read()
+        if log is not None:
+            log.write(text)
+        sys.stdout.write(text.decode("ascii"))
+        sys.stdout.flush()
 
 
 def shown(event: Event) -> str:

@@ -18,7 +18,7 @@ def install(arguments: argparse.Namespace) -> int:
     """Register a device; what is there stays as it is."""
     store = _store(arguments)
     store.install(arguments.device)
-    print(f"{_name(arguments.device)}: installed in {store.path}")
+    print(f"{_name(arguments.device)} installed in {store.path}")
     return 0
 
 
@@ -26,7 +26,7 @@ def remove(arguments: argparse.Namespace) -> int:
     """Unregister a device."""
     store = _store(arguments)
     store.remove(arguments.device)
-    print(f"{_name(arguments.device)}: removed from {store.path}")
+    print(f"{_name(arguments.device)} removed from {store.path}")
     return 0
 
 

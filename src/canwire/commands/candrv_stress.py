@@ -19,7 +19,6 @@ from canwire.commands.candrv_programs import (
     DEVICE_ERROR,
     MESSAGES,
     OK,
-    Switches,
     failed,
     hub_of,
     log_file,
@@ -27,6 +26,7 @@ from canwire.commands.candrv_programs import (
     say,
     set_rate,
 )
+from canwire.commands.candrv_switches import Switches
 from canwire.commands.progress import Progress
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ _USUAL = {"n": MESSAGES, "c": 1, "t": 1}
 _SILENCE_S = 0.5  # what the controller has not sent by then it will not send
 _LOOK_S = 0.02
 _TELL_S = 1.0
+_TRIES, _BETWEEN_S = 100, 0.002
 
 
 def can_send(switches: Switches, closing: ExitStack) -> int:
@@ -139,7 +140,11 @@ class Stress:
                 seen, moved = now, time.monotonic()
             else:
                 time.sleep(_LOOK_S)
-        self._given_up = sum(handle.abort() for handle in self._handles)
+        for _ in range(_TRIES):
+            self._given_up += sum(handle.abort() for handle in self._handles)
+            if device.status().frames_sent - before + self._given_up >= self.taken:
+                return
+            time.sleep(_BETWEEN_S)  # a message on the wire cannot be taken back: behind it
 
     def summary(self) -> list[str]:
         """The totals, and each kind of error once."""
