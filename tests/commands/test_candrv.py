@@ -43,6 +43,7 @@ Board = "HW000001"
 [candrv.CID2]
 Board = "HW000002"
 AcceptanceMask = 0xFFFFFFFF
+EventQueueSize = 20000
 """
 USAGE = """\
 {name}
