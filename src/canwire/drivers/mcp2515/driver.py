@@ -22,29 +22,15 @@ from canwire.drivers.driver import Counters, LineSettings
 from canwire.drivers.mcp2515.access import Instructions
 from canwire.drivers.mcp2515.frames import take_frame
 from canwire.drivers.mcp2515.sending import Sender
-from canwire.drivers.mcp2515.timing import cnf_of
-from canwire.errors import BadTiming, BadValue, Unsupported, WrongState
+from canwire.drivers.mcp2515.settings import KEPT, USUAL, set_up
+from canwire.errors import BadValue, WrongState
 from canwire.values.event import ErrorKind, ErrorState, EventKind
 from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host
 
-USUAL_INTERRUPTS = 0xFF
-SETTABLE = {
-    register.name: register.address
-    for register in m.MAP.registers
-    if register.address in m.AT_REST | {m.BFPCTRL, m.CANINTE, *m.RXBCTRL}
-    and register.address not in {m.CNF1, m.CNF2, m.CNF3}
-}
-"""Registers that LineSettings.registers may set."""
-_USUAL = {
-    m.CANINTE: USUAL_INTERRUPTS,
-    m.RXBCTRL[0]: m.RXM_ALL << m.RX_RXM_SHIFT | m.RX_BUKT,
-    m.RXBCTRL[1]: m.RXM_ALL << m.RX_RXM_SHIFT,
-}
 _PASSES = 20  # through the interrupt flags in one go; the next interrupt takes up the rest
-_SLEEPING, _WOKEN = 0x14, 0x15  # EventKind
 _REQOP = 7 << m.REQOP_SHIFT
 _ANY_TX = m.INT_TX0 | m.INT_TX1 | m.INT_TX2
 _RX0, _RX1, _RECEIVED = m.INT_RX0, m.INT_RX1, m.INT_RX0 | m.INT_RX1
@@ -67,12 +53,12 @@ class Mcp2515Driver(Sender):
         self._peek = peek or access.read
         self._oscillator_hz = oscillator_hz
         self._incoming = Mailbox()
-        self._registers: dict[int, int] = dict(_USUAL)
-        self._enabled = USUAL_INTERRUPTS
+        self._registers = dict(USUAL)
+        self._enabled = USUAL[m.CANINTE]
         self._mode = m.NORMAL
         self._dozing = False  # sleep was asked for
         self._asleep = False
-        self._servicing = False
+        self._servicing = self._held = False
         self._state = ErrorState.ERROR_ACTIVE
         self._rec = 0
         self._errors = self._received = self._last_error = 0
@@ -81,24 +67,9 @@ class Mcp2515Driver(Sender):
 
     def configure(self, settings: LineSettings) -> None:
         """Raises BadTiming, Unsupported or BadValue before anything is changed."""
-        cnf = cnf_of(settings.timing, self._oscillator_hz)
-        if settings.data_timing is not None:
-            raise Unsupported("an MCP2515 knows classic CAN only: no data bit rate, no long frames")
-        if settings.oscillator_ppm:
-            raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
-        loop_back = bool(getattr(settings, "loop_back", False))
-        if loop_back and settings.listen_only:
-            raise BadValue("listen_only and loop_back: an MCP2515 is in one mode at a time")
-        wanted = dict(_USUAL)
-        for name, value in settings.registers:
-            if name not in SETTABLE or not 0 <= value <= 0xFF:
-                raise BadValue(f"register {name} = {value!r}: {', '.join(SETTABLE)}, each 0..255")
-            wanted[SETTABLE[name]] = value
-        self._registers = dict(zip((m.CNF1, m.CNF2, m.CNF3), cnf, strict=True)) | wanted
-        self._enabled = wanted[m.CANINTE]
+        self._registers, self._mode = set_up(settings, self._oscillator_hz)
         self._bit_ns = settings.timing.bit_time_ps // 1000
         self.listen_only = settings.listen_only
-        self._mode = m.LISTEN_ONLY if settings.listen_only else m.LOOP_BACK if loop_back else m.NORMAL
         self._reset()
         if self.running:
             self._operate()
@@ -133,9 +104,11 @@ class Mcp2515Driver(Sender):
     def sleep(self, at_ns: int) -> None:
         """Sleep once there is nothing to send and nothing on the bus; raises WrongState unless running."""
         if not self.running:
-            raise WrongState("a line that is not running does not sleep")
+            raise WrongState("a controller that takes no part in its bus has nothing to sleep from")
         if not self._dozing:
             self._dozing = True
+            self._enabled |= m.INT_WAK
+            self._chip.modify(m.CANINTE, m.INT_WAK, m.INT_WAK)
             self._chip.modify(m.CANCTRL, _REQOP, m.SLEEP << m.REQOP_SHIFT)
             self._look_asleep()
 
@@ -149,16 +122,21 @@ class Mcp2515Driver(Sender):
             else:
                 self._awake()
 
+    def hold(self, held: bool) -> None:
+        self._held = held
+        self.service()
+
     def _reset(self) -> None:
         """Configuration mode at once; frames in the chip's buffers are gone, those in the mailboxes stay."""
         self._chip.reset()
         self._forget_buffers()
         self._dozing = self._asleep = False
         self._rec = 0
-
-    def _operate(self) -> None:
+        self._enabled = self._registers[m.CANINTE]
         for address, value in self._registers.items():
             self._chip.write(address, value)
+
+    def _operate(self) -> None:
         self._chip.modify(m.CANCTRL, _REQOP, self._mode << m.REQOP_SHIFT)
         self._transmits = not self.listen_only
         self._send_all()
@@ -171,7 +149,7 @@ class Mcp2515Driver(Sender):
         """A chip that was asked to sleep may do so by now."""
         if not self._asleep and self._read(m.CANSTAT) >> m.REQOP_SHIFT == m.SLEEP:
             self._asleep = True
-            self._tell(_SLEEPING)
+            self._tell(EventKind.SLEEPING)
 
     # what it says of itself
 
@@ -192,12 +170,39 @@ class Mcp2515Driver(Sender):
             for value in (self._peek(register.address),)
         ]
 
+    def read_register(self, address: int, reset_mode: bool) -> int:
+        """In configuration mode filters and masks can be read; to get there clears the error counters."""
+        self._check_address(address)
+        if not reset_mode or not self.running:
+            return self._read(address)
+        self._reset()
+        value = self._read(address)
+        self._operate()
+        return value
+
+    def write_register(self, address: int, value: int, reset_mode: bool) -> None:
+        self._check_address(address, value)
+        if reset_mode and self.running:
+            self._reset()
+        self._chip.write(address, value)
+        kept = address in m.AT_REST | KEPT and (reset_mode or not self.running or address not in m.AT_REST)
+        if kept:
+            self._registers[address] = value
+        if address == m.CANINTE:
+            self._enabled = value
+        if reset_mode and self.running:
+            self._operate()
+
+    def _check_address(self, address: int, value: int = 0) -> None:
+        if not 0 <= address < m.ADDRESSES or not 0 <= value <= 0xFF:
+            raise BadValue(f"register {address} = {value}: an MCP2515 has 0..127, each 0..255")
+
     # interrupts
 
     def service(self) -> None:
         """Serve the chip's interrupts until there are none; safe to call when there are none."""
-        if self._servicing:
-            return  # the loop below looks again
+        if self._servicing or self._held:
+            return  # the loop below looks again, or `hold` does
         self._servicing = True
         try:
             for _ in range(_PASSES):
@@ -212,9 +217,10 @@ class Mcp2515Driver(Sender):
         if flags & m.INT_WAK:
             self._chip.modify(_CANINTF, m.INT_WAK, 0)
             if self._dozing:
-                self._look_asleep()
+                if not self._asleep:  # nobody has noticed
+                    self._tell(EventKind.SLEEPING)
                 self._awake()
-                self._tell(_WOKEN)
+                self._tell(EventKind.WOKEN)
         if flags & m.INT_MERR:
             self._chip.modify(_CANINTF, m.INT_MERR, 0)
             self._bus_error()

@@ -44,8 +44,9 @@ class Sender(Driver):
     def __init__(self, host: Host | None, access: Instructions, now: Callable[[], int]) -> None:
         box = Mailbox()
         super().__init__(host, box, box)
-        self.boxes = [Mailbox() for _ in range(m.TX_BUFFERS - 1)]
-        self._buffers = [TransmitBuffer(number, one) for number, one in enumerate((box, *self.boxes))]
+        self.boxes = [box, *(Mailbox() for _ in range(m.TX_BUFFERS - 1))]
+        self.several = True
+        self._buffers = [TransmitBuffer(number, one) for number, one in enumerate(self.boxes)]
         self._chip = access
         self._read = access.read
         self._now = now
@@ -86,8 +87,8 @@ class Sender(Driver):
 
     def transmit(self, box: Mailbox, at_ns: int) -> None:
         if self._transmits:
-            self._send(self._buffer_of(box))
             self.wake(at_ns)
+            self._send(self._buffer_of(box))
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
         buffer = self._buffer_of(box)
