@@ -355,6 +355,23 @@ def test_can_send_to_nobody(bench: Bench) -> None:
     assert (errors, kind) == ("3 errors", "  3 x ERROR_TIMEOUT (1460), the time ran out")
 
 
+@pytest.mark.conforms("FT-04")
+def test_can_send_ends_with_its_totals(bench: Bench) -> None:
+    sender = bench.start("candrv", "send", "-n", "5000", "-c", "2")
+    bench.until(sender, "Start sending")
+    status, out, err = bench.interrupt(sender)  # nobody acknowledges
+    assert (status, err) == (130, "")
+    assert "0 of 10000 messages sent in " in out
+    assert "given up: " in out
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_can_write_is_interrupted(bench: Bench, number: int) -> None:
+    writer = bench.start("candrv", "write")
+    bench.until(writer, "Start sending")
+    assert bench.interrupt(writer, number) == (130, "", "")  # nobody acknowledges
+
+
 # CanMon
 
 

@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import IO, TYPE_CHECKING
 
 from canwire import CanwireError
@@ -55,9 +55,11 @@ def can_send(switches: Switches, closing: ExitStack) -> int:
             f"to {switches.device}, baudrate={rate} Hz"
         )
         stress = Stress(handles, threads, counts, log)
-        stress.run()
-    for line in stress.summary():
-        say(line)
+        try:
+            stress.run()
+        finally:
+            for line in stress.summary():
+                say(line)
     return OK if stress.sent == total else DEVICE_ERROR
 
 
@@ -117,7 +119,9 @@ class Stress:
             self.stopping = True
             for sender in self._senders:
                 sender.join()
-        self._seconds = time.monotonic() - begun
+            self._seconds = time.monotonic() - begun
+            with suppress(CanwireError):  # after Ctrl-C
+                self._take_back(before)
 
     def _watch(self) -> None:
         lines_due = time.monotonic() + _TELL_S
@@ -140,6 +144,10 @@ class Stress:
                 seen, moved = now, time.monotonic()
             else:
                 time.sleep(_LOOK_S)
+        self._take_back(before)
+
+    def _take_back(self, before: int) -> None:
+        device = self._handles[0].device
         for _ in range(_TRIES):
             self._given_up += sum(handle.abort() for handle in self._handles)
             if device.status().frames_sent - before + self._given_up >= self.taken:
