@@ -35,13 +35,14 @@ ROOMS = [
     DOOR,
 ]
 # behind the door: they use the package as any program does, and each only itself besides
-OUTSIDE = ["vci", "acan", "candrv", "slcan", "ldf", "pytest_plugin", "commands", "__main__"]
+OUTSIDE = ["vci", "acan", "candrv", "slcan", "ldf", "python_can", "pytest_plugin", "commands", "__main__"]
 OUTSIDE_MAY = {
     "vci": set(),
     "acan": set(),
     "candrv": set(),
     "slcan": set(),
     "ldf": set(),
+    "python_can": set(),
     "pytest_plugin": set(),
     "commands": {"acan", "candrv", "ldf", "slcan"},
     "__main__": {"commands"},
@@ -50,9 +51,10 @@ OUTSIDE_MAY = {
 # clocks, threads and sockets
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
-MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin"}
+MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
-MAY_LOCK = {"vci.fifo", "acan.service"}  # VCI's Lock and Unlock are its threads' own; ACAN tells on a thread
+MAY_LOCK = {"vci.fifo", "acan.service", "candrv.device", "candrv.handle", "candrv.program", "candrv.waiting"}
+# VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; CANDRV has none, but any thread may use its handles
 HUB_WITHOUT_CLOCKS = {"hub.message", "hub.messages", "hub.lin_messages", "hub.session", "hub.world"}
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
 SEAMS = {"drivers": {"driver", "lin_driver"}}

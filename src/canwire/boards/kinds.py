@@ -8,7 +8,7 @@ from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
 
 USUAL_BUS = "can0"
 USUAL_LIN_BUS = "lin0"
-USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND)
+USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND, "picocom1")
 """What is plugged in where nobody says anything else (source: rulings.md 30)."""
 F_AND_S_CHANNELS = (2, 3)
 """To receive and to send with: as many as the controller has registers for (source: CANDRV manual, seed 000, 7.3)."""

@@ -420,7 +420,7 @@ class Line(Host):
         self._take_turns([channel for channel in self._all if channel.sends])
         receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
         self._observers = [channel for channel in self._all if channel.events]
-        self._watched = any(channel.siblings == _EVERY for channel in receivers)
+        self._watched = any(channel.siblings >= _EVERY for channel in receivers)
         direct = len(receivers) == 1 and self._splitter.filter is None
         self._prioritised = [channel for channel in self._senders if channel.prioritised]
         self.driver.listen(receivers[0] if direct else self._splitter, bool(self._observers))
