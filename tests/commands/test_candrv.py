@@ -54,12 +54,12 @@ USAGE = """\
 
 
 class Bench:
-    """Two NetDCU boards on a bus in a hub of its own: CID1: and CID2:. Everything ends with the bench."""
+    """Two boards on a bus in a hub of its own: CID1: and CID2:. Everything ends with the bench."""
 
-    def __init__(self, home: Path, closing: ExitStack) -> None:
+    def __init__(self, home: Path, closing: ExitStack, kind: str = "netdcu") -> None:
         self.home = home
         self._closing = closing
-        (home / "hub.toml").write_text(CONFIG)
+        (home / "hub.toml").write_text(CONFIG.replace("netdcu", kind))
         (home / "registry.toml").write_text(REGISTRY)
         self.address = str(home / "hub.sock")
         self.hub = self.start("serve", "--socket", self.address, "--config", "hub.toml")
@@ -370,6 +370,21 @@ def test_can_write_is_interrupted(bench: Bench, number: int) -> None:
     writer = bench.start("candrv", "write")
     bench.until(writer, "Start sending")
     assert bench.interrupt(writer, number) == (130, "", "")  # nobody acknowledges
+
+
+@pytest.mark.conforms("FT-01", "FT-04")
+def test_on_an_mcp2515(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CANWIRE_CONFIG", "")
+    with ExitStack() as closing:
+        bench = Bench(tmp_path, closing, "picocom1")
+        messages = collected(bench.device(), 1300)
+        assert bench.run("write")[::2] == (0, "")
+        status, out, err = bench.run("send", "-n", "100", "-c", "3")
+        assert (status, err) == (0, "")
+        assert "300 of 300 messages sent in " in out
+        came = messages()
+        assert [event.identifier for event in came[:1000]] == list(range(1000))
+        assert {event.identifier for event in came[1000:]} == {0x100, 0x101, 0x102}
 
 
 # CanMon

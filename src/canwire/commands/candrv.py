@@ -9,8 +9,9 @@ canwire candrv registry set CID1: Baudrate 500000   also list, get, delete, defa
 canwire candrv restart CID1:                     load the driver anew, with what the registry says now
 canwire candrv attach CID1: /tmp/can             `echo "731 0 4 11 22 33 44" > /tmp/can` sends, `cat /tmp/can` shows
 
-The programs take the manual's switches (-h shows them) and --hub, and exit with its codes: 0 success, 1 the device
-is not there or fails, 2 wrong switches. Devices are [candrv.CID1] in CANWIRE_CONFIG's file, or canwire.toml here.
+The programs take the manual's switches (-h or -? shows them) and --hub, and exit with its codes: 0 success, 1 the
+device is not there or fails, 2 wrong switches. Devices are [candrv.CID1] in CANWIRE_CONFIG's file, or canwire.toml
+here.
 """
 
 from __future__ import annotations
@@ -101,7 +102,7 @@ def _add_attach(sub: argparse.ArgumentParser) -> None:
 def _restart(arguments: argparse.Namespace) -> int:
     from contextlib import ExitStack
 
-    from canwire.candrv.device import unload
+    from canwire.candrv import unload
     from canwire.commands.hub_line import connected
 
     with ExitStack() as closing:

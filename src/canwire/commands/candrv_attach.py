@@ -57,16 +57,18 @@ def attach(arguments: argparse.Namespace) -> int:
 
         closing.callback(reader.join)
         closing.callback(stop)
-        print(f"{arguments.device} is {arguments.path} ({terminal.name})", flush=True)
+        start = f"{arguments.device} is {arguments.path} ({terminal.name})"
         try:
-            work(lambda: _serve(handle, terminal, reader), stop)
+            work(lambda: _serve(handle, terminal, reader, start), stop)
         except KeyboardInterrupt:
             return 0
     return 0
 
 
-def _serve(handle: Handle, terminal: Terminal, reader: Reader) -> None:
+def _serve(handle: Handle, terminal: Terminal, reader: Reader, start: str) -> None:
     from canwire.candrv import CandrvError, Win32Error
+
+    print(start, flush=True)
 
     for line in terminal.lines():
         if reader.error is not None:

@@ -133,15 +133,16 @@ def can_write(switches: Switches, closing: ExitStack) -> int:
     with open_device(switches, hub) as query:
         rate = set_rate(switches, query)
     with open_device(switches, hub, read=True, write=True) as device, log_file(switches) as log:
-        say(f"Start sending {MESSAGES} messages to {switches.device}, baudrate={rate} Hz")
+        start = f"Start sending {MESSAGES} messages to {switches.device}, baudrate={rate} Hz"
         try:
-            work(lambda: _write_all(device, log), device.close)
+            work(lambda: _write_all(device, start, log), device.close)
         except CanwireError as error:
             raise failed("Write error", error) from error
     return OK
 
 
-def _write_all(device: Handle, log: IO[bytes] | None) -> None:
+def _write_all(device: Handle, start: str, log: IO[bytes] | None) -> None:
+    say(start)
     for number in range(MESSAGES):
         line = f"{number:x} 0 8 0 0 0 0 0 0 0 0\n".encode()
         device.write_text(line)
@@ -165,9 +166,9 @@ def _receive(switches: Switches, closing: ExitStack, read: Callable[[Handle], by
         rate = set_rate(switches, device)
         device.accept_all()
         with log_file(switches) as log:
-            say(f"Start receiving events from {switches.device}, baudrate={rate} Hz")
+            start = f"Start receiving events from {switches.device}, baudrate={rate} Hz"
             try:
-                work(lambda: _show_all(lambda: read(device), log), device.close)
+                work(lambda: _show_all(lambda: read(device), start, log), device.close)
             except KeyboardInterrupt:
                 return OK
             except CanwireError as error:
@@ -175,7 +176,8 @@ def _receive(switches: Switches, closing: ExitStack, read: Callable[[Handle], by
     return OK
 
 
-def _show_all(read: Callable[[], bytes], log: IO[bytes] | None) -> None:
+def _show_all(read: Callable[[], bytes], start: str, log: IO[bytes] | None) -> None:
+    say(start)
     while True:
         text = read()
         if log is not None:

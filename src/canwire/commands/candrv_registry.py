@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from typing import TYPE_CHECKING
 
 from canwire.commands.hub_line import complain
@@ -81,10 +82,9 @@ def _tell(arguments: argparse.Namespace) -> int:
 
 
 def _store(arguments: argparse.Namespace) -> RegistryStore:
-    from canwire.candrv.device import usual_store
     from canwire.candrv.registry import RegistryStore
 
-    return usual_store() if arguments.config is None else RegistryStore(arguments.config)
+    return RegistryStore(arguments.config or os.environ.get("CANWIRE_CONFIG") or "canwire.toml")
 
 
 def _name(device: str) -> str:

@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from typing import IO, TYPE_CHECKING
 
 from canwire import CanwireError
@@ -27,6 +27,7 @@ from canwire.commands.candrv_programs import (
     set_rate,
 )
 from canwire.commands.candrv_switches import Switches
+from canwire.commands.candrv_work import work
 from canwire.commands.progress import Progress
 
 if TYPE_CHECKING:
@@ -50,13 +51,13 @@ def can_send(switches: Switches, closing: ExitStack) -> int:
     rate = set_rate(switches, handles[0])
     with log_file(switches) as log:
         total = counts * channels * threads
-        say(
+        start = (
             f"Start sending {counts} messages x {channels} channels x {threads} threads = {total} messages "
             f"to {switches.device}, baudrate={rate} Hz"
         )
         stress = Stress(handles, threads, counts, log)
         try:
-            stress.run()
+            work(lambda: stress.run(start), stress.stop)
         finally:
             for line in stress.summary():
                 say(line)
@@ -103,25 +104,25 @@ class Stress:
             found.update(sender.errors)
         return found
 
-    def run(self) -> None:
-        """Until everything is sent, or nothing moves any more; raises Failure when the device has gone."""
+    def run(self, start: str) -> None:
+        """Until everything is sent, nothing moves any more, or `stop`; raises Failure when the device has gone."""
+        say(start)
         begun = time.monotonic()
-        device = self._handles[0].device
-        before = device.status().frames_sent
-        for sender in self._senders:
-            sender.start()
         try:
+            before = self._handles[0].device.status().frames_sent
+            for sender in self._senders:
+                sender.start()
             self._watch()
             self._drain(before)
         except CanwireError as error:
             raise failed("Send error", error) from error
         finally:
             self.stopping = True
-            for sender in self._senders:
-                sender.join()
             self._seconds = time.monotonic() - begun
-            with suppress(CanwireError):  # after Ctrl-C
-                self._take_back(before)
+
+    def stop(self) -> None:
+        """No further messages."""
+        self.stopping = True
 
     def _watch(self) -> None:
         lines_due = time.monotonic() + _TELL_S
@@ -138,16 +139,12 @@ class Stress:
         """Wait for the send buffers; what does not go out is taken back."""
         device = self._handles[0].device
         seen, moved = -1, time.monotonic()
-        while seen < self.taken and time.monotonic() - moved < _SILENCE_S:
+        while seen < self.taken and time.monotonic() - moved < _SILENCE_S and not self.stopping:
             now = device.status().frames_sent - before
             if now != seen:
                 seen, moved = now, time.monotonic()
             else:
                 time.sleep(_LOOK_S)
-        self._take_back(before)
-
-    def _take_back(self, before: int) -> None:
-        device = self._handles[0].device
         for _ in range(_TRIES):
             self._given_up += sum(handle.abort() for handle in self._handles)
             if device.status().frames_sent - before + self._given_up >= self.taken:

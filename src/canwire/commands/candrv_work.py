@@ -25,13 +25,14 @@ def work(call: Callable[[], object], stop: Callable[[], object]) -> None:
             ended.set()
 
     thread = threading.Thread(target=run, daemon=True)
-    thread.start()
     try:
+        thread.start()
         while not ended.wait(_LOOK_S):
             pass
     except KeyboardInterrupt:
         stop()
-        ended.wait()
+        while thread.is_alive() and not ended.wait(_LOOK_S):
+            pass
         raise
     if errors:
         raise errors[0]
