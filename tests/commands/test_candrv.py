@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from functools import partial
@@ -546,7 +547,11 @@ def test_cat_shows_events(bench: Bench, attached: tuple[subprocess.Popen[str], P
     process, path = attached
     other = bench.device()
     for number in (0x100, 0x200):
+        time.sleep(0.5)  # the one before has gone, and that is known
         other.write_message(0x7FF)  # nobody has it open: nobody's
+        while other.read_event().event != CanbusEvent.TRANSMITTED:
+            pass
+        time.sleep(0.2)
         with subprocess.Popen(["cat", str(path)], stdout=subprocess.PIPE, text=True) as cat:
             assert cat.stdout is not None
             sending = Repeated(partial(other.write_message, number, b"\x01\x02"))

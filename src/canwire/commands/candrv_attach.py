@@ -123,6 +123,7 @@ class Terminal:
         os.set_blocking(self._ours, False)
         self._open = threading.Event()
         self._left = threading.Event()
+        self._writing = threading.Lock()  # nothing is written between an opener's end and the flush after it
 
     @property
     def is_open(self) -> bool:
@@ -157,9 +158,12 @@ class Terminal:
         """An event for whoever reads; waits for room while somebody has it open."""
         poll = select.poll()
         poll.register(self._ours, select.POLLOUT)
-        while text and self.is_open and not self._left.is_set():
+        while text and not self._left.is_set():
             try:
-                text = text[os.write(self._ours, text) :]
+                with self._writing:
+                    if not self.is_open:
+                        return
+                    text = text[os.write(self._ours, text) :]
             except BlockingIOError:
                 poll.poll(_CHECK_MS)
             except OSError:  # nobody there any more
@@ -187,8 +191,8 @@ class Terminal:
 
         if not self._open.is_set():
             return
-        self._open.clear()
-        with suppress(OSError):
+        with self._writing, suppress(OSError):
+            self._open.clear()
             theirs = os.open(self.name, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
             try:
                 termios.tcflush(theirs, termios.TCIFLUSH)
