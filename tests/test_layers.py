@@ -53,8 +53,8 @@ CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
 MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
-MAY_LOCK = {"vci.fifo", "acan.service", "candrv.device", "candrv.handle", "candrv.program", "candrv.waiting"}
-# VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; CANDRV has none, but any thread may use its handles
+MAY_LOCK = {"vci.fifo", "acan.service", "candrv.device", "candrv.program", "candrv.waiting", "candrv.writing"}
+# VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; any thread may use a CANDRV handle
 HUB_WITHOUT_CLOCKS = {"hub.message", "hub.messages", "hub.lin_messages", "hub.session", "hub.world"}
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
 SEAMS = {"drivers": {"driver", "lin_driver"}}

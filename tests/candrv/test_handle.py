@@ -6,14 +6,16 @@ from typing import Any
 
 import pytest
 
+import canwire
 from canwire import Frame, candrv
-from canwire.candrv.constants import CanbusEvent, Command, ControlCode, Win32Error
+from canwire.candrv.constants import CanbusEvent, CanMode, Command, ControlCode, FrameFormat, Win32Error
 from canwire.candrv.errors import CandrvError
 from canwire.candrv.event_queue import Event
-from canwire.candrv.handle import Handle, PartialWrite
+from canwire.candrv.handle import Handle
 from canwire.candrv.ioctl import control
 from canwire.candrv.registry import RegistryStore
 from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER
+from canwire.candrv.writing import PartialWrite
 
 RECEIVED, TRANSMITTED, ABORTED = CanbusEvent.RECEIVED, CanbusEvent.TRANSMITTED, CanbusEvent.ABORTED
 FRAME_NS = 111_000  # about, at 1 Mbit/s with eight bytes
@@ -634,3 +636,102 @@ def test_closing_gives_up_where_nothing_moves(bench: Bench, read: bool) -> None:
         left.append(frame)
     assert len(left) <= 1  # one was on the wire
     assert bench.hub.line_status(handle.device.board.id, 0).channels == 0
+
+
+# what the device is asked and told in Python's way
+
+
+def test_properties_of_python(bench: Bench) -> None:
+    handle = bench.open()
+    handle.baud_rate = 250_000
+    handle.can_mode = CanMode.CAN_2_0_B
+    handle.frame_format = FrameFormat.STD
+    assert (handle.baud_rate, handle.can_mode, handle.frame_format) == (250_000, 1, 1)
+    with pytest.raises(CandrvError, match="1234567") as raised:
+        handle.baud_rate = 1_234_567
+    assert raised.value.code == Win32Error.ERROR_INVALID_PARAMETER
+    assert handle.baud_rate == 250_000
+    assert handle.properties().max == 1_000_000
+    handle.command(Command.VIRTUALIZE_ON)
+    assert handle.virtualize
+    handle.initialise()
+    assert not handle.in_configuration_mode()
+    bench.run(1)
+    assert handle.time() == 1000
+    handle.write_register(0x2A, 0x01, reset_mode=True)
+    assert isinstance(handle.read_register(0x2A), int)
+    handle.close()
+    with pytest.raises(CandrvError) as raised:
+        handle.baud_rate = 500_000
+    assert raised.value.code == Win32Error.ERROR_INVALID_HANDLE
+
+
+@pytest.mark.conforms("FS-06")
+@pytest.mark.parametrize("debug", [0, 1])
+def test_debug_prints_to_stderr(
+    bench: Bench, registry: RegistryStore, capsys: pytest.CaptureFixture[str], debug: int
+) -> None:
+    registry.set("CID1", "Debug", debug)
+    bench.open(read=False).close()
+    assert ("CID1: opened" in capsys.readouterr().err) == bool(debug)
+
+
+@pytest.mark.conforms("FS-02")
+def test_two_devices_on_one_bus(bench: Bench, registry: RegistryStore) -> None:
+    kind = registry.get("CID1", "Board")
+    registry.install("CID2")
+    registry.set("CID2", "Board", "picocom1" if kind == "inducan104" else "inducan104")
+    first, second = bench.open(), bench.open(name="CID2:")
+    first.write("11 0 0\n")
+    second.write("12 0 0\n")
+    bench.run(0.01)
+    for handle in (first, second):
+        messages = [event for event in events(handle) if event.has_message]
+        assert sorted(event.identifier for event in messages) == [0x11, 0x12]
+    assert (first.name, second.name) == ("CID1:", "CID2:")
+
+
+def test_unload_waits_for_nobody(bench: Bench) -> None:
+    handle = bench.open()
+    with pytest.raises(canwire.InUse, match="CID1:"):
+        candrv.unload(bench.hub, "CID1:")
+    handle.close()
+    candrv.unload(bench.hub, "CID1:")
+    assert not bench.hub.line_status(bench.board, 0).initialised
+
+
+def test_no_such_port(bench: Bench, registry: RegistryStore) -> None:
+    registry.set("CID1", "DeviceArrayIndex", 1)
+    with pytest.raises(CandrvError, match="CAN port 1") as raised:
+        bench.open()
+    assert raised.value.code == Win32Error.ERROR_FILE_NOT_FOUND
+
+
+@pytest.mark.conforms("FS-30")
+@pytest.mark.parametrize(("mode", "sent"), [(0, True), (4, False), (1, True), (5, True)])
+def test_without_any_time(bench: Bench, registry: RegistryStore, mode: int, sent: bool) -> None:
+    """In single message mode a message that counts once it is on the wire cannot be sent in no time."""
+    registry.set("CID1", "TxMode", mode)
+    handle = bench.open()
+    assert bench.peer
+    write_timeout(handle, 0)
+    if sent:
+        handle.write("1 0 0\n")
+    else:
+        assert refusal(handle.write, "1 0 0\n") == Win32Error.ERROR_TIMEOUT
+    bench.run(0.01)
+    assert (bench.peer.receive(0) is not None) == sent
+
+
+def test_a_message_whose_time_ran_out_is_written_again(bench: Bench) -> None:
+    handle = bench.open(read=False)
+    peer = bench.absent_peer()
+    write_timeout(handle, 1)
+    text = "".join(f"{n:x} 0 0\n" for n in range(150))
+    with pytest.raises(PartialWrite) as raised:
+        handle.write(text)
+    assert raised.value.code == Win32Error.ERROR_TIMEOUT
+    peer.start()
+    write_timeout(handle, 0xFFFF_FFFF)
+    assert handle.write(text[raised.value.written :]) == len(text) - raised.value.written
+    assert [frame.id for frame in peer.received(150)] == list(range(150))

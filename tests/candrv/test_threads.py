@@ -158,7 +158,7 @@ def test_closing_at_any_moment(hub: canwire.Hub, peer: Any) -> None:
         for work in (read, read, write, write):
             threads.start(work)
         for n in range(20):
-            peer.send(Frame(n))
+            peer.send(Frame(0x100 + n))  # not what the handle sends: two equal frames have no acknowledge
         time.sleep(0.002 * turn)
         handle.close()
         allowed = {Win32Error.ERROR_OPERATION_ABORTED, Win32Error.ERROR_INVALID_HANDLE}
@@ -230,3 +230,50 @@ def test_the_board_is_pulled_out(mortal_hub: tuple[str, Any]) -> None:
             handle.write("1 0 0\n")
         assert raised.value.code == Win32Error.ERROR_DEVICE_REMOVED
         handle.close()
+
+
+def test_threads_in_virtual_time_have_their_own_timeouts(bench: Any) -> None:
+    """Whoever waits lets time pass, for the others too, and nobody sleeps beyond his own."""
+    handle, threads, over = bench.open(), Threads(), []
+
+    def wait(milliseconds: int) -> None:
+        with pytest.raises(CandrvError):
+            handle.wait_comm_event(milliseconds / 1000)
+        over.append((milliseconds, bench.hub.now_ns() // 1_000_000))
+
+    for milliseconds in (300, 100, 200):
+        threads.start(wait, milliseconds)
+    assert threads.join() == []
+    assert {asked for asked, _ in over} == {100, 200, 300}
+    assert all(came >= asked for asked, came in over)
+
+
+def test_a_handle_that_nobody_reads_may_send_for_ever(bench: Any) -> None:
+    handle = bench.open()
+    assert bench.peer
+    for turn in range(20):
+        for n in range(90):
+            handle.write(f"{n:x} 0 1 {turn:x}\n")
+        bench.run(0.05)
+    assert len(handle._channel.receiver.tickets) <= 101
+    first = [handle.read_event() for _ in range(200)]
+    assert [event.lost for event in first] == [0] * 200
+    handle.write("1 0 0\n")
+    bench.run(0.01)
+    assert handle.read_event().lost == 20 * 90 - 200
+
+
+def test_outcomes_that_the_channel_had_no_room_for(bench: Any) -> None:
+    """Only with a bus that outruns everybody: nobody waits for them, and what follows is told again."""
+    handle = bench.open()
+    for n in range(50):
+        handle.write(f"{n:x} 0 0\n")
+    for _ in range(10):
+        bench.peer.send(*(Frame(0x100 + n) for n in range(500)))
+        bench.run(0.2)
+    while handle.waiting:
+        handle.read_event()
+    handle.write("7ff 0 0\n")
+    bench.run(0.01)
+    assert [handle.read_event().event for _ in range(handle.waiting)] == [CanbusEvent.TRANSMITTED]
+    assert not handle._channel.receiver.tickets

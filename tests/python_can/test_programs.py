@@ -103,5 +103,8 @@ print([config["channel"] for config in can.detect_available_configs("canwire")])
     told, there = ended(second).splitlines()
     assert "125000 bit/s" in told
     assert "python-can: -c" in told
-    assert there == "['can0', 'HW000001:0', 'HW000001:1', 'HW000002:0', 'HW000002:1', 'HW000003:0']"
+    assert (
+        there
+        == "['can0', 'HW000001:0', 'HW000001:1', 'HW000002:0', 'HW000002:1', 'HW000003:0', 'HW000004:0']"
+    )
     ended(first)

@@ -21,7 +21,7 @@ from canwire.candrv.device import Device, unload
 from canwire.candrv.errors import CandrvError, format_error, translated
 from canwire.candrv.event_queue import Event, EventQueue
 from canwire.candrv.filters import Filter
-from canwire.candrv.handle import Handle, PartialWrite
+from canwire.candrv.handle import Handle
 from canwire.candrv.program import program_hub
 from canwire.candrv.properties import Controller, controller_of
 from canwire.candrv.registry import RegistryStore, Settings
@@ -53,6 +53,7 @@ from canwire.candrv.text import (
     format_message,
     parse_event,
 )
+from canwire.candrv.writing import PartialWrite
 
 if TYPE_CHECKING:
     from canwire import Hub

@@ -40,6 +40,7 @@ class Channel:
         self._counts_loaded = not settings.sent_on_wire
         self._register: Ticket | None = None  # with the controller, in single message mode
         self._stopped = False
+        self._short_of_room = 0  # threads that wait for room in the send buffer
         self.room = WaitingRoom(device.hub)
         self.lock = self.room.lock
         self._channel: HubChannel | None = None
@@ -139,7 +140,9 @@ class Channel:
 
     def _await_room(self, deadline: int | None) -> None:
         end = self._opened().writing
-        end.assign(self.room.event)
+        if not self._short_of_room:
+            end.assign(self.room.event)
+        self._short_of_room += 1
 
         def arm() -> None:
             self._arm()
@@ -153,7 +156,13 @@ class Channel:
             self._opened().check()
             return False
 
-        if not self.room.until(free, deadline, arm):
+        try:
+            found = self.room.until(free, deadline, arm)
+        finally:
+            self._short_of_room -= 1
+            if not self._short_of_room and not self._stopped:
+                end.assign(None)
+        if not found:
             capacity = self.writing.capacity
             raise CandrvError(
                 Win32Error.ERROR_TIMEOUT, f"{self._device.name} send buffer full, {capacity} messages wait"
@@ -178,6 +187,11 @@ class Channel:
 
     def _take_back(self, ticket: Ticket) -> None:
         """Time has run out: what is not sent shall not be sent later."""
+        if self._counts_loaded:  # also without any time: the controller may have it as soon as the hub looks
+            self._opened().status()
+            self.look()
+            if ticket.done:
+                return
         for _ in range(_TRIES):
             self.abort()
             if ticket.done or self._until(lambda: ticket.done, self.room.deadline(0.001)):

@@ -11,64 +11,34 @@ Source: CANDRV manual (seed 000), chapter 6, 8.1, 8.13 to 8.18, 8.23; rulings.md
 
 from __future__ import annotations
 
-import json
-import os
-import struct
 import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from canwire import (
-    BadValue,
-    CanwireError,
-    ErrorState,
-    FilterMode,
-    FilterSetup,
-    InUse,
-    LineMode,
-    LineStatus,
-    NoSuchBoard,
-    NotInitialised,
-    TimingLimits,
-)
+from canwire import CanwireError, ErrorState, FilterMode, FilterSetup, InUse, LineMode, LineStatus
 from canwire.candrv.bell import Bell
-from canwire.candrv.constants import CanMode, FrameFormat
-from canwire.candrv.properties import CONTROLLERS, SJA1000, Controller
-from canwire.candrv.registry import RegistryStore, Settings, check_spi
+from canwire.candrv.loading import (
+    CAN_CTRL_SJA1000,
+    controller_on,
+    find_port,
+    loaded,
+    settings_note,
+    usual_store,
+)
+from canwire.candrv.properties import SJA1000
+from canwire.candrv.state import DeviceState, can_time, state_of
 
 if TYPE_CHECKING:
-    from canwire import BoardInfo, Control, Hub, LineInfo
+    from canwire import Control, Hub, LineInfo
+    from canwire.candrv.registry import RegistryStore
 
 T = TypeVar("T")
 
 _PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
-_NOTE = struct.Struct("<4sBB")  # CAN mode, default format
-_MAGIC = b"CIDn"
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # every receive channel has a filter of its own
-_SJA1000 = 5  # CAN_CTRL_SJA1000 (reference/vci.md section 3)
 _CONFIGURATION = 4  # the MCP2515's OPMOD
-
-
-class DeviceState(NamedTuple):
-    """What all handles on a device share; `rate` in bit/s."""
-
-    rate: int
-    mode: int = CanMode.CAN_2_0_A
-    format: int = FrameFormat.DEFAULT
-    listen: bool = False
-    loop_back: bool = False
-
-    @property
-    def extended(self) -> bool:
-        """Whether messages without a format of their own are extended frames (table 10)."""
-        return self.extends(FrameFormat.DEFAULT)
-
-    def extends(self, wanted: int) -> bool:
-        """Whether a message in this format is an extended frame."""
-        chosen = wanted or self.format
-        return self.mode == CanMode.CAN_2_0_B and chosen != FrameFormat.STD
 
 
 class Device:
@@ -81,9 +51,9 @@ class Device:
     def __init__(self, hub: Hub, name: str, store: RegistryStore | None = None) -> None:
         self.hub = hub
         self.name = name
-        self.settings = _loaded(hub, name, store or usual_store())
+        self.settings = loaded(hub, name, store or usual_store())
         self.board, self.number = find_port(hub.boards(), self.settings)
-        self.controller = _controller(self.board, self.line)
+        self.controller = controller_on(self.board, self.line)
         self._bell: Bell | None = None  # rung when "virtualize" changes
         self._heard = -1
         self._virtual = False
@@ -104,7 +74,7 @@ class Device:
 
     def state(self) -> DeviceState:
         """As it is now, whoever set it up: another dialect's line is in CAN2.0B."""
-        return _state_of(self.status(), self.settings)
+        return state_of(self.status(), self.settings)
 
     def start(self) -> None:
         """Set the line up as the registry says if nobody did, and have it take part in its bus.
@@ -177,7 +147,7 @@ class Device:
 
     def clear_overrun(self) -> None:
         """The driver does that with every overrun; here once more, where the chip has a command for it."""
-        if self.controller is SJA1000 and self.line.capabilities.controller_type == _SJA1000:
+        if self.controller is SJA1000 and self.line.capabilities.controller_type == CAN_CTRL_SJA1000:
             self.write_register(1, 0x08, reset_mode=False)  # CMR: CDO
 
     def in_configuration_mode(self) -> bool:
@@ -220,12 +190,12 @@ class Device:
     def _start(self, control: Control) -> None:
         status = self.status()
         if not status.initialised:  # nobody was quicker
-            control.initialise(self._mode(_state_of(status, self.settings)))
+            control.initialise(self._mode(state_of(status, self.settings)))
         control.start()
 
     def _configure(self, control: Control, wanted: dict[str, int], loop_back: bool) -> None:
         before = self.status()
-        state = _state_of(before, self.settings)._replace(loop_back=loop_back, **wanted)  # type: ignore[arg-type]
+        state = state_of(before, self.settings)._replace(loop_back=loop_back, **wanted)  # type: ignore[arg-type]
         mode = self._mode(state, before.mode if "rate" not in wanted else None)
         try:
             control.initialise(mode)
@@ -244,7 +214,7 @@ class Device:
             listen_only=state.listen,
             standard_filter=_OPEN,
             extended_filter=_OPEN,
-            note=_NOTE.pack(_MAGIC, state.mode, state.format),
+            note=state.to_note(),
             persistent=True,
             loop_back=state.loop_back,
         )
@@ -264,16 +234,6 @@ class Device:
         raise AssertionError
 
 
-def can_time(at_ns: int) -> int:
-    """The low word of CAN_TIME; it wraps after 49.7 days, and the high word stays 0."""
-    return at_ns // 1_000_000 & 0xFFFF_FFFF
-
-
-def usual_store() -> RegistryStore:
-    """The registry in CANWIRE_CONFIG's file, or canwire.toml here."""
-    return RegistryStore(os.environ.get("CANWIRE_CONFIG") or "canwire.toml")
-
-
 def unload(hub: Hub, name: str) -> None:
     """What a restart of the board does: the line forgets its settings, the next open reads the registry anew.
 
@@ -286,97 +246,4 @@ def unload(hub: Hub, name: str) -> None:
     with hub.open_control(device.board.id, device.number) as control:
         control.reset()
     device.virtualize = False
-    hub.set_note(_settings_note(name), b"")
-
-
-def find_port(boards: tuple[BoardInfo, ...], settings: Settings) -> tuple[BoardInfo, int]:
-    """The board and line that a device drives.
-
-    CAN lines of the board that the entry Board names by its hardware id or kind, else of all boards of CANDRV's
-    kinds in the order of their plugging; DeviceArrayIndex counts them. Raises NoSuchBoard.
-    """
-    wanted = settings.board
-    chosen = [
-        board
-        for board in boards
-        if (wanted in (board.hardware_id, board.kind) if wanted else board.kind in CONTROLLERS)
-    ]
-    ports = [
-        (board, number)
-        for board in chosen
-        for number, line in enumerate(board.lines)
-        if line.bus_type == "CAN"
-    ]
-    if settings.device_array_index >= len(ports):
-        what = f"board {wanted!r}" if wanted else f"board of the kinds {', '.join(CONTROLLERS)}"
-        there = ", ".join(f"{board.hardware_id} ({board.kind})" for board in boards) or "none"
-        raise NoSuchBoard(
-            f"{settings.device} CAN port {settings.device_array_index} of a {what}: plugged in are {there}"
-        )
-    return ports[settings.device_array_index]
-
-
-def _loaded(hub: Hub, name: str, store: RegistryStore) -> Settings:
-    """What the driver was loaded with; loads it if it was not."""
-    note = hub.note(_settings_note(name))
-    if note:
-        return Settings.of(json.loads(note), name.removesuffix(":"))
-    devices = store.all_settings()
-    if name not in devices:
-        raise NoSuchBoard(f"no device {name!r:.40}; registered are {', '.join(devices) or 'none'}")
-    settings = devices[name]
-    board, _ = find_port(hub.boards(), settings)
-    others = [other for other in devices.values() if hub.note(_settings_note(other.device))]
-    check_spi(board.kind, settings, others)
-    table = next(table for table in store.devices() if store.settings(table) == settings)
-    stored = {**store.stored(table), "Prefix": settings.prefix, "Index": settings.index}
-    hub.set_note(_settings_note(name), json.dumps(stored, separators=(",", ":")).encode())
-    return settings
-
-
-def _settings_note(name: str) -> str:
-    return f"candrv/{name}"
-
-
-def _controller(board: BoardInfo, line: LineInfo) -> Controller:
-    """That of CANDRV's boards; of others what their line says of itself."""
-    if board.kind in CONTROLLERS:
-        return CONTROLLERS[board.kind]
-    can = line.capabilities
-    if can.controller_type == _SJA1000:
-        return SJA1000
-    ranges = can.nominal
-    limits = TimingLimits(
-        board.kind,
-        prescaler_max=ranges.prescaler[1],
-        tseg1_max=ranges.tseg1[1],
-        tseg2_max=ranges.tseg2[1],
-        sjw_max=ranges.sjw[1],
-        quanta_min=1 + ranges.tseg1[0] + ranges.tseg2[0],
-        quanta_max=1 + ranges.tseg1[1] + ranges.tseg2[1],
-        prescaler_min=ranges.prescaler[0],
-        tseg1_min=ranges.tseg1[0],
-        tseg2_min=ranges.tseg2[0],
-    )
-    return Controller(board.kind, can.clock_hz, limits, registers=0)
-
-
-def _state_of(status: LineStatus, settings: Settings) -> DeviceState:
-    mode = status.mode
-    if mode is None:
-        return DeviceState(settings.baudrate, settings.can_mode_2b, settings.format)
-    if mode.timing is None:
-        raise NotInitialised("the line is looking for its bit rate")
-    can_mode, frame_format = int(CanMode.CAN_2_0_B if mode.extended else CanMode.CAN_2_0_A), 0
-    if len(mode.note) == _NOTE.size and mode.note.startswith(_MAGIC):
-        _, can_mode, frame_format = _NOTE.unpack(mode.note)
-    return DeviceState(mode.timing.bit_rate, can_mode, frame_format, mode.listen_only, mode.loop_back)
-
-
-def checked(name: str, value: int, kind: type[CanMode] | type[FrameFormat]) -> int:
-    """A number of this enumeration; raises BadValue."""
-    try:
-        return int(kind(value))
-    except ValueError:
-        known = ", ".join(f"{int(one)} {one.name}" for one in kind)
-        raise BadValue(f"{name} {value}: {known}") from None
+    hub.set_note(settings_note(name), b"")

@@ -7,49 +7,31 @@ service thread had done so when it came. Source: CANDRV manual (seed 000), chapt
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from canwire import CanwireError
 from canwire.candrv.channel import Channel
 from canwire.candrv.constants import INFINITE, FrameFormat, Win32Error
-from canwire.candrv.errors import CandrvError, as_candrv, translated
+from canwire.candrv.controls import Controls
+from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.event_queue import Event, EventQueue
-from canwire.candrv.filters import ALL_BITS, Filter, identifier_of
-from canwire.candrv.receiving import DLC_SHIFT, EXTENDED, REMOTE, Key
+from canwire.candrv.filters import ALL_BITS, Filter
+from canwire.candrv.stream import EventStream
 from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER, COMMTIMEOUTS
-from canwire.candrv.text import MalformedMessage, Message, MessageParser, format_event
+from canwire.candrv.text import Message, format_event
+from canwire.candrv.writing import Writer, ascii_of, seconds
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from canwire.candrv.device import Device
-    from canwire.candrv.stream import EventStream
 
 _LONGEST_DLC = 15
 
 
-class PartialWrite(CandrvError):
-    """A text write that failed; `written` characters of the call's were used before."""
-
-    def __init__(self, code: int, what: str = "", written: int = 0) -> None:
-        super().__init__(code, what)
-        self.written = written
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.code, self.what, self.written)
-
-
-class _Parsers(threading.local):
-    """A message may come in several writes; those of other threads do not get in between."""
-
-    def __init__(self) -> None:
-        self.parser = MessageParser()
-
-
-class Handle:
+class Handle(Controls):
     """What `candrv.open` and CreateFile give. Every failure is a CandrvError with Win32's code.
 
     A handle opened with neither `read` nor `write` looks at the device and sets it up. As a Python text stream,
@@ -61,7 +43,6 @@ class Handle:
         self.readable, self.writable = bool(read), bool(write)
         settings = device.settings
         self._timeouts = COMMTIMEOUTS(0, 0, INFINITE, 0, INFINITE)
-        self._parsers = _Parsers()
         self._queue = EventQueue(settings.event_queue_size) if read else None
         self._closed = False
         with translated():
@@ -75,6 +56,7 @@ class Handle:
                 device.close()
                 self._share.close()
                 raise
+        self._writer = Writer(device, self._channel, self._timeouts)
         if self._queue is not None:
             self._channel.receiver.filter = Filter(
                 settings.acceptance_code, settings.acceptance_mask, settings.align, settings.mask_active
@@ -163,21 +145,8 @@ class Handle:
         Each thread's parts are put together by themselves. Raises PartialWrite for text that is no message, of
         which nothing is sent, and when time runs out: then the message in question is to be written again.
         """
-        data = _ascii(text)
         self._check_writable()
-        parser, used = self._parsers.parser, 0
-        try:
-            while True:
-                with self._translated_write():
-                    message, end = parser.next(data, used)
-                    if message is None:
-                        return len(data)
-                    self._send(message, FrameFormat.DEFAULT)
-                used = end
-        except MalformedMessage as error:
-            raise PartialWrite(Win32Error.ERROR_INVALID_PARAMETER, str(error), error.consumed) from error
-        except CandrvError as error:
-            raise PartialWrite(error.code, error.what, used) from error
+        return self._writer.write(ascii_of(text))
 
     write_text = write
 
@@ -192,8 +161,9 @@ class Handle:
     ) -> None:
         """Send one message, as IOCTL_CAN_WRITE_TRANSMIT_DATA does. `identifier` lies as Align says."""
         self._check_writable()
+        message = Message(identifier, int(rtr), len(data) if dlc is None else dlc, data)
         with translated():
-            self._send(Message(identifier, int(rtr), len(data) if dlc is None else dlc, data), fmt)
+            self._writer.send(message, fmt)
 
     def flush(self) -> None:
         """For Python's text streams: nothing is kept back here."""
@@ -209,19 +179,19 @@ class Handle:
     @property
     def timeouts(self) -> COMMTIMEOUTS:
         """SetCommTimeouts, GetCommTimeouts: milliseconds, 0 at once, INFINITE for ever. A copy: assign it back."""
-        self._check()
+        self.check()
         return COMMTIMEOUTS.unpack(self._timeouts.pack())
 
     @timeouts.setter
     def timeouts(self, timeouts: COMMTIMEOUTS) -> None:
-        self._check()
-        self._timeouts = COMMTIMEOUTS.unpack(timeouts.pack())
+        self.check()
+        self._timeouts = self._writer.timeouts = COMMTIMEOUTS.unpack(timeouts.pack())
 
     @property
     def mask(self) -> int:
         """SetCommMask, GetCommMask: the CanbusEvents that are recorded."""
         queue = self._queue if self._queue is not None else self._no_read()
-        self._check()
+        self.check()
         return queue.mask
 
     @mask.setter
@@ -235,12 +205,15 @@ class Handle:
     @property
     def filter(self) -> CAN_ACCEPTANCE_FILTER:
         """Code and mask of this receive channel."""
-        self._check_readable()
+        if self._queue is None:
+            self._no_read()
+        self.check()
         return self._channel.receiver.filter.to_structure()
 
     @filter.setter
     def filter(self, structure: CAN_ACCEPTANCE_FILTER) -> None:
-        self._check_readable()
+        if self._queue is None:
+            self._no_read()
         settings = self.device.settings
         with translated(), self._channel.lock:
             chosen = Filter.of(structure, settings.align, settings.mask_active)
@@ -256,9 +229,7 @@ class Handle:
 
     def stream(self) -> EventStream:
         """Lines of text, an event each; what is written to it goes to WriteFile. Closing it closes the handle."""
-        from canwire.candrv.stream import EventStream
-
-        self._check()
+        self.check()
         return EventStream(self)
 
     def close(self) -> None:
@@ -273,14 +244,16 @@ class Handle:
                 return
             self._closed = True
             channel.stop()
-        with suppress(CanwireError):
-            channel.drain()
-        with channel.lock:
-            channel.close()
-        self.device.close()
-        with suppress(CanwireError):
-            self._share.close()
-        self.device.debug("closed")
+        try:
+            with suppress(CanwireError):
+                channel.drain()
+        finally:
+            with channel.lock:
+                channel.close()
+            self.device.close()
+            with suppress(CanwireError):
+                self._share.close()
+            self.device.debug("closed")
 
     def __enter__(self) -> Handle:
         return self
@@ -294,16 +267,12 @@ class Handle:
         access = "+".join(("read",) * self.readable + ("write",) * self.writable) or "query"
         return f"<CANDRV handle on {self.name} for {access}{', closed' if self._closed else ''}>"
 
-    def check(self) -> None:
-        """Raises ERROR_INVALID_HANDLE once it is closed."""
-        self._check()
-
     # its own
 
     def _look(self, channel: Channel) -> None:
         """Take in what has come. The caller holds the lock."""
         if self._closed:
-            self._check()
+            self.check()
         if channel.reading.fill():
             channel.take()
 
@@ -311,89 +280,20 @@ class Handle:
         """Until an event is in the queue; the caller holds the lock."""
         queue = self._queue
         if by_timeouts:
-            timeout = _seconds(self._timeouts.ReadTotalTimeoutConstant)
+            timeout = seconds(self._timeouts.ReadTotalTimeoutConstant)
         with translated():
             if not channel.until(lambda: bool(queue), timeout):
                 raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self.name} no event")
 
-    def _send(self, message: Message, fmt: int) -> None:
-        channel, virtualize = self._channel, self.device.virtualize
-        with channel.lock:
-            self._look(channel)  # the device may have been set up anew
-            key = self._key(message, fmt)
-        channel.send(key, self._write_timeout(message.dlc), virtualize=virtualize)
-
-    def _key(self, message: Message, fmt: int) -> Key:
-        """The frame of a message; raises CandrvError, BadFrame for what is none."""
-        identifier, rtr, dlc, data = message
-        if fmt not in (0, 1, 2) or rtr not in (0, 1) or not 0 <= dlc <= _LONGEST_DLC:
-            raise CandrvError(
-                Win32Error.ERROR_INVALID_PARAMETER, f"fmt {fmt}, rtr {rtr}, dlc {dlc}: 0..2, 0..1 and 0..15"
-            )
-        if not rtr and len(data) < min(dlc, 8):
-            raise CandrvError(
-                Win32Error.ERROR_INVALID_PARAMETER, f"{len(data)} data bytes for a DLC of {dlc}"
-            )
-        extended = self._channel.receiver.state.extends(fmt)
-        right = identifier_of(identifier, extended, self.device.settings.align)
-        info = dlc << DLC_SHIFT | (REMOTE if rtr else 0) | (EXTENDED if extended else 0)
-        return Key(right, info, (b"" if rtr else data[: min(dlc, 8)]).ljust(8, b"\0"))
-
-    def _write_timeout(self, dlc: int) -> float | None:
-        """Multiplier * DLC + constant."""
-        timeouts = self._timeouts
-        multiplier, constant = timeouts.WriteTotalTimeoutMultiplier, timeouts.WriteTotalTimeoutConstant
-        if constant == INFINITE or (multiplier == INFINITE and dlc):
-            return None
-        return _seconds(min(multiplier * dlc + constant, INFINITE))
-
-    def _translated_write(self) -> _KeepMalformed:
-        return _KEEP_MALFORMED
-
-    def _check(self) -> None:
+    def check(self) -> None:
         if self._closed:
             raise CandrvError(Win32Error.ERROR_INVALID_HANDLE, f"{self.name} was closed")
 
-    def _check_readable(self) -> None:
-        if self._queue is None:
-            self._no_read()
-        self._check()
-
     def _check_writable(self) -> None:
-        self._check()
+        self.check()
         if not self.writable:
-            raise CandrvError(
-                Win32Error.ERROR_ACCESS_DENIED, f"{self.name} is not open for writing (GENERIC_WRITE)"
-            )
+            raise CandrvError(Win32Error.ERROR_ACCESS_DENIED, f"{self.name} is not open for writing")
 
     def _no_read(self) -> EventQueue:
-        self._check()
-        raise CandrvError(
-            Win32Error.ERROR_ACCESS_DENIED, f"{self.name} is not open for reading (GENERIC_READ)"
-        )
-
-
-class _KeepMalformed:
-    """`translated`, but for text that is no message."""
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if isinstance(error, CanwireError) and not isinstance(error, CandrvError | MalformedMessage):
-            raise as_candrv(error) from error
-
-
-_KEEP_MALFORMED = _KeepMalformed()
-
-
-def _seconds(milliseconds: int) -> float | None:
-    return None if milliseconds == INFINITE else milliseconds / 1000
-
-
-def _ascii(text: str | bytes | bytearray | memoryview) -> bytes:
-    if isinstance(text, str):
-        return text.encode("ascii", "replace")
-    return bytes(text)
+        self.check()
+        raise CandrvError(Win32Error.ERROR_ACCESS_DENIED, f"{self.name} is not open for reading")

@@ -14,8 +14,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import CanwireError
-from canwire.candrv.constants import NOT_IN_TABLE, CanMode, Command, ControlCode, FrameFormat, Win32Error
-from canwire.candrv.device import checked
+from canwire.candrv.constants import NOT_IN_TABLE, ControlCode, Win32Error
 from canwire.candrv.errors import CandrvError, as_candrv
 from canwire.candrv.structures import (
     CAN_ACCEPTANCE_FILTER,
@@ -131,80 +130,55 @@ def _read_event_data(call: Call) -> Reply:
 
 
 def _set_baudrate(call: Call) -> Reply:
-    call.handle.device.change(rate=call.number)
+    call.handle.baud_rate = call.number
     return Reply()
 
 
 def _get_baudrate(call: Call) -> Reply:
-    return Reply(_DWORD.pack(call.handle.device.state().rate))
+    return Reply(_DWORD.pack(call.handle.baud_rate))
 
 
 def _set_baudrate_by_constant(call: Call) -> Reply:
-    device = call.handle.device
-    device.change(rate=device.controller.rate_of_index(call.number))
+    call.handle.baud_rate = call.handle.device.controller.rate_of_index(call.number)
     return Reply()
 
 
 def _get_baudrate_by_constant(call: Call) -> Reply:
-    device = call.handle.device
-    return Reply(_DWORD.pack(device.controller.index_of_rate(device.state().rate) & NOT_IN_TABLE))
+    index = call.handle.device.controller.index_of_rate(call.handle.baud_rate)
+    return Reply(_DWORD.pack(index & NOT_IN_TABLE))
 
 
 def _set_can_mode(call: Call) -> Reply:
-    call.handle.device.change(mode=checked("CAN mode", call.number, CanMode))
+    call.handle.can_mode = call.number
     return Reply()
 
 
 def _set_format(call: Call) -> Reply:
-    call.handle.device.change(format=checked("frame format", call.number, FrameFormat))
+    call.handle.frame_format = call.number
     return Reply()
 
 
 def _read_time(call: Call) -> Reply:
-    return Reply(CAN_TIME(call.handle.device.time_ms(), 0).pack())
+    return Reply(CAN_TIME(call.handle.time(), 0).pack())
 
 
 def _read_properties(call: Call) -> Reply:
-    device = call.handle.device
-    return Reply(device.controller.properties(device.state().mode).pack())
+    return Reply(call.handle.properties().pack())
+
+
+def _set_command(call: Call) -> Reply:
+    call.handle.command(call.number)
+    return Reply()
 
 
 def _init(call: Call) -> Reply:
     """The error status goes out, too: it is 0 wherever bytes come back at all."""
-    call.handle.device.change()
+    call.handle.initialise()
     return Reply(_DWORD.pack(Win32Error.ERROR_SUCCESS))
 
 
 def _test_device(call: Call) -> Reply:
-    return Reply(b"", int(call.handle.device.in_configuration_mode()))
-
-
-# commands
-
-
-def _set_command(call: Call) -> Reply:
-    device = call.handle.device
-    command = device.controller.command(call.number, device.state().mode)
-    device.debug(f"command {command.name}")
-    COMMANDS[command](call.handle)
-    return Reply()
-
-
-def _virtualize(handle: Handle, on: bool) -> None:
-    handle.device.virtualize = on
-
-
-COMMANDS: dict[Command, Callable[[Handle], object]] = {
-    Command.ENTER_STANDBY: lambda handle: handle.device.sleep(True),
-    Command.LEAVE_STANDBY: lambda handle: handle.device.sleep(False),
-    Command.ABORT_TRANSMISSION: lambda handle: handle.abort(),
-    Command.CLEAR_OVERRUN: lambda handle: handle.device.clear_overrun(),
-    Command.SELF_RECEPTION_REQUEST: lambda handle: handle.device.change(loop_back=True),
-    Command.LISTEN_ON: lambda handle: handle.device.change(listen=True),
-    Command.LISTEN_OFF: lambda handle: handle.device.change(listen=False),
-    Command.VIRTUALIZE_ON: lambda handle: _virtualize(handle, True),
-    Command.VIRTUALIZE_OFF: lambda handle: _virtualize(handle, False),
-}
+    return Reply(b"", int(call.handle.in_configuration_mode()))
 
 
 # registers: both buffers go in when one is written
@@ -212,7 +186,7 @@ COMMANDS: dict[Command, Callable[[Handle], object]] = {
 
 def _register_reader(reset_mode: bool) -> Callable[[Call], Reply]:
     def read(call: Call) -> Reply:
-        return Reply(bytes([call.handle.device.read_register(call.number, reset_mode=reset_mode)]))
+        return Reply(bytes([call.handle.read_register(call.number, reset_mode=reset_mode)]))
 
     return read
 
@@ -221,7 +195,7 @@ def _register_writer(reset_mode: bool) -> Callable[[Call], Reply]:
     def write(call: Call) -> Reply:
         if not call.second:
             raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, "the new value goes in by the out buffer")
-        call.handle.device.write_register(call.number, call.second[0], reset_mode=reset_mode)
+        call.handle.write_register(call.number, call.second[0], reset_mode=reset_mode)
         return Reply()
 
     return write
@@ -248,6 +222,9 @@ CODES: dict[int, Code] = {
     ControlCode.INIT: Code(_init, 0, 4, optional=True),
     ControlCode.TEST_DEVICE: Code(_test_device),
 }
+
+READ_BOTH = frozenset({ControlCode.WRITE_REGISTER, ControlCode.WRITE_REGISTER_RM})
+"""Codes to which the out buffer tells something, too."""
 
 
 def init_status(error: CanwireError) -> bytes:

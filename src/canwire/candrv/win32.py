@@ -36,9 +36,10 @@ from canwire.candrv.constants import (
 )
 from canwire.candrv.device import Device
 from canwire.candrv.errors import CandrvError, as_candrv, translated
-from canwire.candrv.handle import Handle, PartialWrite
+from canwire.candrv.handle import Handle
 from canwire.candrv.program import PROGRAM
 from canwire.candrv.structures import COMMTIMEOUTS, Structure
+from canwire.candrv.writing import PartialWrite
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -128,15 +129,17 @@ def WriteFile(
 
 @_answering(0)
 def ReadFile(
-    hDevice: int, lpBuffer: Writable, dwCount: int, lpdwRead: Out = None, lpOverlapped: object = None
+    hDevice: int,
+    lpBuffer: bytearray | memoryview,
+    dwCount: int,
+    lpdwRead: Out = None,
+    lpOverlapped: object = None,
 ) -> int:
     """The next event as text. One that does not fit stays, and the call fails with ERROR_INSUFFICIENT_BUFFER."""
     _set(lpdwRead, 0)
     handle = PROGRAM.handle(hDevice)
-    text = handle.read_text(_room(lpBuffer, dwCount))
-    assert lpBuffer is not None
-    assert not isinstance(lpBuffer, Structure)
-    lpBuffer[: len(text)] = text
+    text = handle.read_text(_size(lpBuffer, dwCount))
+    _fill(lpBuffer, text)
     _set(lpdwRead, len(text))
     return 1
 
@@ -155,18 +158,19 @@ def DeviceIoControl(
     """Not 0 for success; of IOCTL_CAN_TEST_DEVICE its own answer. Two codes read the out buffer."""
     _set(lpReturned, 0)
     handle = PROGRAM.handle(hDevice)
-    given = _bytes(lpInBuffer, nInBufferSize)
-    second = _bytes(lpOutBuffer, nOutBufferSize)
+    given = _bytes(lpInBuffer, nInBufferSize) if nInBufferSize else b""
+    second = _bytes(lpOutBuffer, nOutBufferSize) if dwIoControlCode in ioctl.READ_BOTH else b""
+    room = _size(lpOutBuffer, nOutBufferSize) if nOutBufferSize else 0
     try:
-        reply = ioctl.control(handle, dwIoControlCode, given, len(second), second)
+        data, answer = ioctl.control(handle, dwIoControlCode, given, room, second)
     except CandrvError as error:
-        if dwIoControlCode == ControlCode.INIT and len(second) >= 4:
+        if dwIoControlCode == ControlCode.INIT and room >= 4:
             _fill(lpOutBuffer, ioctl.init_status(error))
         raise
-    if reply.data:
-        _fill(lpOutBuffer, reply.data)
-        _set(lpReturned, len(reply.data))
-    return reply.answer
+    if data:
+        _fill(lpOutBuffer, data)
+        _set(lpReturned, len(data))
+    return answer
 
 
 @_answering(0)
@@ -219,9 +223,11 @@ def _bytes(buffer: Any, count: int) -> bytes:
     return held[:count]
 
 
-def _room(buffer: Writable, count: int) -> int:
-    if buffer is None or isinstance(buffer, Structure) or not 0 <= count <= len(buffer):
-        raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, f"{count} bytes of a buffer that has fewer")
+def _size(buffer: Any, count: int) -> int:
+    """How much may be written to a buffer: `count` bytes, if it has them; else ERROR_INVALID_PARAMETER."""
+    held = 0 if buffer is None else buffer.SIZE if isinstance(buffer, Structure) else len(buffer)
+    if not 0 <= count <= held:
+        raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, f"{count} bytes of a buffer that has {held}")
     return count
 
 
