@@ -56,6 +56,7 @@ class BoardKind:
     hardware_version: tuple[int, int, int, int] = (1, 0, 0, 0)
     firmware_version: tuple[int, int] = (1, 0)
     isa: bool = False  # it has an address and an interrupt line
+    outside: bool = False  # a real adapter, on a bus that is not the hub's, reached through a port
 
     def __post_init__(self) -> None:
         try:

@@ -1,0 +1,99 @@
+"""What drivers of real adapters share: who wakes the hub's thread for them, and whose clock is whose.
+
+Only these drivers' own files may read clocks and have threads; everything they find out goes by `post` to the thread
+that owns the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, Protocol
+
+from canwire.bus.node import Mailbox
+from canwire.drivers.driver import Driver
+
+if TYPE_CHECKING:
+    from canwire.chips.host import Host
+
+DRIFT_PPM = 200  # between two crystals
+_JUMP_NS = 1_000_000_000
+
+
+class HasFileno(Protocol):
+    def fileno(self) -> int: ...
+
+
+class Reactor(Protocol):
+    """Whoever owns the thread that everything happens in; `post` may be called from any thread, the rest from that one.
+
+    `watch` calls back whenever a descriptor is readable (or broken), or writable; `unwatch` it before it is closed.
+    """
+
+    def watch(
+        self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
+    ) -> None: ...
+    def unwatch(self, source: HasFileno) -> None: ...
+    def post(self, work: Callable[[], object]) -> None: ...
+    def when_closed(self, callback: Callable[[], object]) -> None: ...
+    def forget(self, callback: Callable[[], object]) -> None: ...
+
+
+class Trouble(IntEnum):
+    """Code of an ERROR event (ErrorKind.OTHER) about the adapter itself rather than its bus."""
+
+    NO_ANSWER = 1  # to a command, in time
+    WRONG_ANSWER = 2  # one that does not belong to the command
+    REFUSED = 3  # it will not do what it was told
+    MALFORMED = 4  # what it said was cut or mangled: a frame may be lost
+    STRANGER = 5  # another adapter is where this one was
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What an adapter says of itself: facts for people, and its versions as BoardInfo has them."""
+
+    facts: tuple[tuple[str, str], ...] = ()
+    hardware_version: tuple[int, int, int, int] = (0, 0, 0, 0)
+    firmware_version: tuple[int, int] = (0, 0)
+
+
+class OutsideDriver(Driver):
+    """A driver whose controller is an adapter; with one mailbox, whose frame may wait for it."""
+
+    def __init__(self, host: Host | None) -> None:
+        box = Mailbox()
+        super().__init__(host, box, box)
+        self.on_identified: Callable[[Identity], object] | None = None
+
+
+class AdapterClock:
+    """Times of an adapter's clock as times of ours: the quickest way that a stamp ever took counts as no delay at all.
+
+    A clock with a `period_ns` starts anew after it; how often it has, tells the time of arrival. The result is early
+    never, late by the shortest delay (and the clocks' drift, DRIFT_PPM of the time since a stamp came as quickly), and
+    never decreases. Stamps must arrive within half a period. A clock without a period may be set while it runs.
+    """
+
+    def __init__(self, period_ns: int = 0) -> None:
+        self._period_ns = period_ns
+        self._offset_ns: int | None = None
+        self._arrived_ns = 0
+        self._last_ns = 0
+
+    def host_ns(self, stamp_ns: int, arrived_ns: int) -> int:
+        """When that was by our clock; `arrived_ns` is when we heard of it, and never decreases."""
+        offset, period = self._offset_ns, self._period_ns
+        if offset is None:
+            offset = arrived_ns - stamp_ns
+        else:
+            if period:
+                stamp_ns += (arrived_ns - offset - stamp_ns + period // 2) // period * period
+            offset += (arrived_ns - self._arrived_ns) * DRIFT_PPM // 1_000_000
+            quickest = arrived_ns - stamp_ns
+            if quickest < offset or (not period and quickest - offset > _JUMP_NS):
+                offset = quickest
+        self._offset_ns, self._arrived_ns = offset, arrived_ns
+        self._last_ns = max(self._last_ns, stamp_ns + offset)
+        return self._last_ns

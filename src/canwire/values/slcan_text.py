@@ -1,0 +1,188 @@
+"""Frames in the ASCII form that serial CAN adapters speak (SLCAN, LAWICEL), both directions, and its lines.
+
+    t10021133           11-bit identifier, length, data
+    T0000010021133      29-bit identifier (eight digits)
+    r1002   R000001002  remote frame, asking for two bytes
+    d1009...   D...     CAN FD without BRS: one hex digit of DLC (CANable's letters, as are the next)
+    b1009...   B...     CAN FD with BRS
+    t100211334D67       with a time stamp of four digits: milliseconds
+
+A line ends in CR. Hex in either case is read, upper case is written (source: rulings.md 28; reference/can-protocol.md,
+appendix).
+"""
+
+from __future__ import annotations
+
+from binascii import Error, hexlify, unhexlify
+
+from canwire.values import frame as codec
+from canwire.values.dlc import FD_LENGTHS
+from canwire.values.frame import Frame
+
+LONGEST_LINE = 160  # bytes that are kept of one: more than any frame or command has
+_LONGEST = LONGEST_LINE
+_EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH = 1 << 23, 1 << 22, 1 << 10, 1 << 11  # info bits of a record
+_DLC_SHIFT = 16
+_LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
+_LENGTHS = bytes(FD_LENGTHS)
+_NO_DIGIT = 16
+
+
+class SlcanReader:
+    """Cuts a stream into lines, whatever its pieces, and makes frames of those that are one.
+
+    `feed` gives a Frame for each line that is one, and any other line as it stands, without its CR: a bare CR is
+    b"". Nothing makes it raise. It keeps an unfinished line's first LONGEST_LINE + 1 bytes, so one that is longer
+    comes out longer than anything that means something. Line feeds in front of a line are skipped.
+    `fd` knows CANable's letters too, and forgives what is sent to such adapters: surplus bits above the 29 of an
+    identifier, and an FD frame's DLC in two decimal digits. A remote frame without a length asks for no data.
+    """
+
+    def __init__(self, *, fd: bool = False) -> None:
+        self.fd = fd
+        self.dropped = 0
+        self._rest = b""
+
+    def feed(self, data: bytes | bytearray | memoryview) -> list[Frame | bytes]:
+        """The frames and lines that these bytes complete."""
+        text = self._rest + bytes(data)
+        found: list[Frame | bytes] = []
+        start = 0
+        end = text.find(b"\r")
+        while end >= 0:
+            found.append(self._line(text, start, end))
+            start = end + 1
+            end = text.find(b"\r", start)
+        kept = len(text) - start
+        if kept > _LONGEST + 1:
+            self.dropped += kept - _LONGEST - 1
+            kept = _LONGEST + 1
+        self._rest = text[start : start + kept]
+        return found
+
+    def clear(self) -> None:
+        """Forget an unfinished line."""
+        self._rest = b""
+
+    def _line(self, text: bytes, start: int, end: int) -> Frame | bytes:
+        while start < end and text[start] == 10:
+            start += 1
+        frame = self._frame(text, start, end)
+        if frame is not None:
+            return frame
+        return text[start : end if end - start <= _LONGEST else start + _LONGEST + 1]
+
+    def _frame(self, text: bytes, start: int, end: int) -> Frame | None:
+        """The frame between these places; None if there is none."""
+        if start == end:
+            return None
+        info = self._kind(text[start])
+        at = start + 1
+        digits = 8 if info & _EXTENDED else 3
+        if info == 1 or end - at < digits:
+            return None
+        identifier = 0
+        for k in range(at, at + digits):
+            value = digit(text[k])
+            if value == _NO_DIGIT:
+                return None
+            identifier = identifier << 4 | value
+        if not info & _EXTENDED:
+            if identifier > _LARGEST_STANDARD:
+                return None
+        elif identifier > _LARGEST_EXTENDED:
+            if not self.fd:
+                return None
+            identifier &= _LARGEST_EXTENDED
+        at += digits
+        if info & _REMOTE:
+            return self._remote(text, at, end, identifier, info)
+        if at == end:
+            return None
+        code = digit(text[at])
+        at += 1
+        if info & _FD:
+            if code == _NO_DIGIT or end - at != 2 * _LENGTHS[code]:
+                code = decimal_code(text, at, end, code)
+                at += 1
+            if code == _NO_DIGIT:
+                return None
+        elif code > 8 or end - at != 2 * code:
+            return None
+        try:
+            data = unhexlify(text[at:end])
+        except Error:
+            return None
+        return codec._restore(identifier, info | code << _DLC_SHIFT, data, 0)
+
+    def _kind(self, letter: int) -> int:
+        """Info bits of a record for a letter; 1 for one that means no frame."""
+        if letter == 116:  # t
+            return 0
+        if letter == 84:  # T
+            return _EXTENDED
+        if letter == 114:  # r
+            return _REMOTE
+        if letter == 82:  # R
+            return _REMOTE | _EXTENDED
+        if not self.fd:
+            return 1
+        if letter == 100:  # d
+            return _FD
+        if letter == 68:  # D
+            return _FD | _EXTENDED
+        if letter == 98:  # b
+            return _FD | _BIT_RATE_SWITCH
+        if letter == 66:  # B
+            return _FD | _BIT_RATE_SWITCH | _EXTENDED
+        return 1
+
+    def _remote(self, text: bytes, at: int, end: int, identifier: int, info: int) -> Frame | None:
+        code = 0
+        if at < end:
+            code = digit(text[at])
+            if code > 8 or at + 1 != end:
+                return None
+        return codec._restore(identifier, info | code << _DLC_SHIFT, b"", 0)
+
+
+def digit(character: int) -> int:
+    """0..15, 16 for what is no hex digit."""
+    if 48 <= character <= 57:
+        return character - 48
+    character |= 32
+    if 97 <= character <= 102:
+        return character - 87
+    return _NO_DIGIT
+
+
+def decimal_code(text: bytes, at: int, end: int, tens: int) -> int:
+    """An FD frame's DLC of two decimal digits, 10..15, whose second one stands at `at`; 16 if it is none."""
+    if tens != 1 or at == end or not 48 <= text[at] <= 53:
+        return _NO_DIGIT
+    code = text[at] - 38
+    return code if end - at - 1 == 2 * _LENGTHS[code] else _NO_DIGIT
+
+
+def parse_slcan_frame(line: bytes, *, fd: bool = False) -> Frame | None:
+    """The frame in a line without its CR; None if it holds none."""
+    return SlcanReader(fd=fd)._frame(line, 0, len(line))
+
+
+def format_slcan_frame(frame: Frame, stamp: int = -1) -> bytes:
+    """The line, CR included; with a `stamp` (0..0xFFFF) behind the data if that is not negative."""
+    info = frame._info
+    code = info >> _DLC_SHIFT & 15
+    if info & _FD:
+        letter = 98 if info & _BIT_RATE_SWITCH else 100
+    else:
+        letter = 114 if info & _REMOTE else 116
+        if code > 8:
+            code = 8
+    if info & _EXTENDED:
+        head = b"%c%08X%X" % (letter - 32, frame._id, code)
+    else:
+        head = b"%c%03X%X" % (letter, frame._id, code)
+    if frame._data:
+        head += hexlify(frame._data).upper()
+    return head + b"\r" if stamp < 0 else head + b"%04X\r" % stamp
