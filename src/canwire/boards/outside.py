@@ -11,11 +11,15 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 from canwire.boards.board import Board, BoardLine
-from canwire.boards.description import BoardInfo
+from canwire.boards.description import BoardInfo, Capabilities, Feature
+from canwire.boards.figures import ADAPTER, FD_ADAPTER
 from canwire.boards.kinds import KINDS, PYTHON_CAN, SLCAN, SLCAN_FD
 from canwire.boards.line import Line
 from canwire.bus.node import Bus, Node
 from canwire.drivers.outside import Identity, OutsideDriver, Reactor
+from canwire.drivers.python_can import port as python_can_port
+from canwire.drivers.python_can.backends import backend
+from canwire.drivers.python_can.driver import PythonCanDriver
 from canwire.drivers.slcan_dongle.driver import SlcanDriver
 from canwire.drivers.slcan_dongle.port import parse_port
 from canwire.errors import BadValue, ExtraMissing, NoSuchBoard, Unsupported
@@ -34,6 +38,8 @@ def checked_port(kind: str, port: str) -> str:
         raise BadValue(f"{kind}: its port is missing: {where}")
     elif kind in SERIAL:
         parse_port(port)
+    else:
+        python_can_port.parse_port(port)
     return port
 
 
@@ -46,6 +52,8 @@ def check_port(kind: str, port: str) -> None:
             raise ExtraMissing("pyserial", "hardware")
         if url.startswith("/") and not os.path.exists(url):
             raise NoSuchBoard(f"{kind}: no port {url}; plug the adapter in first")
+    elif kind == PYTHON_CAN and find_spec("can") is None:
+        raise ExtraMissing("python-can", "hardware")
 
 
 def outside_board(info: BoardInfo, port: str, timeline: Timeline, reactor: Reactor | None) -> Board:
@@ -55,9 +63,28 @@ def outside_board(info: BoardInfo, port: str, timeline: Timeline, reactor: React
             f"{info.kind}: a real adapter does not wait for virtual time; use a hub in real time"
         )
     line = Line(f"{info.hardware_id}:0", timeline)
-    line.connect(SlcanDriver(line, port, timeline, reactor), Node())
+    driver: OutsideDriver
+    if info.kind in SERIAL:
+        driver = SlcanDriver(line, port, timeline, reactor)
+    else:
+        driver = PythonCanDriver(line, port, timeline, reactor)
+        known = replace(info.lines[0], capabilities=capabilities_of(port))
+        info = replace(info, lines=(known,))
+    line.connect(driver, Node())
     info = replace(info, resources=(("Port", port),))
     return Board(info, (BoardLine(info.lines[0], line, Bus()),))
+
+
+def capabilities_of(port: str) -> Capabilities:
+    """What python-can's interface there can do, as far as that is known beforehand."""
+    known = backend(python_can_port.parse_port(port).interface)
+    figures = ADAPTER if known.fd is None else FD_ADAPTER
+    features = Feature(figures.features)
+    if known.listen_only is not None:
+        features |= Feature.LISTEN_ONLY
+    if not known.error_frames:
+        features &= ~Feature.ERROR_FRAMES
+    return replace(figures, features=int(features))
 
 
 def when_identified(board: Board, callback: Callable[[Identity], object]) -> None:

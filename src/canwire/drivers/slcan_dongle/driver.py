@@ -1,17 +1,14 @@
 """Driver of a serial adapter: what a line wants becomes the talk of session.py, over the bytes of link.py.
 
-While the adapter is gone the line stays as it was set up, its state is STOPPED and its frames wait; once the adapter
-is back the line is opened again as it was. A STATE event tells of the loss, CHANGED and STATE of the return: between
-them is the gap.
+Once an adapter that was gone is back, the line is opened again as it was.
 """
 
 from __future__ import annotations
 
-import struct
 from typing import TYPE_CHECKING
 
 from canwire.bus.node import Mailbox
-from canwire.drivers.driver import Counters, LineSettings
+from canwire.drivers.driver import LineSettings
 from canwire.drivers.outside import AdapterClock, Identity, OutsideDriver, Reactor, Trouble
 from canwire.drivers.slcan_dongle.confinement import state_after
 from canwire.drivers.slcan_dongle.conversation import NEVER, Conversation
@@ -20,8 +17,8 @@ from canwire.drivers.slcan_dongle.port import parse_port
 from canwire.drivers.slcan_dongle.session import ACCEPT_ALL, POLL_NS, Adapter, Session, Setup
 from canwire.errors import BadTiming, Unsupported
 from canwire.timeline import Timeline, Timer
-from canwire.values.event import ErrorKind, ErrorState, EventKind
-from canwire.values.frame import Frame, frame_of_record, record_of_frame
+from canwire.values.event import ErrorKind, EventKind
+from canwire.values.frame import Frame, record_of_frame
 from canwire.values.register import RegisterValue
 from canwire.values.slcan_text import format_slcan_frame
 
@@ -36,35 +33,30 @@ _STAMP_PERIOD_NS = 60_000 * _STAMP_NS
 _DATA_SHEET_HZ = 8_000_000  # BTR0 and BTR1 count in periods of half the crystal
 _BACK_OFF_S = 1.0  # for an adapter that does not answer
 _CODES = tuple(f"ACR{k}" for k in range(4)), tuple(f"AMR{k}" for k in range(4))
-_HEAD = struct.Struct("<QII")
-_REQUESTS = 0xFF | 1 << 8 | 1 << 9 | 1 << 13 | 1 << 14 | 1 << 15 | 1 << 21 | 0xFF << 24
 
 
 class SlcanDriver(OutsideDriver):
     """drivers/driver.py's seam over an adapter at `port` (port.py); raises BadValue.
 
-    What it cannot know: TEC, REC (0), and of bus errors more than that there were some since the last look.
+    Of bus errors it only learns that there were some since the last look.
     """
 
     def __init__(
         self, host: Host | None, port: str, timeline: Timeline, reactor: Reactor, *, poll_ns: int = POLL_NS
     ) -> None:
-        super().__init__(host)
+        super().__init__(host, timeline)
         self.wanted: Setup | None = None
-        self.text = ""  # what went wrong last
         self._port = parse_port(port)
-        self._timeline = timeline
         self._reactor = reactor
         self._setup: Setup | None = None
         self._number: str | None = None
         self._incoming = Mailbox()
         self._text: bytes | None = None
-        self._connected = self._on_bus = self._been = False
-        self._state = ErrorState.ERROR_ACTIVE
+        self._connected = False
         self._flags = 0
         self._clock = AdapterClock(_STAMP_PERIOD_NS)
         self._timer: Timer | None = None
-        self._errors = self._losses = self._sent = self._received = self._last_error = self._malformed = 0
+        self._malformed = 0
         self.session = Session(
             self,
             lambda: self._conversation.now_ns,
@@ -101,19 +93,15 @@ class SlcanDriver(OutsideDriver):
     # taking part
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
-        self.running = True
-        self._been = False
+        self.begin()
         self.wanted = self._setup
         self._poke()
-        self._fill()
+        self.fill()
 
     def stop(self, at_ns: int) -> None:
-        was_running, self.running = self.running, False
         self.wanted = None
         self._poke()
-        if was_running and self._on_bus:
-            self._on_bus = False
-            self._tell(EventKind.STATE)
+        self.end()
 
     def restart(self, at_ns: int) -> None:
         """Opening it anew is all that helps after bus-off."""
@@ -121,29 +109,17 @@ class SlcanDriver(OutsideDriver):
             self.wanted = Setup(**vars(self._setup))
             self._poke()
 
-    def rejoin(self, at_ns: int) -> None:
-        """Its plug is its own affair."""
-
-    def on_wire(self) -> bool:
-        return False
-
     def close(self) -> None:
         """The adapter's channel is closed as well, if it still listens."""
         self._reactor.forget(self.close)
-        if self._connected and self._on_bus:
+        if self._connected and self.on_bus:
             self._link.write(b"C\r")
-        self._connected = self._on_bus = self.running = False
+        self._connected = self.on_bus = self.running = False
         self.wanted = None
         self._conversation.end()
         self._link.close()
         if self._timer is not None:
             self._timer.cancel()
-
-    def counters(self) -> Counters:
-        state = self._state if self._on_bus else ErrorState.STOPPED
-        return Counters(
-            0, 0, state, self._errors, self._losses, self._sent, self._received, self._last_error
-        )  # fmt: skip
 
     def registers(self) -> list[RegisterValue]:
         """F as it was told last."""
@@ -160,26 +136,8 @@ class SlcanDriver(OutsideDriver):
         """What the adapter has been told cannot be taken back."""
         if not box.occupied or self.session.sending:
             return False
-        self._finished(False)
+        self.given_up()
         return True
-
-    def _finished(self, sent: bool) -> None:
-        box, at_ns = self.normal, self._timeline.now_ns
-        self._text = None
-        if not box.occupied:
-            return
-        if self.host is not None:
-            if sent:
-                self._sent += 1
-                self.host.transmitted(box, at_ns)
-            else:
-                self.host.aborted(box, at_ns)
-        box.occupied = False
-        self._fill()
-
-    def _fill(self) -> None:
-        if self.host is not None:
-            self.host.fill(self._timeline.now_ns)
 
     # session.py's User
 
@@ -199,33 +157,26 @@ class SlcanDriver(OutsideDriver):
         return True
 
     def opened(self) -> None:
-        self._on_bus = self.running
-        self._state = ErrorState.ERROR_ACTIVE
         self._clock = AdapterClock(_STAMP_PERIOD_NS)
-        if self._been:
-            self._tell(EventKind.CHANGED)
-        self._been = True
-        self._tell(EventKind.STATE)
-        self._fill()
+        self.joined()
 
     def closed(self) -> None:
-        if self._on_bus:
-            self._on_bus = False
-            if self.running:
-                self._tell(EventKind.STATE)
+        self.left()
 
     def next_frame(self) -> bytes | None:
-        if not self.normal.occupied or not self._on_bus:
+        if not self.normal.occupied or not self.on_bus:
             return None
         if self._text is None:
-            self._text = format_slcan_frame(_frame_in(self.normal))[:-1]
+            self._text = format_slcan_frame(self.frame())[:-1]
         return self._text
 
     def sent(self) -> None:
-        self._finished(True)
+        self._text = None
+        self.finished(True)
 
     def given_up(self) -> None:
-        self._finished(False)
+        self._text = None
+        self.finished(False)
 
     def ready(self) -> bool:
         return self._link.backlog <= BACKLOG
@@ -239,20 +190,13 @@ class SlcanDriver(OutsideDriver):
         if value & _BUS_ERROR:
             self._errors += 1
             self._last_error = int(ErrorKind.OTHER)
-            self._tell(EventKind.ERROR, ErrorKind.OTHER, code=value)
+            self.tell(EventKind.ERROR, ErrorKind.OTHER, code=value)
         if value & _ARBITRATION_LOST:
             self._losses += 1
-            self._tell(EventKind.ARBITRATION_LOST, transmitting=True)
+            self.tell(EventKind.ARBITRATION_LOST, transmitting=True)
         if value & (_OVERRUN | _RX_FULL):
-            self._tell(EventKind.OVERRUN)
-        state = state_after(self._state, value)
-        if state is not self._state:
-            self._state = state
-            self._tell(EventKind.STATE)
-
-    def trouble(self, what: Trouble, text: str) -> None:
-        self.text = text
-        self._tell(EventKind.ERROR, ErrorKind.OTHER, code=int(what))
+            self.tell(EventKind.OVERRUN)
+        self.now_in(state_after(self.state, value))
 
     def hopeless(self, text: str) -> None:
         self._lose(text)
@@ -274,15 +218,14 @@ class SlcanDriver(OutsideDriver):
 
     def _lose(self, why: str) -> None:
         self.text = why
-        was_on_bus, self._connected, self._on_bus = self._on_bus, False, False
+        self._connected = False
+        self.left()
         self._conversation.end()
-        if was_on_bus:
-            self._tell(EventKind.STATE)
 
     def _frames(self, frames: list[Frame], stamps: list[int]) -> None:
-        host, box, now_ns = self.host, self._incoming, self._timeline.now_ns
+        host, box, now_ns = self.host, self._incoming, self.timeline.now_ns
         self._received += len(frames)
-        if host is None or not self._on_bus:
+        if host is None or not self.on_bus:
             return
         block, received, arrived_ns = box.block, host.received, self._conversation.now_ns
         at_ns = now_ns
@@ -307,31 +250,17 @@ class SlcanDriver(OutsideDriver):
         deadline_ns = self._conversation.deadline_ns
         if not self._connected or deadline_ns >= NEVER:
             return
-        at_ns = self._timeline.now_ns + max(0, deadline_ns - monotonic_ns())
+        at_ns = self.timeline.now_ns + max(0, deadline_ns - monotonic_ns())
         timer = self._timer
         if timer is None or timer.callback is None or timer.time_ns > at_ns:
             if timer is not None:
                 timer.cancel()
-            self._timer = self._timeline.at(at_ns, self._tick, background=True)
+            self._timer = self.timeline.at(at_ns, self._tick, background=True)
 
     def _tick(self) -> None:
         if self._connected:
             self._conversation.tick(monotonic_ns())
             self._arm()
-
-    def _tell(
-        self, kind: EventKind, error: ErrorKind = ErrorKind.NONE, *, transmitting: bool = False, code: int = 0
-    ) -> None:
-        if self.host is not None:
-            self.host.event(int(kind), int(error), -1, transmitting, self._timeline.now_ns, code)
-
-
-def _frame_in(box: Mailbox) -> Frame:
-    """A mailbox's frame, without what its sender asked for besides."""
-    block = bytearray(box.block)
-    _, id, info = _HEAD.unpack_from(block)
-    _HEAD.pack_into(block, 0, 0, id, info & ~_REQUESTS)
-    return frame_of_record(block)
 
 
 def _btr(settings: LineSettings) -> str | None:

@@ -195,7 +195,7 @@ class Session:
         user = self._user
         while True:
             wanted = user.wanted
-            if wanted is not self._open and wanted is not self._refused:
+            if wanted is not self._open and (wanted is None or wanted is not self._refused):
                 yield from self._change(wanted)
             elif self._open is None:
                 self._rest(NEVER)
