@@ -268,7 +268,7 @@ def test_unknown_kinds_name_the_known_ones() -> None:
         catalogue.kind("usb-to-lin")
     assert (
         str(raised.value)
-        == "no board kind 'usb-to-lin'; there are canbus-dongle, inducan104, netdcu, pc-i04, usb-to-can, usb-to-can-fd"
+        == "no board kind 'usb-to-lin'; there are canbus-dongle, inducan104, netdcu, pc-i04, python-can, slcan, slcan-fd, usb-to-can, usb-to-can-fd"
     )
 
 

@@ -14,7 +14,8 @@ from canwire.drivers.slcan_dongle.confinement import state_after
 from canwire.drivers.slcan_dongle.conversation import NEVER, Conversation
 from canwire.drivers.slcan_dongle.link import BACKLOG, Link, monotonic_ns
 from canwire.drivers.slcan_dongle.port import parse_port
-from canwire.drivers.slcan_dongle.session import ACCEPT_ALL, POLL_NS, Adapter, Session, Setup
+from canwire.drivers.slcan_dongle.session import POLL_NS, Session
+from canwire.drivers.slcan_dongle.user import ACCEPT_ALL, Adapter, Setup
 from canwire.errors import BadTiming, Unsupported
 from canwire.timeline import Timeline, Timer
 from canwire.values.event import ErrorKind, EventKind

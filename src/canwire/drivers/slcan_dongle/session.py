@@ -10,77 +10,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
 
 from canwire.drivers.outside import Trouble
 from canwire.drivers.slcan_dongle.conversation import BELL, NEVER, QUEUED, Ask, NoAnswer, Talk, WrongAnswer
 from canwire.drivers.slcan_dongle.dialects import Dialect, recognised
+from canwire.drivers.slcan_dongle.user import ACCEPT_ALL, Adapter, Setup, User
 
 POLL_NS = 750_000_000  # F: every 500 to 1000 ms (source: seed 003, 1.4)
 TRANSMIT_FULL = 1 << 1
-ACCEPT_ALL = (0x00000000, 0xFFFFFFFF)
 _VERSION = re.compile(rb"[^zZ\a].*")
 _NUMBER = re.compile(rb"N[\x21-\x7e]*\Z")
 _FLAGS = re.compile(rb"F[0-9A-Fa-f]{2}\Z")
 _ATTEMPTS = 3  # to find an adapter again, or to get a frame into it
 _FULL_NS = 1_000_000  # after "queue full", a frame tries again; twice as long each time
 _LONGEST_FULL_NS = 64_000_000
-
-
-@dataclass(frozen=True)
-class Setup:
-    """How the channel is to be opened. `btr` "031C", None: by the bit rate alone; `accept`: codes of M and m."""
-
-    bit_rate: int
-    btr: str | None
-    data_bit_rate: int | None = None
-    listen_only: bool = False
-    accept: tuple[int, int] = ACCEPT_ALL
-
-
-class Adapter(NamedTuple):
-    """What an adapter said of itself."""
-
-    dialect: Dialect
-    version: str
-    serial_number: str
-
-
-class User(Protocol):
-    """Whom a session serves. `wanted` is how the channel shall be, None: closed."""
-
-    wanted: Setup | None
-
-    def met(self, adapter: Adapter) -> bool:
-        """It is there, and closed; False if it is not the one that is meant."""
-
-    def opened(self) -> None:
-        """On the bus as `wanted`."""
-
-    def closed(self) -> None:
-        """Off the bus."""
-
-    def next_frame(self) -> bytes | None:
-        """What to send, without CR; the same until `sent` or `given_up`."""
-
-    def sent(self) -> None:
-        """It is in the adapter's queue."""
-
-    def given_up(self) -> None:
-        """It is not, or nobody knows."""
-
-    def flags(self, value: int) -> None:
-        """What F told."""
-
-    def trouble(self, what: Trouble, text: str) -> None:
-        """One of them, as it happens."""
-
-    def ready(self) -> bool:
-        """What was written before has gone, as far as anybody knows."""
-
-    def hopeless(self, text: str) -> None:
-        """Nothing answers any more: open the port anew."""
 
 
 class _Refused(Exception):
