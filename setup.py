@@ -13,6 +13,7 @@ from setuptools import Extension, setup
 MODE = os.environ.get("CANWIRE_BUILD", "auto")
 CORE = [
     "canwire.values.frame",
+    "canwire.values.slcan_text",
     "canwire.timeline",
     "canwire.ring",
     "canwire.bus.node",

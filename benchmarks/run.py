@@ -138,6 +138,7 @@ def main() -> int:
     import lin
     import shared
     import sja1000
+    import slcan
 
     import canwire
 
@@ -145,6 +146,7 @@ def main() -> int:
         pure = uncompiled_copy(Path(folder))
         rows = [*core_rows(scale, runs, pure), *lab_rows(scale, runs), *process_rows(seconds, runs)]
         rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds), *sja1000.rows(scale, runs)]
+        rows += slcan.rows(scale)
     if arguments.json:
         print(
             json.dumps(

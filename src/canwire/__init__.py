@@ -87,6 +87,7 @@ from canwire.values.record import record_dtype
 from canwire.values.records import frames_to_array
 from canwire.values.register import RegisterValue
 from canwire.values.screen_text import format_candump_line, parse_candump_line
+from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
 from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
 from canwire.values.timing_limits import TimingLimits
 from canwire.version import __version__
@@ -211,6 +212,7 @@ __all__ = [
     "RingEnd",
     "Scheduler",
     "Siblings",
+    "SlcanReader",
     "SlotKind",
     "Ticks",
     "TimingLimits",
@@ -228,6 +230,7 @@ __all__ = [
     "format_lin_frame",
     "format_lin_log_line",
     "format_log_line",
+    "format_slcan_frame",
     "frames_to_array",
     "length_to_dlc",
     "lin_checksum",
@@ -237,6 +240,7 @@ __all__ = [
     "parse_lin_frame",
     "parse_lin_log_line",
     "parse_log_line",
+    "parse_slcan_frame",
     "protected_id",
     "record_dtype",
     "record_of_linmsg",

@@ -18,13 +18,13 @@ from canwire.chips import (
 )
 from canwire.drivers import can_fd as can_fd_driver
 from canwire.drivers import driver
-from canwire.values import frame
+from canwire.values import frame, slcan_text
 
 # fmt: off
 MODULES = (
-    frame, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, joining, can_bus,
-    confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes, sja1000,
-    driver, can_fd_driver, message_filter, channel, line,
+    frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, joining,
+    can_bus, confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes,
+    sja1000, driver, can_fd_driver, message_filter, channel, line,
 )
 # fmt: on
 

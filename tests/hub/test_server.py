@@ -512,8 +512,8 @@ def test_replies_come_in_pieces_and_descriptors_once(hub: Hub, wire: Wire) -> No
     wire.reply()
     fifo = wire.ask(m.CreateFifo(1, 8))
     held = len(wire.descriptors)
-    requests = [m.ListBoards()] * 1500
-    for place in range(0, 1500, 100):
+    requests = [m.ListBoards()] * 1000
+    for place in range(0, 1000, 100):
         requests.insert(place, m.OpenFifo(fifo.fifo, "fifo"))  # type: ignore[arg-type]
     for serial, request in enumerate(requests, 2):
         wire.send(m.encode_request(serial, request))
@@ -526,7 +526,7 @@ def test_replies_come_in_pieces_and_descriptors_once(hub: Hub, wire: Wire) -> No
     assert [isinstance(reply, m.FifoOpened) for _, reply in replies] == [
         isinstance(request, m.OpenFifo) for request in requests
     ]
-    assert len(set(wire.descriptors)) == len(wire.descriptors) == held + 3 * 15
+    assert len(set(wire.descriptors)) == len(wire.descriptors) == held + 3 * 10
 
 
 def test_callers_beyond_the_limit_of_descriptors_are_turned_away(hub: Hub, bystander: Wire) -> None:

@@ -38,6 +38,9 @@ VERBS = {
     ),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
+    "slcan": Verb(
+        "canwire.commands.slcan", "play a CANBUS dongle, for programs that use serial CAN adapters"
+    ),
     "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
 }
 

@@ -10,7 +10,7 @@ from canwire.errors import NoSuchBoard, Unplugged
 from canwire.hub import board_requests, lin_requests  # noqa: F401  they add their answers
 from canwire.hub import messages as m
 from canwire.hub.deferred import Deferred
-from canwire.hub.held import HeldControl, HeldLayer, HeldPipe, HeldScheduler
+from canwire.hub.held import HeldControl, HeldLayer, HeldPipe, HeldScheduler, HeldShare
 from canwire.hub.held_channel import HeldChannel
 from canwire.hub.held_lin import HeldMonitor
 from canwire.hub.link import Answer
@@ -61,7 +61,7 @@ class Session:
 
     def close(self) -> None:
         """Give everything back: cyclic lists first, so that nothing new is sent."""
-        for kind in (HeldScheduler, HeldChannel, HeldMonitor, HeldControl, HeldPipe, HeldLayer):
+        for kind in (HeldScheduler, HeldChannel, HeldMonitor, HeldControl, HeldShare, HeldPipe, HeldLayer):
             for handle in [handle for handle, held in self._held.items() if isinstance(held, kind)]:
                 self.release(handle)
 
@@ -122,6 +122,6 @@ class Session:
         held = self._held.pop(handle)
         if isinstance(held, HeldPipe):
             self.world.pipes.close(held.pipe, held.role)
-        elif isinstance(held, (HeldScheduler, HeldChannel, HeldMonitor, HeldControl)):
+        elif isinstance(held, (HeldScheduler, HeldChannel, HeldMonitor, HeldControl, HeldShare)):
             held.let_go()
             held.slot.settle()

@@ -13,6 +13,7 @@ from canwire.bus.node import Mailbox
 from canwire.chips import sja1000_map as m
 from canwire.drivers.driver import Counters, Driver, LineSettings
 from canwire.drivers.sja1000.chip import Chip
+from canwire.drivers.sja1000.error_code import error_kind
 from canwire.drivers.sja1000.frames import frame_bytes, take_frame
 from canwire.errors import WrongState
 from canwire.values.event import ErrorKind, ErrorState, EventKind
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from canwire.chips.registers import RegisterAccess
 
 _PASSES = 20  # through the interrupt register in one go; the next interrupt takes up the rest
-_KIND_OF_TYPE = {m.ECC_BIT: ErrorKind.BIT, m.ECC_FORM: ErrorKind.FORM, m.ECC_STUFF: ErrorKind.STUFF}
-_ACK_SLOT = 0x19
 
 
 class Sja1000Driver(Driver):
@@ -189,7 +188,8 @@ class Sja1000Driver(Driver):
     def _finished(self, delivered: bool) -> None:
         """The frame in the mailbox went through, or was given up; the next one may come."""
         box, at_ns = self.normal, self._now()
-        self._chip.expect_transmit(False)
+        if self._in_chip:
+            self._chip.expect_transmit(False)
         self._in_chip = False
         if self.host is not None:
             if delivered:
@@ -243,9 +243,7 @@ class Sja1000Driver(Driver):
     def _bus_error(self, code: int) -> None:
         self._errors += 1
         sends = not code & m.ECC_RX
-        kind = _KIND_OF_TYPE.get(code & m.ECC_TYPE_MASK)
-        if kind is None:
-            kind = ErrorKind.ACK if code & m.ECC_SEGMENT_MASK == _ACK_SLOT else ErrorKind.CRC
+        kind = error_kind(code)
         self._last_error = int(kind)
         self._tell(EventKind.ERROR, kind, code=code, transmitting=sends)
         if sends and self._in_chip and self.normal.abort_on_error:

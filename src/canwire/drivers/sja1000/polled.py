@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from canwire.drivers.driver import Counters
 from canwire.drivers.sja1000.driver import Sja1000Driver
 from canwire.drivers.sja1000.port_access import PATH, PortAccess
 from canwire.errors import NoSuchBoard
@@ -24,6 +25,7 @@ class PortDriver(Sja1000Driver):
         self._ports = ports
         self._timeline = timeline
         self._timer: Timer | None = None
+        self._last: Counters | None = None
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
         super().start(at_ns, integrated)
@@ -33,11 +35,18 @@ class PortDriver(Sja1000Driver):
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        super().stop(at_ns)
+        if self._last is None:
+            super().stop(at_ns)
 
     def close(self) -> None:
-        super().close()
-        self._ports.close()
+        if self._last is None:
+            super().close()
+            self._last = self.counters()
+            self._ports.close()
+
+    def counters(self) -> Counters:
+        """The last ones, once it is closed."""
+        return super().counters() if self._last is None else self._last
 
     def _look(self) -> None:
         self.service()
@@ -45,6 +54,8 @@ class PortDriver(Sja1000Driver):
             self._look_again()
 
     def _look_again(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
         at_ns = self._timeline.now_ns + PERIOD_NS
         self._timer = self._timeline.at(at_ns, self._look, background=True)
 

@@ -1,0 +1,140 @@
+"""Alignment of identifiers and acceptance filters in 32-bit words, and what a filter accepts.
+
+    Align   identifier       code and mask, 11 bits         identifier       code and mask, 29 bits
+            of 11 bits                                      of 29 bits
+    0       bits 10..0       31..21 and data in 15..0       28..0            31..3
+    1       10..0            10..0, no data                 10..0            10..0, the other bits zero
+    2       28..18           28..18 and data in 15..0       28..0            28..0
+    3       31..21           31..21 and data in 15..0       31..3            31..3
+
+Where the manual disagrees with itself: bits 15..0 compare the first two data bytes of a standard frame, but example 1
+of 8.11 leaves them 0, "must match", and means any data. So they are compared only if the *code* has a 1 among them:
+a filter cannot ask for data 00 00. Bytes a frame does not have count as 0.
+
+The registry's defaults, code 0 and mask 0 with MaskActive 0, accept identifier 0 and nothing else, by the letter of
+table 5: a program that wants more says so, as CanRead does. `everything()` gives what it has to say.
+Source: CANDRV manual (seed 000), 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19.
+"""
+
+from __future__ import annotations
+
+from canwire import BadFilter, BadFrame
+from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER
+
+STANDARD_BITS, EXTENDED_BITS = 0x7FF, 0x1FFF_FFFF
+ALL_BITS = 0xFFFF_FFFF
+DATA_BITS = 0xFFFF
+ALIGNMENTS = (0, 1, 2, 3)
+
+# table 6 by Align: how far left identifiers lie, for 11 and for 29 bits; then codes and masks
+ID_SHIFT = ((0, 0), (0, 0), (18, 0), (21, 3))
+FILTER_SHIFT = ((21, 3), (0, 0), (18, 0), (21, 3))
+
+
+def identifier_width(extended: bool, align: int) -> int:
+    """The bits that an identifier may have, right-aligned."""
+    return EXTENDED_BITS if extended and align != 1 else STANDARD_BITS
+
+
+def aligned(identifier: int, extended: bool, align: int) -> int:
+    """The word that a program sees for an identifier of a frame."""
+    return (identifier & identifier_width(extended, align)) << ID_SHIFT[align][extended]
+
+
+def identifier_of(word: int, extended: bool, align: int) -> int:
+    """The identifier in a word of a program; raises BadFrame if the word has bits where none belong."""
+    shift, width = ID_SHIFT[align][extended], identifier_width(extended, align)
+    if not 0 <= word <= ALL_BITS or word & ~(width << shift):
+        kind = "an extended" if extended else "a standard"
+        top = (width << shift).bit_length() - 1
+        raise BadFrame(f"{word:#x}: {kind} identifier lies in bits {top}..{shift} with Align={align}")
+    return word >> shift
+
+
+class Filter:
+    """What a receive channel accepts: code and mask, read as Align and MaskActive say. Frozen.
+
+    Raises BadFilter if one of them is impossible.
+    """
+
+    __slots__ = (
+        "_data",
+        "_data_care",
+        "_extended",
+        "_extended_care",
+        "_standard",
+        "_standard_care",
+        "align",
+        "code",
+        "mask",
+        "mask_active",
+    )
+
+    def __init__(self, code: int = 0, mask: int = 0, align: int = 0, mask_active: int = 0) -> None:
+        for name, value in (("code", code), ("mask", mask)):
+            if not isinstance(value, int) or not 0 <= value <= ALL_BITS:
+                raise BadFilter(f"{name} {value!r:.40}: a whole number of 32 bits")
+        if align not in ALIGNMENTS:
+            raise BadFilter(f"Align {align!r:.40}: 0, 1, 2 or 3")
+        if mask_active not in (0, 1):
+            raise BadFilter(f"MaskActive {mask_active!r:.40}: 0 or 1")
+        self.code, self.mask = code, mask
+        self.align, self.mask_active = align, mask_active
+        care = mask if mask_active else ~mask & ALL_BITS
+        shift, shift_extended = FILTER_SHIFT[align]
+        self._standard_care = care >> shift & STANDARD_BITS
+        self._standard = code >> shift & self._standard_care
+        self._extended_care = care >> shift_extended & EXTENDED_BITS
+        if align == 1:
+            self._extended_care = care & STANDARD_BITS | EXTENDED_BITS & ~STANDARD_BITS
+            code &= STANDARD_BITS
+        self._extended = code >> shift_extended & self._extended_care
+        with_data = align != 1 and code & DATA_BITS
+        self._data_care = care & DATA_BITS if with_data else 0
+        self._data = code & self._data_care
+
+    @classmethod
+    def of(cls, structure: CAN_ACCEPTANCE_FILTER, align: int = 0, mask_active: int = 0) -> Filter:
+        """The filter in a structure."""
+        return cls(structure.code, structure.mask, align, mask_active)
+
+    @classmethod
+    def everything(cls, align: int = 0, mask_active: int = 0) -> Filter:
+        """Accepts all frames; with Align 1 no extended ones above 0x7FF."""
+        return cls(0, 0 if mask_active else ALL_BITS, align, mask_active)
+
+    def accepts(self, identifier: int, extended: bool = False, data: bytes = b"") -> bool:
+        """Whether a frame passes. `identifier` is right-aligned, as on the bus."""
+        if extended:
+            return identifier & self._extended_care == self._extended
+        if identifier & self._standard_care != self._standard:
+            return False
+        return not self._data_care or self._data_passes(data)
+
+    def _data_passes(self, data: bytes) -> bool:
+        first = int.from_bytes(data[:2].ljust(2, b"\0"), "big")
+        return first & self._data_care == self._data
+
+    def to_structure(self) -> CAN_ACCEPTANCE_FILTER:
+        """Code and mask as they were given."""
+        return CAN_ACCEPTANCE_FILTER(self.code, self.mask)
+
+    def bits(self, extended: bool) -> str:
+        """The identifier bits from the first on: 0 and 1 must be so, + may be anything. As CanCheck shows them."""
+        code, care = (
+            (self._extended, self._extended_care) if extended else (self._standard, self._standard_care)
+        )
+        places = range(28 if extended else 10, -1, -1)
+        return "".join(str(code >> place & 1) if care >> place & 1 else "+" for place in places)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Filter) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __repr__(self) -> str:
+        return f"Filter(0x{self.code:08X}, 0x{self.mask:08X}, {self.align}, {self.mask_active})"
+
+    def _key(self) -> tuple[int, int, int, int]:
+        return self.code, self.mask, self.align, self.mask_active

@@ -1,0 +1,123 @@
+"""What the controllers can: CAN_PROPERTIES for each CAN mode, the table of bit rates, and the rates in between.
+
+The manual prints no table and no figures: the rates are CiA's, clocks and segments those of the chips' data sheets
+at 16 MHz. A SJA1000 in CAN2.0A stands for its BasicCAN mode, which knows neither listen-only nor self-reception.
+Source: CANDRV manual (seed 000), 8.13 to 8.16, 8.22, 8.23; rulings.md 18.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from canwire import BadTiming, BadValue, BitTiming, TimingLimits
+from canwire.candrv.constants import NOT_IN_TABLE, CanMode, ChipsetFlags, Command
+from canwire.candrv.structures import CAN_PROPERTIES
+
+MAJOR, MINOR = 2, 6  # the manual's V2.06
+VERSION = MAJOR << 8 | MINOR
+RATES = (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)  # bit/s
+EVERY_COMMAND = tuple(Command)
+_PELICAN = {Command.SELF_RECEPTION_REQUEST, Command.LISTEN_ON, Command.LISTEN_OFF}
+_FLAGS = {
+    CanMode.CAN_2_0_A: ChipsetFlags.CAN_2_0_A | ChipsetFlags.CAN_2_0_B,
+    CanMode.CAN_2_0_B: ChipsetFlags.CAN_2_0_A | ChipsetFlags.CAN_2_0_B | ChipsetFlags.EXT_FRAME,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """A kind of controller: `clock_hz` makes its quanta, `without` are the commands it lacks in CAN2.0A."""
+
+    name: str
+    clock_hz: int
+    limits: TimingLimits
+    registers: int
+    without: frozenset[Command] = frozenset()
+    rates: tuple[int, ...] = RATES
+    max: int = 1_000_000
+
+    @property
+    def min(self) -> int:
+        """The slowest rate in bit/s: the longest quanta, as many as there may be."""
+        return -(-self.clock_hz // (self.limits.prescaler_max * self.limits.quanta_max))
+
+    def commands(self, mode: int) -> tuple[Command, ...]:
+        """What IOCTL_CAN_SET_COMMAND takes in a mode."""
+        lacking = self.without if mode == CanMode.CAN_2_0_A else frozenset()
+        return tuple(one for one in EVERY_COMMAND if one not in lacking)
+
+    def command(self, number: int, mode: int) -> Command:
+        """The command by its number; raises BadValue if it is not in the list of the mode."""
+        found = {int(one): one for one in self.commands(mode)}.get(number)
+        if found is None:
+            raise BadValue(
+                f"command {number}: {self.name} in {CanMode(mode).name} has {_numbers(self.commands(mode))}"
+            )
+        return found
+
+    def timing(self, rate: int) -> BitTiming:
+        """A bit timing for a rate in bit/s; raises BadTiming outside [min, max] or if the clock cannot make it."""
+        if not isinstance(rate, int) or not self.min <= rate <= self.max:
+            raise BadTiming(f"{rate!r:.20} bit/s: {self.name} has {self.min} to {self.max}")
+        return BitTiming.for_bit_rate(rate, clock_hz=self.clock_hz, limits=self.limits)
+
+    def rate_of_index(self, index: int) -> int:
+        """bit/s by the index of the table; raises BadTiming for one that is not there."""
+        if not isinstance(index, int) or not 0 <= index < len(self.rates):
+            raise BadTiming(f"baud rate constant {index!r:.20}: 0 to {len(self.rates) - 1}")
+        return self.rates[index]
+
+    def index_of_rate(self, rate: int) -> int:
+        """The index of a rate in the table, 0xFFFFFFFF (-1) where it is not."""
+        return self.rates.index(rate) if rate in self.rates else NOT_IN_TABLE
+
+    def properties(self, mode: int) -> CAN_PROPERTIES:
+        """What IOCTL_CAN_READ_PROPERTIES tells in a mode."""
+        commands = self.commands(mode)
+        return CAN_PROPERTIES(
+            version=VERSION,
+            device_name=f"F&S CAN driver V{MAJOR}.{MINOR:02}, {self.name}",
+            min=self.min,
+            max=self.max,
+            nCommands=len(commands),
+            commands=tuple(map(int, commands)),
+            nBaudrates=len(self.rates),
+            baudrates=self.rates,
+            chipset_flags=_FLAGS[CanMode(mode)],
+            nRegisters=self.registers,
+        )
+
+
+def _numbers(commands: tuple[Command, ...]) -> str:
+    return ", ".join(f"{int(one)} {one.name}" for one in commands)
+
+
+MCP2515 = Controller(
+    "MCP2515",
+    clock_hz=8_000_000,
+    limits=TimingLimits("MCP2515", 64, 16, 8, 4, 8, 25, tseg1_min=2, tseg2_min=2, ipt=2),
+    registers=128,
+)
+SJA1000 = Controller(
+    "SJA1000",
+    clock_hz=8_000_000,
+    limits=TimingLimits.SJA1000,
+    registers=128,
+    without=frozenset(_PELICAN),
+)
+CONTROLLERS = {
+    "picocom1": MCP2515,
+    "picocom2": MCP2515,
+    "picocom4": MCP2515,
+    "picomod3": MCP2515,
+    "netdcu": SJA1000,
+}
+"""By kind of board."""
+
+
+def controller_of(kind: str) -> Controller:
+    """The controller on a kind of board; raises BadValue for boards that CANDRV does not drive."""
+    found = CONTROLLERS.get(kind)
+    if found is None:
+        raise BadValue(f"{kind}: CANDRV drives {', '.join(CONTROLLERS)}")
+    return found

@@ -1,0 +1,142 @@
+"""`canwire slcan`: an emulated CANBUS dongle, for programs that talk to serial CAN adapters.
+
+canwire slcan                                on a pseudo terminal: ~/.canwire/ttyCANBUS0, or the next that is free
+canwire slcan --pty /tmp/can --bus can0      on that link, plugged into can0
+canwire slcan --tcp 127.0.0.1:5000           for socket://127.0.0.1:5000; this machine only unless HOST says otherwise
+canwire slcan --serial /dev/ttyUSB0          on a serial port (needs canwire[hardware])
+canwire slcan --pty a --pty b                two dongles; the second one's serial number is the next
+
+Each dongle is a board of its own on the hub; without a hub one runs in this process. One line tells where each is.
+SIGTERM and Ctrl-C pull them out again. What Z has chosen stays in ~/.canwire, by serial number.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import canwire
+from canwire import InUse
+from canwire.commands.hub_line import add_hub_argument, complain
+from canwire.slcan import (
+    DIALECTS,
+    FileEeprom,
+    PluggedDongle,
+    PtyWire,
+    SerialWire,
+    Service,
+    Settings,
+    TcpWire,
+    Wire,
+)
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+HOME = "~/.canwire"
+_MOST_LINKS = 100
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument(
+        "--pty", metavar="LINK", action="append", default=[], help="a pseudo terminal, found by LINK"
+    )
+    parser.add_argument("--tcp", metavar="HOST:PORT", action="append", default=[], help="a TCP port")
+    parser.add_argument("--serial", metavar="DEVICE", action="append", default=[], help="a serial port")
+    parser.add_argument("--baud-rate", type=int, default=115_200, metavar="BAUD", help="of the serial port")
+    parser.add_argument("--bus", default="can0", help="plugged into this bus (default: can0)")
+    parser.add_argument("--dialect", choices=sorted(DIALECTS), default="canbus", help="whose dongle it is")
+    parser.add_argument(
+        "--serial-number", default="A123", metavar="XXXX", help="what N tells (default: A123)"
+    )
+    parser.add_argument("--version", default="", metavar="TEXT", help="what V tells (default: V1013)")
+    parser.add_argument(
+        "--tx-reply", choices=("z", "cr"), default="z", help="to t and T: z and CR, or CR alone"
+    )
+    parser.add_argument("--verbose", action="store_true", help="tell of each opening, with its bit rate")
+    add_hub_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve until SIGTERM or SIGINT, or until the last dongle's board was pulled out."""
+    with ExitStack() as closing:
+        stop = canwire.Event(manual_reset=True)
+        closing.callback(stop.close)
+        _end_by_signal(stop, closing)
+        service = Service(complain)
+        hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire slcan"))
+        closing.callback(service.close)
+        settings = _settings(arguments)
+        for wire in _wires(arguments, closing):
+            _serve(service, hub, arguments, settings, wire, closing)
+            settings = _next(settings)
+        service.run(stop)
+    return 0
+
+
+def _serve(
+    service: Service,
+    hub: Hub,
+    arguments: argparse.Namespace,
+    settings: Settings,
+    wire: Wire,
+    closing: ExitStack,
+) -> None:
+    """Plug a dongle in and say where it is."""
+    store = FileEeprom(Path(HOME).expanduser() / f"{settings.serial_number}.eeprom")
+    plugged = PluggedDongle(hub, settings, arguments.bus, store)
+    closing.callback(plugged.close)
+    name = f"{settings.serial_number} ({plugged.board.hardware_id} on {arguments.bus})"
+    if arguments.verbose:
+        plugged.dongle.on_change = lambda what: complain(f"{name}: {what}")
+    service.add(plugged.dongle, plugged.event, wire)
+    print(f"canwire: {settings.dialect.name} dongle {name} at {wire.name}", flush=True)
+
+
+def _wires(arguments: argparse.Namespace, closing: ExitStack) -> list[Wire]:
+    makers: list[Callable[[], Wire]] = [
+        *(partial(PtyWire, link) for link in arguments.pty),
+        *(partial(TcpWire, address) for address in arguments.tcp),
+        *(partial(SerialWire, device, arguments.baud_rate) for device in arguments.serial),
+    ]
+    wires = []
+    for make in makers or [_free_link]:
+        wires.append(make())
+        closing.callback(wires[-1].close)
+    return wires
+
+
+def _free_link() -> PtyWire:
+    for k in range(_MOST_LINKS):
+        with suppress(InUse):
+            return PtyWire(f"{HOME}/ttyCANBUS{k}")
+    raise InUse(f"{HOME}/ttyCANBUS0 to {_MOST_LINKS - 1}: all in use")
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    dialect = DIALECTS[arguments.dialect]
+    return Settings(arguments.serial_number, arguments.version, arguments.tx_reply, dialect)
+
+
+def _next(settings: Settings) -> Settings:
+    """The next serial number, A124 behind A123; the last one again where there is none."""
+    head = settings.serial_number.rstrip("0123456789")
+    digits = settings.serial_number[len(head) :]
+    if not digits or set(digits) == {"9"}:
+        return settings
+    return replace(settings, serial_number=f"{head}{int(digits) + 1:0{len(digits)}}")
+
+
+def _end_by_signal(stop: canwire.Event, closing: ExitStack) -> None:
+    """Only a main thread may ask for that."""
+    with suppress(ValueError):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            before = signal.signal(number, lambda *_: stop.set())
+            closing.callback(signal.signal, number, before)

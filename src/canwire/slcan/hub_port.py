@@ -1,0 +1,170 @@
+"""A dongle's CAN side over a line of the hub: a board of its own, which the dongle alone sets up.
+
+Other programs may listen on that line like on any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from canwire import (
+    BadTiming,
+    BitTiming,
+    BusEvent,
+    ChannelMode,
+    Event,
+    EventKind,
+    FilterMode,
+    FilterSetup,
+    Frame,
+    LineMode,
+    NoSuchBoard,
+    TimingLimits,
+    TimingRange,
+)
+from canwire.slcan.can_side import ACCEPT_ALL, TRANSMIT_QUEUE, Setup
+
+if TYPE_CHECKING:
+    from canwire import BoardInfo, Hub
+    from canwire.slcan.dialects import Dialect
+
+RECEIVE = 8192  # frames that the hub holds for us: about a second of the busiest bus
+_EVENTS = (
+    EventKind.ERROR,
+    EventKind.STATE,
+    EventKind.ARBITRATION_LOST,
+    EventKind.ABORTED,
+    EventKind.OVERRUN,
+)
+_BATCH = 256
+_MAILBOXES = 4  # room for frames given up that the hub has not taken out yet
+_OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filter is the only one
+_SELF_RECEPTION, _SINGLE_SHOT = 1 << 21, 1 << 8  # request bits of a record's info word (values/record.py)
+_FEWEST_QUANTA = 8
+
+
+def plug_dongle(hub: Hub, dialect: Dialect, bus: str) -> BoardInfo:
+    """Plug in a board for a dongle of this dialect, its CAN lines on this bus; raises NoSuchBoard."""
+    why: NoSuchBoard | None = None
+    for kind in dialect.kinds:
+        try:
+            return hub.plug(kind, buses=(bus, bus) if dialect.fd else (bus,))
+        except NoSuchBoard as error:
+            if "no bus" in str(error):
+                raise
+            why = why or error
+    raise why or NoSuchBoard(f"{dialect.name}: no board is known for it")
+
+
+class HubPort:
+    """CanSide on line 0 of a board, held until `end`; `event` is signalled when there is something to poll.
+
+    Raises InUse if somebody else sets that line up.
+    """
+
+    def __init__(self, hub: Hub, board: BoardInfo, line: int = 0) -> None:
+        self.hub = hub
+        self.board = board
+        self.event = Event()
+        self._capabilities = board.lines[line].capabilities
+        self._opened = False
+        self._control = hub.open_control(board.id, line)
+        self._frames = hub.open_channel(board.id, line)
+        self._happenings = hub.open_channel(board.id, line)
+        self._frames.set_up(
+            ChannelMode(
+                RECEIVE, TRANSMIT_QUEUE + _MAILBOXES, filter_size=0, fd=self._capabilities.data is not None
+            )
+        )
+        self._happenings.set_up(
+            ChannelMode(RECEIVE, 0, filter_size=0, frames=False, events=tuple(map(int, _EVENTS)))
+        )
+        for channel in (self._frames, self._happenings):
+            channel.reading.assign(self.event)
+            channel.activate()
+
+    @property
+    def now_ns(self) -> Callable[[], int]:
+        """The hub's clock, which stamps frames."""
+        return self.hub.now_ns
+
+    def open(self, setup: Setup) -> None:
+        self._control.initialise(self._mode(setup))
+        self._control.start()
+        self._opened = True
+
+    def close(self) -> None:
+        if self._opened:
+            self._opened = False
+            self._control.reset()
+            self._frames.cancel()
+            self.poll_all()
+
+    def send(self, frame: Frame, *, single_shot: bool = False) -> None:
+        self._frames.send(frame, _SELF_RECEPTION | (_SINGLE_SHOT if single_shot else 0))
+
+    def poll(self) -> Sequence[Frame]:
+        return self._frames.receive_many(_BATCH)
+
+    def events(self) -> Sequence[BusEvent]:
+        found: list[BusEvent] = []
+        while (record := self._happenings.receive_record()) is not None:
+            found.append(BusEvent.from_record(record))
+        return found
+
+    def lost(self) -> int:
+        return self._frames.reading.ring.lost
+
+    def poll_all(self) -> None:
+        """Forget what is there."""
+        while self.poll():
+            pass
+        self.events()
+
+    def end(self) -> None:
+        """Give the line back; a second time does nothing."""
+        for lease in (self._frames, self._happenings, self._control):
+            lease.close()
+        self.event.close()
+
+    def _mode(self, setup: Setup) -> LineMode:
+        capabilities = self._capabilities
+        registers: tuple[tuple[str, int], ...] = ()
+        if capabilities.data is None:
+            registers = tuple((f"ACR{k}", value) for k, value in enumerate(setup.code))
+            registers += tuple((f"AMR{k}", value) for k, value in enumerate(setup.mask))
+        elif (setup.code, setup.mask) != ACCEPT_ALL:
+            raise BadTiming(f"{self.board.kind}: no acceptance registers")
+        data = None
+        if setup.data_timing is not None and capabilities.data is not None:
+            data = _converted(setup.data_timing, capabilities.clock_hz, capabilities.data)
+        return LineMode(
+            _converted(setup.timing, capabilities.clock_hz, capabilities.nominal),
+            data,
+            long_data=data is not None,
+            error_frames=True,
+            listen_only=setup.listen_only,
+            standard_filter=_OPEN,
+            extended_filter=_OPEN,
+            registers=registers,
+        )
+
+
+def _converted(timing: BitTiming, clock_hz: int, registers: TimingRange) -> BitTiming:
+    """The same rate and sample point by the board's clock."""
+    if timing.clock_hz == clock_hz:
+        return timing
+    limits = TimingLimits(
+        "this board",
+        prescaler_max=registers.prescaler[1],
+        tseg1_max=registers.tseg1[1],
+        tseg2_max=registers.tseg2[1],
+        sjw_max=registers.sjw[1],
+        quanta_min=_FEWEST_QUANTA,
+        quanta_max=1 + registers.tseg1[1] + registers.tseg2[1],
+        prescaler_min=registers.prescaler[0],
+        tseg1_min=registers.tseg1[0],
+        tseg2_min=registers.tseg2[0],
+    )
+    return BitTiming.for_bit_rate(timing.bit_rate, timing.sample_point, clock_hz=clock_hz, limits=limits)

@@ -1,0 +1,155 @@
+"""Dongles at work: one loop that carries bytes between their wires and them, and lets them see to their CAN side."""
+
+from __future__ import annotations
+
+import contextlib
+import selectors
+import time
+from collections.abc import Callable
+from functools import partial
+
+from canwire import Event, Unplugged
+from canwire.slcan.dongle import Dongle
+from canwire.slcan.wires import Wire
+
+_CHUNK = 16_384
+
+
+class Served:
+    """A dongle on its wire. `event` is signalled when its CAN side has something."""
+
+    def __init__(self, dongle: Dongle, event: Event, wire: Wire) -> None:
+        self.dongle = dongle
+        self.event = event
+        self.wire = wire
+        self.blocked = False  # the wire takes no more at the moment
+        self.look_at = 0.0
+
+    def can_side(self) -> None:
+        self.event.reset()
+        self.dongle.pump()
+        self.flush()
+
+    def host_side(self) -> None:
+        data = self.wire.read()
+        if data:
+            self.dongle.feed(data)
+        self.flush()
+
+    def flush(self) -> None:
+        """As much of the output as the wire takes."""
+        self.blocked = False
+        while self.dongle.output:
+            if not self.wire.connected:
+                self.dongle.unplug_host()
+                return
+            written = self.wire.write(self.dongle.output[:_CHUNK])
+            if written == 0 and self.wire.connected:
+                self.blocked = True
+                return
+            self.dongle.written(written)
+
+
+class Service:
+    """Any number of dongles in one thread.
+
+    `warn` hears when one's board was pulled out; the rest go on. Raises HubLost out of `run`.
+    """
+
+    def __init__(self, warn: Callable[[str], object] | None = None) -> None:
+        self._selector = selectors.DefaultSelector()
+        self._served: list[Served] = []
+        self._registered: dict[Served, dict[int, int]] = {}
+        self._warn = warn
+
+    def add(self, dongle: Dongle, event: Event, wire: Wire) -> None:
+        """Serve this one from now on; `event` is signalled when its CAN side has something."""
+        served = Served(dongle, event, wire)
+        self._served.append(served)
+        self._registered[served] = {}
+        self._selector.register(
+            event.fileno(), selectors.EVENT_READ, partial(self._work, served, served.can_side)
+        )
+        self._sync(served)
+
+    def run(self, stop: Event) -> None:
+        """Until `stop` is set, or no dongle is left."""
+        self._selector.register(stop.fileno(), selectors.EVENT_READ, None)
+        try:
+            while self._served:
+                for key, _ in self._selector.select(self._look()):
+                    if key.data is None:
+                        return
+                    key.data()
+        finally:
+            self._selector.unregister(stop.fileno())
+
+    def close(self) -> None:
+        self._selector.close()
+        for served in self._served:
+            served.wire.close()
+
+    def _look(self) -> float | None:
+        """See to the wires that nobody is on; how long until the next time."""
+        wait: float | None = None
+        now = time.monotonic()
+        for served in self._served:
+            if self._found(served, now):
+                continue
+            left = max(0.0, served.look_at - now)
+            wait = left if wait is None else min(wait, left)
+        return wait
+
+    def _found(self, served: Served, now: float) -> bool:
+        """Somebody is on its wire, or it will tell by itself."""
+        wire = served.wire
+        if wire.look_s is not None and not wire.connected and now >= served.look_at:
+            wire.look()
+            served.look_at = now + wire.look_s
+            self._sync(served)
+        return wire.look_s is None or wire.connected
+
+    def _work(self, served: Served, work: Callable[[], None]) -> None:
+        was_connected = served.wire.connected
+        try:
+            work()
+        except Unplugged as error:
+            self._drop(served)
+            if self._warn is not None:
+                self._warn(f"{served.wire.name}: {error}")
+            return
+        if was_connected and not served.wire.connected:
+            served.dongle.unplug_host()
+        self._sync(served)
+
+    def _sync(self, served: Served) -> None:
+        """Wait for what this wire has now."""
+        wanted = dict.fromkeys(served.wire.descriptors(), selectors.EVENT_READ)
+        if served.blocked and served.wire.connected:
+            descriptor = served.wire.writing()
+            wanted[descriptor] = wanted.get(descriptor, 0) | selectors.EVENT_WRITE
+        before = self._registered[served]
+        if wanted == before:
+            return
+        for descriptor in before:
+            if descriptor not in wanted:
+                self._forget(descriptor)
+        for descriptor, events in wanted.items():
+            work = partial(self._work, served, served.host_side)
+            if descriptor not in before:
+                self._selector.register(descriptor, events, work)
+            elif before[descriptor] != events:
+                self._selector.modify(descriptor, events, work)
+        self._registered[served] = wanted
+
+    def _drop(self, served: Served) -> None:
+        for descriptor in self._registered.pop(served):
+            self._forget(descriptor)
+        self._forget(served.event.fileno())
+        self._served.remove(served)
+        served.wire.close()
+
+    def _forget(self, descriptor: int) -> None:
+        """It may be closed already."""
+        with contextlib.suppress(KeyError, ValueError, OSError):
+            self._selector.unregister(descriptor)

@@ -1,0 +1,298 @@
+"""What stands between a dongle and its host: a pseudo terminal, a TCP connection, a serial port. None of them blocks.
+
+A wire without a host takes nothing and gives nothing; it may have to `look` again every so often for one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import sys
+from pathlib import Path
+from typing import Any, Protocol
+
+from canwire import BadValue, ExtraMissing, InUse, Unsupported
+
+if sys.platform != "win32":
+    import fcntl
+    import termios
+    import tty
+
+CHUNK = 4096
+_LOOK_S = 0.05  # for a client that opens the pseudo terminal
+_REOPEN_S = 0.5  # a serial port that went away
+
+
+class Wire(Protocol):
+    """`name` is where a host finds it. `read` gives b"" when nothing is there; `write` says how much went, 0 when it
+    has no room. Both notice that the host has gone: `connected` is False from then on."""
+
+    name: str
+    look_s: float | None
+
+    @property
+    def connected(self) -> bool: ...
+
+    def descriptors(self) -> tuple[int, ...]:
+        """To wait on for reading."""
+
+    def writing(self) -> int:
+        """To wait on for writing while it is connected."""
+
+    def look(self) -> None:
+        """Is there a host by now?"""
+
+    def read(self) -> bytes: ...
+    def write(self, data: bytes | bytearray | memoryview) -> int: ...
+    def close(self) -> None: ...
+
+
+class PtyWire:
+    """A pseudo terminal with a link to it; clients open and close it as they like, each finds it raw and empty.
+
+    The link is this wire's for as long as it lives; a lock file beside it says so, and ends with the process however
+    that ends. Raises InUse for the link of another, BadValue where something else than a link stands.
+    """
+
+    def __init__(self, link: str | os.PathLike[str]) -> None:
+        if sys.platform == "win32":
+            raise Unsupported("Windows has no pseudo terminals; use --tcp")
+        self.link = Path(link).expanduser()
+        self.link.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if self.link.exists() and not self.link.is_symlink():
+            raise BadValue(f"{self.link}: there is something already that is no link")
+        self._lock = _locked(self.link.with_name(f".{self.link.name}.lock"), self.link)
+        self._master, slave = os.openpty()
+        self.terminal = os.ttyname(slave)
+        os.close(slave)
+        os.set_blocking(self._master, False)
+        self._closed = self.connected = False
+        self._clean()
+        self._make_link()
+        self.name = str(self.link)
+        self.look_s: float | None = _LOOK_S
+
+    def descriptors(self) -> tuple[int, ...]:
+        return (self._master,) if self.connected else ()
+
+    def writing(self) -> int:
+        return self._master
+
+    def look(self) -> None:
+        poll = select.poll()
+        poll.register(self._master, select.POLLIN)
+        events = poll.poll(0)
+        state = events[0][1] if events else 0
+        self.connected = bool(state & select.POLLIN) or not state & select.POLLHUP
+
+    def read(self) -> bytes:
+        try:
+            return os.read(self._master, CHUNK)
+        except BlockingIOError:
+            return b""
+        except OSError:  # EIO: the last client has closed it
+            self._hung_up()
+            return b""
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        try:
+            return os.write(self._master, data)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            self._hung_up()
+            return 0
+
+    def close(self) -> None:
+        """Takes the link along; a second time does nothing."""
+        if not self._closed:
+            self._closed = True
+            self.connected = False
+            with contextlib.suppress(OSError):
+                if os.readlink(self.link) == self.terminal:
+                    self.link.unlink()
+            os.close(self._master)
+            os.close(self._lock)
+
+    def _hung_up(self) -> None:
+        self.connected = False
+        self._clean()
+
+    def _clean(self) -> None:
+        """As the first client found it: whatever the last one set would stay, and what it did not read too."""
+        slave = os.open(self.terminal, os.O_RDWR | os.O_NOCTTY)
+        try:
+            tty.setraw(slave, termios.TCSANOW)
+            termios.tcflush(slave, termios.TCIFLUSH)
+        finally:
+            os.close(slave)
+
+    def _make_link(self) -> None:
+        new = self.link.with_name(f".{self.link.name}.new")
+        with contextlib.suppress(FileNotFoundError):
+            new.unlink()
+        new.symlink_to(self.terminal)
+        new.replace(self.link)
+
+
+def _locked(path: Path, link: Path) -> int:
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise InUse(f"{link}: another dongle is served there") from None
+    return descriptor
+
+
+class TcpWire:
+    """Listens at HOST:PORT, `:PORT` and `PORT` meaning this machine only; port 0 takes a free one.
+
+    One host at a time, as a dongle has one cable: whoever else connects is let go at once.
+    """
+
+    look_s: float | None = None
+
+    def __init__(self, address: str) -> None:
+        host, _, port = address.rpartition(":")
+        if not port.isdecimal() or int(port) > 0xFFFF:
+            raise BadValue(f"{address!r}: HOST:PORT, like 127.0.0.1:5000")
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        self._listener = socket.socket(family, socket.SOCK_STREAM)
+        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._listener.bind((host.strip("[]") or "127.0.0.1", int(port)))
+            self._listener.listen()
+        except OSError:
+            self._listener.close()
+            raise
+        self._listener.setblocking(False)
+        self._host: socket.socket | None = None
+        bound = self._listener.getsockname()
+        self.port = int(bound[1])
+        self.name = f"socket://{bound[0]}:{self.port}"
+        self.refused = 0
+
+    @property
+    def connected(self) -> bool:
+        return self._host is not None
+
+    def descriptors(self) -> tuple[int, ...]:
+        own = self._listener.fileno()
+        return (own,) if self._host is None else (own, self._host.fileno())
+
+    def writing(self) -> int:
+        return -1 if self._host is None else self._host.fileno()
+
+    def look(self) -> None:
+        """Nothing to do: the listener tells."""
+
+    def read(self) -> bytes:
+        self._accept()
+        if self._host is None:
+            return b""
+        try:
+            data = self._host.recv(CHUNK)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._hang_up()
+        return data
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        if self._host is None:
+            return 0
+        try:
+            return self._host.send(data)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            self._hang_up()
+            return 0
+
+    def close(self) -> None:
+        self._hang_up()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        try:
+            host, _ = self._listener.accept()
+        except OSError:  # nobody, or gone again
+            return
+        if self._host is not None:
+            self.refused += 1
+            host.close()
+            return
+        host.setblocking(False)
+        host.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        host.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        self._host = host
+
+    def _hang_up(self) -> None:
+        if self._host is not None:
+            self._host.close()
+            self._host = None
+
+
+class SerialWire:
+    """A serial port, at whose far end the host is; opened again when it went away and comes back. Needs pyserial."""
+
+    look_s: float | None = _REOPEN_S
+
+    def __init__(self, device: str, baud_rate: int = 115_200) -> None:
+        try:
+            import serial  # type: ignore[import-untyped]
+        except ModuleNotFoundError:
+            raise ExtraMissing("pyserial", "hardware") from None
+        if sys.platform == "win32":
+            raise Unsupported("a dongle on a Windows serial port is not built yet; use --tcp")
+        self.name = device
+        self._baud_rate = baud_rate
+        self._serial: Any = serial
+        self._port: Any = None
+        self._open()
+
+    @property
+    def connected(self) -> bool:
+        return self._port is not None
+
+    def descriptors(self) -> tuple[int, ...]:
+        return () if self._port is None else (self._port.fileno(),)
+
+    def writing(self) -> int:
+        return -1 if self._port is None else int(self._port.fileno())
+
+    def look(self) -> None:
+        with contextlib.suppress(OSError):
+            self._open()
+
+    def read(self) -> bytes:
+        try:
+            return b"" if self._port is None else os.read(self._port.fileno(), CHUNK)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            self.close()
+            return b""
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        try:
+            return 0 if self._port is None else os.write(self._port.fileno(), data)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            self.close()
+            return 0
+
+    def close(self) -> None:
+        port, self._port = self._port, None
+        if port is not None:
+            with contextlib.suppress(OSError):
+                port.close()
+
+    def _open(self) -> None:
+        self._port = self._serial.Serial(self.name, self._baud_rate, timeout=0, exclusive=True)
