@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import pty
+import select
 import socket
 import threading
 import tty
@@ -47,16 +48,18 @@ class FakeDongle:
         )  # else the master reads errors until somebody opens it
         self.link.unlink(missing_ok=True)
         self.link.symlink_to(name)
-        threading.Thread(target=self._serve, args=(self._master,), daemon=True).start()
+        self._end, end = os.pipe()
+        self._thread = threading.Thread(target=self._serve, args=(self._master, end), daemon=True)
+        self._thread.start()
 
     def vanish(self) -> None:
         """It is pulled out."""
         self.link.unlink(missing_ok=True)
         master, self._master = self._master, -1
-        with contextlib.suppress(OSError):
-            os.close(self._keep)
         if master >= 0:
-            os.close(master)
+            os.close(self._keep)
+            os.close(self._end)
+            self._thread.join(AGES_S)
 
     def say(self, data: bytes) -> None:
         view = memoryview(data)
@@ -68,13 +71,11 @@ class FakeDongle:
         with self._news:
             assert self._news.wait_for(lambda: self.lines.count(line) >= count, AGES_S), (line, self.lines)
 
-    def _serve(self, master: int) -> None:
+    def _serve(self, master: int, end: int) -> None:
+        """Until the other end of `end` is closed; a terminal that is being read cannot be closed."""
         rest = b""
-        while True:
-            try:
-                data = os.read(master, 4096)
-            except OSError:
-                return
+        while end not in (ready := select.select([master, end], [], [])[0]) and ready:
+            data = os.read(master, 4096)
             *lines, rest = (rest + data).split(b"\r")
             for line in lines:
                 with self._news:
@@ -84,6 +85,8 @@ class FakeDongle:
                 if reply:
                     with contextlib.suppress(OSError):
                         os.write(master, reply)
+        os.close(master)
+        os.close(end)
 
 
 class FakeServer:

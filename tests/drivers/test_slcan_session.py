@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -404,7 +405,7 @@ def received(pieces: list[bytes]) -> Desk:
 
 def pieces_of(data: bytes, cuts: list[int]) -> list[bytes]:
     places = sorted({0, len(data), *(cut % (len(data) + 1) for cut in cuts)})
-    return [data[one:other] for one, other in zip(places, places[1:], strict=False)]
+    return [data[one:other] for one, other in pairwise(places)]
 
 
 @pytest.mark.conforms("CT-17", "CT-23", "CT-15")

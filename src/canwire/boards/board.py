@@ -74,6 +74,8 @@ class BoardKind:
         Only LIN connectors, which come last, may be left out, and are unconnected where their usual bus does not
         exist. Raises BadValue for too few or too many names.
         """
+        if named and self.outside:
+            raise BadValue(f"{self.name}: an adapter is on a bus of its own, not on {named[0]}; name none")
         needed = sum(connector.bus_type != LIN for connector in self.connectors)
         if named and not needed <= len(named) <= len(self.connectors):
             raise BadValue(

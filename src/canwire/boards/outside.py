@@ -79,12 +79,9 @@ def capabilities_of(port: str) -> Capabilities:
     """What python-can's interface there can do, as far as that is known beforehand."""
     known = backend(python_can_port.parse_port(port).interface)
     figures = ADAPTER if known.fd is None else FD_ADAPTER
-    features = Feature(figures.features)
-    if known.listen_only is not None:
-        features |= Feature.LISTEN_ONLY
-    if not known.error_frames:
-        features &= ~Feature.ERROR_FRAMES
-    return replace(figures, features=int(features))
+    if known.listen_only is None:
+        return figures
+    return replace(figures, features=figures.features | Feature.LISTEN_ONLY)
 
 
 def when_identified(board: Board, callback: Callable[[Identity], object]) -> None:

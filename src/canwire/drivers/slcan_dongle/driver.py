@@ -225,9 +225,9 @@ class SlcanDriver(OutsideDriver):
 
     def _frames(self, frames: list[Frame], stamps: list[int]) -> None:
         host, box, now_ns = self.host, self._incoming, self.timeline.now_ns
-        self._received += len(frames)
-        if host is None or not self.on_bus:
+        if host is None or not self.running or not self.session.hears:
             return
+        self._received += len(frames)
         block, received, arrived_ns = box.block, host.received, self._conversation.now_ns
         at_ns = now_ns
         for frame, stamp in zip(frames, stamps, strict=True):

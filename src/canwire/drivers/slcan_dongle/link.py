@@ -141,7 +141,7 @@ class Link:
 
     def _read(self) -> None:
         source = self._source
-        for _ in range(_READS):
+        for number in range(_READS):
             try:
                 data = os.read(source.fileno(), _READ)
             except (BlockingIOError, InterruptedError):
@@ -150,7 +150,8 @@ class Link:
                 self._broken(error.strerror or str(error))
                 return
             if not data:
-                self._broken("it ended")
+                if number == 0:  # readable, and nothing there: it has ended; else a terminal has no more
+                    self._broken("it ended")
                 return
             self._received(data)
             if self._source is not source or len(data) < 1024:  # little: there is no more

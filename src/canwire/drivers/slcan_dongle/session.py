@@ -45,6 +45,7 @@ class Session:
     ) -> None:
         self.adapter: Adapter | None = None
         self.sending = False  # the adapter has been given a frame, and has not answered yet
+        self.hears = False  # what it receives is of the bus as it was opened last
         self._user = user
         self._now = now
         self._rest = rest
@@ -63,6 +64,7 @@ class Session:
     def talk(self) -> Talk[None]:
         """Everything that is ever said, until nothing helps."""
         self._open = self._refused = None
+        self.hears = False
         self._accepted = ACCEPT_ALL
         self._failures = 0
         met = False
@@ -161,6 +163,7 @@ class Session:
         dialect = self.adapter.dialect
         if self._open is not None or self._unsure:
             was_open, self._open = self._open is not None, None
+            self.hears = False
             yield self._asks(dialect, b"C")
             self._unsure = False
             if was_open:
@@ -194,6 +197,7 @@ class Session:
         if dialect.normal:
             yield from self._insist(dialect, dialect.listen if wanted.listen_only else dialect.normal)
         alone = wanted.listen_only and not dialect.normal
+        self.hears = True
         yield from self._insist(dialect, dialect.listen if alone else b"O")
         if dialect.flags:
             yield Ask(b"F", _FLAGS)
