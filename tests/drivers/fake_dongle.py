@@ -57,9 +57,9 @@ class FakeDongle:
         self.link.unlink(missing_ok=True)
         master, self._master = self._master, -1
         if master >= 0:
-            os.close(self._keep)
             os.close(self._end)
             self._thread.join(AGES_S)
+            os.close(self._keep)
 
     def say(self, data: bytes) -> None:
         view = memoryview(data)

@@ -70,8 +70,9 @@ def test_a_board_comes_to_life(hub: Hub, dongle: Dongle) -> None:
     dongle.say(b"t20021133\rT1234567800010\r")
     frames += [program.wait(a_frame)[-1] for _ in range(2)]
 
-    assert dongle.lines[:10] == [b"", b"", b"", b"V", b"N", b"C", b"Z1", b"S6", b"O", b"F"]
-    assert dongle.lines[10:13] == [b"t10021133", b"T00000100111", b"r0072"]
+    assert dongle.lines[:8] == [b"", b"", b"", b"V", b"N", b"C", b"Z1", b"S6"]
+    assert dongle.lines[8:12] == [b"M00000000", b"mFFFFFFFF", b"O", b"F"]
+    assert dongle.lines[12:15] == [b"t10021133", b"T00000100111", b"r0072"]
     assert [frame.self_received for frame in frames] == [True] * 3 + [False] * 2
     assert frames[3:] == [Frame(0x200, b"\x11\x33"), Frame(0x12345678, extended=True)]
     assert all(
@@ -219,6 +220,18 @@ def test_acknowledgements_never_hold_frames_up(hub: Hub, dongle: Dongle) -> None
         heard += not frame.self_received
 
     assert (sent, heard) == (count, count)
+
+
+@pytest.mark.realtime
+@pytest.mark.conforms("PL-21")
+def test_the_lines_filter_goes_to_the_adapter(hub: Hub, dongle: Dongle) -> None:
+    mode = LineMode(TIMING, extended=False)
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle)), mode)
+    program.control.set_acceptance(0x123 << 1, 0xFFE, extended=False)
+    program.start()
+    assert dongle.lines[8:10] == [b"M24602460", b"m001F001F"]
+    dongle.say(b"t1240\rt1230\r")  # the line filters as well
+    assert program.wait(a_frame)[-1] == Frame(0x123)
 
 
 @pytest.mark.realtime

@@ -153,7 +153,7 @@ def parse_spec(text: str) -> tuple[str, str]:
 def list_ports() -> int:
     """This machine's serial ports, one a line with the serial number that finds it again."""
     try:
-        from serial.tools import list_ports
+        from serial.tools import list_ports  # type: ignore[import-untyped]
     except ModuleNotFoundError:
         raise ExtraMissing("pyserial", "hardware") from None
     ports = list_ports.comports()

@@ -5,17 +5,19 @@ Once an adapter that was gone is back, the line is opened again as it was.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from canwire.bus.node import Mailbox
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.outside import AdapterClock, Identity, OutsideDriver, Reactor, Trouble
+from canwire.drivers.slcan_dongle.acceptance import pushed
 from canwire.drivers.slcan_dongle.confinement import state_after
 from canwire.drivers.slcan_dongle.conversation import NEVER, Conversation
 from canwire.drivers.slcan_dongle.link import BACKLOG, Link, monotonic_ns
 from canwire.drivers.slcan_dongle.port import parse_port
 from canwire.drivers.slcan_dongle.session import POLL_NS, Session
-from canwire.drivers.slcan_dongle.user import ACCEPT_ALL, Adapter, Setup
+from canwire.drivers.slcan_dongle.user import Adapter, Setup
 from canwire.errors import BadTiming, Unsupported
 from canwire.timeline import Timeline, Timer
 from canwire.values.event import ErrorKind, EventKind
@@ -93,6 +95,10 @@ class SlcanDriver(OutsideDriver):
 
     # taking part
 
+    def accept(self, standard: tuple[int, int] | None, extended: tuple[int, int] | None) -> None:
+        if self._setup is not None:
+            self._setup = replace(self._setup, enough=pushed(standard, extended))
+
     def start(self, at_ns: int, integrated: bool = False) -> None:
         self.begin()
         self.wanted = self._setup
@@ -107,7 +113,7 @@ class SlcanDriver(OutsideDriver):
     def restart(self, at_ns: int) -> None:
         """Opening it anew is all that helps after bus-off."""
         if self.running and self._setup is not None:
-            self.wanted = Setup(**vars(self._setup))
+            self.wanted = replace(self._setup)
             self._poke()
 
     def close(self) -> None:
@@ -274,16 +280,18 @@ def _btr(settings: LineSettings) -> str | None:
         return None
 
 
-def _accept(settings: LineSettings) -> tuple[int, int]:
-    """M's and m's values: registers ACR0..3 and AMR0..3, the first one in the highest byte."""
+def _accept(settings: LineSettings) -> tuple[int, int] | None:
+    """M's and m's values if they were asked for: registers ACR0..3 and AMR0..3, the first one in the highest byte."""
     values = dict(settings.registers)
+    if not values:
+        return None
     code, mask = (
         int.from_bytes(bytes(values.pop(name, 0xFF if names is _CODES[1] else 0) for name in names), "big")
         for names in _CODES
     )
     if values:
         raise Unsupported(f"register {next(iter(values))}: a serial adapter has ACR0..3 and AMR0..3")
-    return (code, mask) if mask != 0xFFFFFFFF else ACCEPT_ALL
+    return code, mask
 
 
 def _versions(text: str) -> tuple[tuple[int, int, int, int], tuple[int, int]]:

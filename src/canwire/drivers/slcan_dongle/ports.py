@@ -44,7 +44,7 @@ def watchable(source: Any) -> bool:
 def listed_ports() -> list[tuple[str, str]]:
     """Serial ports of this machine and their USB serial numbers; raises ExtraMissing."""
     load_serial()
-    from serial.tools import list_ports
+    from serial.tools import list_ports  # type: ignore[import-untyped]
 
     return [(port.device, port.serial_number or "") for port in list_ports.comports()]
 
@@ -62,7 +62,7 @@ def usb_serial_of(where: str) -> str:
 def load_serial() -> Any:
     """pyserial, or one clear line that names the extra."""
     try:
-        import serial
+        import serial  # type: ignore[import-untyped]
     except ModuleNotFoundError:
         raise ExtraMissing("pyserial", "hardware") from None
     return serial

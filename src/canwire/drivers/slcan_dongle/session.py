@@ -14,7 +14,7 @@ from collections.abc import Callable
 from canwire.drivers.outside import Trouble
 from canwire.drivers.slcan_dongle.conversation import BELL, NEVER, QUEUED, Ask, NoAnswer, Talk, WrongAnswer
 from canwire.drivers.slcan_dongle.dialects import Dialect, recognised
-from canwire.drivers.slcan_dongle.user import ACCEPT_ALL, Adapter, Setup, User
+from canwire.drivers.slcan_dongle.user import Adapter, Setup, User
 
 POLL_NS = 750_000_000  # F: every 500 to 1000 ms (source: seed 003, 1.4)
 TRANSMIT_FULL = 1 << 1
@@ -53,7 +53,7 @@ class Session:
         self._stamps = stamps
         self._rates = rates or {}
         self._stamped = ""  # serial number of the one that has been told Z1: it remembers
-        self._accepted = ACCEPT_ALL
+        self._accepted: tuple[int, int] | None = None
         self._poll_at_ns = NEVER
         self._open: Setup | None = None
         self._refused: Setup | None = None
@@ -65,7 +65,7 @@ class Session:
         """Everything that is ever said, until nothing helps."""
         self._open = self._refused = None
         self.hears = False
-        self._accepted = ACCEPT_ALL
+        self._accepted = None
         self._failures = 0
         met = False
         while True:
@@ -186,12 +186,7 @@ class Session:
     def _set_up(self, dialect: Dialect, wanted: Setup) -> Talk[None]:
         for command in self._rate(dialect, wanted):
             yield from self._insist(dialect, command)
-        if wanted.accept != self._accepted:
-            if not dialect.filters:
-                raise _Refused("acceptance filters")
-            yield from self._insist(dialect, b"M%08X" % wanted.accept[0])
-            yield from self._insist(dialect, b"m%08X" % wanted.accept[1])
-            self._accepted = wanted.accept
+        yield from self._filter(dialect, wanted)
         if wanted.listen_only and not dialect.listen:
             raise _Refused("to listen only")
         if dialect.normal:
@@ -201,6 +196,19 @@ class Session:
         yield from self._insist(dialect, dialect.listen if alone else b"O")
         if dialect.flags:
             yield Ask(b"F", _FLAGS)
+
+    def _filter(self, dialect: Dialect, wanted: Setup) -> Talk[None]:
+        """What an earlier program has set stays until then."""
+        if not dialect.filters:
+            if wanted.accept is not None:
+                raise _Refused("acceptance filters")
+            return
+        code, mask = wanted.enough if wanted.accept is None else wanted.accept
+        if (code, mask) != self._accepted:
+            self._accepted = None
+            yield from self._insist(dialect, b"M%08X" % code)
+            yield from self._insist(dialect, b"m%08X" % mask)
+            self._accepted = code, mask
 
     def _rate(self, dialect: Dialect, wanted: Setup) -> list[bytes]:
         commands = []

@@ -13,13 +13,17 @@ ACCEPT_ALL = (0x00000000, 0xFFFFFFFF)  # M's and m's values after power-up
 
 @dataclass(frozen=True)
 class Setup:
-    """How the channel is to be opened. `btr` "031C", None: by the bit rate alone; `accept`: codes of M and m."""
+    """How the channel is to be opened. `btr` "031C", None: by the bit rate alone.
+
+    `accept`: values of M and m, None: none in particular; `enough`: with these nothing that matters would be missed.
+    """
 
     bit_rate: int
     btr: str | None
     data_bit_rate: int | None = None
     listen_only: bool = False
-    accept: tuple[int, int] = ACCEPT_ALL
+    accept: tuple[int, int] | None = None
+    enough: tuple[int, int] = ACCEPT_ALL
 
 
 class Adapter(NamedTuple):
