@@ -17,8 +17,8 @@ from canwire.drivers.slcan_dongle.conversation import NEVER, Conversation
 from canwire.drivers.slcan_dongle.link import BACKLOG, Link, monotonic_ns
 from canwire.drivers.slcan_dongle.port import parse_port
 from canwire.drivers.slcan_dongle.session import POLL_NS, Session
+from canwire.drivers.slcan_dongle.settings import setup_of, versions_of
 from canwire.drivers.slcan_dongle.user import Adapter, Setup
-from canwire.errors import BadTiming, Unsupported
 from canwire.timeline import Timeline, Timer
 from canwire.values.event import ErrorKind, EventKind
 from canwire.values.frame import Frame, record_of_frame
@@ -33,9 +33,7 @@ F_BITS = ("receive queue full", "transmit queue full", "error warning", "data ov
 _RX_FULL, _OVERRUN, _ARBITRATION_LOST, _BUS_ERROR = 1 << 0, 1 << 3, 1 << 6, 1 << 7
 _STAMP_NS = 1_000_000
 _STAMP_PERIOD_NS = 60_000 * _STAMP_NS
-_DATA_SHEET_HZ = 8_000_000  # BTR0 and BTR1 count in periods of half the crystal
 _BACK_OFF_S = 1.0  # for an adapter that does not answer
-_CODES = tuple(f"ACR{k}" for k in range(4)), tuple(f"AMR{k}" for k in range(4))
 
 
 class SlcanDriver(OutsideDriver):
@@ -78,15 +76,7 @@ class SlcanDriver(OutsideDriver):
 
     def configure(self, settings: LineSettings) -> None:
         """Raises Unsupported before anything is changed; whether this very adapter can is seen once it is told."""
-        if settings.loop_back:
-            raise Unsupported("a serial adapter has no loop-back")
-        self._setup = Setup(
-            settings.timing.bit_rate,
-            _btr(settings),
-            None if settings.data_timing is None else settings.data_timing.bit_rate,
-            settings.listen_only,
-            _accept(settings),
-        )
+        self._setup = setup_of(settings)
         self.listen_only = settings.listen_only
         self.fd = 1 if settings.data_timing is not None else 0
         if self.running:
@@ -160,7 +150,7 @@ class SlcanDriver(OutsideDriver):
             facts.append(("Serial number", number))
         facts.append(("Dialect", adapter.dialect.name))
         if self.on_identified is not None:
-            self.on_identified(Identity(tuple(facts), *_versions(adapter.version)))
+            self.on_identified(Identity(tuple(facts), *versions_of(adapter.version)))
         return True
 
     def opened(self) -> None:
@@ -268,36 +258,3 @@ class SlcanDriver(OutsideDriver):
         if self._connected:
             self._conversation.tick(monotonic_ns())
             self._arm()
-
-
-def _btr(settings: LineSettings) -> str | None:
-    """BTR0 and BTR1 as four digits; None where they cannot say it."""
-    if settings.timing.clock_hz != _DATA_SHEET_HZ:
-        return None
-    try:
-        return "{:02X}{:02X}".format(*settings.timing.to_btr())
-    except BadTiming:
-        return None
-
-
-def _accept(settings: LineSettings) -> tuple[int, int] | None:
-    """M's and m's values if they were asked for: registers ACR0..3 and AMR0..3, the first one in the highest byte."""
-    values = dict(settings.registers)
-    if not values:
-        return None
-    code, mask = (
-        int.from_bytes(bytes(values.pop(name, 0xFF if names is _CODES[1] else 0) for name in names), "big")
-        for names in _CODES
-    )
-    if values:
-        raise Unsupported(f"register {next(iter(values))}: a serial adapter has ACR0..3 and AMR0..3")
-    return code, mask
-
-
-def _versions(text: str) -> tuple[tuple[int, int, int, int], tuple[int, int]]:
-    """Hardware and firmware of V1013: 1.0 and 1.3 (source: seed 003, 1.5)."""
-    digits = text[1:5]
-    if len(text) != 5 or not digits.isdigit():
-        return (0, 0, 0, 0), (0, 0)
-    one, two, three, four = map(int, digits)
-    return (one, two, 0, 0), (three, four)
