@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import os
 import runpy
+import select
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,6 +29,7 @@ from canwire import (
 )
 from canwire.boards.config import Config
 from canwire.drivers.outside import Trouble
+from canwire.drivers.slcan_dongle import link
 
 HERE = Path(__file__).parent
 BENCH = runpy.run_path(str(HERE / "outside_bench.py"))
@@ -99,6 +102,83 @@ def test_one_behind_a_tcp_port(hub: Hub) -> None:
     assert program.wait(a_frame)[-1] == Frame(0x123)
     assert b"t1230" in server.lines
     server.close()
+
+
+class Opaque:
+    """A port of pyserial's without a descriptor, as on Windows."""
+
+    def __init__(self, where: str, baudrate: int) -> None:
+        self._descriptor = os.open(where, os.O_RDWR | os.O_NOCTTY)
+        self.in_waiting = 4096
+
+    def read(self, count: int) -> bytes:
+        if not select.select([self._descriptor], [], [], 0.05)[0]:
+            return b""
+        data = os.read(self._descriptor, count)
+        if not data:
+            raise OSError("it ended")
+        return data
+
+    def write(self, data: bytes) -> None:
+        os.write(self._descriptor, data)
+
+    def close(self) -> None:
+        os.close(self._descriptor)
+
+
+@pytest.mark.realtime
+@pytest.mark.conforms("CT-21", "PL-14")
+def test_a_port_without_a_descriptor_has_threads(
+    hub: Hub, dongle: Dongle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link, "open_port", Opaque)
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle))).start()
+    program.send(*[Frame(k) for k in range(50)])
+    assert [program.wait(a_frame)[-1].id for _ in range(50)] == list(range(50))
+    dongle.say(b"t1230\r" * 1000)
+    assert [program.wait(a_frame)[-1].id for _ in range(1000)] == [0x123] * 1000
+    dongle.vanish()
+    program.wait(gone)
+    dongle.appear()
+    program.wait(on_bus)
+
+
+@pytest.mark.realtime
+@pytest.mark.conforms("CT-14")
+def test_one_is_found_by_its_own_number(
+    hub: Hub, dongle: Dongle, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = FakeDongle(tmp_path / "other", lambda line: b"NB777\r" if line == b"N" else usual(line))
+    mute = FakeDongle(tmp_path / "mute", lambda line: None)
+    listed = [(str(one.link), "") for one in (dongle, other, mute)]
+    monkeypatch.setattr(link, "listed_ports", lambda: listed)
+    program = Program(hub, hub.plug("slcan", port="?serial=A123&timeout=0.05"))
+    program.control.start()
+
+    assert not [one for one in program.wait(on_bus) if is_event(one, EventKind.ERROR)]
+    assert b"O" not in other.lines + mute.lines
+    assert dict(hub.board("slcan").resources)["Port"] == str(dongle.link)
+    other.vanish()
+    mute.vanish()
+
+
+@pytest.mark.realtime
+@pytest.mark.conforms("PL-14")
+def test_one_is_found_again_by_its_usb_number(
+    hub: Hub, dongle: Dongle, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    listed = [(str(dongle.link), "FT123")]
+    monkeypatch.setattr(link, "listed_ports", lambda: list(listed))
+    monkeypatch.setattr(link, "usb_serial_of", lambda where: dict(listed).get(where, ""))
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle))).start()
+    dongle.vanish()
+    program.wait(gone)
+    listed[:] = [(str(dongle.link), "FT999"), (str(tmp_path / "elsewhere"), "FT123")]
+    dongle.link = tmp_path / "elsewhere"
+    dongle.appear()
+
+    program.wait(on_bus)
+    assert dict(hub.board("slcan").resources)["Port"] == str(tmp_path / "elsewhere")
 
 
 @pytest.mark.realtime

@@ -51,6 +51,7 @@ class SlcanDriver(OutsideDriver):
         self._reactor = reactor
         self._setup: Setup | None = None
         self._number: str | None = None
+        self._strange = False
         self._incoming = Mailbox()
         self._text: bytes | None = None
         self._connected = False
@@ -140,11 +141,14 @@ class SlcanDriver(OutsideDriver):
 
     def met(self, adapter: Adapter) -> bool:
         port, number = self._port, adapter.serial_number
-        if not port.url and number != port.serial:  # found by its own number, then
-            return False
+        if not port.url and number != port.serial and not self._link.found:
+            return False  # looked for by its own number: not this one
         if self._number and number != self._number:
+            if not self._strange:
+                self._strange = True
+                self.trouble(Trouble.STRANGER, f"adapter {number} is where {self._number} was")
             return False
-        self._number = number
+        self._number, self._strange = number, False
         facts = [("Port", self._link.where), ("Version", adapter.version)]
         if number:
             facts.append(("Serial number", number))
@@ -195,9 +199,14 @@ class SlcanDriver(OutsideDriver):
             self.tell(EventKind.OVERRUN)
         self.now_in(state_after(self.state, value))
 
+    def trouble(self, what: Trouble, text: str) -> None:
+        """Not with what answers while it is being looked for."""
+        if self._port.url or self._number is not None:
+            super().trouble(what, text)
+
     def hopeless(self, text: str) -> None:
         self._lose(text)
-        self._link.give_up(text, _BACK_OFF_S)
+        self._link.give_up(text, _BACK_OFF_S if self._number is not None or self._port.url else 0.0)
 
     # the link
 

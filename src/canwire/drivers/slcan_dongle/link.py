@@ -23,7 +23,9 @@ from canwire.errors import CanwireError, ExtraMissing
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.05, 1.0
 _READ = 65_536
 _READS = 16  # in a row; then others have their turn
+_POLL_S = 0.1
 _BATCHES = 8  # that the hub's thread has not taken yet
+_COMMAND = 27  # bytes of the longest frame of 8 bytes
 BACKLOG = 4096  # bytes that wait to be written: more says that the adapter does not read
 
 monotonic_ns = time.monotonic_ns
@@ -52,6 +54,7 @@ class Link:
         self._pending = bytearray()
         self._waits = False  # for the port to be writable
         self._looked = 0
+        self.found = False  # by the number that the system shows
         self._closed = threading.Event()
 
     def open(self, after_s: float = 0.0) -> None:
@@ -70,8 +73,8 @@ class Link:
 
     @property
     def backlog(self) -> int:
-        """Bytes that wait to be written."""
-        return len(self._pending) if self._threads is None else self._threads.outgoing.qsize()
+        """Bytes that wait to be written, about; `drained` is told once there are none after many."""
+        return len(self._pending) if self._threads is None else self._threads.backlog()
 
     def give_up(self, why: str, after_s: float) -> None:
         """Close the port and open it anew, a while later."""
@@ -112,8 +115,10 @@ class Link:
         if not wanted or "://" in url:
             return url
         listed = listed_ports()
+        self.found = False
         for device, number in listed:
             if number == wanted:
+                self.found = True
                 return device
         if url:
             if dict(listed).get(url):
@@ -136,7 +141,7 @@ class Link:
         if watchable(source):
             self._reactor.watch(source, self._read)
         else:
-            self._threads = _Threads(source, self._reactor, self._took, self._broke)
+            self._threads = _Threads(source, self._reactor, self._took, self._broke, self._drained)
         self._opened()
 
     def _read(self) -> None:
@@ -211,25 +216,34 @@ class _Threads:
         reactor: Reactor,
         took: Callable[[_Threads, bytes], object],
         broke: Callable[[_Threads, str], object],
+        drained: Callable[[], object],
     ) -> None:
         self.outgoing: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._source = source
         self._reactor = reactor
-        self._took, self._broke = took, broke
+        self._took, self._broke, self._drained = took, broke, drained
+        self._crowded = False
         self._room = threading.Semaphore(_BATCHES)
-        self._closed = False
+        self._closed = threading.Event()
         for work in (self._read, self._write):
             threading.Thread(target=self._guarded, args=(work,), name="canwire-port", daemon=True).start()
 
+    def backlog(self) -> int:
+        waiting = self.outgoing.qsize() * _COMMAND
+        if waiting > BACKLOG:
+            self._crowded = True
+        return waiting
+
     def close(self) -> None:
-        self._closed = True
+        """The reader closes the port, once it looks."""
+        self._closed.set()
         self.outgoing.put(None)
 
     def _guarded(self, work: Callable[[], object]) -> None:
         try:
             work()
         except Exception as error:  # whatever a backend raises: the port is gone
-            if not self._closed:
+            if not self._closed.is_set():
                 why = str(error)
                 with contextlib.suppress(CanwireError):
                     self._reactor.post(lambda: self._broke(self, why))
@@ -237,9 +251,11 @@ class _Threads:
     def _read(self) -> None:
         source = self._source
         try:
-            while not self._closed:
+            while not self._closed.is_set():
                 if data := source.read(max(1, min(source.in_waiting, _READ))):
-                    self._room.acquire()
+                    while not self._room.acquire(timeout=_POLL_S):
+                        if self._closed.is_set():
+                            return
                     self._reactor.post(partial(self._take, data))
         finally:
             source.close()
@@ -251,3 +267,6 @@ class _Threads:
     def _write(self) -> None:
         while (data := self.outgoing.get()) is not None:
             self._source.write(data)
+            if self._crowded and self.outgoing.empty():
+                self._crowded = False
+                self._reactor.post(self._drained)

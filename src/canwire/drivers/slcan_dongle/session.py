@@ -116,9 +116,6 @@ class Session:
             self._stamped = text or "?"
         if self._user.met(self.adapter):
             return True
-        if not self._told:
-            self._told = True
-            self._user.trouble(Trouble.STRANGER, f"adapter {text} is not the one that is meant")
         self._user.hopeless(f"adapter {text} is another one")
         return False
 
