@@ -34,6 +34,7 @@ class FakeDongle:
         self.answer = answer
         self.lines: list[bytes] = []
         self._news = threading.Condition()
+        self._writing = threading.Lock()
         self._master = -1
         self.appear()
 
@@ -62,9 +63,15 @@ class FakeDongle:
             os.close(self._keep)
 
     def say(self, data: bytes) -> None:
-        view = memoryview(data)
-        while view:
-            view = view[os.write(self._master, view) :]
+        """Line by line, so that answers do not get into the middle of one."""
+        for line in data.splitlines(keepends=True):
+            self._write(self._master, line)
+
+    def _write(self, master: int, data: bytes) -> None:
+        with self._writing:
+            view = memoryview(data)
+            while view:
+                view = view[os.write(master, view) :]
 
     def wait_for(self, line: bytes, count: int = 1) -> None:
         """Until that command has come so many times."""
@@ -84,7 +91,7 @@ class FakeDongle:
                 reply = self.answer(line)
                 if reply:
                     with contextlib.suppress(OSError):
-                        os.write(master, reply)
+                        self._write(master, reply)
         os.close(master)
         os.close(end)
 

@@ -7,6 +7,7 @@ import os
 import runpy
 import select
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from canwire import (
     EventKind,
     Frame,
     Hub,
+    InUse,
     LineMode,
     NoSuchBoard,
     Unsupported,
@@ -338,6 +340,8 @@ def test_what_cannot_be_is_refused(hub: Hub, tmp_path: Path, dongle: Dongle) -> 
     with BENCH["hub"]("virtual") as virtual, pytest.raises(Unsupported, match="virtual time"):
         virtual.plug("slcan", port=port_of(dongle))
     board = hub.plug("slcan", port=port_of(dongle))
+    with pytest.raises(InUse, match=board.hardware_id):
+        hub.plug("slcan", port=port_of(dongle))
     with hub.open_control(board.id, 0) as control:
         with pytest.raises(Unsupported):
             control.initialise(LineMode(TIMING, loop_back=True))
@@ -480,3 +484,46 @@ def test_back_to_back_only_listening(pair: BackToBack) -> None:
 
     assert pair.dongle(1).state.name == "LISTENING"
     assert pair.dongle(0).counters.sent == 0
+
+
+@pytest.mark.realtime
+def test_fast_time_gives_an_adapter_its_own(tmp_path: Path, dongle: Dongle) -> None:
+    """Other buses of the hub run ahead of the clock; the adapter has half a second of the clock all the same."""
+
+    def slow(line: bytes) -> bytes | None:
+        time.sleep(0.02)
+        return usual(line)
+
+    config = Config.parse(
+        '[[bus]]\nname = "can0"\n[[board]]\nkind = "usb-to-can-fd"\nbuses = ["can0", "can0"]'
+    )
+    with BENCH["canwire"].connect(time="fast", config=config) as hub:
+        board = hub.boards()[0]
+        channels = []
+        for number in range(2):
+            control = hub.open_control(board.id, number)
+            channels.append(hub.open_channel(board.id, number))
+            channels[number].set_up(BENCH["ChannelMode"](4096, 4096))
+            channels[number].activate()
+            control.initialise(LineMode(BitTiming.for_bit_rate(500_000, clock_hz=80_000_000)))
+            control.start()
+        dongle.answer = slow
+        program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.5")))
+        program.control.start()
+        began_ns, began = hub.now_ns(), time.monotonic_ns()
+        stop = threading.Event()
+
+        def work() -> None:
+            while not stop.is_set():
+                for _ in range(1000):
+                    channels[0].send(Frame(0x1, bytes(8)), 0, AGES_S)
+                channels[1].receive_many(4096, 0)
+
+        working = threading.Thread(target=work, daemon=True)
+        working.start()
+        found = program.wait(on_bus)
+        stop.set()
+        working.join(AGES_S)
+
+        assert not [one for one in found if is_event(one, EventKind.ERROR)]
+        assert hub.now_ns() - began_ns > time.monotonic_ns() - began

@@ -388,6 +388,10 @@ def test_an_adapter_without_replies_is_not_waited_for() -> None:
     ]
     assert desk.told[1:] == ["opened", ("sent", b"d1009112233445566778899AABBCC"), ("sent", b"t1230")]
     assert desk.talk.deadline_ns >= NEVER
+    desk.to_send += [b"t1230"] * 1000
+    desk.poke()
+    assert 0 < len(desk.to_send) < 1000  # others have their turn
+    assert desk.pass_time(MS).to_send == []
 
 
 # what comes in

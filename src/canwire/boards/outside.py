@@ -6,7 +6,7 @@ Their input comes from outside the timeline, so they need a hub whose time passe
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from importlib.util import find_spec
 
@@ -22,7 +22,7 @@ from canwire.drivers.python_can.backends import backend
 from canwire.drivers.python_can.driver import PythonCanDriver
 from canwire.drivers.slcan_dongle.driver import SlcanDriver
 from canwire.drivers.slcan_dongle.port import parse_port
-from canwire.errors import BadValue, ExtraMissing, NoSuchBoard, Unsupported
+from canwire.errors import BadValue, ExtraMissing, InUse, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
 
 SERIAL = (SLCAN, SLCAN_FD)
@@ -54,6 +54,17 @@ def check_port(kind: str, port: str) -> None:
             raise NoSuchBoard(f"{kind}: no port {url}; plug the adapter in first")
     elif kind == PYTHON_CAN and find_spec("can") is None:
         raise ExtraMissing("python-can", "hardware")
+
+
+def check_unused(port: str, boards: Iterable[Board]) -> None:
+    """Raise InUse naming the board that is at this port."""
+    for board in boards:
+        for slot in board.lines:
+            driver = slot.line.driver
+            if isinstance(driver, OutsideDriver) and driver.port == port:
+                raise InUse(
+                    f"{port} is {board.info.hardware_id}'s ({board.info.kind}) already; use that board"
+                )
 
 
 def outside_board(info: BoardInfo, port: str, timeline: Timeline, reactor: Reactor | None) -> Board:

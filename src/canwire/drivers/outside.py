@@ -80,12 +80,13 @@ class OutsideDriver(Driver):
     loss, CHANGED and STATE of the return: between them is the gap. What adapters do not tell stays 0: TEC and REC.
     """
 
-    def __init__(self, host: Host | None, timeline: Timeline) -> None:
+    def __init__(self, host: Host | None, timeline: Timeline, port: str) -> None:
         box = Mailbox()
         super().__init__(host, box, box)
         self.on_identified: Callable[[Identity], object] | None = None
         self.text = ""  # what went wrong last
         self.timeline = timeline
+        self.port = port
         self.on_bus = False
         self.state = ErrorState.ERROR_ACTIVE
         self._been = False

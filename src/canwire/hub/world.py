@@ -12,7 +12,7 @@ from canwire.boards.can_line import CanLine
 from canwire.boards.config import BusConfig, Config
 from canwire.boards.description import BoardInfo
 from canwire.boards.isa import IsaBus, IsaPlace
-from canwire.boards.outside import identified, when_identified
+from canwire.boards.outside import check_unused, identified, when_identified
 from canwire.bus.can_bus import CanBus
 from canwire.bus.lin_bit_level import FREE
 from canwire.bus.lin_bus import LinBus
@@ -114,6 +114,8 @@ class World:
         `place` and `real` are for ISA boards, `port` is for adapters (catalogue.build); raises InUse where another
         board is.
         """
+        if port:
+            check_unused(port, self.boards.values())
         taken = {board.info.hardware_id for board in self.boards.values()}
         if serial in taken:
             raise BadValue(f"a board {serial} is plugged in already")

@@ -27,7 +27,7 @@ class PythonCanDriver(OutsideDriver, User):
     """
 
     def __init__(self, host: Host | None, port: str, timeline: Timeline, reactor: Reactor) -> None:
-        super().__init__(host, timeline)
+        super().__init__(host, timeline, port)
         self._port = parse_port(port)
         self._kind = backend(self._port.interface)
         self._reactor = reactor
@@ -35,6 +35,7 @@ class PythonCanDriver(OutsideDriver, User):
         self._adapter: Adapter | None = None
         self._incoming = Mailbox()
         self._sending = self._complained = False
+        self._last_ns = 0
         self._clock = AdapterClock()
         reactor.when_closed(self.close)
 
@@ -159,8 +160,9 @@ class PythonCanDriver(OutsideDriver, User):
             at_ns = heard.arrived_ns
             if heard.stamp_ns:
                 at_ns = self._clock.host_ns(heard.stamp_ns, heard.arrived_ns)
+            self._last_ns = max(self._last_ns, ahead_ns + at_ns)
             box.block[:] = heard.record
-            host.received(box, max(0, ahead_ns + at_ns))
+            host.received(box, self._last_ns)
 
     def _error(self, id: int, data: bytes) -> None:
         if not self._kind.classes:

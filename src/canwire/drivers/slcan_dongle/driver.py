@@ -45,7 +45,7 @@ class SlcanDriver(OutsideDriver):
     def __init__(
         self, host: Host | None, port: str, timeline: Timeline, reactor: Reactor, *, poll_ns: int = POLL_NS
     ) -> None:
-        super().__init__(host, timeline)
+        super().__init__(host, timeline, port)
         self.wanted: Setup | None = None
         self._port = parse_port(port)
         self._reactor = reactor
@@ -58,7 +58,7 @@ class SlcanDriver(OutsideDriver):
         self._flags = 0
         self._clock = AdapterClock(_STAMP_PERIOD_NS)
         self._timer: Timer | None = None
-        self._malformed = 0
+        self._malformed = self._last_ns = 0
         self.session = Session(
             self,
             lambda: self._conversation.now_ns,
@@ -158,10 +158,10 @@ class SlcanDriver(OutsideDriver):
         return True
 
     def opened(self) -> None:
-        self._clock = AdapterClock(_STAMP_PERIOD_NS)
         self.joined()
 
     def closed(self) -> None:
+        self._clock = AdapterClock(_STAMP_PERIOD_NS)  # if it lost its power, it counts anew
         self.left()
 
     def next_frame(self) -> bytes | None:
@@ -212,6 +212,7 @@ class SlcanDriver(OutsideDriver):
 
     def _came(self) -> None:
         self._connected = True
+        self._clock = AdapterClock(_STAMP_PERIOD_NS)
         self._conversation.begin(self.session.talk(), monotonic_ns())
         self._arm()
 
@@ -234,12 +235,15 @@ class SlcanDriver(OutsideDriver):
             return
         self._received += len(frames)
         block, received, arrived_ns = box.block, host.received, self._conversation.now_ns
-        at_ns = now_ns
+        at_ns, ahead_ns, last_ns = now_ns, now_ns - arrived_ns, self._last_ns
         for frame, stamp in zip(frames, stamps, strict=True):
             if stamp >= 0:
-                at_ns = now_ns - arrived_ns + self._clock.host_ns(stamp * _STAMP_NS, arrived_ns)
+                at_ns = ahead_ns + self._clock.host_ns(stamp * _STAMP_NS, arrived_ns)
+            if at_ns > last_ns:
+                last_ns = at_ns
             block[:] = record_of_frame(frame)
-            received(box, at_ns if at_ns > 0 else 0)
+            received(box, last_ns)
+        self._last_ns = last_ns
 
     # time
 

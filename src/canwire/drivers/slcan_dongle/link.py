@@ -21,8 +21,8 @@ from canwire.drivers.slcan_dongle.ports import listed_ports, open_port, usb_seri
 from canwire.errors import CanwireError, ExtraMissing
 
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.05, 1.0
-_READ = 65_536
-_READS = 16  # in a row; then others have their turn
+_READ = 16_384
+_READS = 4  # in a row; then others have their turn
 _POLL_S = 0.1
 _BATCHES = 8  # that the hub's thread has not taken yet
 _COMMAND = 27  # bytes of the longest frame of 8 bytes

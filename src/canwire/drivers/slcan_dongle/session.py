@@ -22,6 +22,7 @@ _VERSION = re.compile(rb"[^zZ\a].*")
 _NUMBER = re.compile(rb"N[\x21-\x7e]*\Z")
 _FLAGS = re.compile(rb"F[0-9A-Fa-f]{2}\Z")
 _ATTEMPTS = 3  # to find an adapter again, or to get a frame into it
+_IN_A_ROW = 64  # frames without answers
 _FULL_NS = 1_000_000  # after "queue full", a frame tries again; twice as long each time
 _LONGEST_FULL_NS = 64_000_000
 
@@ -60,6 +61,7 @@ class Session:
         self._retry_at_ns = 0
         self._full = self._tries = self._failures = 0
         self._told = self._unsure = False
+        self._row = 0
 
     def talk(self) -> Talk[None]:
         """Everything that is ever said, until nothing helps."""
@@ -171,7 +173,7 @@ class Session:
         try:
             yield from self._set_up(dialect, wanted)
         except _Refused as refused:
-            self._refused = wanted
+            self._refused, self.hears = wanted, False
             self._user.trouble(Trouble.REFUSED, f"{self.adapter.version} refuses {refused}")
             return
         self._open, self._refused = wanted, None
@@ -252,6 +254,8 @@ class Session:
             self._full = self._tries = 0
             self._went_well()
             user.sent()
+            if not self.adapter.dialect.answers:
+                yield from self._take_turns()
             return
         flags = yield from self._poll()
         if flags & TRANSMIT_FULL:
@@ -263,6 +267,13 @@ class Session:
             self._tries = 0
             user.trouble(Trouble.REFUSED, f"refuses {text.decode()}")
             user.given_up()
+
+    def _take_turns(self) -> Talk[None]:
+        """Where no answer holds frames up, others have their turn now and then."""
+        self._row = (self._row + 1) % _IN_A_ROW
+        if self._row == 0:
+            self._rest(self._now())
+            yield None
 
     def _poll(self) -> Talk[int]:
         """F; returns the flags. Where the channel turns out to be closed, it shall be opened again."""
