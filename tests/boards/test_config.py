@@ -145,7 +145,7 @@ def test_the_default_world_could_stand_in_a_file() -> None:
         ),
         (
             BUS + BOARD + "bus = 'can0'",
-            "board[0].bus: no such key; there are kind, serial, buses, base, irq, shared_irq, access",
+            "board[0].bus: no such key; there are kind, serial, buses, base, irq, shared_irq, access, port",
         ),
         ("[hub]\na = 1", "hub: no such key; there are bus, board"),
         ("[bus]\nname = 'can0'", "bus: expected a list, got a table; write [[bus]], with two brackets"),
@@ -248,13 +248,16 @@ def test_options_are_rows_for_documentation() -> None:
                 "termination_ohm",
             )
         ),
-        *(("board", name) for name in ("kind", "serial", "buses", "base", "irq", "shared_irq", "access")),
+        *(
+            ("board", name)
+            for name in ("kind", "serial", "buses", "base", "irq", "shared_irq", "access", "port")
+        ),
     ]
     help = "bit/s that is usual after the bit-rate switch"
     assert rows[3] == Option("bus", "data_bit_rate", "integer", None, help)
     assert [row.type for row in rows] == [
         "string", "string", "integer", "integer", "number", "number", "number",
-        "string", "string", "list of strings", "integer", "integer", "boolean", "string",
+        "string", "string", "list of strings", "integer", "integer", "boolean", "string", "string",
     ]  # fmt: skip
     assert all(row.help for row in rows)
 

@@ -61,6 +61,7 @@ class World:
         self.timeline = Timeline()
         self.work = Work(self.timeline, MS)
         self.timeline.add(self.work)
+        self.reactor = None
         self.clear_until_ns = 0
         self.is_healthy = True
         self.room: Callable[[], bool] = lambda: True

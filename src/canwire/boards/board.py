@@ -61,6 +61,7 @@ class BoardKind:
     hardware_version: tuple[int, int, int, int] = (1, 0, 0, 0)
     firmware_version: tuple[int, int] = (1, 0)
     isa: bool = False  # it has an address and an interrupt line
+    outside: bool = False  # a real adapter, on a bus that is not the hub's, reached through a port
 
     def __post_init__(self) -> None:
         try:
@@ -78,6 +79,8 @@ class BoardKind:
         Only LIN connectors, which come last, may be left out, and are unconnected where their usual bus does not
         exist. Raises BadValue for too few or too many names.
         """
+        if named and self.outside:
+            raise BadValue(f"{self.name}: an adapter is on a bus of its own, not on {named[0]}; name none")
         needed = sum(connector.bus_type != LIN for connector in self.connectors)
         if named and not needed <= len(named) <= len(self.connectors):
             raise BadValue(

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from canwire.boards.abilities import LOW_SPEED_LIMIT, check_mode, check_search, filter_of
 from canwire.boards.board import BoardLine
+from canwire.boards.bounds import bounds
 from canwire.boards.catalogue import is_shorted, load_of
 from canwire.boards.detection import Detection
 from canwire.boards.message_filter import FormatFilter, MessageFilter
@@ -86,6 +87,8 @@ class CanLine:
         if self.origin_ns is None:
             self.begin_stamps(now_ns)
         self.line.tell(self._info(InfoCode.STARTED, now_ns))
+        if self.filter is not None:
+            self.line.driver.accept(bounds(self.filter.of(False)), bounds(self.filter.of(True)))
         self.line.driver.start(now_ns)
 
     def abort_pending(self) -> None:

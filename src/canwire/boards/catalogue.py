@@ -21,6 +21,7 @@ from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.kinds import KINDS as KINDS
 from canwire.boards.lin_line import LinLine
 from canwire.boards.line import Line
+from canwire.boards.outside import checked_port, outside_board
 from canwire.bus.can_bus import CanBus
 from canwire.bus.lin_bus import LinBus
 from canwire.bus.node import Bus, Node
@@ -30,6 +31,7 @@ from canwire.chips.sja1000 import Sja1000
 from canwire.drivers.can_fd import CanFdDriver
 from canwire.drivers.lin import LinControllerDriver
 from canwire.drivers.mcp2515.driver import Mcp2515Driver
+from canwire.drivers.outside import Reactor
 from canwire.drivers.sja1000.driver import Sja1000Driver
 from canwire.drivers.sja1000.polled import port_driver
 from canwire.errors import BadValue, NoSuchBoard, Unsupported
@@ -71,11 +73,12 @@ def _loaded(point: EntryPoint) -> BoardKind:
 
 
 class Machine(NamedTuple):
-    """What boards are plugged into: its time, its buses by name, its ISA slots."""
+    """What boards are plugged into: its time, its buses by name, its ISA slots; what wakes it up for adapters."""
 
     timeline: Timeline
     buses: Mapping[str, CanBus | LinBus]
     isa: IsaBus
+    reactor: Reactor | None = None
 
 
 def build(
@@ -87,10 +90,12 @@ def build(
     place: IsaPlace | None = None,
     *,
     real: bool = False,
+    port: str = "",
 ) -> Board:
     """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
 
     `place` is where an ISA board's jumpers put it (None: as delivered); a `real` one is driven through /dev/port.
+    `port` is where an adapter is.
     Nothing is running yet. Raises BadValue, NoSuchBoard for a bus that does not exist, Unsupported for a line of
     a type that no bus has, InUse for a place that another board has; nothing is plugged in then.
     """
@@ -100,7 +105,10 @@ def build(
     if kind.isa:
         place = place or checked_place()
         machine.isa.check(hardware_id, place)
+    checked_port(kind.name, port)
     info = kind.info(board_id, hardware_id, kind.bus_names(bus_names, buses), place)
+    if kind.outside:
+        return outside_board(info, port, machine.timeline, machine.reactor)
     for line in info.lines:
         if line.bus:
             _check_bus(kind, line, buses)

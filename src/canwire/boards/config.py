@@ -81,7 +81,9 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     kind: Annotated[
         str,
-        Meta(description="usb-to-can-fd, usb-to-can, inducan104, pc-i04, or a plug-in's kind"),
+        Meta(
+            description="usb-to-can-fd, usb-to-can, inducan104, pc-i04, slcan, python-can, or a plug-in's kind"
+        ),
     ]
     serial: Annotated[
         str,
@@ -110,6 +112,10 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
             description="inducan104: simulated, or port for a real one, which takes rights to /dev/port",
         ),
     ] = "simulated"
+    port: Annotated[
+        str,
+        Meta(description="slcan: /dev/ttyUSB0, COM3 or socket://host:port; python-can: interface/channel"),
+    ] = ""
 
     @property
     def place(self) -> IsaPlace | None:

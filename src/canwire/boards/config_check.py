@@ -12,6 +12,7 @@ from canwire.boards.board import checked_bus_name, checked_hardware_id
 from canwire.boards.inducan104 import KIND as INDUCAN104
 from canwire.boards.inducan104 import checked_irq
 from canwire.boards.isa import base_conflict, irq_conflict
+from canwire.boards.outside import checked_port
 from canwire.errors import BadConfig, BadValue, NoSuchBoard
 from canwire.values.bit_timing import BitTiming
 from canwire.values.isa_address import checked_base, port_text
@@ -39,6 +40,7 @@ class Check:
         for index, board in enumerate(self._config.board):
             self._board(f"board[{index}]", board)
             self._isa(index, board)
+            self._port(index, board)
 
     def _bus(self, place: str, bus: BusConfig) -> None:
         self._accept(f"{place}.name", checked_bus_name, bus.name)
@@ -87,6 +89,13 @@ class Check:
             self._accept(f"board[{index}].irq", checked_irq, board.irq)
         for number in range(index):
             self._apart(index, number)
+
+    def _port(self, index: int, board: BoardConfig) -> None:
+        """An adapter's kind needs to know where it is, others are nowhere."""
+        self._accept(f"board[{index}].port", lambda port: checked_port(board.kind, port), board.port)
+        for number, other in enumerate(self._config.board[:index]):
+            if board.port and other.port == board.port:
+                self._refuse(f"board[{index}].port", f"{board.port!r} twice; board[{number}] has it too")
 
     def _apart(self, index: int, before: int) -> None:
         """Neither board is in the other's way."""

@@ -7,6 +7,8 @@ sections 3 and 8).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from canwire.boards.description import Capabilities, Feature, Ticks, TimingRange
 
 LOW_SPEED, HIGH_SPEED = 1, 2  # CAN_BUSC_LOWSPEED, CAN_BUSC_HIGHSPEED
@@ -88,3 +90,27 @@ MCP2515_LINE = Capabilities(
     delay=Ticks(SJA1000_CLOCK_HZ, 800, _LARGEST_TICKS),  # 100 us
 )
 """A line with an MCP2515 at 16 MHz (source: MCP2515 data sheet, DS20001801, 5.0)."""
+
+_ADAPTER = (
+    Feature.STANDARD_AND_EXTENDED
+    | Feature.REMOTE_FRAMES
+    | Feature.ERROR_FRAMES
+    | Feature.ID_FILTER
+    | Feature.SCHEDULER
+    | Feature.DELAYED_TRANSMISSION
+)
+
+SERIAL_ADAPTER = replace(SJA1000_LINE, features=int(_ADAPTER | Feature.LISTEN_ONLY))
+"""A real adapter that speaks the CANBUS dongle's protocol: an SJA1000 as well, of which it shows less."""
+
+ADAPTER = replace(USB_TO_CAN, bus_coupling=HIGH_SPEED, features=int(_ADAPTER))
+"""Any adapter: its bit rate counts, its registers are its own."""
+
+FD_ADAPTER = replace(
+    USB_TO_CAN_FD,
+    features=int(_ADAPTER | Feature.EXTENDED_DATA | Feature.FAST_DATA | Feature.ISO_FRAME),
+)
+"""The same where it knows CAN FD."""
+
+SERIAL_FD_ADAPTER = replace(FD_ADAPTER, features=FD_ADAPTER.features | Feature.LISTEN_ONLY)
+"""A serial adapter that knows CANable's letters for CAN FD."""

@@ -10,6 +10,7 @@ USUAL_BUS = "can0"
 USUAL_LIN_BUS = "lin0"
 USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND, "picocom1")
 """What is plugged in where nobody says anything else (source: rulings.md 30)."""
+SLCAN, SLCAN_FD, PYTHON_CAN = "slcan", "slcan-fd", "python-can"
 F_AND_S_CHANNELS = (2, 3)
 """To receive and to send with: as many as the controller has registers for (source: CANDRV manual, seed 000, 7.3)."""
 
@@ -70,6 +71,30 @@ KINDS = {
             device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0B051",  # ours
             description="CANBUS dongle (simulated)",
             connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, SJA1000),),
+        ),
+        BoardKind(
+            name=SLCAN,
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA05CA1",  # ours
+            description="serial CAN adapter",
+            manufacturer="",
+            connectors=(Connector(CAN, figures.SERIAL_ADAPTER, ""),),
+            outside=True,
+        ),
+        BoardKind(
+            name=SLCAN_FD,
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0FDCA",  # ours
+            description="serial CAN FD adapter",
+            manufacturer="",
+            connectors=(Connector(CAN, figures.SERIAL_FD_ADAPTER, ""),),
+            outside=True,
+        ),
+        BoardKind(
+            name=PYTHON_CAN,
+            device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA09CA1",  # ours
+            description="adapter of python-can",
+            manufacturer="",
+            connectors=(Connector(CAN, figures.ADAPTER, ""),),
+            outside=True,
         ),
     )
 }

@@ -27,6 +27,7 @@ VERBS = {
     "demo": Verb("canwire.commands.demo", "show a small bus at work"),
     "devices": Verb("canwire.commands.devices", "list the boards of the hub and who uses them"),
     "plug": Verb("canwire.commands.plug", "put a board into the hub"),
+    "share": Verb("canwire.commands.share", "put real adapters on the hub, for every program at once"),
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),

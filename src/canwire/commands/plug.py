@@ -3,6 +3,7 @@
 canwire plug usb-to-can-fd                              a serial number of the hub's choice, on the kind's usual buses
 canwire plug usb-to-can --serial HW123456 --bus can0 can1
 canwire plug inducan104 --base 300 --irq 7
+canwire plug slcan --port /dev/ttyUSB0                  a real adapter; `canwire share` is shorter
 """
 
 from __future__ import annotations
@@ -28,6 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--irq", type=int, metavar="N", help="inducan104: its interrupt line (default 5)")
     parser.add_argument("--shared-irq", action="store_true", help="others that say so may use that line too")
+    parser.add_argument(
+        "--port",
+        default="",
+        metavar="PORT",
+        help="slcan, slcan-fd: /dev/ttyUSB0, COM3, socket://host:port; python-can: pcan/PCAN_USBBUS1",
+    )
     add_hub_argument(parser)
 
 
@@ -42,6 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
             base=arguments.base,
             irq=arguments.irq,
             shared_irq=arguments.shared_irq,
+            port=arguments.port,
         )
         print(board_line(board))
     return 0

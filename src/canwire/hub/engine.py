@@ -52,6 +52,8 @@ class Engine:
         self._calls = 0
         self._loop = None if time == VIRTUAL else _Loop(self, _PACES[time](world))
         if self._loop is not None:
+            if world.reactor is not None:
+                world.reactor.attach(self)
             self._loop.thread.start()
 
     @property

@@ -95,13 +95,15 @@ class Hub:
         base: int | None = None,
         irq: int | None = None,
         shared_irq: bool = False,
+        port: str = "",
     ) -> BoardInfo:
         """Plug in a board. Without a `serial` ("HW" and digits) it gets one, without `buses` the kind's usual ones.
 
         An ISA board (inducan104) goes to address `base` (usually 0x280) and interrupt line `irq` (usually 5);
-        raises InUse naming the board that is there.
+        raises InUse naming the board that is there. `port` says where a real adapter is: "/dev/ttyUSB0",
+        "socket://host:port" (slcan), "pcan/PCAN_USBBUS1" (python-can).
         """
-        board: BoardInfo = self.call(m.Plug(kind, serial, buses, base, irq, shared_irq)).board
+        board: BoardInfo = self.call(m.Plug(kind, serial, buses, base, irq, shared_irq, port)).board
         return board
 
     def unplug(self, hardware_id: str) -> None:

@@ -67,7 +67,7 @@ class Watch(Message):
 class Plug(Message):
     """-> BoardInfo. `serial` "" chooses one; `buses` names one bus a line, () takes the kind's default.
 
-    An ISA board goes where `base`, `irq` and `shared_irq` say, None as delivered.
+    An ISA board goes where `base`, `irq` and `shared_irq` say, None as delivered. `port` is where an adapter is.
     """
 
     kind: str
@@ -76,6 +76,7 @@ class Plug(Message):
     base: int | None = None
     irq: int | None = None
     shared_irq: bool = False
+    port: str = ""
 
 
 class Unplug(Message):

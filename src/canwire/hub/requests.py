@@ -13,6 +13,7 @@ from canwire.boards.inducan104 import checked_place
 from canwire.boards.lin_line import LinLine
 from canwire.boards.message_filter import FormatFilter
 from canwire.boards.modes import CyclicStatus, FilterMode
+from canwire.boards.outside import check_port
 from canwire.boards.scheduler import CyclicList
 from canwire.errors import (
     BadFilter,
@@ -70,7 +71,9 @@ def _plug(request: m.Plug, session: Session) -> Answer:
     place = None
     if request.base is not None or request.irq is not None or request.shared_irq:
         place = checked_place(request.base, request.irq, request.shared_irq)
-    return m.Plugged(session.world.plug(request.kind, request.serial, request.buses, place)), ()
+    check_port(request.kind, request.port)
+    board = session.world.plug(request.kind, request.serial, request.buses, place, port=request.port)
+    return m.Plugged(board), ()
 
 
 @answer.register(m.Unplug)

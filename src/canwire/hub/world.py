@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from canwire.boards import catalogue
 from canwire.boards.board import Board, BoardLinLine
@@ -10,6 +12,7 @@ from canwire.boards.can_line import CanLine
 from canwire.boards.config import BusConfig, Config
 from canwire.boards.description import BoardInfo
 from canwire.boards.isa import IsaBus, IsaPlace
+from canwire.boards.outside import check_unused, identified, when_identified
 from canwire.bus.can_bus import CanBus
 from canwire.bus.lin_bit_level import FREE
 from canwire.bus.lin_bus import LinBus
@@ -19,10 +22,14 @@ from canwire.hub.held import LineSlot, Slot
 from canwire.hub.held_lin import LinSlot
 from canwire.hub.messages import BoardsChanged, Message
 from canwire.hub.pipes import Pipes
+from canwire.hub.reactor import LaterReactor
 from canwire.hub.session import Session
 from canwire.platform import EventDescriptor
 from canwire.timeline import NEVER, Timeline
 from canwire.values.bit_timing import BitTiming
+
+if TYPE_CHECKING:
+    from canwire.drivers.outside import Identity
 
 _UNHEALTHY_NS = 10_000_000
 _CLOCK_HZ = 80_000_000
@@ -38,7 +45,8 @@ class World:
         self.timeline = Timeline()
         self.virtual = virtual
         self.buses: dict[str, CanBus | LinBus] = {}
-        self.machine = catalogue.Machine(self.timeline, self.buses, IsaBus())
+        self.reactor = None if virtual else LaterReactor()
+        self.machine = catalogue.Machine(self.timeline, self.buses, IsaBus(), self.reactor)
         self._can_buses: list[CanBus] = []
         self.sessions: list[Session] = []
         self.boards: dict[int, Board] = {}
@@ -51,7 +59,14 @@ class World:
         for bus in config.bus:
             self._add_bus(bus)
         for board in config.board:
-            self.plug(board.kind, board.serial, board.buses, board.place, real=board.access == "port")
+            self.plug(
+                board.kind,
+                board.serial,
+                board.buses,
+                board.place,
+                real=board.access == "port",
+                port=board.port,
+            )
 
     # sessions
 
@@ -92,11 +107,15 @@ class World:
         place: IsaPlace | None = None,
         *,
         real: bool = False,
+        port: str = "",
     ) -> BoardInfo:
         """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken.
 
-        `place` and `real` are for ISA boards (catalogue.build); raises InUse where another board is.
+        `place` and `real` are for ISA boards, `port` is for adapters (catalogue.build); raises InUse where another
+        board is.
         """
+        if port:
+            check_unused(port, self.boards.values())
         taken = {board.info.hardware_id for board in self.boards.values()}
         if serial in taken:
             raise BadValue(f"a board {serial} is plugged in already")
@@ -105,7 +124,7 @@ class World:
             numbers = (f"HW{number:06}" for number in range(1, len(taken) + 2))
             serial = next(number for number in numbers if number not in taken)
         built = catalogue.build(
-            catalogue.kind(kind), self.next_luid(), serial, buses, self.machine, place, real=real
+            catalogue.kind(kind), self.next_luid(), serial, buses, self.machine, place, real=real, port=port
         )
         self.boards[built.info.id] = built
         for number, slot in enumerate(built.lines):
@@ -114,6 +133,7 @@ class World:
                 if isinstance(slot, BoardLinLine)
                 else Slot(built.info.id, CanLine(slot))
             )
+        when_identified(built, lambda identity: self._identified(built.info.id, identity))
         self._changed()
         return built.info
 
@@ -226,6 +246,13 @@ class World:
         bus.delay_ps = one_way_delay_ps(timing, config.length_m, config.node_delay_ns)
         self.buses[config.name] = bus
         self._can_buses.append(bus)
+
+    def _identified(self, board_id: int, identity: Identity) -> None:
+        """An adapter has told what it is."""
+        if board_id in self.boards:
+            board = self.boards[board_id]
+            self.boards[board_id] = replace(board, info=identified(board.info, identity))
+            self._changed()
 
     def _changed(self) -> None:
         for session in self.sessions:

@@ -1,0 +1,165 @@
+"""`canwire share`: put real adapters on the hub, so that any number of programs use them at once.
+
+canwire share /dev/ttyUSB0                          a CANBUS dongle or another serial adapter; COM3 on Windows
+canwire share socket://192.168.0.7:4001             one behind a serial server, or `canwire slcan --tcp`
+canwire share "?serial=A123"                        the one with that serial number, wherever it is
+canwire share slcan-fd:/dev/ttyACM0                 one that knows CAN FD (CANable's letters)
+canwire share python-can:pcan/PCAN_USBBUS1 --bit-rate 250000
+canwire share                                       list this machine's serial ports
+
+Where no hub runs, this is one until Ctrl-C. With --bit-rate the lines are started, and stay so; without it the first
+program that uses one does that. An adapter that is pulled out is waited for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import time
+from contextlib import ExitStack
+from dataclasses import replace
+
+import canwire
+from canwire import BadValue, BoardInfo, CanwireError, ErrorState, Event, ExtraMissing, Hub, HubLost
+from canwire.commands.hub_line import (
+    Place,
+    Rates,
+    add_hub_argument,
+    complain,
+    line_mode,
+    rates_text,
+    status_of,
+)
+
+KINDS = ("slcan", "slcan-fd", "python-can")
+PATIENCE_S = 3.0  # for an adapter to say what it is
+_LOOK_S = 0.05
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument(
+        "specs",
+        nargs="*",
+        metavar="SPEC",
+        help="/dev/ttyUSB0, COM3, socket://host:port, ?serial=A123, python-can:pcan/PCAN_USBBUS1",
+    )
+    parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="start the lines with this one")
+    parser.add_argument("--data-bit-rate", type=int, metavar="BIT/S", help="likewise, CAN FD")
+    parser.add_argument("--listen-only", action="store_true", help="start them, but only to listen")
+    add_hub_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plug them all in, or none; 2 if one of them cannot be."""
+    specs = [parse_spec(spec) for spec in arguments.specs]
+    if not specs:
+        return list_ports()
+    address = arguments.hub or os.environ.get("CANWIRE_HUB")
+    with ExitStack() as closing:
+        try:
+            hub = closing.enter_context(canwire.connect(address, name="canwire share"))
+        except HubLost:
+            return serve(arguments, specs, address)
+        if hub.address:
+            share(hub, specs, arguments)
+            return 0
+    return serve(arguments, specs, None)
+
+
+def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: str | None) -> int:
+    """A hub of our own, with these adapters, until SIGTERM or SIGINT."""
+    stop = Event(manual_reset=True)
+
+    def end(*_: object) -> None:
+        stop.set()
+
+    def ready(introduction: str) -> None:
+        with canwire.connect(address, name="canwire share") as hub:
+            share(hub, specs, arguments)
+        print(introduction, flush=True)
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        canwire.serve(address, ready=ready, stop=stop, warn=complain)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        stop.close()
+    return 0
+
+
+def share(hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace) -> None:
+    """Plug these in, start them if that is asked for, and print what they say they are."""
+    plugged: list[BoardInfo] = []
+    try:
+        for kind, port in specs:
+            plugged.append(hub.plug(kind, port=port))
+        for board in plugged:
+            if arguments.bit_rate or arguments.data_bit_rate or arguments.listen_only:
+                start(hub, board, arguments)
+    except CanwireError:
+        for board in plugged:
+            hub.unplug(board.hardware_id)
+        raise
+    deadline = time.monotonic() + PATIENCE_S
+    for board in plugged:
+        print(introduction_of(hub, board, deadline), flush=True)
+
+
+def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
+    """Its line, for good: nobody has to hold it."""
+    rates = Rates(arguments.bit_rate, arguments.data_bit_rate)
+    mode = line_mode(board.lines[0].capabilities, rates)
+    if rates.data is None:
+        mode = replace(mode, data_timing=None, long_data=False)
+    with hub.open_control(board.id, 0) as control:
+        control.initialise(replace(mode, listen_only=arguments.listen_only, persistent=True))
+        control.start()
+
+
+def introduction_of(hub: Hub, board: BoardInfo, deadline: float) -> str:
+    """A board in one line, once its adapter has answered or the time is over."""
+    before, place = board.resources, Place(board, 0)
+    while True:
+        board = hub.board(board.hardware_id)
+        status = status_of(hub, place)
+        silent = board.resources == before and board.kind != "python-can"
+        if not (silent or (status.running and status.state == ErrorState.STOPPED)):
+            break
+        if time.monotonic() >= deadline:
+            break
+        time.sleep(_LOOK_S)
+    said = ", ".join(f"{what} {which}" for what, which in board.resources if which)
+    words = [board.hardware_id, board.kind, said]
+    if status.running:
+        words.append(rates_text(status.mode))
+    if silent or (status.running and status.state == ErrorState.STOPPED):
+        words.append("no adapter answers there; the hub waits for it")
+    return "  ".join(words)
+
+
+def parse_spec(text: str) -> tuple[str, str]:
+    """Kind and port of `slcan:/dev/ttyUSB0`, `/dev/ttyUSB0`, `python-can:virtual/0`; raises BadValue."""
+    kind, colon, port = text.partition(":")
+    if colon and kind in KINDS:
+        if not port:
+            raise BadValue(f"{text!r}: the port is missing behind {kind}:")
+        return kind, port
+    return "slcan", text
+
+
+def list_ports() -> int:
+    """This machine's serial ports, one a line with the serial number that finds it again."""
+    try:
+        from serial.tools import list_ports  # type: ignore[import-untyped]
+    except ModuleNotFoundError:
+        raise ExtraMissing("pyserial", "hardware") from None
+    ports = list_ports.comports()
+    for port in ports:
+        number = f"?serial={port.serial_number}" if port.serial_number else ""
+        print("  ".join(word for word in (port.device, port.description, number) if word))
+    if not ports:
+        complain("no serial ports; python-can's adapters go by python-can:INTERFACE/CHANNEL")
+    return 0

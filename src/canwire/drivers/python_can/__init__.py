@@ -1,0 +1,1 @@
+"""Whatever python-can opens, as a line's controller."""

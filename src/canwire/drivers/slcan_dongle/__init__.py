@@ -1,0 +1,1 @@
+"""A serial adapter that speaks the CANBUS dongle's ASCII protocol (SLCAN, LAWICEL), as a line's controller."""

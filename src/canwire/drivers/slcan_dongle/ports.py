@@ -1,0 +1,68 @@
+"""Opening and listing ports: pyserial's, and TCP bridges by a socket of our own."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from typing import Any
+
+from canwire.errors import ExtraMissing
+
+CONNECT_S = 5.0
+_POLL_S = 0.1
+
+
+def open_port(where: str, baudrate: int) -> Any:
+    """A socket, or a port of pyserial; raises OSError or ValueError, ExtraMissing without pyserial."""
+    if where.startswith("socket://") and sys.platform != "win32":
+        host, _, number = where.removeprefix("socket://").rstrip("/").rpartition(":")
+        connection = socket.create_connection((host.strip("[]"), int(number)), CONNECT_S)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.setblocking(False)
+        return connection
+    serial = load_serial()
+    source = serial.serial_for_url(where, baudrate, timeout=_POLL_S, do_not_open=True)
+    if hasattr(source, "exclusive") and sys.platform != "win32":
+        source.exclusive = True
+    source.open()
+    if watchable(source):
+        os.set_blocking(source.fileno(), False)
+    return source
+
+
+def watchable(source: Any) -> bool:
+    """Whether the hub's poller can wait for it."""
+    if sys.platform == "win32":
+        return False
+    try:
+        return isinstance(source.fileno(), int)
+    except Exception:  # pyserial's other ports have none, or say so in one way or another
+        return False
+
+
+def listed_ports() -> list[tuple[str, str]]:
+    """Serial ports of this machine and their USB serial numbers; raises ExtraMissing."""
+    load_serial()
+    from serial.tools import list_ports  # type: ignore[import-untyped]
+
+    return [(port.device, port.serial_number or "") for port in list_ports.comports()]
+
+
+def usb_serial_of(where: str) -> str:
+    """The USB serial number of a port, "" where the system does not know it."""
+    if "://" in where:
+        return ""
+    try:
+        return next((number for device, number in listed_ports() if device == where), "")
+    except (ExtraMissing, OSError):
+        return ""
+
+
+def load_serial() -> Any:
+    """pyserial, or one clear line that names the extra."""
+    try:
+        import serial  # type: ignore[import-untyped]
+    except ModuleNotFoundError:
+        raise ExtraMissing("pyserial", "hardware") from None
+    return serial

@@ -1,0 +1,297 @@
+"""What is said to an adapter from its plugging in to its end, as a talk: section 1.4 of its manual (seed 003). No I/O.
+
+greet     CR CR CR V, whose answer tells its dialect, N, C (an earlier program may have left it open), Z1
+open      S or s, M and m where they are needed, O or L, F to forget what happened before
+on        frames one after the other; F every 750 ms and after an error
+recover   CR CR CR V until that is answered again
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from canwire.drivers.outside import Trouble
+from canwire.drivers.slcan_dongle.conversation import BELL, NEVER, QUEUED, Ask, NoAnswer, Talk, WrongAnswer
+from canwire.drivers.slcan_dongle.dialects import Dialect, recognised
+from canwire.drivers.slcan_dongle.user import Adapter, Setup, User
+
+POLL_NS = 750_000_000  # F: every 500 to 1000 ms (source: seed 003, 1.4)
+TRANSMIT_FULL = 1 << 1
+_VERSION = re.compile(rb"[^zZ\a].*")
+_NUMBER = re.compile(rb"N[\x21-\x7e]*\Z")
+_FLAGS = re.compile(rb"F[0-9A-Fa-f]{2}\Z")
+_ATTEMPTS = 3  # to find an adapter again, or to get a frame into it
+_IN_A_ROW = 64  # frames without answers
+_FULL_NS = 1_000_000  # after "queue full", a frame tries again; twice as long each time
+_LONGEST_FULL_NS = 64_000_000
+
+
+class _Refused(Exception):
+    """BELL, where nothing else helps."""
+
+
+class Session:
+    """One adapter on one port. `rates` are bit rates that a real one was told to have behind S7, say (ruling 29)."""
+
+    def __init__(
+        self,
+        user: User,
+        now: Callable[[], int],
+        rest: Callable[[int], object],
+        *,
+        poll_ns: int = POLL_NS,
+        stamps: bool = True,
+        rates: dict[int, bytes] | None = None,
+    ) -> None:
+        self.adapter: Adapter | None = None
+        self.sending = False  # the adapter has been given a frame, and has not answered yet
+        self.hears = False  # what it receives is of the bus as it was opened last
+        self._user = user
+        self._now = now
+        self._rest = rest
+        self._poll_ns = poll_ns
+        self._stamps = stamps
+        self._rates = rates or {}
+        self._stamped = ""  # serial number of the one that has been told Z1: it remembers
+        self._accepted: tuple[int, int] | None = None
+        self._poll_at_ns = NEVER
+        self._open: Setup | None = None
+        self._refused: Setup | None = None
+        self._retry_at_ns = 0
+        self._full = self._tries = self._failures = 0
+        self._told = self._unsure = False
+        self._row = 0
+
+    def talk(self) -> Talk[None]:
+        """Everything that is ever said, until nothing helps."""
+        self._open = self._refused = None
+        self.hears = False
+        self._accepted = None
+        self._failures = 0
+        met = False
+        while True:
+            try:
+                if not met:
+                    met = yield from self._greet()
+                    if not met:
+                        return
+                yield from self._serve()
+            except (NoAnswer, WrongAnswer) as error:
+                self._failed(error)
+                if self._failures >= _ATTEMPTS or (met and not (yield from self._recover())):
+                    self._user.hopeless(str(error))
+                    return
+
+    def _failed(self, error: NoAnswer | WrongAnswer) -> None:
+        """One event until something goes well again."""
+        self._failures += 1
+        if not self._told:
+            self._told = True
+            if isinstance(error, WrongAnswer):
+                self._user.trouble(Trouble.WRONG_ANSWER, f"wrong answer: {error}")
+            else:
+                self._user.trouble(Trouble.NO_ANSWER, f"no answer to {error}")
+
+    def _went_well(self) -> None:
+        self._failures, self._told = 0, False
+
+    def _greet(self) -> Talk[bool]:
+        """False where it is another adapter than the one that is meant."""
+        version = yield Ask(b"\r\r\rV", _VERSION, searches=True)
+        dialect = recognised(version)
+        for _ in range(_ATTEMPTS):  # an old answer may have come before
+            if dialect is not None:
+                break
+            version = yield Ask(b"V", _VERSION, searches=True)
+            dialect = recognised(version)
+        if dialect is None:
+            raise WrongAnswer(f"{version[:20]!r} to V")
+        number = b""
+        if dialect.numbered:
+            number = yield self._asks(dialect, b"N", _NUMBER)
+        text = "" if number == BELL else number[1:].decode()
+        self.adapter = Adapter(dialect, version.decode("latin-1").strip(), text)
+        yield self._asks(dialect, b"C")
+        if dialect.stamps and self._stamps and self._stamped != (text or "?"):
+            yield self._asks(dialect, b"Z1")
+            self._stamped = text or "?"
+        if self._user.met(self.adapter):
+            return True
+        self._user.hopeless(f"adapter {text} is another one")
+        return False
+
+    def _recover(self) -> Talk[bool]:
+        """True once it answers again."""
+        for _ in range(_ATTEMPTS):
+            try:
+                version = yield Ask(b"\r\r\rV", _VERSION, searches=True)
+            except NoAnswer:
+                continue
+            if recognised(version) is not None:
+                self._poll_at_ns = self._now()  # "or if you get an error back from the CAN232"
+                self._unsure = True
+                return True
+        return False
+
+    def _serve(self) -> Talk[None]:
+        """Until something goes wrong."""
+        user = self._user
+        while True:
+            wanted = user.wanted
+            if wanted is not self._open and (wanted is None or wanted is not self._refused):
+                yield from self._change(wanted)
+            elif self._open is None:
+                self._rest(NEVER)
+                yield None
+            elif self._poll_at_ns <= self._now():
+                yield from self._poll()
+            elif (
+                self._retry_at_ns <= self._now() and user.ready() and (text := user.next_frame()) is not None
+            ):
+                yield from self._send(text)
+            else:
+                waiting = user.next_frame() is not None and self._retry_at_ns > self._now()
+                self._rest(min(self._poll_at_ns, self._retry_at_ns) if waiting else self._poll_at_ns)
+                yield None
+
+    # opening and closing
+
+    def _change(self, wanted: Setup | None) -> Talk[None]:
+        assert self.adapter is not None
+        dialect = self.adapter.dialect
+        if self._open is not None or self._unsure:
+            was_open, self._open = self._open is not None, None
+            self.hears = False
+            yield self._asks(dialect, b"C")
+            self._unsure = False
+            if was_open:
+                self._user.closed()
+        if wanted is None:
+            self._refused = None
+            return
+        try:
+            yield from self._set_up(dialect, wanted)
+        except _Refused as refused:
+            self._refused, self.hears = wanted, False
+            self._user.trouble(Trouble.REFUSED, f"{self.adapter.version} refuses {refused}")
+            return
+        self._open, self._refused = wanted, None
+        self._full = self._tries = self._retry_at_ns = 0
+        self._poll_at_ns = self._now() + self._poll_ns if dialect.flags else NEVER
+        self._went_well()
+        self._user.opened()
+
+    def _set_up(self, dialect: Dialect, wanted: Setup) -> Talk[None]:
+        for command in self._rate(dialect, wanted):
+            yield from self._insist(dialect, command)
+        yield from self._filter(dialect, wanted)
+        if wanted.listen_only and not dialect.listen:
+            raise _Refused("to listen only")
+        if dialect.normal:
+            yield from self._insist(dialect, dialect.listen if wanted.listen_only else dialect.normal)
+        alone = wanted.listen_only and not dialect.normal
+        self.hears = True
+        yield from self._insist(dialect, dialect.listen if alone else b"O")
+        if dialect.flags:
+            yield Ask(b"F", _FLAGS)
+
+    def _filter(self, dialect: Dialect, wanted: Setup) -> Talk[None]:
+        """What an earlier program has set stays until then."""
+        if not dialect.filters:
+            if wanted.accept is not None:
+                raise _Refused("acceptance filters")
+            return
+        code, mask = wanted.enough if wanted.accept is None else wanted.accept
+        if (code, mask) != self._accepted:
+            self._accepted = None
+            yield from self._insist(dialect, b"M%08X" % code)
+            yield from self._insist(dialect, b"m%08X" % mask)
+            self._accepted = code, mask
+
+    def _rate(self, dialect: Dialect, wanted: Setup) -> list[bytes]:
+        commands = []
+        rates = {**dialect.rates, **self._rates}
+        if wanted.bit_rate in self._rates or wanted.btr is None or not dialect.registers:
+            if wanted.bit_rate not in rates:
+                raise _Refused(f"{wanted.bit_rate} bit/s; it has {', '.join(map(str, sorted(rates)))}")
+            commands.append(b"S" + rates[wanted.bit_rate])
+        elif wanted.btr in dialect.btr and not self._rates:
+            commands.append(b"S" + dialect.btr[wanted.btr])
+        else:
+            commands.append(b"s" + wanted.btr.encode())
+        if wanted.data_bit_rate is not None:
+            if dialect.data_rates is None or wanted.data_bit_rate not in dialect.data_rates:
+                raise _Refused(f"{wanted.data_bit_rate} bit/s for the data of CAN FD")
+            commands.append(b"Y" + dialect.data_rates[wanted.data_bit_rate])
+        return commands
+
+    def _insist(self, dialect: Dialect, command: bytes) -> Talk[None]:
+        answer = yield self._asks(dialect, command)
+        if answer == BELL:
+            raise _Refused(command.decode())
+
+    @staticmethod
+    def _asks(dialect: Dialect, text: bytes, answer: re.Pattern[bytes] | None = None) -> Ask:
+        if not dialect.answers:
+            return Ask(text, None)
+        return Ask(text) if answer is None else Ask(text, answer)
+
+    # frames and flags
+
+    def _send(self, text: bytes) -> Talk[None]:
+        assert self.adapter is not None
+        user = self._user
+        answer, self.sending = BELL, True
+        try:
+            answer = yield Ask(text, QUEUED if self.adapter.dialect.answers else None)
+        except BaseException:  # also GeneratorExit: the adapter is gone
+            self.sending = False
+            user.given_up()
+            raise
+        self.sending = False
+        if answer != BELL:
+            self._full = self._tries = 0
+            self._went_well()
+            user.sent()
+            if not self.adapter.dialect.answers:
+                yield from self._take_turns()
+            return
+        flags = yield from self._poll()
+        if flags & TRANSMIT_FULL:
+            self._retry_at_ns = self._now() + min(_FULL_NS << self._full, _LONGEST_FULL_NS)
+            self._full = min(self._full + 1, 10)
+            return
+        self._tries += 1
+        if self._tries >= _ATTEMPTS and self._open is not None:
+            self._tries = 0
+            user.trouble(Trouble.REFUSED, f"refuses {text.decode()}")
+            user.given_up()
+
+    def _take_turns(self) -> Talk[None]:
+        """Where no answer holds frames up, others have their turn now and then."""
+        self._row = (self._row + 1) % _IN_A_ROW
+        if self._row == 0:
+            self._rest(self._now())
+            yield None
+
+    def _poll(self) -> Talk[int]:
+        """F; returns the flags. Where the channel turns out to be closed, it shall be opened again."""
+        assert self.adapter is not None
+        if not self.adapter.dialect.flags:
+            self._poll_at_ns = NEVER
+            return 0
+        answer = yield Ask(b"F", _FLAGS)
+        self._poll_at_ns = self._now() + self._poll_ns
+        if answer == BELL:
+            self._open = None
+            self._failures += 1
+            self._user.closed()
+            if self._failures >= _ATTEMPTS:
+                raise WrongAnswer("BELL to F")
+            return 0
+        flags = int(answer[1:], 16)
+        self._went_well()
+        self._unsure = False
+        self._user.flags(flags)
+        return flags

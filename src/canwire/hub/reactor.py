@@ -1,0 +1,52 @@
+"""A world's way to its engine's thread, for boards whose input comes from outside; the world is there before it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from canwire.drivers.outside import HasFileno, Reactor
+
+
+class LaterReactor:
+    """Reactor: keeps what is asked of it until the engine is there, then hands everything on."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()  # adapters' own threads may post before the engine is there
+        self._engine: Reactor | None = None
+        self._kept: list[Callable[[Reactor], object]] = []
+
+    def attach(self, engine: Reactor) -> None:
+        """From now on; before the engine's thread runs."""
+        with self._lock:
+            self._engine = engine
+            kept, self._kept = self._kept, []
+        for ask in kept:
+            ask(engine)
+
+    def watch(
+        self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
+    ) -> None:
+        self._ask(lambda engine: engine.watch(source, readable, writable))
+
+    def unwatch(self, source: HasFileno) -> None:
+        self._ask(lambda engine: engine.unwatch(source))
+
+    def post(self, work: Callable[[], object]) -> None:
+        self._ask(lambda engine: engine.post(work))
+
+    def when_closed(self, callback: Callable[[], object]) -> None:
+        self._ask(lambda engine: engine.when_closed(callback))
+
+    def forget(self, callback: Callable[[], object]) -> None:
+        self._ask(lambda engine: engine.forget(callback))
+
+    def _ask(self, ask: Callable[[Reactor], object]) -> None:
+        with self._lock:
+            engine = self._engine
+            if engine is None:
+                self._kept.append(ask)
+        if engine is not None:
+            ask(engine)
