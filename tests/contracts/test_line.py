@@ -805,7 +805,7 @@ def take(bench: Bench, channels: list[Any], step: Step) -> None:
 def comparable(one: Frame | BusEvent, late: bool = False) -> Any:
     """The ideal controller says when the frame began that lost, an SJA1000's driver when it heard of it; and codes.
 
-    Who is `late` to hear of it has other counters by then.
+    Who is `late` to hear of it has other counters by then, and only guesses whose error it was.
     """
     if isinstance(one, Frame):
         return one, one.timestamp_ns
@@ -813,6 +813,8 @@ def comparable(one: Frame | BusEvent, late: bool = False) -> Any:
         one = replace(one, timestamp_ns=0)
         if late:
             one = replace(one, tec=0, rec=0, state=ErrorState.ERROR_ACTIVE)
+    if late and one.kind is EventKind.ERROR:
+        one = replace(one, transmitting=False)
     return replace(one, code=0, bit=0, error=ErrorKind.NONE)
 
 

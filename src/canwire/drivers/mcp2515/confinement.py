@@ -20,6 +20,8 @@ from canwire.values.event import ErrorKind, ErrorState, EventKind
 if TYPE_CHECKING:
     from canwire.chips.host import Host
 
+_PASSIVE = 128  # TEC from which on a sender is error passive
+
 
 class Confined(Sender):
     """What the chip says of its errors; who is bus-off stays so until somebody asks."""
@@ -73,10 +75,13 @@ class Confined(Sender):
         self._tell(EventKind.ERROR, ErrorKind.OTHER, transmitting=sends)
 
     def _failed(self) -> bool:
-        """A frame of the chip's own met the error: TXERR has just been set, or the counters look like it."""
+        """A frame of the chip's own met the error: TXERR has just been set, or the counters look like it.
+
+        They count every error of a sender's, but the missing acknowledgement of an error-passive one.
+        """
         tec, rec = self._tec, self._rec
         self._tec, self._rec = self._read(m.TEC), self._read(m.REC)
-        again = self._tec > tec or self._rec <= rec
+        again = self._tec > tec or (tec >= _PASSIVE and self._rec <= rec)
         sends = False
         for buffer in self._buffers:
             if buffer.in_chip and self._read(buffer.control) & m.TX_TXERR and (again or not buffer.failed):

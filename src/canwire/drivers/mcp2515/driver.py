@@ -5,8 +5,9 @@ are loaded the lowest identifier goes first, of equal ones the one that was load
 Source: DS20001801.
 
 What the chip does not tell:
-- of what kind an error is (ErrorKind.OTHER), which bit of an arbitration was lost, that one was lost before
-  something else happens (the winner's frame arrives, an error, success), and that the same frame lost again;
+- of what kind an error is (ErrorKind.OTHER), and whose it was (guessed by TXERR and the counters);
+- which bit of an arbitration was lost, that one was lost before something else happens (the winner's frame arrives,
+  an error, success), and that the same frame lost again;
 - one-shot mode is for all buffers: frames that are not single shots and fall to it are requested again;
 - a frame on the wire: to abort it means that it is not repeated should it fail.
 """
