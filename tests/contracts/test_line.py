@@ -470,8 +470,9 @@ def test_self_reception(bench: Bench, siblings: Siblings) -> None:
     for id, flags in ((1, SELF_RECEPTION), (2, 0)):
         channel.send(Frame(id), flags)
     bench.run()
-    every = siblings is Siblings.EVERY
-    assert ids(channel.receive_many(9)) == ([1, 2] if every else [1])
+    every = siblings in (Siblings.EVERY, Siblings.OTHERS, Siblings.OTHERS_AND_OWN)
+    own = {Siblings.EVERY: [1, 2], Siblings.OTHERS_AND_OWN: [1, 2], Siblings.OTHERS: []}
+    assert ids(channel.receive_many(9)) == own.get(siblings, [1])
     shared = siblings in (Siblings.ALL, Siblings.AS_BUS, Siblings.OWN_FILTERED)
     assert ids(sibling.receive_many(9)) == ([1, 2] if every else [1] if shared else [])
     assert ids(bench.heard()) == [1, 2]
