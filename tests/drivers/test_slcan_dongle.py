@@ -58,7 +58,7 @@ def dongle(tmp_path: Path) -> Iterator[Dongle]:
     made.vanish()
 
 
-def port_of(dongle: Dongle, options: str = "?timeout=0.2") -> str:
+def port_of(dongle: Dongle, options: str = "?timeout=5") -> str:
     return f"{dongle.link}{options}"
 
 
@@ -154,7 +154,7 @@ def test_one_is_found_by_its_own_number(
     mute = FakeDongle(tmp_path / "mute", lambda line: None)
     listed = [(str(one.link), "") for one in (dongle, other, mute)]
     monkeypatch.setattr(link, "listed_ports", lambda: listed)
-    program = Program(hub, hub.plug("slcan", port="?serial=A123&timeout=0.05"))
+    program = Program(hub, hub.plug("slcan", port="?serial=A123&timeout=0.2"))
     program.control.start()
 
     assert not [one for one in program.wait(on_bus) if is_event(one, EventKind.ERROR)]
@@ -259,7 +259,7 @@ def test_another_adapter_in_its_place_is_left_alone(hub: Hub, dongle: Dongle) ->
 def test_late_wrong_and_missing_answers_are_one_event_each(
     hub: Hub, dongle: Dongle, answer: bytes | None
 ) -> None:
-    program = Program(hub, hub.plug("slcan", port=port_of(dongle))).start()
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.5"))).start()
     bad = [answer]
     dongle.answer = lambda line: bad.pop() if line[:1] == b"t" and bad else usual(line)
     program.send(Frame(0x1), Frame(0x2))
@@ -274,7 +274,7 @@ def test_late_wrong_and_missing_answers_are_one_event_each(
 @pytest.mark.realtime
 def test_an_adapter_that_never_answers_hangs_nothing(hub: Hub, dongle: Dongle) -> None:
     dongle.answer = lambda line: None
-    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.02")))
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.1")))
     program.control.start()
     program.send(Frame(0x1))
 
