@@ -9,64 +9,55 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
 
 from canwire import BitTiming, Frame
-from canwire.boards.catalogue import ideal_line, plug
+from canwire.boards.catalogue import ideal_line, mcp2515_line, plug
 from canwire.boards.channel import Channel
 from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
-from canwire.chips.mcp2515 import Mcp2515
 from canwire.drivers.driver import LineSettings
-from canwire.drivers.mcp2515.driver import Mcp2515Driver
 from canwire.timeline import Timeline
 
 TIMING = BitTiming.for_bit_rate(1_000_000, clock_hz=8_000_000)
 SLICE_NS = 10_000_000
-QUEUE = 1024
+QUEUE = 512
+CHANNELS = 3
 LIMIT = 0.60
 
 
-def mcp2515_line(name: str, timeline: Timeline) -> Line:
-    line = Line(name, timeline)
-    chip = Mcp2515()
-    driver = Mcp2515Driver(line, chip, lambda: timeline.now_ns)
-    chip.on_interrupt = driver.service
-    line.connect(driver, chip)
-    return line
-
-
-def started(line: Line, bus: CanBus) -> tuple[Line, Channel]:
+def started(line: Line, bus: CanBus) -> tuple[Line, list[Channel]]:
     plug(line, bus)
     line.driver.configure(LineSettings(TIMING))
     line.driver.start(0)
-    return line, line.open(Channel(4 * QUEUE, QUEUE))
+    return line, [line.open(Channel(4 * QUEUE, QUEUE)) for k in range(CHANNELS)]
 
 
-def cost(maker, senders: str, data: bytes, seconds: float) -> tuple[float, float, int]:
+def cost(
+    maker: Callable[[str, Timeline], Line], senders: str, data: bytes, seconds: float
+) -> tuple[float, float, int]:
     """Share of a core, frames/s on the bus, frames lost; `senders` names who sends: "line", "partner" or both."""
     timeline = Timeline()
     bus = CanBus(timeline)
-    line, channel = started(maker("line", timeline), bus)
-    partner, other = started(ideal_line("partner", timeline), bus)
+    line, channels = started(maker("line", timeline), bus)
+    partner, others = started(ideal_line("partner", timeline), bus)
     timeline.run_until(1_000_000)
-    pairs = [
-        (who, its, 0x100 + k) for k, (who, its) in enumerate(((line, channel), (partner, other)))
-        if who.name in senders.split("+")
-    ]  # fmt: skip
+    everybody = [*channels, *others]
+    sending = [(line, channels, 0x100), (partner, others, 0x200)]
+    chosen = [one for one in sending if one[0].name in senders.split("+")]
     spent = 0.0
-    sent = 0
     while timeline.now_ns < seconds * 1e9:
-        for who, its, id in pairs:
-            while its.transmit.free():
-                who.send(its, Frame(id, data))
-                sent += 1
+        for who, its, id in chosen:
+            for k, channel in enumerate(its):
+                while channel.transmit.free():
+                    who.send(channel, Frame(id + k, data))
         began = time.process_time()
         timeline.run_until(timeline.now_ns + SLICE_NS)
         spent += time.process_time() - began
-        channel.receive.take_frames(4 * QUEUE)
-        other.receive.take_frames(4 * QUEUE)
+        for channel in everybody:
+            channel.receive.take_frames(4 * QUEUE)
     elapsed = timeline.now_ns / 1e9
-    done = channel.delivered + other.delivered
+    done = sum(channel.delivered for channel in everybody)
     lost = done - line.driver.counters().frames_received - partner.driver.counters().frames_received
     return spent / elapsed, done / elapsed, lost
 

@@ -135,7 +135,9 @@ def main() -> int:
     arguments = parser.parse_args()
     scale, runs, seconds = (10, 3, 1.0) if arguments.short else (1, 5, 10.0)
     sys.path.insert(0, str(HERE))
+    import candrv
     import lin
+    import python_can
     import shared
     import sja1000
     import slcan
@@ -145,8 +147,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         pure = uncompiled_copy(Path(folder))
         rows = [*core_rows(scale, runs, pure), *lab_rows(scale, runs), *process_rows(seconds, runs)]
-        rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds), *sja1000.rows(scale, runs)]
-        rows += slcan.rows(scale)
+        rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds)]
+        rows += [*candrv.rows(scale, seconds), *python_can.rows(scale, seconds)]
+        rows += [*sja1000.rows(scale, runs), *slcan.rows(scale)]
     if arguments.json:
         print(
             json.dumps(

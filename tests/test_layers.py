@@ -35,13 +35,14 @@ ROOMS = [
     DOOR,
 ]
 # behind the door: they use the package as any program does, and each only itself besides
-OUTSIDE = ["vci", "acan", "candrv", "slcan", "ldf", "pytest_plugin", "commands", "__main__"]
+OUTSIDE = ["vci", "acan", "candrv", "slcan", "ldf", "python_can", "pytest_plugin", "commands", "__main__"]
 OUTSIDE_MAY = {
     "vci": set(),
     "acan": set(),
     "candrv": set(),
     "slcan": set(),
     "ldf": set(),
+    "python_can": set(),
     "pytest_plugin": set(),
     "commands": {"acan", "candrv", "ldf", "slcan"},
     "__main__": {"commands"},
@@ -50,9 +51,10 @@ OUTSIDE_MAY = {
 # clocks, threads and sockets
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
-MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin"}
+MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
-MAY_LOCK = {"vci.fifo", "acan.service"}  # VCI's Lock and Unlock are its threads' own; ACAN tells on a thread
+MAY_LOCK = {"vci.fifo", "acan.service", "candrv.device", "candrv.program", "candrv.waiting", "candrv.writing"}
+# VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; any thread may use a CANDRV handle
 OUTSIDE_WORLD = {  # real adapters: their I/O alone
     "drivers.slcan_dongle.link",
     "drivers.slcan_dongle.ports",

@@ -70,6 +70,7 @@ from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
 from canwire.values.acceptance import Acceptance
 from canwire.values.bit_timing import BitTiming
 from canwire.values.dlc import dlc_to_length, length_to_dlc
+from canwire.values.error_frame import decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame
 from canwire.values.lin_event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
@@ -223,8 +224,10 @@ __all__ = [
     "__version__",
     "connect",
     "core_mode",
+    "decode_error_frame",
     "default_address",
     "dlc_to_length",
+    "encode_error_frame",
     "format_candump_line",
     "format_frame",
     "format_lin_frame",

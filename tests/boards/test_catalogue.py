@@ -266,10 +266,7 @@ def test_no_bus_names(text: str) -> None:
 def test_unknown_kinds_name_the_known_ones() -> None:
     with pytest.raises(NoSuchBoard) as raised:
         catalogue.kind("usb-to-lin")
-    assert (
-        str(raised.value)
-        == "no board kind 'usb-to-lin'; there are canbus-dongle, inducan104, netdcu, pc-i04, python-can, slcan, slcan-fd, usb-to-can, usb-to-can-fd"
-    )
+    assert str(raised.value) == "no board kind 'usb-to-lin'; there are " + ", ".join(sorted(catalogue.KINDS))
 
 
 def test_other_packages_bring_kinds(plug_ins: list[EntryPoint], monkeypatch: pytest.MonkeyPatch) -> None:

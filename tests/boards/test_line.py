@@ -703,6 +703,10 @@ GETS: dict[Siblings, dict[tuple[str, bool, bool], int]] = {
         ("own", True, True): MARKED, ("own", True, False): MARKED, ("sibling", True, True): UNMARKED
     },
     Siblings.EVERY: {(who, asked, True): MARKED for who in ("own", "sibling") for asked in (True, False)},
+    Siblings.OTHERS: {("sibling", asked, True): UNMARKED for asked in (True, False)},
+    Siblings.OTHERS_AND_OWN: {
+        (who, asked, True): mark for who, mark in (("own", MARKED), ("sibling", UNMARKED)) for asked in (True, False)
+    },
 }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from canwire import BitTiming, EventKind, Frame
 from canwire.boards.backlog import ROOM, Backlog
-from canwire.boards.catalogue import ideal_line, plug, sja1000_line
+from canwire.boards.catalogue import ideal_line, mcp2515_line, plug, sja1000_line
 from canwire.boards.channel import ALL_REQUESTS, Channel
 from canwire.boards.line import Line
 from canwire.bus.can_bus import CanBus
@@ -22,7 +22,7 @@ from canwire.values.record import ABORT_ON_ERROR, LOOP_BACK, SELF_RECEPTION
 pytestmark = pytest.mark.core
 
 TIMING = BitTiming.for_bit_rate(500_000, clock_hz=8_000_000)
-MAKERS = {"ideal": ideal_line, "sja1000": sja1000_line}
+MAKERS = {"ideal": ideal_line, "sja1000": sja1000_line, "mcp2515": mcp2515_line}
 
 
 class Bench:

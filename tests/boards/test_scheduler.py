@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from canwire import BadValue, BitTiming, Closed, Frame, LineError
+from canwire import BadValue, BitTiming, Closed, Frame, LineError, Siblings, WrongState
 from canwire.boards.catalogue import ideal_line, plug
 from canwire.boards.channel import Channel
 from canwire.boards.line import Line
@@ -29,6 +29,7 @@ MAX_TICKS = 24  # what the manual says dwCmsMaxTicks holds
 NOMINAL = BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
 DATA = BitTiming.for_bit_rate(5_000_000, clock_hz=80_000_000)
 EMPTY, BUSY, DONE = CyclicState.EMPTY, CyclicState.BUSY, CyclicState.DONE
+OWN, OTHERS = Siblings.OTHERS_AND_OWN, Siblings.OTHERS
 
 
 class Bench:
@@ -781,3 +782,55 @@ def test_any_steps_give_what_the_plain_list_gives_and_the_same_twice(
         assert slots == {tick: name for tick, name in enumerate(plain.log, 1) if name >= 0}
         arrivals.append([(frame.timestamp_ns, frame.id) for frame in arrived])
     assert arrivals[0] == arrivals[1]
+
+
+def test_objects_in_turn() -> None:
+    bench = Bench()
+    added = [bench.list.add(Frame(k), 6) for k in range(3)]
+    with pytest.raises(WrongState, match="stopped"):
+        bench.list.start_in_turn(added, [0, 0, 0], 2)
+    bench.list.resume()
+    bench.run_to(3)
+    bench.list.start_in_turn(added, [2, 1, 0], 2)
+    bench.run_to(22)
+    assert bench.ticks() == {0: [4, 10], 1: [6], 2: [8, 14, 20]}
+    assert bench.list.states()[:3] == (DONE, DONE, BUSY)
+    for counts, step in (([0], 1), ([0, 0, -1], 1), ([0, 0, 0], -1)):
+        with pytest.raises(BadValue, match="counts"):
+            bench.list.start_in_turn(added, counts, step)
+
+
+def test_another_frame_in_the_same_ticks() -> None:
+    bench = Bench(fd=False)
+    (index,) = bench.started(3)
+    bench.list.resume()
+    bench.run_to(4)
+    bench.list.replace(index, Frame(9, b"\1"))
+    bench.run_to(10)
+    assert bench.ticks() == {0: [3], 9: [6, 9]}
+    with pytest.raises(LineError, match="FD"):
+        bench.list.replace(index, Frame(9, fd=True))
+    grows = bench.list.add(Frame(1), 3, increment=Increment.ID)
+    with pytest.raises(BadValue, match="grows"):
+        bench.list.replace(grows, Frame(9))
+
+
+def test_on_behalf_of_a_channel() -> None:
+    """Its frames are that channel's own; what sent for somebody is used again."""
+    bench = Bench()
+    owner, other = (bench.line.open(Channel(64, 1, siblings=int(kind))) for kind in (OWN, OTHERS))
+    before = len(bench.line.channels())
+    bench.list.resume()
+    for _ in range(3):
+        index = bench.list.add(Frame(1), 1, owner=owner)
+        bench.list.start(index, 2)
+        bench.run_to(bench.timeline.now_ns // TICK_NS + 4)
+        bench.list.remove(index)
+        for channel, marked in ((owner, True), (other, False)):
+            assert [frame.self_received for frame in channel.receive.take_frames(9)] == [marked] * 2
+    index = bench.list.add(Frame(1), 1, owner=other)
+    bench.list.start(index, 1)
+    bench.run_to(bench.timeline.now_ns // TICK_NS + 4)
+    assert not other.receive.fill()
+    assert [frame.self_received for frame in owner.receive.take_frames(9)] == [False]
+    assert len(bench.line.channels()) == before + 1

@@ -507,3 +507,17 @@ def test_inject_says_which_value_is_wrong(can_bus: LabBus) -> None:
 def test_noise_says_which_value_is_wrong(can_bus: LabBus, rate: float) -> None:
     with pytest.raises(BadValue, match=f"bit_error_rate {rate}"):
         can_bus.faults.noise(rate)
+
+
+def test_a_fault_that_comes_in_mid_frame_waits_for_the_next_one(lab: Lab, can_bus: LabBus) -> None:
+    a, b, _ = three(can_bus)
+    can_bus.wire.bitwise = True
+    can_bus.faults.flip(bit="dlc")
+    a.send(C04)
+    lab.run_for(0.000_080)  # it is being repeated
+    can_bus.faults.flip(bit="dlc")
+    lab.run_until_idle()
+    assert (b.receive_many(9), can_bus.error_frames) == ([C04], 1)
+    a.send(C04)
+    lab.run_until_idle()
+    assert can_bus.error_frames == 2

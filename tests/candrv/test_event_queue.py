@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 
 import pytest
@@ -251,16 +250,3 @@ class Queue(RuleBasedStateMachine):
 
 
 TestQueue = Queue.TestCase
-
-
-@pytest.mark.realtime
-def test_half_a_million_events_a_second() -> None:
-    queue, event = EventQueue(1 << 20), Event(RECEIVED, 1, 0, 1, 0x123, 0, 2, b"ab")
-    best = 0.0
-    for _ in range(5):
-        queue.clear()
-        begin = time.perf_counter()
-        for _ in range(50_000):
-            queue.push(event)
-        best = max(best, 50_000 / (time.perf_counter() - begin))
-    assert best >= 500_000

@@ -223,13 +223,13 @@ def test_boards_come_and_go(hub_address: str, capsys: pytest.CaptureFixture[str]
     def ids() -> list[str]:
         return [line.split()[0] for line in run("devices").splitlines() if not line.startswith(" ")]
 
-    assert ids() == ["HW000001", "HW000002", "HW000003"]
+    assert ids() == [f"HW00000{number}" for number in range(1, 5)]
     plugged = run("plug", "usb-to-can", "--serial", "HW123456", "--bus", "can0", "can0")
     assert plugged == "HW123456  usb-to-can  USB-to-CAN V2 (simulated)  can0 can0\n"
-    assert run("plug", "usb-to-can-fd").startswith("HW000004  usb-to-can-fd  ")
-    assert ids() == ["HW000001", "HW000002", "HW000003", "HW123456", "HW000004"]
+    assert run("plug", "usb-to-can-fd").startswith("HW000005  usb-to-can-fd  ")
+    assert ids() == [*(f"HW00000{number}" for number in range(1, 5)), "HW123456", "HW000005"]
     assert run("unplug", "HW123456") == plugged
-    for hardware_id in ("HW000001", "HW000002", "HW000003", "HW000004"):
+    for hardware_id in [f"HW00000{number}" for number in range(1, 6)]:
         run("unplug", hardware_id)
     assert run("devices") == "no boards; `canwire plug usb-to-can-fd` plugs one in\n"
 

@@ -113,7 +113,7 @@ def test_answers_and_errors(place: Place) -> None:
     link = place.link()
     assert link.time == "fast"
     reply, descriptors = link.call(m.ListBoards())
-    assert [board.hardware_id for board in reply.boards] == ["HW000001", "HW000002", "HW000003"]
+    assert [board.hardware_id for board in reply.boards] == ["HW000001", "HW000002", "HW000003", "HW000004"]
     assert descriptors == ()
     with pytest.raises(NoSuchBoard, match="4711"):
         link.call(m.OpenControl(4711, 0))
@@ -625,7 +625,7 @@ def test_configurations(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     for serial in ("HWfile", "HWhere", "HWenv"):
         (alone / f"{serial}.toml").write_text(f'[[board]]\nkind = "usb-to-can"\nserial = "{serial}"\n')
-    assert boards(connect()) == ["HW000001", "HW000002", "HW000003"]
+    assert boards(connect()) == ["HW000001", "HW000002", "HW000003", "HW000004"]
     assert boards(connect(config=alone / "HWfile.toml")) == ["HWfile"]
     assert boards(connect(config=Config.load(str(alone / "HWfile.toml")))) == ["HWfile"]
     (alone / "HWhere.toml").rename(alone / "canwire.toml")

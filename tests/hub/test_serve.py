@@ -126,9 +126,9 @@ def test_it_serves_until_it_is_told_to_stop(
 ) -> None:
     path = str(tmp_path / "s")
     hub = start("--socket", path, "--time", kind)
-    assert re.fullmatch(rf"canwire hub on {path}: 2 buses, 3 boards, {kind} time", hub.line)
+    assert re.fullmatch(rf"canwire hub on {path}: 2 buses, 4 boards, {kind} time", hub.line)
     with connect(path) as client:
-        assert (client.time, len(client.boards())) == (kind, 3)
+        assert (client.time, len(client.boards())) == (kind, 4)
     assert hub.end(number) == (0, "")
     assert not os.path.exists(path)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import array
 import contextlib
+import gc
 import os
 import resource
 import socket
@@ -373,6 +374,7 @@ def test_descriptors_from_a_client_are_dropped(hub: Hub, wire: Wire) -> None:
     """A hub takes none: they must not pile up in it."""
     wire.send(HELLO)
     wire.reply()
+    gc.collect()  # what earlier tests left
     before = len(os.listdir("/proc/self/fd"))
     for serial in range(2, 12):
         request = m.encode_request(serial, m.Watch())
@@ -477,6 +479,7 @@ def test_descriptors_go_with_the_first_byte_of_their_message_only() -> None:
     reluctant: Any = Reluctant()
     outbox = Outbox(reluctant)
     read, write = os.pipe()
+    gc.collect()  # what earlier tests left
     before = len(os.listdir("/proc/self/fd"))
     for message, count in ((b"first", 1), (b"second", 0), (b"third", 2)):
         outbox.put(message, (read, write)[:count])
@@ -532,6 +535,7 @@ def test_replies_come_in_pieces_and_descriptors_once(hub: Hub, wire: Wire) -> No
 def test_callers_beyond_the_limit_of_descriptors_are_turned_away(hub: Hub, bystander: Wire) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     caller = socket.socket(socket.AF_UNIX)
+    gc.collect()
     used = max(map(int, os.listdir("/proc/self/fd"))) + 1
     plugs = []
     try:
@@ -580,6 +584,7 @@ def test_nothing_is_left_of_sessions_that_ended(hub: Hub, bystander: Wire) -> No
     board = bystander.ask(m.ListBoards()).boards[0]
     one(board)
     hub.wait_for_sessions(1)
+    gc.collect()  # what earlier tests left
     before = len(os.listdir("/proc/self/fd"))
     for _ in range(200):
         one(board)

@@ -1023,6 +1023,8 @@ HANDLED: list[Callable[[int], m.Message]] = [
     lambda handle: m.AddCyclic(handle, bytes(80), 1, 0, 0),
     lambda handle: m.RemoveCyclic(handle, 0),
     lambda handle: m.StartCyclic(handle, 0, 0),
+    lambda handle: m.StartInTurn(handle, (0,), (0,), 1),
+    lambda handle: m.ReplaceCyclic(handle, 0, bytes(80)),
     lambda handle: m.StopCyclic(handle, 0),
     lambda handle: m.RunScheduler(handle, True),
 ]  # fmt: skip
@@ -1030,7 +1032,7 @@ NEEDS = {  # what a handle must be for each of them; filters belong to both of t
     "control": {m.Start, m.Stop, m.Reset, m.Initialise, m.Detect},
     "channel": {m.GetChannelStatus, m.CancelQueued, m.SetUpChannel, m.Activate},
     "scheduler": {m.ResetScheduler, m.GetSchedulerStatus, m.AddCyclic, m.RemoveCyclic, m.StartCyclic, m.StopCyclic,
-                  m.RunScheduler},
+                  m.RunScheduler, m.ReplaceCyclic, m.StartInTurn},
     "fifo": {m.ResetFifo},
     "layer": set(),
 }  # fmt: skip

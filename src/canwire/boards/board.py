@@ -19,16 +19,21 @@ from canwire.errors import BadValue
 MANUFACTURER = "canwire (simulated)"
 CAN = "CAN"
 LIN = "LIN"
+IDEAL, SJA1000, MCP2515 = "ideal", "sja1000", "mcp2515"
 _HARDWARE_ID = re.compile(r"HW[!-'*-~]{1,14}", re.ASCII)
 _BUS_NAME = re.compile(r"[^\s():]{1,64}")
 
 
 class Connector(NamedTuple):
-    """One connector of a kind: the type of its bus, what it can do, where it goes unless told otherwise."""
+    """One connector of a kind: the type of its bus, what it can do, where it goes unless told otherwise.
+
+    `controller` is what a CAN line has (IDEAL, SJA1000, MCP2515); it has so many channels, 0: any number.
+    """
 
     bus_type: str
     capabilities: Capabilities | LinCapabilities
     bus: str
+    controller: str = IDEAL
     receive_channels: int = 0
     send_channels: int = 0
 

@@ -10,14 +10,13 @@ It is loaded when somebody asks for that kind; the kinds of kinds.py cannot be r
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
 from typing import NamedTuple
 
-from canwire.boards import figures, inducan104
-from canwire.boards.board import CAN, LIN, Board, BoardKind, BoardLine, BoardLinLine
+from canwire.boards.board import CAN, IDEAL, LIN, MCP2515, SJA1000, Board, BoardKind, BoardLine, BoardLinLine
 from canwire.boards.description import BoardInfo, LineInfo
-from canwire.boards.inducan104 import BoardPorts, InduCan104, checked_place
+from canwire.boards.inducan104 import OSCILLATOR_HZ, BoardPorts, InduCan104, checked_place
 from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.kinds import KINDS as KINDS
 from canwire.boards.lin_line import LinLine
@@ -27,9 +26,11 @@ from canwire.bus.can_bus import CanBus
 from canwire.bus.lin_bus import LinBus
 from canwire.bus.node import Bus, Node
 from canwire.chips.can_fd import CanFdController
+from canwire.chips.mcp2515 import Mcp2515
 from canwire.chips.sja1000 import Sja1000
 from canwire.drivers.can_fd import CanFdDriver
 from canwire.drivers.lin import LinControllerDriver
+from canwire.drivers.mcp2515.driver import Mcp2515Driver
 from canwire.drivers.outside import Reactor
 from canwire.drivers.sja1000.driver import Sja1000Driver
 from canwire.drivers.sja1000.polled import port_driver
@@ -116,7 +117,10 @@ def build(
         return _isa_board(names[0], info, place, machine, real)
     return Board(
         info,
-        tuple(_plugged(name, line, machine) for name, line in zip(names, info.lines, strict=True)),
+        tuple(
+            _plugged(name, line, connector.controller, machine)
+            for name, line, connector in zip(names, info.lines, kind.connectors, strict=True)
+        ),
     )
 
 
@@ -128,7 +132,7 @@ def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | Lin
         raise Unsupported(f"{kind.name}: {line.name} needs a {line.bus_type} bus, which {line.bus!r} is not")
 
 
-def _plugged(name: str, info: LineInfo, machine: Machine) -> BoardLine | BoardLinLine:
+def _plugged(name: str, info: LineInfo, controller: str, machine: Machine) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
     timeline = machine.timeline
     bus = machine.buses[info.bus] if info.bus else LinBus(timeline)
@@ -136,8 +140,7 @@ def _plugged(name: str, info: LineInfo, machine: Machine) -> BoardLine | BoardLi
         lin = ideal_lin_line(name, timeline)
         plug_lin(lin, bus)
         return BoardLinLine(info, lin)
-    has_registers = info.capabilities.controller_type == figures.SJA1000
-    line = sja1000_line(name, timeline) if has_registers else ideal_line(name, timeline)
+    line = LINE_MAKERS[controller](name, timeline)
     plug(line, bus)
     return BoardLine(info, line, bus)
 
@@ -148,7 +151,7 @@ def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, re
     if real:
         line.connect(port_driver(line, place.base, machine.timeline), Node())
         return Board(info, (BoardLine(info.lines[0], line, Bus()),))
-    chip = Sja1000(None, inducan104.OSCILLATOR_HZ)
+    chip = Sja1000(None, OSCILLATOR_HZ)
     card = InduCan104(place.base, place.irq, chip, shared_irq=place.shared_irq)
     machine.isa.plug(info.hardware_id, card)
     driver = Sja1000Driver(
@@ -182,7 +185,7 @@ def pull(board: Board, machine: Machine) -> None:
 def sja1000_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
     """A line with an SJA1000 at 16 MHz, off by `ppm`, and its driver, wired register by register, on no bus yet."""
     line = Line(name, timeline)
-    chip = Sja1000(None, inducan104.OSCILLATOR_HZ)
+    chip = Sja1000(None, OSCILLATOR_HZ)
     chip.oscillator_ppm = ppm
     chip.name = name
     driver = Sja1000Driver(line, chip, lambda: timeline.now_ns, peek=chip.peek)
@@ -196,6 +199,18 @@ def ideal_line(name: str, timeline: Timeline) -> Line:
     line = Line(name, timeline)
     controller = CanFdController(line)
     line.connect(CanFdDriver(line, controller), controller)
+    return line
+
+
+def mcp2515_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
+    """The same with an MCP2515 at 16 MHz."""
+    line = Line(name, timeline)
+    chip = Mcp2515(None, OSCILLATOR_HZ)
+    chip.oscillator_ppm = ppm
+    chip.name = name
+    driver = Mcp2515Driver(line, chip, lambda: timeline.now_ns, oscillator_hz=OSCILLATOR_HZ, peek=chip.peek)
+    chip.on_interrupt = driver.service
+    line.connect(driver, chip)
     return line
 
 
@@ -248,3 +263,11 @@ def unplug(line: Line) -> None:
     bus = line.controller.bus
     if isinstance(bus, CanBus):
         bus.detach(line.controller)
+
+
+LINE_MAKERS: dict[str, Callable[[str, Timeline], Line]] = {
+    IDEAL: ideal_line,
+    SJA1000: sja1000_line,
+    MCP2515: mcp2515_line,
+}
+"""By what a connector has: a line with that controller and its driver, not yet on any bus."""

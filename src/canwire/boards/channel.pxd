@@ -6,14 +6,14 @@ from canwire.bus.node cimport Mailbox, Sink
 from canwire.ring cimport Ring
 
 cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM, _SELF_RECEPTION, _ACCEPTED, _FD
-cdef int _ALWAYS, _OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY
+cdef int _ALWAYS, _OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY, _OTHERS, _OTHERS_AND_OWN
 cdef unsigned long long _M32, _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
 
 @cython.final
 cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
     cdef public bint frames, sends, untrusted, fd, prioritised
-    cdef public object events, acceptance
+    cdef public object events, acceptance, stands_for
     cdef public unsigned long long accepted, lost, sent, delivered, aborted, refused, last_sent_ns
     cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay
     cdef public bint held

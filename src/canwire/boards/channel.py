@@ -37,7 +37,7 @@ _FD = 1 << 10
 _ALWAYS = ALWAYS
 _ACCEPTED = ALWAYS << 24
 _M32 = 0xFFFFFFFF
-_OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY = (int(kind) for kind in Siblings)
+_OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY, _OTHERS, _OTHERS_AND_OWN = (int(kind) for kind in Siblings)
 # what of a frame's id/info word is the frame itself: identifier, format, DLC; requests of the sender are not
 _FRAME_BITS = 0x1FFFFFFF | (1 << 10 | 1 << 11 | 1 << 12 | 0xF << 16 | 1 << 22 | 1 << 23) << 32
 
@@ -63,7 +63,7 @@ class Channel(Sink):
     Frames of a `prioritised` channel wait for the line in the order of their priorities, which are in the high half
     of their time words. The transmit ring of an `untrusted` channel is written by another process: its line
     checks each record, takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts
-    `refused` ones.
+    `refused` ones. What a channel sends that `stands_for` another one is that one's own.
     """
 
     def __init__(
@@ -88,6 +88,7 @@ class Channel(Sink):
         self.prioritised = False
         self.allowed = VCI_REQUESTS
         self.fd = True
+        self.stands_for: Channel | None = None
         self.tick_ns = 0
         self.origin_ns = 0
         self.delay_tick_ns = 1
@@ -130,6 +131,11 @@ class Channel(Sink):
         head = box.words[1]
         if self.siblings == _EVERY:
             self._offer(box, head, at_ns, _SELF_RECEPTION)
+        elif self.siblings >= _OTHERS:
+            if not (box.owner is self or box.owner.stands_for is self):
+                self._offer(box, head, at_ns, 0)
+            elif self.siblings == _OTHERS_AND_OWN:
+                self._offer(box, head, at_ns, _SELF_RECEPTION)
         elif head >> 32 & _SELF_RECEPTION == 0 or (not self.fd and head >> 32 & _FD):
             pass  # invisible to its own line's channels, as on real boards
         elif self.siblings == _OWN_FILTERED:

@@ -144,6 +144,7 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         BusConfig(name=USUAL_LIN_BUS, type="lin"),
     )
     board: tuple[BoardConfig, ...] = ()
+    candrv: Any = {}  # [candrv.CID1] ...: CANDRV's registry, which canwire.candrv checks
 
     @classmethod
     def load(cls, path: str | Path) -> Config:
@@ -170,6 +171,8 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         except msgspec.ValidationError as error:
             tables = {name: kind.__struct_fields__ for name, kind in _TABLES.items()}
             raise BadConfig(f"{source}: {complaint(str(error), data, tables)}") from None
+        if data and data.keys() <= {"candrv"}:  # a registry alone unplugs nothing
+            config = msgspec.structs.replace(cls.default(), candrv=config.candrv)
         Check(config, source).run()
         return config
 

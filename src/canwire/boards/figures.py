@@ -78,6 +78,19 @@ SJA1000_LINE = Capabilities(
 )
 """A line with an SJA1000 at 16 MHz (source: SJA1000 data sheet 6.5)."""
 
+MCP2515_LINE = Capabilities(
+    controller_type=0,  # CAN_CTRL_UNKNOWN: VCI has no number for it
+    bus_coupling=HIGH_SPEED,
+    features=int(_CLASSIC & ~Feature.HIGH_PRIORITY),  # its three buffers are one for each send channel
+    clock_hz=SJA1000_CLOCK_HZ,
+    nominal=TimingRange(prescaler=(1, 64), tseg1=(2, 16), tseg2=(2, 8), sjw=(1, 4)),
+    data=None,
+    stamps=Ticks(SJA1000_CLOCK_HZ, 8, 0xFFFF_FFFF),  # 1 us
+    cyclic=Ticks(SJA1000_CLOCK_HZ, 800, _LARGEST_TICKS),  # 100 us
+    delay=Ticks(SJA1000_CLOCK_HZ, 800, _LARGEST_TICKS),  # 100 us
+)
+"""A line with an MCP2515 at 16 MHz (source: MCP2515 data sheet, DS20001801, 5.0)."""
+
 _ADAPTER = (
     Feature.STANDARD_AND_EXTENDED
     | Feature.REMOTE_FRAMES

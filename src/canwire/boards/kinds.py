@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from canwire.boards import figures, inducan104
-from canwire.boards.board import CAN, LIN, BoardKind, Connector
+from canwire.boards.board import CAN, LIN, MCP2515, SJA1000, BoardKind, Connector
 from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
 
 USUAL_BUS = "can0"
 USUAL_LIN_BUS = "lin0"
-USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND)
+USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND, "picocom1")
 """What is plugged in where nobody says anything else (source: rulings.md 30)."""
 SLCAN, SLCAN_FD, PYTHON_CAN = "slcan", "slcan-fd", "python-can"
 F_AND_S_CHANNELS = (2, 3)
@@ -37,26 +37,40 @@ KINDS = {
             name=inducan104.KIND,
             device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0104A",  # ours: VCI never knew the board
             description="INduCAN104 (simulated)",
-            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, SJA1000),),
             isa=True,
         ),
         BoardKind(
             name="pc-i04",
             device_class="E7752D2E-28A3-4318-AF0C-02C756FBC25A",
             description="PC-I04/PCI (simulated)",
-            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, SJA1000),),
         ),
         BoardKind(
             name="netdcu",
             device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0DC00",  # ours, as VCI never knew F&S boards
             description="NetDCU (simulated)",
-            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, *F_AND_S_CHANNELS),),
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, SJA1000, *F_AND_S_CHANNELS),),
+        ),
+        *(
+            BoardKind(
+                name=name.lower(),
+                device_class=f"2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0{number}",  # ours
+                description=f"{name} (simulated)",
+                connectors=(Connector(CAN, figures.MCP2515_LINE, USUAL_BUS, MCP2515, *F_AND_S_CHANNELS),),
+            )
+            for name, number in (
+                ("PicoCOM1", "0C01"),
+                ("PicoCOM2", "0C02"),
+                ("PicoCOM4", "0C04"),
+                ("PicoMOD3", "0D03"),
+            )
         ),
         BoardKind(
             name="canbus-dongle",
             device_class="2A0F3B61-6F0A-4C0D-9C1B-5D1E5CA0B051",  # ours
             description="CANBUS dongle (simulated)",
-            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS),),
+            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, SJA1000),),
         ),
         BoardKind(
             name=SLCAN,

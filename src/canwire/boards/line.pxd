@@ -71,7 +71,7 @@ cdef class Line(Host):
     cdef int _tell_aborted(self, Channel channel, unsigned long long at_ns) except -1
 
     @cython.final
-    @cython.locals(channel=Channel, driver=Driver)
+    @cython.locals(channel=Channel, owner=Channel, driver=Driver, box=Mailbox)
     cdef bint _load_first(self, unsigned long long at_ns) except -1
 
     @cython.final

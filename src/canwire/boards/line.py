@@ -328,13 +328,21 @@ class Line(Host):
         ring.arm_once()
 
     def _load_first(self, at_ns: int) -> bool:
-        """Load the most urgent frame of all prioritised channels."""
+        """Load the most urgent frame of all prioritised channels.
+
+        Several mailboxes have an order of their own: so one such frame is in the controller at a time.
+        """
         if not len(self._backlog):
             return False
+        driver = self.driver
+        if driver.several:
+            for box in driver.boxes:
+                owner = box.owner
+                if box.occupied and owner.prioritised:
+                    return False
         record, channel = self._backlog.front()
         self._scratch.block[:] = record
-        driver = self.driver
-        if driver.full_for(channel) if driver.several else driver.occupied(self._scratch.words, 0):
+        if driver.occupied(self._scratch.words, 0):
             return False
         self._backlog.pop()
         driver.load(self._scratch.words, 0, at_ns, channel)
@@ -420,7 +428,7 @@ class Line(Host):
         self._take_turns([channel for channel in self._all if channel.sends])
         receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
         self._observers = [channel for channel in self._all if channel.events]
-        self._watched = any(channel.siblings == _EVERY for channel in receivers)
+        self._watched = any(channel.siblings >= _EVERY for channel in receivers)
         direct = len(receivers) == 1 and self._splitter.filter is None
         self._prioritised = [channel for channel in self._senders if channel.prioritised]
         self.driver.listen(receivers[0] if direct else self._splitter, bool(self._observers))

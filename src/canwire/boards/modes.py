@@ -25,6 +25,8 @@ class Siblings(IntEnum):
     filter, marked (ICanChannel). OWN: only its own, past the filter, marked (ICanChannel2). AS_BUS: its own
     likewise, those of others through the filter and unmarked (ICanChannel2 with CAN_FILTER_SRRA).
     EVERY: whatever the line sends, asked for or not, through the filter and marked (monitors).
+    OTHERS: as if each channel had a line of its own: what others send, asked for or not, through the filter and
+    unmarked. OTHERS_AND_OWN: likewise, and its own, marked.
     """
 
     OWN_FILTERED = 0
@@ -32,6 +34,8 @@ class Siblings(IntEnum):
     OWN = 2
     AS_BUS = 3
     EVERY = 4
+    OTHERS = 5
+    OTHERS_AND_OWN = 6
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,55 +5,21 @@ Source: VCI V4 manual (seed 004) 5.2.5, 6.6.7 and 7.3.17, VCI .NET manual (seed 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import IntEnum
+from collections.abc import Sequence
 from fractions import Fraction
 
 from canwire.boards.channel import Channel
+from canwire.boards.cyclic_object import CyclicObject, CyclicState, Increment, growing, successor
 from canwire.boards.line import Line
-from canwire.errors import BadValue, Closed, LineError
+from canwire.errors import BadValue, Closed, LineError, WrongState
 from canwire.timeline import Timeline, Timer
-from canwire.values.frame import Frame, frame_of_record, record_of_frame
+from canwire.values.frame import Frame
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
 
 _QUEUE = 64
 _LONGEST_NS = 1 << 62  # of the longest cycle: 146 years
 _FLAGS = SINGLE_SHOT | HIGH_PRIORITY | SELF_RECEPTION
 _NO_TICK = -1
-_ID_AT, _DATA_AT = 8, 16  # in a record
-
-
-class Increment(IntEnum):
-    """What of a frame grows by one after each transmission; the numbers are CAN_CTXMSG_INC_*."""
-
-    NONE = 0
-    ID = 1
-    BYTE = 2
-    WORD = 3
-
-
-class CyclicState(IntEnum):
-    """What an index of the list is up to; the numbers are CAN_CTXMSG_STAT_*."""
-
-    EMPTY = 0
-    BUSY = 1
-    DONE = 2
-
-
-@dataclass(slots=True)
-class _Object:
-    """`due` is the ideal tick of the oldest occurrence not served; `left` is 0 for an endless object.
-
-    `growing` is the number that `_successor` increments: offset in the frame's record, size, modulus.
-    """
-
-    frame: Frame
-    cycle: int
-    flags: int
-    growing: tuple[int, int, int] | None
-    state: CyclicState = CyclicState.EMPTY
-    left: int = 0
-    due: int = 0
 
 
 class CyclicList:
@@ -78,7 +44,9 @@ class CyclicList:
         self._timeline = timeline
         self._tick_ns = tick_ns
         self._max_ticks = max_ticks
-        self._objects: dict[int, _Object] = {}  # by index, in the order of adding: who comes first in a tick
+        self._objects: dict[
+            int, CyclicObject
+        ] = {}  # by index, in the order of adding: who comes first in a tick
         self._running = False
         self._closed = False
         self._late = 0
@@ -87,7 +55,7 @@ class CyclicList:
         self._used = 0
         self._armed = _NO_TICK
         self._timer: Timer | None = None
-        self._channel = line.open(Channel(receive_capacity=1, transmit_capacity=_QUEUE, frames=False))
+        self._channels: dict[Channel | None, Channel] = {}  # by whom they send for
 
     # the objects
 
@@ -99,11 +67,13 @@ class CyclicList:
         increment: Increment = Increment.NONE,
         byte_index: int = 0,
         flags: int = 0,
+        owner: Channel | None = None,
     ) -> int:
         """Put a frame on the list, idle until `start`; returns its index, the lowest one free.
 
         `cycle` is 1..max_ticks ticks. `byte_index` says where a byte or word to increment begins (the word's
         low byte): 0..length - 1 or 0..length - 2. `flags` are info bits: single shot, high priority, self-reception.
+        To `owner` its frames are its own.
         Raises BadValue for a value out of range and where the sum of 1/cycle over the list would exceed 1,
         LineError for a full list and a frame that the line as it is set up cannot send, Closed.
         """
@@ -114,10 +84,20 @@ class CyclicList:
         self._check_cycle(cycle)
         if flags & ~_FLAGS:
             raise BadValue(f"flags {flags:#x}: only single shot, high priority and self-reception")
-        growing = _growing(frame, increment, byte_index)
+        grows = growing(frame, increment, byte_index)
         self._check_sendable(frame)
-        self._objects[free[0]] = _Object(frame, cycle, flags, growing)
+        self._objects[free[0]] = CyclicObject(frame, cycle, flags, grows, self._channel(owner))
         return free[0]
+
+    def replace(self, index: int, frame: Frame) -> None:
+        """Send this frame from now on, in the same ticks. Raises BadValue, LineError, Closed as `add`."""
+        item = self._object(index)
+        if item.growing is not None:
+            raise BadValue(
+                f"{self._line.name}: the frame at index {index} grows; remove it and add another one"
+            )
+        self._check_sendable(frame)
+        item.frame = frame
 
     def remove(self, index: int) -> None:
         """Stop an object and take it off the list; the index is free. Raises BadValue, Closed."""
@@ -139,6 +119,23 @@ class CyclicList:
         if self._running:
             item.due = (self._timeline.now_ns - self._origin_ns) // self._tick_ns + item.cycle
             self._arm()
+
+    def start_in_turn(self, indices: Sequence[int], counts: Sequence[int], step: int) -> None:
+        """Send the first object in the next tick, each further one `step` ticks after the one before, then as `start`.
+
+        `counts` is how often each is sent, 0: endlessly. Raises WrongState for a stopped list, BadValue, Closed.
+        """
+        items = [self._object(index) for index in indices]
+        if not self._running:
+            raise WrongState(f"{self._line.name}: the cyclic transmit list is stopped; let it run")
+        if len(counts) != len(items) or step < 0 or min(counts, default=0) < 0:
+            raise BadValue(
+                f"counts {counts!r}, step {step}: whole numbers from 0 up, one count for each object"
+            )
+        first = (self._timeline.now_ns - self._origin_ns) // self._tick_ns + 1
+        for place, (item, count) in enumerate(zip(items, counts, strict=True)):
+            item.state, item.left, item.due = CyclicState.BUSY, count, first + place * step
+        self._arm()
 
     def stop(self, index: int) -> None:
         """Send an object no more: it is DONE. Raises BadValue, Closed."""
@@ -181,9 +178,10 @@ class CyclicList:
         if not self._closed:
             self.reset()
             self._closed = True
-            self._skipped += self._channel.transmit.fill()
-            self._channel.drop_queued(self._timeline.now_ns)
-            self._line.close(self._channel)
+            for channel in self._channels.values():
+                self._skipped += channel.transmit.fill()
+                channel.drop_queued(self._timeline.now_ns)
+                self._line.close(channel)
 
     @property
     def running(self) -> bool:
@@ -226,22 +224,35 @@ class CyclicList:
         self._transmit(next(item for item in self._busy() if item.due <= tick), tick)
         self._arm()
 
-    def _busy(self) -> list[_Object]:
+    def _channel(self, owner: Channel | None) -> Channel:
+        """What sends for this owner; the channels of those who want nothing sent any more are used again."""
+        if owner not in self._channels:
+            wanted = [item.channel for item in self._objects.values()]
+            spare = next((old for old, channel in self._channels.items() if channel not in wanted), owner)
+            if spare is owner:
+                new = Channel(receive_capacity=1, transmit_capacity=_QUEUE, frames=False)
+                self._channels[owner] = self._line.open(new)
+            else:
+                self._channels[owner] = self._channels.pop(spare)
+            self._channels[owner].stands_for = owner
+        return self._channels[owner]
+
+    def _busy(self) -> list[CyclicObject]:
         """Started objects, those added earlier first."""
         return [item for item in self._objects.values() if item.state is CyclicState.BUSY]
 
-    def _transmit(self, item: _Object, tick: int) -> None:
+    def _transmit(self, item: CyclicObject, tick: int) -> None:
         """Serve the object's oldest occurrence; what the line refuses must not stop the timeline."""
         late = item.due < tick
         item.due += item.cycle
         try:
-            self._line.send(self._channel, item.frame, item.flags)
+            self._line.send(item.channel, item.frame, item.flags)
         except LineError:
             self._skipped += 1
             return
         self._late += late
         if item.growing is not None:
-            item.frame = _successor(item.frame, *item.growing)
+            item.frame = successor(item.frame, *item.growing)
         if item.left:
             item.left -= 1
             if item.left == 0:
@@ -251,7 +262,7 @@ class CyclicList:
         if self._closed:
             raise Closed(f"the cyclic transmit list of {self._line.name}")
 
-    def _object(self, index: int) -> _Object:
+    def _object(self, index: int) -> CyclicObject:
         self._check_open()
         item = self._objects.get(index)
         if item is None:
@@ -272,29 +283,3 @@ class CyclicList:
         if frame.fd and self._line.driver.fd == 0:
             raise LineError(f"{self._line.name}: the line is not set up for FD frames; give it a data timing")
         self._line.check(frame)
-
-
-def _growing(frame: Frame, increment: Increment, byte_index: int) -> tuple[int, int, int] | None:
-    """What of the frame's record grows; None for nothing. Raises BadValue."""
-    if increment == Increment.NONE:
-        return None
-    if increment == Increment.ID:
-        return _ID_AT, 4, 1 << 29 if frame.extended else 1 << 11
-    if increment not in (Increment.BYTE, Increment.WORD):
-        raise BadValue(f"increment {increment!r}: from 0 to 3")
-    size = 1 if increment == Increment.BYTE else 2
-    last = len(frame.data) - size
-    if last < 0:
-        raise BadValue(f"increment {increment!r} in a frame with {len(frame.data)} bytes of data")
-    if not isinstance(byte_index, int) or not 0 <= byte_index <= last:
-        raise BadValue(f"byte_index {byte_index!r}: from 0 to {last} with {len(frame.data)} bytes of data")
-    return _DATA_AT + byte_index, size, 1 << 8 * size
-
-
-def _successor(frame: Frame, at: int, size: int, modulus: int) -> Frame:
-    """The frame with one more in a little-endian number of its record, which wraps to 0."""
-    record = bytearray(record_of_frame(frame))
-    where = slice(at, at + size)
-    value = (int.from_bytes(record[where], "little") + 1) % modulus
-    record[where] = value.to_bytes(size, "little")
-    return frame_of_record(record)

@@ -160,6 +160,7 @@ class Faults:
             self._active = None
             return -1
         if not self._faults:
+            self._active = None  # what a fault that comes in mid-frame must not find
             return -1
         if index == 0:
             self._choose(node)

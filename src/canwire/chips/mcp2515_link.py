@@ -47,6 +47,7 @@ class BusSide(InterruptPin):
         self.bus_off = False
         self.frames_sent = 0
         self.errors = 0
+        self.overflows = 0  # frames lost for want of a free receive buffer; no register tells
         self._boxes = [Mailbox() for _ in _EVERY_BUFFER]
         self._spares = [Mailbox() for _ in _EVERY_BUFFER]  # a frame loaded anew is never the one on the wire
         self._aborting = [False] * m.TX_BUFFERS
@@ -138,6 +139,7 @@ class BusSide(InterruptPin):
         cells[_CANINTF] = full | flag
 
     def _overflow(self, flag: int) -> None:
+        self.overflows += 1
         self.cells[_EFLG] |= flag
         self.cells[_CANINTF] |= _ERRIF
 

@@ -36,6 +36,10 @@ VERBS = {
     "acan": Verb(
         "canwire.commands.acan", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"
     ),
+    "candrv": Verb(
+        "canwire.commands.candrv",
+        "CanTestSuite of F&S boards, the registry of their driver, devices as terminals",
+    ),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
     "slcan": Verb(

@@ -3,6 +3,7 @@
 canwire serve                                   on this user's usual socket, where canwire.connect() looks
 canwire serve --socket ./bench --time fast      on a socket of its own; the buses do not wait for the clock
 canwire serve --config canwire.toml             these buses and boards
+canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
 
 One line tells when it is ready; before it stderr has a line for everything unusual about the buses, too long a cable
 perhaps. SIGTERM and Ctrl-C end it: the socket goes, and every client sees HubLost.
@@ -18,15 +19,27 @@ import gc
 import os
 import signal
 import socket
+import subprocess
+import sys
+from collections.abc import Iterator
 
 import canwire
 from canwire.commands.hub_line import complain
+
+USUAL_LINK = "~/.canwire/ttyCANBUS0"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("--socket", metavar="PATH", help="listen here; default: this user's usual socket")
     parser.add_argument("--config", metavar="FILE", help="buses and boards; default: ./canwire.toml, if any")
+    parser.add_argument(
+        "--dongle",
+        nargs="?",
+        const=USUAL_LINK,
+        metavar="LINK",
+        help=f"plug in a CANBUS dongle, too, found by this link (default: {USUAL_LINK}); see canwire slcan",
+    )
     parser.add_argument(
         "--time", choices=("real", "fast"), default="real", help="fast: buses do not wait for the clock"
     )
@@ -40,12 +53,20 @@ def run(arguments: argparse.Namespace) -> int:
         _tell_systemd("STOPPING=1")
         stop.set()
 
+    dongle = contextlib.ExitStack()
+
+    def ready(introduction: str) -> None:
+        _ready(introduction)
+        if arguments.dongle:
+            dongle.enter_context(_dongle(arguments.dongle, arguments.socket))
+
     before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
         canwire.serve(
-            arguments.socket, arguments.config, arguments.time, ready=_ready, stop=stop, warn=complain
+            arguments.socket, arguments.config, arguments.time, ready=ready, stop=stop, warn=complain
         )
     finally:
+        dongle.close()
         for number, handler in before.items():
             signal.signal(number, handler)
         stop.close()
@@ -58,6 +79,16 @@ def _ready(introduction: str) -> None:
     gc.freeze()
     print(introduction, flush=True)
     _tell_systemd("READY=1")
+
+
+@contextlib.contextmanager
+def _dongle(link: str, address: str | None) -> Iterator[None]:
+    """A process of its own serves it: what it parses takes no time from the buses."""
+    hub = address or canwire.default_address()
+    command = [sys.executable, "-m", "canwire", "slcan", "--pty", os.path.expanduser(link), "--hub", hub]
+    with subprocess.Popen(command) as process:
+        yield
+        process.terminate()
 
 
 def _tell_systemd(what: str) -> None:

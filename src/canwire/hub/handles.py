@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from canwire.boards.modes import CyclicStatus, LineMode, LineStatus
@@ -169,9 +170,25 @@ class Scheduler(Lease):
         self.board = board
         self.line = line
 
-    def add(self, record: bytes, cycle: int, *, increment: int = 0, byte_index: int = 0) -> int:
-        """Index of the new object. `record` is its frame (values/record.py), request bits included; cycle in ticks."""
-        return int(self.ask(m.AddCyclic(self._handle, record, cycle, increment, byte_index)).value)
+    def add(
+        self,
+        record: bytes,
+        cycle: int,
+        *,
+        increment: int = 0,
+        byte_index: int = 0,
+        owner: Lease | None = None,
+    ) -> int:
+        """Index of the new object. `record` is its frame (values/record.py), request bits included; cycle in ticks.
+
+        To the channel `owner` of this hub connection its frames are its own.
+        """
+        channel = 0 if owner is None else owner.handle
+        return int(self.ask(m.AddCyclic(self._handle, record, cycle, increment, byte_index, channel)).value)
+
+    def replace(self, index: int, record: bytes) -> None:
+        """Another frame, in the same ticks; not for one that grows."""
+        self.ask(m.ReplaceCyclic(self._handle, index, record))
 
     def remove(self, index: int) -> None:
         self.ask(m.RemoveCyclic(self._handle, index))
@@ -179,6 +196,13 @@ class Scheduler(Lease):
     def start(self, index: int, count: int = 0) -> None:
         """`count` times, 0: for ever."""
         self.ask(m.StartCyclic(self._handle, index, count))
+
+    def start_in_turn(self, indices: Sequence[int], counts: Sequence[int], step: int) -> None:
+        """The first one in the next tick, the others each `step` ticks later; a count of 0: for ever.
+
+        Raises WrongState for a list that does not run.
+        """
+        self.ask(m.StartInTurn(self._handle, tuple(indices), tuple(counts), step))
 
     def stop(self, index: int) -> None:
         self.ask(m.StopCyclic(self._handle, index))

@@ -231,6 +231,24 @@ class AddCyclic(Message):
     cycle: int
     increment: int
     byte_index: int
+    channel: int = 0  # of this client, whose own frames these are; 0: none's
+
+
+class ReplaceCyclic(Message):
+    """Scheduler -> None: another frame, in the same ticks."""
+
+    handle: int
+    index: int
+    record: bytes
+
+
+class StartInTurn(Message):
+    """Scheduler -> None: one after the other, `step` ticks apart, the first one in the next tick."""
+
+    handle: int
+    indices: tuple[int, ...]
+    counts: tuple[int, ...]
+    step: int
 
 
 class RemoveCyclic(Message):
@@ -318,8 +336,8 @@ Request = (
     | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | AddCyclic
     | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
     | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
-    | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote
-    | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
+    | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic
+    | StartInTurn | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
 )  # fmt: skip
 
 # the hub's replies

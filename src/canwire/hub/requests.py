@@ -7,13 +7,14 @@ from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 from canwire.boards.can_line import CanLine
+from canwire.boards.cyclic_object import Increment
 from canwire.boards.description import Feature
 from canwire.boards.inducan104 import checked_place
 from canwire.boards.lin_line import LinLine
 from canwire.boards.message_filter import FormatFilter
 from canwire.boards.modes import CyclicStatus, FilterMode
 from canwire.boards.outside import check_port
-from canwire.boards.scheduler import CyclicList, Increment
+from canwire.boards.scheduler import CyclicList
 from canwire.errors import (
     BadFilter,
     BadFrame,
@@ -33,7 +34,7 @@ from canwire.hub.held_channel import HeldChannel
 from canwire.hub.held_lin import HeldMonitor, LinSlot
 from canwire.hub.link import Answer
 from canwire.timeline import NEVER, Timeline
-from canwire.values.frame import frame_of_record
+from canwire.values.frame import Frame, frame_of_record
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
 
 if TYPE_CHECKING:
@@ -248,9 +249,8 @@ def _cancel_queued(request: m.CancelQueued, session: Session) -> Answer:
 @answer.register(m.AddCyclic)
 def _add_cyclic(request: m.AddCyclic, session: Session) -> Answer:
     held = session.look_up(request.handle, HeldScheduler)
-    frame = frame_of_record(request.record)
-    if request.record[_KIND_AT]:
-        raise BadFrame("a cyclic list sends frames: this record is an event's")
+    owner = session.look_up(request.channel, HeldChannel).channel if request.channel else None
+    frame = _cyclic_frame(request.record)
     flags = int.from_bytes(request.record[12:16], "little") & _CYCLIC_FLAGS
     if request.increment not in list(Increment):
         raise BadValue(f"increment {request.increment}: 0 none, 1 identifier, 2 byte, 3 two bytes")
@@ -260,8 +260,23 @@ def _add_cyclic(request: m.AddCyclic, session: Session) -> Answer:
         increment=Increment(request.increment),
         byte_index=request.byte_index,
         flags=flags,
+        owner=owner,
     )
     return m.Number(index), ()
+
+
+@answer.register(m.ReplaceCyclic)
+def _replace_cyclic(request: m.ReplaceCyclic, session: Session) -> Answer:
+    frame = _cyclic_frame(request.record)
+    session.look_up(request.handle, HeldScheduler).cyclic.replace(request.index, frame)
+    return DONE
+
+
+@answer.register(m.StartInTurn)
+def _start_in_turn(request: m.StartInTurn, session: Session) -> Answer:
+    cyclic = session.look_up(request.handle, HeldScheduler).cyclic
+    cyclic.start_in_turn(request.indices, request.counts, request.step)
+    return DONE
 
 
 @answer.register(m.RemoveCyclic)
@@ -350,6 +365,14 @@ def _advance(request: m.Advance, session: Session) -> Answer:
 
 def opened(session: Session, held: object) -> Answer:
     return m.Opened(session.hold(held)), ()
+
+
+def _cyclic_frame(record: bytes) -> Frame:
+    """Raises BadFrame for an event."""
+    frame = frame_of_record(record)
+    if record[_KIND_AT]:
+        raise BadFrame("a cyclic list sends frames: this record is an event's")
+    return frame
 
 
 def _fifo(session: Session, number: int, role: str) -> Answer:

@@ -55,6 +55,10 @@ class SharedRing:
         return self._memory, self._event.fileno()
 
     def close(self) -> None:
-        """Let go of memory and event; the client keeps what it has."""
+        """Let go of memory and event; the client keeps what it has.
+
+        A frame that is on the wire then may still be told of here: nobody is signalled any more.
+        """
+        self.ring.event = self.ring.free_event = None
         self._event.close()
         close_descriptors(self._memory)

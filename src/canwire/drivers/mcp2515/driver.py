@@ -5,8 +5,8 @@ are loaded the lowest identifier goes first, of equal ones the one that was load
 Source: DS20001801.
 
 What the chip does not tell:
-- of what kind an error is (ErrorKind.OTHER), which bit of an arbitration was lost, and that one was lost before
-  something else happens: the winner's frame arrives, an error, success;
+- of what kind an error is (ErrorKind.OTHER), which bit of an arbitration was lost, that one was lost before
+  something else happens (the winner's frame arrives, an error, success), and that the same frame lost again;
 - one-shot mode is for all buffers: frames that are not single shots and fall to it are requested again;
 - a frame on the wire: to abort it means that it is not repeated should it fail.
 """
@@ -18,40 +18,26 @@ from typing import TYPE_CHECKING
 
 from canwire.bus.node import Mailbox
 from canwire.chips import mcp2515_map as m
-from canwire.drivers.driver import Counters, LineSettings
+from canwire.drivers.driver import LineSettings
 from canwire.drivers.mcp2515.access import Instructions
+from canwire.drivers.mcp2515.confinement import Confined
 from canwire.drivers.mcp2515.frames import take_frame
-from canwire.drivers.mcp2515.sending import Sender
-from canwire.drivers.mcp2515.timing import cnf_of
-from canwire.errors import BadTiming, BadValue, Unsupported, WrongState
-from canwire.values.event import ErrorKind, ErrorState, EventKind
+from canwire.drivers.mcp2515.settings import KEPT, USUAL, set_up
+from canwire.errors import BadValue, WrongState
+from canwire.values.event import ErrorState, EventKind
 from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host
 
-USUAL_INTERRUPTS = 0xFF
-SETTABLE = {
-    register.name: register.address
-    for register in m.MAP.registers
-    if register.address in m.AT_REST | {m.BFPCTRL, m.CANINTE, *m.RXBCTRL}
-    and register.address not in {m.CNF1, m.CNF2, m.CNF3}
-}
-"""Registers that LineSettings.registers may set."""
-_USUAL = {
-    m.CANINTE: USUAL_INTERRUPTS,
-    m.RXBCTRL[0]: m.RXM_ALL << m.RX_RXM_SHIFT | m.RX_BUKT,
-    m.RXBCTRL[1]: m.RXM_ALL << m.RX_RXM_SHIFT,
-}
 _PASSES = 20  # through the interrupt flags in one go; the next interrupt takes up the rest
-_SLEEPING, _WOKEN = 0x14, 0x15  # EventKind
 _REQOP = 7 << m.REQOP_SHIFT
 _ANY_TX = m.INT_TX0 | m.INT_TX1 | m.INT_TX2
 _RX0, _RX1, _RECEIVED = m.INT_RX0, m.INT_RX1, m.INT_RX0 | m.INT_RX1
 _CANINTF = m.CANINTF
 
 
-class Mcp2515Driver(Sender):
+class Mcp2515Driver(Confined):
     """drivers/driver.py's seam over instructions. `now` tells the time in ns, `peek` reads for display."""
 
     def __init__(
@@ -67,38 +53,19 @@ class Mcp2515Driver(Sender):
         self._peek = peek or access.read
         self._oscillator_hz = oscillator_hz
         self._incoming = Mailbox()
-        self._registers: dict[int, int] = dict(_USUAL)
-        self._enabled = USUAL_INTERRUPTS
+        self._registers = dict(USUAL)
+        self._enabled = USUAL[m.CANINTE]
         self._mode = m.NORMAL
-        self._dozing = False  # sleep was asked for
         self._asleep = False
-        self._servicing = False
-        self._state = ErrorState.ERROR_ACTIVE
-        self._rec = 0
-        self._errors = self._received = self._last_error = 0
+        self._servicing = self._held = False
 
     # settings
 
     def configure(self, settings: LineSettings) -> None:
         """Raises BadTiming, Unsupported or BadValue before anything is changed."""
-        cnf = cnf_of(settings.timing, self._oscillator_hz)
-        if settings.data_timing is not None:
-            raise Unsupported("an MCP2515 knows classic CAN only: no data bit rate, no long frames")
-        if settings.oscillator_ppm:
-            raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
-        loop_back = bool(getattr(settings, "loop_back", False))
-        if loop_back and settings.listen_only:
-            raise BadValue("listen_only and loop_back: an MCP2515 is in one mode at a time")
-        wanted = dict(_USUAL)
-        for name, value in settings.registers:
-            if name not in SETTABLE or not 0 <= value <= 0xFF:
-                raise BadValue(f"register {name} = {value!r}: {', '.join(SETTABLE)}, each 0..255")
-            wanted[SETTABLE[name]] = value
-        self._registers = dict(zip((m.CNF1, m.CNF2, m.CNF3), cnf, strict=True)) | wanted
-        self._enabled = wanted[m.CANINTE]
+        self._registers, self._mode = set_up(settings, self._oscillator_hz)
         self._bit_ns = settings.timing.bit_time_ps // 1000
         self.listen_only = settings.listen_only
-        self._mode = m.LISTEN_ONLY if settings.listen_only else m.LOOP_BACK if loop_back else m.NORMAL
         self._reset()
         if self.running:
             self._operate()
@@ -109,6 +76,7 @@ class Mcp2515Driver(Sender):
         """With clean counters, after 11 recessive bits; a chip cannot be told that they were seen."""
         self._reset()
         self.running = True
+        self._off = False
         self._state = ErrorState.ERROR_ACTIVE
         self._operate()
         self._tell(EventKind.STATE)
@@ -116,26 +84,26 @@ class Mcp2515Driver(Sender):
 
     def stop(self, at_ns: int) -> None:
         was_running, self.running = self.running, False
+        self._off = False
         self._reset()
         if was_running:
             self._tell(EventKind.STATE)
 
-    def restart(self, at_ns: int) -> None:
-        """The chip recovers from bus-off by itself."""
-
     def rejoin(self, at_ns: int) -> None:
         """After 11 recessive bits; the chip has no way to wait for them but one that clears its counters."""
-        if self.running and self._state is not ErrorState.BUS_OFF:
+        if self.running and not self._off:
             self._reset()
             self._operate()
             self._state_changed(self._read(m.EFLG))
 
     def sleep(self, at_ns: int) -> None:
         """Sleep once there is nothing to send and nothing on the bus; raises WrongState unless running."""
-        if not self.running:
-            raise WrongState("a line that is not running does not sleep")
+        if not self.running or self._off:
+            raise WrongState("a controller that takes no part in its bus has nothing to sleep from")
         if not self._dozing:
             self._dozing = True
+            self._enabled |= m.INT_WAK
+            self._chip.modify(m.CANINTE, m.INT_WAK, m.INT_WAK)
             self._chip.modify(m.CANCTRL, _REQOP, m.SLEEP << m.REQOP_SHIFT)
             self._look_asleep()
 
@@ -149,16 +117,23 @@ class Mcp2515Driver(Sender):
             else:
                 self._awake()
 
+    def hold(self, held: bool) -> None:
+        self._held = held
+        self.service()
+
     def _reset(self) -> None:
         """Configuration mode at once; frames in the chip's buffers are gone, those in the mailboxes stay."""
         self._chip.reset()
         self._forget_buffers()
         self._dozing = self._asleep = False
-        self._rec = 0
-
-    def _operate(self) -> None:
+        self._tec = self._rec = 0
+        self._enabled = self._registers[m.CANINTE]
         for address, value in self._registers.items():
             self._chip.write(address, value)
+
+    def _operate(self) -> None:
+        if self._off:
+            return
         self._chip.modify(m.CANCTRL, _REQOP, self._mode << m.REQOP_SHIFT)
         self._transmits = not self.listen_only
         self._send_all()
@@ -171,18 +146,9 @@ class Mcp2515Driver(Sender):
         """A chip that was asked to sleep may do so by now."""
         if not self._asleep and self._read(m.CANSTAT) >> m.REQOP_SHIFT == m.SLEEP:
             self._asleep = True
-            self._tell(_SLEEPING)
+            self._tell(EventKind.SLEEPING)
 
     # what it says of itself
-
-    def counters(self) -> Counters:
-        flags = self._read(m.EFLG)
-        state = _state_of(flags) if self.running else ErrorState.STOPPED
-        tec = 256 if state is ErrorState.BUS_OFF else self._read(m.TEC)
-        return Counters(
-            tec, self._read(m.REC), state,
-            self._errors, self._losses, self._sent, self._received, self._last_error,
-        )  # fmt: skip
 
     def registers(self) -> list[RegisterValue]:
         resetting = self._peek(m.CANSTAT) >> m.REQOP_SHIFT == m.CONFIGURATION
@@ -192,12 +158,39 @@ class Mcp2515Driver(Sender):
             for value in (self._peek(register.address),)
         ]
 
+    def read_register(self, address: int, reset_mode: bool) -> int:
+        """In configuration mode filters and masks can be read; to get there clears the error counters."""
+        self._check_address(address)
+        if not reset_mode or not self.running:
+            return self._read(address)
+        self._reset()
+        value = self._read(address)
+        self._operate()
+        return value
+
+    def write_register(self, address: int, value: int, reset_mode: bool) -> None:
+        self._check_address(address, value)
+        if reset_mode and self.running:
+            self._reset()
+        self._chip.write(address, value)
+        kept = address in m.AT_REST | KEPT and (reset_mode or not self.running or address not in m.AT_REST)
+        if kept:
+            self._registers[address] = value
+        if address == m.CANINTE:
+            self._enabled = value
+        if reset_mode and self.running:
+            self._operate()
+
+    def _check_address(self, address: int, value: int = 0) -> None:
+        if not 0 <= address < m.ADDRESSES or not 0 <= value <= 0xFF:
+            raise BadValue(f"register {address} = {value}: an MCP2515 has 0..127, each 0..255")
+
     # interrupts
 
     def service(self) -> None:
         """Serve the chip's interrupts until there are none; safe to call when there are none."""
-        if self._servicing:
-            return  # the loop below looks again
+        if self._servicing or self._held:
+            return  # the loop below looks again, or `hold` does
         self._servicing = True
         try:
             for _ in range(_PASSES):
@@ -212,9 +205,12 @@ class Mcp2515Driver(Sender):
         if flags & m.INT_WAK:
             self._chip.modify(_CANINTF, m.INT_WAK, 0)
             if self._dozing:
-                self._look_asleep()
+                if not self._asleep:  # nobody has noticed
+                    self._tell(EventKind.SLEEPING)
                 self._awake()
-                self._tell(_WOKEN)
+                self._tell(EventKind.WOKEN)
+        if flags & (_RECEIVED | m.INT_MERR):
+            self._review(False)  # what was lost was lost before
         if flags & m.INT_MERR:
             self._chip.modify(_CANINTF, m.INT_MERR, 0)
             self._bus_error()
@@ -241,42 +237,3 @@ class Mcp2515Driver(Sender):
         self._received += 1
         if host is not None:
             host.received(box, self._now())
-
-    def _bus_error(self) -> None:
-        self._errors += 1
-        self._last_error = int(ErrorKind.OTHER)
-        before, self._rec = self._rec, self._read(m.REC)
-        sends = False
-        for buffer in self._buffers:
-            if buffer.in_chip and self._rec <= before and self._read(buffer.control) & m.TX_TXERR:
-                sends = True
-                if buffer.box.abort_on_error and not buffer.given_up:
-                    buffer.given_up = True
-                    self._chip.modify(buffer.control, m.TX_TXREQ, 0)
-        self._tell(EventKind.ERROR, ErrorKind.OTHER, transmitting=sends)
-
-    def _error_flags(self) -> None:
-        """ERRIF: overflows, and what has become of the counters."""
-        flags = self._read(m.EFLG)
-        if flags & m.EFLG_OVERFLOWS:
-            self._chip.modify(m.EFLG, m.EFLG_OVERFLOWS, 0)
-        self._chip.modify(_CANINTF, m.INT_ERR, 0)
-        for flag in (m.EFLG_RX0OVR, m.EFLG_RX1OVR):
-            if flags & flag:
-                self._tell(EventKind.OVERRUN)
-        self._state_changed(flags)
-
-    def _state_changed(self, flags: int) -> None:
-        state = _state_of(flags)
-        if state is not self._state:
-            self._state = state
-            self._tell(EventKind.STATE)
-
-
-def _state_of(flags: int) -> ErrorState:
-    """What EFLG says of fault confinement."""
-    if flags & m.EFLG_TXBO:
-        return ErrorState.BUS_OFF
-    if flags & (m.EFLG_TXEP | m.EFLG_RXEP):
-        return ErrorState.ERROR_PASSIVE
-    return ErrorState.ERROR_WARNING if flags & m.EFLG_EWARN else ErrorState.ERROR_ACTIVE

@@ -33,6 +33,7 @@ class TransmitBuffer:
         self.in_chip = False
         self.given_up = False  # its abort was asked for
         self.lost = False  # arbitration, and told
+        self.failed = False  # an error on the wire, and told
         self.rank = (0, 0)
         self.requested_ns = 0
         self.priority = 0
@@ -44,8 +45,9 @@ class Sender(Driver):
     def __init__(self, host: Host | None, access: Instructions, now: Callable[[], int]) -> None:
         box = Mailbox()
         super().__init__(host, box, box)
-        self.boxes = [Mailbox() for _ in range(m.TX_BUFFERS - 1)]
-        self._buffers = [TransmitBuffer(number, one) for number, one in enumerate((box, *self.boxes))]
+        self.boxes = [box, *(Mailbox() for _ in range(m.TX_BUFFERS - 1))]
+        self.several = True
+        self._buffers = [TransmitBuffer(number, one) for number, one in enumerate(self.boxes)]
         self._chip = access
         self._read = access.read
         self._now = now
@@ -78,6 +80,13 @@ class Sender(Driver):
             buffer.in_chip = buffer.given_up = False
             buffer.priority = 0
 
+    def _take_back(self) -> None:
+        """Off the bus: what is in the chip's buffers is not to be sent, and stays in the mailboxes."""
+        for buffer in self._buffers:
+            if buffer.in_chip:
+                self._chip.modify(buffer.control, m.TX_TXREQ, 0)
+                buffer.in_chip = False
+
     def _send_all(self) -> None:
         """Whatever is in a mailbox, once the chip can send again."""
         for buffer in self._buffers:
@@ -86,8 +95,8 @@ class Sender(Driver):
 
     def transmit(self, box: Mailbox, at_ns: int) -> None:
         if self._transmits:
-            self._send(self._buffer_of(box))
             self.wake(at_ns)
+            self._send(self._buffer_of(box))
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
         buffer = self._buffer_of(box)
@@ -112,7 +121,7 @@ class Sender(Driver):
         """Put the mailbox's frame into its transmit buffer and request its transmission."""
         box = buffer.box
         self._chip.load_buffer(buffer.number, frame_bytes(box))
-        buffer.given_up = buffer.lost = False
+        buffer.given_up = buffer.lost = buffer.failed = False
         buffer.in_chip = True
         buffer.requested_ns = self._now()
         self._turn += 1
@@ -155,20 +164,22 @@ class Sender(Driver):
         if self.host is not None:
             self.host.fill(self._now())
 
-    def _review(self) -> None:
-        """Frames that lost arbitration, and those that the chip does not try any more."""
+    def _review(self, failed: bool = True) -> None:
+        """Frames that lost arbitration, and those that the chip does not try any more; not those that `failed`."""
         again = 0
         for buffer in self._buffers:
             if not buffer.in_chip:
                 continue
             control = self._read(buffer.control)
             self._look_for_loss(buffer, control)
-            if control & m.TX_TXREQ or self._read(_CANINTF) & buffer.flag:
+            if control & m.TX_TXREQ or (control & m.TX_TXERR and not failed):
+                continue
+            if self._read(_CANINTF) & buffer.flag:
                 continue
             if buffer.box.single_shot or buffer.given_up:
                 self._finished(buffer, False)
             else:
-                buffer.lost = False
+                buffer.lost = buffer.failed = False
                 again |= buffer.bit
         if again:
             self._chip.request_to_send(again)

@@ -1,0 +1,255 @@
+"""A handle's channel at the hub: its records become events, its messages become records.
+
+Whoever calls holds `lock`, but for `send` and `drain`, which take it. Source: CANDRV manual (seed 000), 7.3, 7.4, 8.23.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from canwire import CanwireError, ChannelMode, EventKind, FilterMode, Siblings
+from canwire.candrv.constants import Win32Error
+from canwire.candrv.errors import CandrvError
+from canwire.candrv.receiving import EVENTS, RECORD, Key, Receiver, Ticket
+from canwire.candrv.waiting import WaitingRoom
+
+if TYPE_CHECKING:
+    from canwire import HubChannel
+    from canwire.candrv.device import Device
+    from canwire.candrv.event_queue import EventQueue
+
+CONFIRM, CONFIRM_LOAD, SELF_RECEPTION = 1 << 13, 1 << 24, 1 << 21  # request bits (values/record.py)
+LEAST_RING = 4096  # records that the hub keeps until somebody looks
+OUTCOMES = 64  # records that say what became of messages, where nobody reads
+LINGER_S = 0.25  # without progress, then a closing handle gives up what it has not sent
+_SLICE_S = 0.005
+_TRIES = 20  # to take back a message that is on the wire, so long
+
+
+class Channel:
+    """`queue` None: nobody reads. In single message mode one message at a time is with the controller."""
+
+    def __init__(self, device: Device, queue: EventQueue | None, *, write: bool) -> None:
+        settings = device.settings
+        self._device = device
+        self._hub = device.hub
+        self._single = not settings.send_buffer_mode
+        self._asks = write and (queue is not None or self._single)  # what became of each message
+        self._counts_loaded = not settings.sent_on_wire
+        self._register: Ticket | None = None  # with the controller, in single message mode
+        self._stopped = False
+        self._short_of_room = 0  # threads that wait for room in the send buffer
+        self.room = WaitingRoom(device.hub)
+        self.lock = self.room.lock
+        self._channel: HubChannel | None = None
+        try:
+            if queue is not None or write:
+                self._open(queue, 0 if not write else 1 if self._single else settings.send_buffer_size)
+            self.receiver = Receiver(
+                queue,
+                look=device.state,
+                align=settings.align,
+                tells_sent=settings.transmitted_events,
+                level=device.status().state,
+            )
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, queue: EventQueue | None, transmit: int) -> None:
+        reads = queue is not None
+        size = max(LEAST_RING, 2 * queue.capacity) if queue is not None else OUTCOMES
+        mode = ChannelMode(
+            size,
+            transmit,
+            exact=True,
+            filter_mode=FilterMode.PASS if reads else FilterMode.LOCK,
+            filter_size=0,
+            siblings=Siblings.AS_BUS,
+            events=EVENTS if reads else (int(EventKind.CHANGED),),
+            frames=reads or self._asks,  # without, nothing of the bus comes here
+            fd=False,
+            confirms=True,
+        )
+        channel = self._hub.open_channel(self._device.board.id, self._device.number)
+        try:
+            channel.set_up(mode)
+            self._end = channel.reading
+            self.reading = self._end.ring
+            if transmit:
+                self.writing = channel.writing.ring
+            self._end.assign(self.room.event)
+            channel.activate()
+        except BaseException:
+            channel.close()
+            raise
+        self._channel = channel
+
+    # in
+
+    def take(self) -> None:
+        """Take in what has come, and let others who wait for it look."""
+        self.receiver.take(self._end)
+        self.room.wake()
+
+    def look(self) -> None:
+        """Take in what has come, if anything has."""
+        if self.reading.fill():
+            self.take()
+
+    def until(self, ready: Callable[[], bool], timeout: float | None) -> bool:
+        """Wait at most so many seconds until ready(), looking at what comes; raises what ended the channel."""
+        return self._until(ready, self.room.deadline(timeout))
+
+    def _until(self, ready: Callable[[], bool], deadline: int | None) -> bool:
+        def looked() -> bool:
+            if self._stopped:
+                raise CandrvError(Win32Error.ERROR_OPERATION_ABORTED, f"{self._device.name} was closed")
+            if self.reading.fill():
+                self.receiver.take(self._end)
+            if ready():
+                return True
+            self._opened().check()
+            return False
+
+        return self.room.until(looked, deadline, self._arm)
+
+    def _arm(self) -> None:
+        self._end.touched()
+
+    # out
+
+    def send(self, key: Key, timeout: float | None, *, virtualize: bool) -> None:
+        """Hand a message over; in single message mode wait until it counts as sent.
+
+        Raises ERROR_TIMEOUT: then it is not sent, but for one that was on the wire all the time.
+        """
+        with self.lock:
+            if self._stopped:
+                raise CandrvError(Win32Error.ERROR_INVALID_HANDLE, f"{self._device.name} was closed")
+            self._opened().check()
+            deadline = self.room.deadline(timeout)
+            if self._single:
+                self._send_single(key, deadline, virtualize)
+                return
+            if not self.writing.free():
+                self._await_room(deadline)
+            self._put(key, virtualize)
+
+    def _await_room(self, deadline: int | None) -> None:
+        end = self._opened().writing
+        if not self._short_of_room:
+            end.assign(self.room.event)
+        self._short_of_room += 1
+
+        def arm() -> None:
+            self._arm()
+            end.touched()
+
+        def free() -> bool:
+            if self._stopped:
+                raise CandrvError(Win32Error.ERROR_OPERATION_ABORTED, f"{self._device.name} was closed")
+            if self.writing.free():
+                return True
+            self._opened().check()
+            return False
+
+        try:
+            found = self.room.until(free, deadline, arm)
+        finally:
+            self._short_of_room -= 1
+            if not self._short_of_room and not self._stopped:
+                end.assign(None)
+        if not found:
+            capacity = self.writing.capacity
+            raise CandrvError(
+                Win32Error.ERROR_TIMEOUT, f"{self._device.name} send buffer full, {capacity} messages wait"
+            )
+
+    def _send_single(self, key: Key, deadline: int | None, virtualize: bool) -> None:
+        if not self._until(lambda: self._register is None, deadline):
+            raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} the register is busy")
+        ticket = self._put(key, virtualize)
+        assert ticket is not None
+        self._register = ticket
+        try:
+            if not self._until(lambda: ticket.done, deadline):
+                self._take_back(ticket)
+        finally:
+            self._register = None
+            self.room.wake()
+        if ticket.aborted:
+            raise CandrvError(
+                Win32Error.ERROR_OPERATION_ABORTED, f"{self._device.name} the message was aborted"
+            )
+
+    def _take_back(self, ticket: Ticket) -> None:
+        """Time has run out: what is not sent shall not be sent later."""
+        if self._counts_loaded:  # also without any time: the controller may have it as soon as the hub looks
+            self._opened().status()
+            self.look()
+            if ticket.done:
+                return
+        for _ in range(_TRIES):
+            self.abort()
+            if ticket.done or self._until(lambda: ticket.done, self.room.deadline(0.001)):
+                break
+        if not ticket.done or ticket.aborted:
+            raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} the message was not sent")
+
+    def _put(self, key: Key, virtualize: bool) -> Ticket | None:
+        flags = SELF_RECEPTION if virtualize else 0
+        ticket = None
+        if self._asks:
+            flags |= CONFIRM | (CONFIRM_LOAD if self._counts_loaded else 0)
+            ticket = Ticket(key, counts_loaded=self._counts_loaded)
+            self.receiver.tickets.append(ticket)
+        self.writing.put_bytes(RECORD.pack(0, key.identifier, key.info | flags, key.data))
+        return ticket
+
+    def abort(self) -> int:
+        """Take back what waits, but for a message on the wire; how many were given up."""
+        receiver = self.receiver
+        self.take()
+        told = receiver.aborted
+        count = self._opened().cancel()
+        receiver.take(self._end)
+        if self._asks:
+            receiver.gave_up(count - (receiver.aborted - told), self._hub.now_ns())
+        self.room.wake()
+        return count
+
+    # the end
+
+    def stop(self) -> None:
+        """Nobody waits any longer."""
+        self._stopped = True
+        self.room.wake()
+
+    def drain(self) -> None:
+        """After `stop`: let go out what was written, while there is progress."""
+        if self._channel is None or not self._channel.status().pending or not self._device.sends():
+            return
+        left, deadline = self._channel.status().pending, self.room.deadline(LINGER_S)
+        while left:
+            with self.lock:
+                self.room.until(lambda: False, self.room.deadline(_SLICE_S), lambda: None)
+            now = self._channel.status().pending
+            if now < left:
+                left, deadline = now, self.room.deadline(LINGER_S)
+            elif self.room.passed(deadline):
+                return
+
+    def close(self) -> None:
+        """Give the channel back; again: nothing."""
+        self._stopped = True
+        if self._channel is not None:
+            with suppress(CanwireError):
+                self._channel.close()
+        self.room.close()
+
+    def _opened(self) -> HubChannel:
+        assert self._channel is not None
+        return self._channel

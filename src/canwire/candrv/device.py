@@ -1,0 +1,249 @@
+"""CID1: and its siblings as every program sees them: which line each is, how it is set up, what all of them share.
+
+A driver is loaded once: whoever opens its device first has the hub remember the registry's entries (note
+"candrv/CID1:") and sets the line up with them, unless another dialect did that before. Both stay until `unload`, so
+that new entries act when the driver is loaded the next time, as the manual says, and a rate set by one program is
+there for the next. The rate, listen-only and loop-back are the line's own mode; CAN mode and default frame format
+are in its note; "virtualize" has a note of its own at the hub.
+
+Source: CANDRV manual (seed 000), chapter 6, 8.1, 8.13 to 8.18, 8.23; rulings.md 17.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING, TypeVar
+
+from canwire import CanwireError, ErrorState, FilterMode, FilterSetup, InUse, LineMode, LineStatus
+from canwire.candrv.bell import Bell
+from canwire.candrv.loading import (
+    CAN_CTRL_SJA1000,
+    controller_on,
+    find_port,
+    loaded,
+    settings_note,
+    usual_store,
+)
+from canwire.candrv.properties import SJA1000
+from canwire.candrv.state import DeviceState, can_time, state_of
+
+if TYPE_CHECKING:
+    from canwire import Control, Hub, LineInfo
+    from canwire.candrv.registry import RegistryStore
+
+T = TypeVar("T")
+
+_PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
+_OPEN = FilterSetup(FilterMode.PASS, 0)  # every receive channel has a filter of its own
+_CONFIGURATION = 4  # the MCP2515's OPMOD
+
+
+class Device:
+    """A device of the registry on a hub: the line behind it, and what all its handles share.
+
+    `name` as CreateFile takes it, "CID1:". Raises NoSuchBoard for a name that is not registered, or a board that is
+    not there; InUse where its SPI port is taken.
+    """
+
+    def __init__(self, hub: Hub, name: str, store: RegistryStore | None = None) -> None:
+        self.hub = hub
+        self.name = name
+        self.settings = loaded(hub, name, store or usual_store())
+        self.board, self.number = find_port(hub.boards(), self.settings)
+        self.controller = controller_on(self.board, self.line)
+        self._bell: Bell | None = None  # rung when "virtualize" changes
+        self._heard = -1
+        self._virtual = False
+
+    @property
+    def line(self) -> LineInfo:
+        return self.board.lines[self.number]
+
+    def debug(self, text: str) -> None:
+        """A line on the debug channel, our stderr, if the registry's Debug asks for it."""
+        if self.settings.debug:
+            print(f"{self.name} {text}", file=sys.stderr, flush=True)
+
+    # the line
+
+    def status(self) -> LineStatus:
+        return self.hub.line_status(self.board.id, self.number)
+
+    def state(self) -> DeviceState:
+        """As it is now, whoever set it up: another dialect's line is in CAN2.0B."""
+        return state_of(self.status(), self.settings)
+
+    def start(self) -> None:
+        """Set the line up as the registry says if nobody did, and have it take part in its bus.
+
+        Another program that holds its control is left alone.
+        """
+        status = self.status()
+        if not status.initialised:
+            self.virtualize = bool(self.settings.virtualize)
+            self._held(self._start)
+        elif not status.running and not status.control_holder:
+            self._held(self._start)
+        self._join()
+
+    def close(self) -> None:
+        """No longer used by this handle; again: nothing."""
+        bell, self._bell = self._bell, None
+        if bell is not None:
+            with suppress(CanwireError):
+                bell.close()
+
+    def change(
+        self,
+        *,
+        rate: int | None = None,
+        mode: int | None = None,
+        format: int | None = None,
+        listen: bool | None = None,
+        loop_back: bool = False,
+    ) -> None:
+        """Set the line up anew, for everybody; what is not given stays, but for loop-back.
+
+        Raises BadTiming, Unsupported, and then everything is as before; InUse while somebody else sets it up.
+        """
+        wanted = {"rate": rate, "mode": mode, "format": format, "listen": listen}
+        self._held(
+            lambda control: self._configure(
+                control, {key: value for key, value in wanted.items() if value is not None}, loop_back
+            )
+        )
+        self.debug(f"set up: {self.state()}")
+
+    def sleep(self, asleep: bool) -> None:
+        """ENTER_STANDBY and LEAVE_STANDBY."""
+        self._held(lambda control: control.sleep() if asleep else control.wake())
+
+    @property
+    def virtualize(self) -> bool:
+        """Whether handles on this board receive what others on it send."""
+        if self._bell is not None and (count := self._bell.count) == self._heard:
+            return self._virtual
+        self._virtual = self.hub.note(self._note("virtualize")) == b"1"
+        if self._bell is not None:
+            self._heard = count
+        return self._virtual
+
+    @virtualize.setter
+    def virtualize(self, on: bool) -> None:
+        self.hub.set_note(self._note("virtualize"), b"1" if on else b"")
+        bell = Bell.find(self.hub, self._note("bell"))
+        if bell is not None:
+            bell.ring()
+            bell.close()
+
+    def read_register(self, address: int, *, reset_mode: bool) -> int:
+        return self._held(lambda control: control.read_register(address, reset_mode=reset_mode))
+
+    def write_register(self, address: int, value: int, *, reset_mode: bool) -> None:
+        self._held(lambda control: control.write_register(address, value, reset_mode=reset_mode))
+
+    def clear_overrun(self) -> None:
+        """The driver does that with every overrun; here once more, where the chip has a command for it."""
+        if self.controller is SJA1000 and self.line.capabilities.controller_type == CAN_CTRL_SJA1000:
+            self.write_register(1, 0x08, reset_mode=False)  # CMR: CDO
+
+    def in_configuration_mode(self) -> bool:
+        """The controller is in its configuration mode (SJA1000: reset mode)."""
+        values = {
+            register.name: register.value for register in self.hub.registers(self.board.id, self.number)
+        }
+        if "MOD" in values:
+            return bool(values["MOD"] & 1)
+        if "CANSTAT" in values:
+            return values["CANSTAT"] >> 5 == _CONFIGURATION
+        return not self.status().running
+
+    def time_ms(self) -> int:
+        """CAN_TIME: milliseconds since the hub was started; 32 bits."""
+        return can_time(self.hub.now_ns())
+
+    def sends(self) -> bool:
+        """The line gets frames onto its bus, as far as it knows."""
+        status = self.status()
+        listens = status.mode is not None and status.mode.listen_only
+        return status.running and not listens and status.state != ErrorState.BUS_OFF
+
+    # its own
+
+    def _note(self, what: str) -> str:
+        return f"candrv/{self.name}/{what}"
+
+    def _join(self) -> None:
+        """Share a bell with the other handles; where somebody keeps the control, ask the hub every time instead."""
+        self._bell = Bell.find(self.hub, self._note("bell"))
+        if self._bell is None and not self.status().control_holder:
+            with suppress(InUse):
+                self._held(self._hang)
+
+    def _hang(self, control: Control) -> None:
+        """The control keeps others from doing the same."""
+        self._bell = Bell.find(self.hub, self._note("bell")) or Bell.make(self.hub, self._note("bell"))
+
+    def _start(self, control: Control) -> None:
+        status = self.status()
+        if not status.initialised:  # nobody was quicker
+            control.initialise(self._mode(state_of(status, self.settings)))
+        control.start()
+
+    def _configure(self, control: Control, wanted: dict[str, int], loop_back: bool) -> None:
+        before = self.status()
+        state = state_of(before, self.settings)._replace(loop_back=loop_back, **wanted)  # type: ignore[arg-type]
+        mode = self._mode(state, before.mode if "rate" not in wanted else None)
+        try:
+            control.initialise(mode)
+        except CanwireError:
+            if before.mode is not None:
+                control.initialise(before.mode)
+                control.start()
+            raise
+        control.start(abort_pending=False)
+
+    def _mode(self, state: DeviceState, before: LineMode | None = None) -> LineMode:
+        """`before` has the timing to keep."""
+        timing = before.timing if before is not None else None
+        return LineMode(
+            timing or self.controller.timing(state.rate),
+            listen_only=state.listen,
+            standard_filter=_OPEN,
+            extended_filter=_OPEN,
+            note=state.to_note(),
+            persistent=True,
+            loop_back=state.loop_back,
+        )
+
+    def _held(self, call: Callable[[Control], T]) -> T:
+        """With the line's control, for the length of the call; programs of this dialect wait for each other."""
+        for pause_s in (*_PAUSES_S, None):
+            try:
+                control = self.hub.open_control(self.board.id, self.number)
+            except InUse:
+                if pause_s is None:
+                    raise
+                time.sleep(pause_s)
+            else:
+                with control:
+                    return call(control)
+        raise AssertionError
+
+
+def unload(hub: Hub, name: str) -> None:
+    """What a restart of the board does: the line forgets its settings, the next open reads the registry anew.
+
+    Raises InUse while somebody has the device open.
+    """
+    device = Device(hub, name)
+    users = device.status().channels
+    if users:
+        raise InUse(f"{name} {users} programs use its line; let them end first")
+    with hub.open_control(device.board.id, device.number) as control:
+        control.reset()
+    device.virtualize = False
+    hub.set_note(settings_note(name), b"")

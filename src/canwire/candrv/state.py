@@ -1,0 +1,70 @@
+"""What all handles on a device share, and where it is: in the mode of the line behind it, and in that mode's note.
+
+Source: CANDRV manual (seed 000), 7.9 (table 10), 8.13 to 8.18, 8.21, 8.23.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire import BadValue, NotInitialised
+from canwire.candrv.constants import CanMode, FrameFormat
+
+if TYPE_CHECKING:
+    from canwire import LineStatus
+    from canwire.candrv.settings import Settings
+
+_NOTE = struct.Struct("<4sBB")  # CAN mode, default format
+_MAGIC = b"CIDn"
+
+
+class DeviceState(NamedTuple):
+    """What all handles on a device share; `rate` in bit/s."""
+
+    rate: int
+    mode: int = CanMode.CAN_2_0_A
+    format: int = FrameFormat.DEFAULT
+    listen: bool = False
+    loop_back: bool = False
+
+    @property
+    def extended(self) -> bool:
+        """Whether messages without a format of their own are extended frames (table 10)."""
+        return self.extends(FrameFormat.DEFAULT)
+
+    def extends(self, wanted: int) -> bool:
+        """Whether a message in this format is an extended frame."""
+        chosen = wanted or self.format
+        return self.mode == CanMode.CAN_2_0_B and chosen != FrameFormat.STD
+
+    def to_note(self) -> bytes:
+        """What of it the line's mode itself does not say."""
+        return _NOTE.pack(_MAGIC, self.mode, self.format)
+
+
+def state_of(status: LineStatus, settings: Settings) -> DeviceState:
+    """As the line is set up, by whomever: another dialect's is in CAN2.0B; what it will be if nobody did."""
+    mode = status.mode
+    if mode is None:
+        return DeviceState(settings.baudrate, settings.can_mode_2b, settings.format)
+    if mode.timing is None:
+        raise NotInitialised("the line is looking for its bit rate")
+    can_mode, frame_format = int(CanMode.CAN_2_0_B if mode.extended else CanMode.CAN_2_0_A), 0
+    if len(mode.note) == _NOTE.size and mode.note.startswith(_MAGIC):
+        _, can_mode, frame_format = _NOTE.unpack(mode.note)
+    return DeviceState(mode.timing.bit_rate, can_mode, frame_format, mode.listen_only, mode.loop_back)
+
+
+def can_time(at_ns: int) -> int:
+    """The low word of CAN_TIME; it wraps after 49.7 days, and the high word stays 0."""
+    return at_ns // 1_000_000 & 0xFFFF_FFFF
+
+
+def checked(name: str, value: int, kind: type[CanMode] | type[FrameFormat]) -> int:
+    """A number of this enumeration; raises BadValue."""
+    try:
+        return int(kind(value))
+    except ValueError:
+        known = ", ".join(f"{int(one)} {one.name}" for one in kind)
+        raise BadValue(f"{name} {value}: {known}") from None

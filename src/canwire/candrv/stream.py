@@ -1,0 +1,64 @@
+"""A handle as a text file: each event is a line, what is written are messages. The manual does so with fprintf."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+from canwire.candrv.constants import Win32Error
+from canwire.candrv.errors import CandrvError
+
+if TYPE_CHECKING:
+    from canwire.candrv.handle import Handle
+
+_THE_END = (Win32Error.ERROR_TIMEOUT, Win32Error.ERROR_OPERATION_ABORTED)
+
+
+class EventStream(io.TextIOBase):
+    """`readline` gives one event as ReadFile does, the line break inside of one with data included.
+
+    It ends when no event comes within the read timeout, or the handle is closed.
+    """
+
+    def __init__(self, handle: Handle) -> None:
+        super().__init__()
+        self.handle = handle
+
+    @property
+    def name(self) -> str:
+        return self.handle.name
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return "ascii"
+
+    def readable(self) -> bool:
+        return self.handle.readable
+
+    def writable(self) -> bool:
+        return self.handle.writable
+
+    def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
+        """The next event; `size` is for files that can hand out halves, and means nothing here."""
+        if self.closed:
+            raise ValueError("I/O operation on closed file")
+        try:
+            return self.handle.read_text().decode("ascii")
+        except CandrvError as error:
+            if error.code in _THE_END:
+                return ""
+            raise
+
+    def read(self, size: int | None = -1, /) -> str:
+        """Everything up to the end."""
+        return "".join(iter(self.readline, ""))
+
+    def write(self, text: str, /) -> int:
+        if self.closed:
+            raise ValueError("I/O operation on closed file")
+        return self.handle.write(text)
+
+    def close(self) -> None:
+        if not self.closed:
+            super().close()
+            self.handle.close()

@@ -1,0 +1,38 @@
+"""Work with a handle in a thread of its own, so that Ctrl-C and SIGTERM never hit in the middle of it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+_LOOK_S = 0.5  # Windows tells of Ctrl-C between two waits only
+
+
+def work(call: Callable[[], object], stop: Callable[[], object]) -> None:
+    """`call` until its end; what it raises is raised. Ctrl-C does `stop`, waits for that end and is raised then.
+
+    What `call` raises after `stop` is nobody's: it was stopped.
+    """
+    ended = threading.Event()
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            call()
+        except BaseException as error:
+            errors.append(error)
+        finally:
+            ended.set()
+
+    thread = threading.Thread(target=run, daemon=True)
+    try:
+        thread.start()
+        while not ended.wait(_LOOK_S):
+            pass
+    except KeyboardInterrupt:
+        stop()
+        while thread.is_alive() and not ended.wait(_LOOK_S):
+            pass
+        raise
+    if errors:
+        raise errors[0]

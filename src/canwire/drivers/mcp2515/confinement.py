@@ -1,0 +1,143 @@
+"""The driver's part in fault confinement: errors, states, bus-off.
+
+Bus-off: the chip comes back by itself after 128 times 11 recessive bits; a line stays off until somebody brings it
+back, whatever its controller (G-11, FS-59). So the driver lets it wait for them with nothing to send, and takes it
+off in configuration mode when it is back; INT must be served between two frames for that. `restart` during the wait
+lets it come back, after it within 11 bits; `start` does not wait for the 128, with this chip as with any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire.chips import mcp2515_map as m
+from canwire.drivers.driver import Counters
+from canwire.drivers.mcp2515.access import Instructions
+from canwire.drivers.mcp2515.sending import Sender
+from canwire.values.event import ErrorKind, ErrorState, EventKind
+
+if TYPE_CHECKING:
+    from canwire.chips.host import Host
+
+
+class Confined(Sender):
+    """What the chip says of its errors; who is bus-off stays so until somebody asks."""
+
+    def __init__(self, host: Host | None, access: Instructions, now: Callable[[], int]) -> None:
+        super().__init__(host, access, now)
+        self._dozing = False  # sleep was asked for
+        self._off = self._returning = False  # bus-off, until somebody asks; somebody has asked
+        self._state = ErrorState.ERROR_ACTIVE
+        self._tec = self._rec = 0  # as of the last error
+        self._errors = self._received = self._last_error = 0
+
+    def _reset(self) -> None:
+        """Configuration mode at once."""
+        raise NotImplementedError
+
+    def _operate(self) -> None:
+        """The mode that was asked for, unless bus-off."""
+        raise NotImplementedError
+
+    def _awake(self) -> None:
+        """Asleep no more, nor about to be."""
+        raise NotImplementedError
+
+    def restart(self, at_ns: int) -> None:
+        """After bus-off: 128 times 11 recessive bits from the moment that it went off."""
+        if self._off and self._read(m.CANSTAT) >> m.REQOP_SHIFT == m.CONFIGURATION:
+            self._back()
+            self._operate()
+        else:
+            self._returning = self._off
+
+    def counters(self) -> Counters:
+        flags = self._read(m.EFLG)
+        state = self._state_now(flags)
+        tec = 256 if state is ErrorState.BUS_OFF else self._read(m.TEC)
+        return Counters(
+            tec, self._read(m.REC), state,
+            self._errors, self._losses, self._sent, self._received, self._last_error,
+        )  # fmt: skip
+
+    def _state_now(self, flags: int) -> ErrorState:
+        if not self.running:
+            return ErrorState.STOPPED
+        return ErrorState.BUS_OFF if self._off else _state_of(flags)
+
+    def _bus_error(self) -> None:
+        self._errors += 1
+        self._last_error = int(ErrorKind.OTHER)
+        sends = self._failed()
+        self._tell(EventKind.ERROR, ErrorKind.OTHER, transmitting=sends)
+
+    def _failed(self) -> bool:
+        """A frame of the chip's own met the error: TXERR has just been set, or the counters look like it."""
+        tec, rec = self._tec, self._rec
+        self._tec, self._rec = self._read(m.TEC), self._read(m.REC)
+        again = self._tec > tec or self._rec <= rec
+        sends = False
+        for buffer in self._buffers:
+            if buffer.in_chip and self._read(buffer.control) & m.TX_TXERR and (again or not buffer.failed):
+                sends = buffer.failed = True
+                if buffer.box.abort_on_error and not buffer.given_up:
+                    buffer.given_up = True
+                    self._chip.modify(buffer.control, m.TX_TXREQ, 0)
+        return sends
+
+    def _error_flags(self) -> None:
+        """ERRIF: overflows, and what has become of the counters."""
+        flags = self._read(m.EFLG)
+        if flags & m.EFLG_OVERFLOWS:
+            self._chip.modify(m.EFLG, m.EFLG_OVERFLOWS, 0)
+        self._chip.modify(m.CANINTF, m.INT_ERR, 0)
+        for flag in (m.EFLG_RX0OVR, m.EFLG_RX1OVR):
+            if flags & flag:
+                self._tell(EventKind.OVERRUN)
+        self._state_changed(flags)
+
+    def _state_changed(self, flags: int) -> None:
+        state = _state_of(flags)
+        if self._off:
+            if state is not ErrorState.BUS_OFF:
+                self._recovered()
+        elif state is not self._state:
+            self._state = state
+            if state is ErrorState.BUS_OFF:
+                self._go_off()
+            else:
+                self._tell(EventKind.STATE)
+
+    def _go_off(self) -> None:
+        """Bus-off: nothing is to be sent when the chip has recovered; frames stay in the mailboxes."""
+        self._off, self._returning = True, False
+        self._transmits = False
+        self._tell(EventKind.STATE)
+        if self._dozing:
+            self._awake()
+        self._review()
+        self._take_back()
+
+    def _recovered(self) -> None:
+        """128 times 11 recessive bits have passed in bus-off."""
+        if self._returning:
+            self._back()
+            self._transmits = not self.listen_only
+            self._send_all()
+        else:
+            self._reset()
+
+    def _back(self) -> None:
+        self._off = self._returning = False
+        self._state = ErrorState.ERROR_ACTIVE
+        self._tell(EventKind.STATE)
+
+
+def _state_of(flags: int) -> ErrorState:
+    """What EFLG says of fault confinement."""
+    if flags & m.EFLG_TXBO:
+        return ErrorState.BUS_OFF
+    if flags & (m.EFLG_TXEP | m.EFLG_RXEP):
+        return ErrorState.ERROR_PASSIVE
+    return ErrorState.ERROR_WARNING if flags & m.EFLG_EWARN else ErrorState.ERROR_ACTIVE

@@ -1,0 +1,298 @@
+"""A python-can bus on a line of a shared board."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import can
+from can.broadcastmanager import CyclicSendTaskABC
+from can.typechecking import AutoDetectedConfig, CanFilters
+
+import canwire
+from canwire import (
+    BadFrame,
+    BadValue,
+    CanwireError,
+    ChannelMode,
+    ChannelStatus,
+    Control,
+    ErrorState,
+    EventKind,
+    Hub,
+    InUse,
+    Lease,
+    LineError,
+    LineStatus,
+    Siblings,
+)
+from canwire.python_can.arguments import state_of, timings_of
+from canwire.python_can.clock import clock_of
+from canwire.python_can.errors import opening, operating
+from canwire.python_can.filters import LIST_SIZE, OPEN, planned
+from canwire.python_can.hubs import HUBS, program_name
+from canwire.python_can.line import bring_up, can_places, set_listening, status_of
+from canwire.python_can.messages import record_of
+from canwire.python_can.periodic import HubTask
+from canwire.python_can.receiver import Receiver
+from canwire.python_can.sender import Sender
+from canwire.python_can.wanted import Wanted
+
+log = logging.getLogger("can.canwire")
+
+_STATES = (EventKind.STATE, EventKind.OVERRUN)
+_ERRORS = (*_STATES, EventKind.ERROR, EventKind.ARBITRATION_LOST)
+_PROTOCOLS = {True: can.CanProtocol.CAN_FD, False: can.CanProtocol.CAN_FD_NON_ISO}
+
+
+class CanwireBus(can.BusABC):
+    """`can.Bus(interface="canwire", channel=...)`; any number of them, in any number of programs.
+
+    `channel` is the name of a bus ("can0": a line there of this program's own as long as there is one that nobody
+    uses, else a shared one) or of a line ("HW000001:0", "usb-to-can-fd:1": that one, shared). What one program
+    sends the others receive, whether they share its line or not.
+
+    `bitrate`, `data_bitrate`, `timing`: who comes first on a line (by a bus's name: on that bus) sets it, the
+    others agree or leave it out (500 kbit/s then, and 2 Mbit/s for data). `auto_bitrate` listens to find it.
+    `fd` to send and receive CAN FD, `fd_non_iso` the one before ISO.
+    `receive_own_messages`: as received once they went through, with that time, and `is_rx` False.
+    `can_filters`: by the hub where they fit there; what is changed later and is no narrowing, too.
+    `state`: BusState.PASSIVE only listens. `exclusive`: nobody else may open a channel on this line.
+    `error_frames`: changes of the controller's state and overruns (None), with True every bus error and lost
+    arbitration as well, with False nothing; all in SocketCAN's form, and past the filters.
+    `hub`: the address of its socket; without it CANWIRE_HUB, else this user's usual one, else one in this process.
+    `rx_fifo_size`, `tx_fifo_size`: messages that wait here at most.
+
+    Whatever is impossible raises CanInitializationError, later CanOperationError, with the reason in words.
+    """
+
+    def __init__(
+        self,
+        channel: str = "can0",
+        can_filters: CanFilters | None = None,
+        *,
+        bitrate: int | None = None,
+        data_bitrate: int | None = None,
+        timing: can.BitTiming | can.BitTimingFd | None = None,
+        auto_bitrate: bool = False,
+        fd: bool = False,
+        fd_non_iso: bool = False,
+        receive_own_messages: bool = False,
+        error_frames: bool | None = None,
+        state: can.BusState | str = can.BusState.ACTIVE,
+        exclusive: bool = False,
+        hub: str | Hub | None = None,
+        rx_fifo_size: int = 32_768,
+        tx_fifo_size: int = 1024,
+        **others: Any,
+    ) -> None:
+        self.channel = channel
+        self._active, self._plan = False, OPEN  # what the hub filters
+        if others:
+            log.debug("%s: not used: %s", channel, ", ".join(sorted(others)))
+        self._fd = fd = fd or isinstance(timing, can.BitTimingFd)
+        with opening():
+            self._own_hub = not isinstance(hub, Hub)
+            self._hub = hub if isinstance(hub, Hub) else HUBS.acquire(hub)
+            self._control: Control | None = None
+            self._leases: list[Lease] = []  # what is given back at the end
+            try:
+                self._wanted = wanted = Wanted(
+                    bitrate or None,
+                    data_bitrate or None,
+                    *timings_of(timing),
+                    fd=fd,
+                    iso_fd=not fd_non_iso,
+                    listen_only=state_of(state) is can.BusState.PASSIVE,
+                    exclusive=exclusive,
+                    find_rate=auto_bitrate,
+                )
+                self._place, self._control = bring_up(self._hub, str(channel), wanted)
+                self._leases += [self._control] if self._control is not None else []
+                board, line = self._place.board.id, self._place.line
+                self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
+                self._leases.insert(0, self._line_channel)
+                self._line_channel.set_up(
+                    ChannelMode(
+                        rx_fifo_size,
+                        tx_fifo_size,
+                        siblings=Siblings.OTHERS_AND_OWN if receive_own_messages else Siblings.OTHERS,
+                        events=() if error_frames is False else _ERRORS if error_frames else _STATES,
+                        filter_size=LIST_SIZE,
+                        fd=fd,
+                    )
+                )
+                self._clock = clock_of(self._hub)
+                self._receiver = Receiver(self._line_channel, self._clock, channel, error_frames is not False)
+                self._ready = self._receiver.ready
+                self._sender = Sender(self._line_channel)
+                self.channel_info = (
+                    f"canwire {channel}: {self._place.address} on {self._place.info.bus or 'no bus'}"
+                )
+                self._can_protocol = _PROTOCOLS[not fd_non_iso] if fd else can.CanProtocol.CAN_20
+                super().__init__(channel, can_filters)
+                self._active = True
+                self._line_channel.activate()
+            except BaseException:
+                self._is_shutdown = True
+                self._let_go()
+                raise
+
+    # receiving
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """The oldest message, or None when none comes in `timeout` seconds (None: wait for ever)."""
+        try:
+            message = self._ready.popleft()  # most come from here, so this replaces all of python-can's recv
+        except IndexError:
+            with operating():
+                return self._receiver.receive(timeout)
+        if self._receiver.watched:
+            self._receiver.tell()
+        return message
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        return self.recv(timeout), True
+
+    def fileno(self) -> int:
+        """Readable while there is something to receive."""
+        with operating():
+            return self._receiver.watch()
+
+    def _apply_filters(self, filters: CanFilters | None) -> None:
+        plan = planned(filters)
+        with operating():
+            if not self._active:
+                plan.apply(self._line_channel)
+                self._plan = plan
+            elif not self._plan.open:  # the hub lets too little through; nothing comes while that is changed
+                self._line_channel.deactivate()
+                plan.apply(self._line_channel)
+                self._line_channel.activate()
+                self._plan = plan
+        exact = not filters or (plan.exact and self._plan is plan)
+        self._receiver.keeps = None if exact else self._matches_filters
+
+    # sending
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Queue a message.
+
+        While the queue is full, wait: `timeout` seconds (0: not at all), with None for as long as the line runs.
+        Raises CanTimeoutError when the time is over; CanOperationError for a message that cannot be sent, and for
+        a line that cannot.
+        """
+        try:
+            self._sender.send(record_of(msg, fd=self._fd), timeout)
+        except CanwireError as error:
+            raise can.CanOperationError(str(error)) from error
+
+    def flush_tx_buffer(self) -> None:
+        """Give up what waits to be sent, but for a frame on the wire."""
+        with operating():
+            self._line_channel.cancel()
+
+    def _send_periodic_internal(
+        self,
+        msgs: Sequence[can.Message] | can.Message,
+        period: float,
+        duration: float | None = None,
+        autostart: bool = True,
+        modifier_callback: Callable[[can.Message], None] | None = None,
+    ) -> CyclicSendTaskABC:
+        """By the hub where that can be, else by a thread of this program, which the log tells."""
+        messages = [msgs] if isinstance(msgs, can.Message) else list(msgs)
+        if modifier_callback is None:
+            try:
+                ticks = self._place.info.capabilities.cyclic
+                task = HubTask(self._line_channel, ticks, messages, period, duration, fd=self._fd)
+            except BadFrame as error:
+                raise can.CanOperationError(str(error)) from error
+            except (LineError, BadValue) as error:
+                level = logging.WARNING if isinstance(error, InUse) else logging.INFO
+                log.log(
+                    level,
+                    "%s: a thread sends every %g s instead of the hub: %s",
+                    self.channel_info,
+                    period,
+                    error,
+                )
+            except CanwireError as error:
+                raise can.CanOperationError(str(error)) from error
+            else:
+                if autostart:
+                    task.start()
+                return task
+        return super()._send_periodic_internal(messages, period, duration, autostart, modifier_callback)
+
+    # the line
+
+    def line_status(self) -> LineStatus:
+        """The controller's state, error counters and last error, the bus load, losses, and who holds what."""
+        with operating():
+            self._line_channel.check()
+            return status_of(self._hub, self._place)
+
+    def channel_status(self) -> ChannelStatus:
+        """This bus's own counters: what came, what was lost because it was not read, what was sent and given up."""
+        with operating():
+            return self._line_channel.status()
+
+    @property
+    def hardware_timestamps(self) -> bool:
+        """Messages have the time that the board took, not that of their arrival in this program."""
+        return self._place.info.capabilities.stamps.clock_hz > 0
+
+    @property
+    def timestamp_error(self) -> float:
+        """How far timestamps are off this computer's clock at most, in seconds; infinite where time runs otherwise."""
+        return self._clock.error_s
+
+    @property
+    def state(self) -> can.BusState:
+        """PASSIVE only listens; ERROR is bus-off, or stopped by somebody."""
+        status = self.line_status()
+        if not status.running or status.state == ErrorState.BUS_OFF:
+            return can.BusState.ERROR
+        passive = status.mode is not None and status.mode.listen_only
+        return can.BusState.PASSIVE if passive else can.BusState.ACTIVE
+
+    @state.setter
+    def state(self, new_state: can.BusState) -> None:
+        """Needs the line's control: whoever brought the line up has it. Also begins again after bus-off."""
+        wanted = state_of(new_state)
+        with operating():
+            if self._control is None:
+                self._control = self._hub.open_control(self._place.board.id, self._place.line)
+                self._leases.append(self._control)
+            asked = replace(self._wanted, listen_only=wanted is can.BusState.PASSIVE)
+            set_listening(self._hub, self._place, self._control, asked)
+
+    def shutdown(self) -> None:
+        """Once what was sent has gone out, or gets no further; a second time does nothing."""
+        if self._is_shutdown:
+            return
+        with suppress(can.CanError, CanwireError):
+            super().shutdown()
+        with suppress(can.CanError, CanwireError):
+            self._sender.flush()
+        self._let_go()
+
+    def _let_go(self) -> None:
+        for lease in self._leases:
+            with suppress(CanwireError):
+                lease.close()
+        if self._own_hub:
+            HUBS.release(self._hub)
+
+    @staticmethod
+    def _detect_available_configs() -> Sequence[AutoDetectedConfig]:
+        """Every bus and every CAN line of the hub that a Bus without more arguments would use."""
+        with operating(), canwire.connect(name=program_name()) as hub:
+            places = can_places(hub)
+        buses = dict.fromkeys(place.info.bus for place in places if place.info.bus)
+        names = [*buses, *(place.address for place in places)]
+        return [{"interface": "canwire", "channel": name} for name in names]

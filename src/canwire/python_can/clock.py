@@ -1,0 +1,62 @@
+"""The hub's time on the clock of the wall, and how far off that may be."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from weakref import WeakValueDictionary
+
+from canwire import Hub
+
+_TRIES = 5
+_KEPT_S = 10.0  # the two clocks are compared again after that
+
+
+class HubClock:
+    """`epoch_ns` is what to add to the hub's time to get nanoseconds since 1970.
+
+    The comparison is as good as the hub is quick to answer: half of the quickest round trip. It is made anew
+    every few seconds, and then changes by no more than what is wrong for sure. A hub whose time does not follow
+    the clock (fast, virtual) is compared once; `error_s` is infinite then.
+    """
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub = hub
+        self._due_s = 0.0
+        self.epoch_ns, self._error_ns = self._compared()
+
+    @property
+    def error_s(self) -> float:
+        return self._error_ns / 1e9 if self._hub.time == "real" else math.inf
+
+    def refresh(self) -> None:
+        """Compare the clocks again if that is due."""
+        if self._hub.time != "real" or time.monotonic() < self._due_s:
+            return
+        epoch_ns, error_ns = self._compared()
+        self.epoch_ns = min(max(self.epoch_ns, epoch_ns - error_ns), epoch_ns + error_ns)
+        self._error_ns = error_ns + abs(self.epoch_ns - epoch_ns)
+
+    def _compared(self) -> tuple[int, int]:
+        found = []
+        for _ in range(_TRIES):
+            before_ns = time.time_ns()
+            hub_ns = self._hub.now_ns()
+            after_ns = time.time_ns()
+            found.append(((before_ns + after_ns) // 2 - hub_ns, (after_ns - before_ns + 1) // 2))
+        self._due_s = time.monotonic() + _KEPT_S
+        return min(found, key=lambda pair: pair[1])
+
+
+_CLOCKS: WeakValueDictionary[Hub, HubClock] = WeakValueDictionary()
+_LOCK = threading.Lock()
+
+
+def clock_of(hub: Hub) -> HubClock:
+    """One for all who use this connection: what they received is comparable to the nanosecond."""
+    with _LOCK:
+        clock = _CLOCKS.get(hub)
+        if clock is None:
+            clock = _CLOCKS[hub] = HubClock(hub)
+        return clock

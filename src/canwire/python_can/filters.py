@@ -1,0 +1,96 @@
+"""python-can's filters as the hub's: one pattern and one list for each frame format.
+
+Where they do not fit, the hub gets one pattern that lets through all they do and more, and the rest is sorted out
+here (`exact` is False then). Source: python-can 4.6 bus.py, set_filters; boards/message_filter.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from can.typechecking import CanFilters
+
+from canwire import FilterMode, HubChannel
+
+LIST_SIZE = 2048  # identifiers of the hub's list
+_ENTRIES = 2 * LIST_SIZE  # each as data and as remote frame
+_STANDARD_BITS, _EXTENDED_BITS = 11, 29
+
+Pattern = tuple[int, int]
+
+
+class FormatPlan(NamedTuple):
+    """What the hub is told about one frame format: a pattern (code, mask), and more of them for the list."""
+
+    mode: FilterMode
+    pattern: Pattern = (0, 0)
+    listed: tuple[Pattern, ...] = ()
+
+
+class Plan(NamedTuple):
+    """For 11-bit and for 29-bit frames; `exact` where nothing else passes than what should."""
+
+    standard: FormatPlan
+    extended: FormatPlan
+    exact: bool
+
+    @property
+    def open(self) -> bool:
+        """Everything passes."""
+        return self.standard.mode is self.extended.mode is FilterMode.PASS
+
+    def apply(self, channel: HubChannel) -> None:
+        """To a channel that is not active."""
+        for extended, plan in ((False, self.standard), (True, self.extended)):
+            channel.remove_ids(0, 0, extended=extended)
+            channel.set_filter_mode(plan.mode, extended=extended)
+            channel.set_acceptance(*plan.pattern, extended=extended)
+            for code, mask in plan.listed:
+                channel.add_ids(code, mask, extended=extended)
+
+
+def planned(filters: CanFilters | None) -> Plan:
+    """The plan for these filters; None or none: everything passes."""
+    if not filters:
+        return OPEN
+    plans = [_plan(filters, extended) for extended in (False, True)]
+    return Plan(plans[0][0], plans[1][0], plans[0][1] and plans[1][1])
+
+
+def _plan(filters: CanFilters, extended: bool) -> tuple[FormatPlan, bool]:
+    patterns = sorted(set(_patterns(filters, extended)), key=lambda pattern: pattern[1].bit_count())
+    if not patterns:
+        return FormatPlan(FilterMode.LOCK), True
+    widest, rest = patterns[0], tuple(patterns[1:])
+    if widest[1] == 0:
+        return FormatPlan(FilterMode.PASS), True
+    bits = (_EXTENDED_BITS if extended else _STANDARD_BITS) + 1
+    if sum(1 << bits - mask.bit_count() for _, mask in rest) <= _ENTRIES:
+        return FormatPlan(FilterMode.INCLUSIVE, widest, rest), True
+    return FormatPlan(FilterMode.INCLUSIVE, _wide_enough(patterns)), False
+
+
+def _patterns(filters: CanFilters, extended: bool) -> list[Pattern]:
+    """Those that can match in this format, as the hub writes them: the remote bit behind, which nobody asks for."""
+    limit = (1 << (_EXTENDED_BITS if extended else _STANDARD_BITS)) - 1
+    found = []
+    for one in filters:
+        wanted = one.get("extended")
+        if wanted is not None and bool(wanted) != extended:
+            continue
+        mask = one["can_mask"]
+        code = one["can_id"] & mask
+        if code <= limit:  # else it asks for a bit that no such identifier has
+            found.append((code << 1, (mask & limit) << 1))
+    return found
+
+
+def _wide_enough(patterns: Sequence[Pattern]) -> Pattern:
+    code, mask = patterns[0]
+    for other_code, other_mask in patterns[1:]:
+        mask &= other_mask & ~(code ^ other_code)
+    return code & mask, mask
+
+
+OPEN = Plan(FormatPlan(FilterMode.PASS), FormatPlan(FilterMode.PASS), True)

@@ -1,0 +1,129 @@
+"""python-can's messages and the hub's records, both directions.
+
+A message's `dlc` is its length, as everywhere in python-can; of a classic frame with a DLC of 9 to 15 and of a
+remote frame it is the code itself. Source: python-can 4.6 message.py; values/record.py.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import can
+
+from canwire import BadFrame, BusEvent, EventKind, dlc_to_length, encode_error_frame, length_to_dlc
+
+_FAST_DATA_RATE = 1 << 11
+_FD = 1 << 10
+_ESI = 1 << 12
+_DLC_SHIFT = 16
+_OVERRUN = 1 << 20
+_SELF_RECEPTION = 1 << 21
+_REMOTE = 1 << 22
+_EXTENDED = 1 << 23
+_TYPE = 0xFF
+_RECORD = struct.Struct("<QII64s")
+_IDENTIFIER = 0x1FFF_FFFF
+_LARGEST_STANDARD = 0x7FF
+
+# by DLC, FD in bit 4, remote in bit 5: bytes of data, and what python-can's dlc is
+_LENGTH = [0 if key & 32 else dlc_to_length(key & 15, fd=bool(key & 16)) for key in range(64)]
+_DLC = [dlc_to_length(key & 15, fd=True) if key & 48 == 16 else key & 15 for key in range(64)]
+
+
+def record_of(message: can.Message, *, fd: bool = True) -> bytes:
+    """The message as a record to send; raises BadFrame for one that no bus could carry, or none without `fd`.
+
+    As on SocketCAN its dlc says how long it is: data is cut off or filled with zeros, for FD to the next length
+    that there is.
+    """
+    identifier = message.arbitration_id
+    length = message.dlc
+    info = 0
+    if message.is_extended_id:
+        info = _EXTENDED
+        if not 0 <= identifier <= _IDENTIFIER:
+            raise BadFrame(f"identifier {identifier:#x}: 29 bits at most")
+    elif not 0 <= identifier <= _LARGEST_STANDARD:
+        raise BadFrame(f"identifier {identifier:#x}: 11 bits at most; 29 with is_extended_id=True")
+    if message.is_fd or message.is_error_frame or length > 8 or length < 0:
+        return _unusual(message, info, fd)
+    if message.is_remote_frame:
+        return _RECORD.pack(0, identifier, info | _REMOTE | length << _DLC_SHIFT, b"")
+    return _RECORD.pack(0, identifier, info | length << _DLC_SHIFT, message.data[:length])
+
+
+def _unusual(message: can.Message, info: int, fd: bool) -> bytes:
+    length, data = message.dlc, bytes(message.data)
+    if message.is_error_frame:
+        raise BadFrame("an error frame cannot be sent: controllers make them by themselves")
+    if message.is_fd:
+        if not fd:
+            raise BadFrame("an FD message on a bus that was opened without fd=True")
+        if message.is_remote_frame:
+            raise BadFrame("a remote frame is never FD: CAN FD has none")
+        if not 0 <= length <= 64:
+            raise BadFrame(f"dlc {length}: an FD frame carries 0 to 64 bytes")
+        code = length_to_dlc(length)
+        info |= _FD
+        info |= _FAST_DATA_RATE if message.bitrate_switch else 0
+        info |= _ESI if message.error_state_indicator else 0
+    else:
+        if not 0 <= length <= 15:
+            raise BadFrame(f"dlc {length}: a classic frame carries 0 to 8 bytes, with a DLC of 15 at most")
+        if message.is_remote_frame:
+            info |= _REMOTE
+            data = b""
+        code, length = length, min(length, 8)
+    return _RECORD.pack(0, message.arbitration_id, info | code << _DLC_SHIFT, data[:length])
+
+
+def take_messages(
+    block: memoryview,
+    epoch_ns: int,
+    channel: Any,
+    append: Callable[[can.Message], object],
+    *,
+    errors: bool,
+) -> None:
+    """Append the message of each record in the block; where frames were lost before one, an error frame goes first."""
+    message_class = can.Message
+    new = message_class.__new__
+    for time_ns, identifier, info, data in _RECORD.iter_unpack(block):
+        if info & (_TYPE | _OVERRUN):
+            if info & _TYPE:
+                event = BusEvent.from_record(_RECORD.pack(time_ns, identifier, info, data))
+                append(_error_message(event, epoch_ns, channel))
+                continue
+            if errors:
+                append(_error_message(BusEvent(EventKind.OVERRUN, time_ns), epoch_ns, channel))
+        key = info >> 16 & 15 | info >> 6 & 16 | info >> 17 & 32
+        message = new(message_class)  # its constructor takes as long as all the rest
+        message.timestamp = (epoch_ns + time_ns) / 1e9
+        message.arbitration_id = identifier
+        message.is_extended_id = info & 0x800000 != 0
+        message.is_remote_frame = info & 0x400000 != 0
+        message.is_error_frame = False
+        message.channel = channel
+        message.dlc = _DLC[key]
+        message.data = bytearray(data[: _LENGTH[key]])
+        message.is_fd = info & 0x400 != 0
+        message.is_rx = info & 0x200000 == 0
+        message.bitrate_switch = info & 0x800 != 0
+        message.error_state_indicator = info & 0x1000 != 0
+        append(message)
+
+
+def _error_message(event: BusEvent, epoch_ns: int, channel: Any) -> can.Message:
+    """As python-can's socketcan shows an error frame: its classes are the identifier."""
+    classes, data = encode_error_frame(event)
+    return can.Message(
+        timestamp=(epoch_ns + event.timestamp_ns) / 1e9,
+        arbitration_id=classes & _IDENTIFIER,
+        is_extended_id=False,
+        is_error_frame=True,
+        channel=channel,
+        dlc=8,
+        data=data,
+    )

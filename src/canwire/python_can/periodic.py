@@ -1,0 +1,200 @@
+"""Periodic messages that the hub sends by a line's cyclic list, whatever this program is busy with.
+
+A line has one list and one holder of it at a time: all Bus objects of a process share it. What does not fit there
+(a period that is no multiple of its ticks, too many messages, another program's list) python-can's own thread sends.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from can import Message
+from can.broadcastmanager import (
+    LimitedDurationCyclicSendTaskABC,
+    ModifiableCyclicTaskABC,
+    RestartableCyclicTaskABC,
+)
+
+from canwire import BadValue, Hub, Scheduler, Ticks
+from canwire.python_can.errors import operating
+from canwire.python_can.messages import record_of
+
+if TYPE_CHECKING:
+    from canwire import HubChannel
+
+_DONE = 2  # boards/cyclic_object.py's CyclicState
+
+
+class SharedList:
+    """A line's cyclic list, held for as long as a task of this process has something on it."""
+
+    def __init__(self, lease: Scheduler) -> None:
+        self.lease = lease
+        self.lock = threading.RLock()
+        self._tasks: set[HubTask] = set()
+
+    @property
+    def unused(self) -> bool:
+        return not self._tasks
+
+    def put(self, task: HubTask, records: Iterable[bytes], cycle: int, owner: HubChannel) -> list[int]:
+        """Their indices, all of them or none; raises LineError or BadValue where they do not fit."""
+        with self.lock:
+            self._forget_finished()
+            added: list[int] = []
+            try:
+                for record in records:
+                    added.append(self.lease.add(record, cycle, owner=owner))
+            except BaseException:
+                self._remove(added)
+                raise
+            self._tasks.add(task)
+            return added
+
+    def take_off(self, task: HubTask, indices: list[int]) -> None:
+        with self.lock:
+            if task in self._tasks:
+                self._tasks.remove(task)
+                self._remove(indices)
+
+    def _forget_finished(self) -> None:
+        """Tasks whose time is over make room, though nobody has stopped them."""
+        states = self.lease.status().states
+        for task in list(self._tasks):
+            if task.indices and all(states[index] == _DONE for index in task.indices):
+                indices, task.indices = task.indices, []
+                self.take_off(task, indices)
+
+    def _remove(self, indices: list[int]) -> None:
+        for index in indices:
+            self.lease.remove(index)
+
+
+class Lists:
+    """The lists that this process holds."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._held: dict[tuple[Hub, int, int], SharedList] = {}
+
+    def put(self, task: HubTask, records: list[bytes], cycle: int, owner: HubChannel) -> SharedList:
+        """Put them on the list of the owner's line. Raises InUse, Unsupported, LineError, BadValue."""
+        key = owner.hub, owner.board, owner.line
+        with self._lock:
+            held = self._held.get(key)
+            if held is None or held.lease.over:
+                lease = owner.hub.open_scheduler(owner.board, owner.line)
+                lease.resume()
+                held = self._held[key] = SharedList(lease)
+            try:
+                task.indices = held.put(task, records, cycle, owner)
+            finally:
+                self._drop_unused(key, held)
+            return held
+
+    def take_off(self, task: HubTask, owner: HubChannel) -> None:
+        """Off the list; the last one gives the list back, so that other programs can have it."""
+        key = owner.hub, owner.board, owner.line
+        with self._lock:
+            held = self._held.get(key)
+            if held is None:
+                return
+            try:
+                if not held.lease.over:
+                    indices, task.indices = task.indices, []
+                    held.take_off(task, indices)
+            finally:
+                self._drop_unused(key, held)
+
+    def _drop_unused(self, key: tuple[Hub, int, int], held: SharedList) -> None:
+        if held.unused or held.lease.over:
+            self._held.pop(key, None)
+            held.lease.close()
+
+
+LISTS = Lists()
+
+
+class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, RestartableCyclicTaskABC):
+    """python-can's periodic task: several messages take turns, one each period.
+
+    Raises on creation what keeps it off the list: InUse, Unsupported, LineError, BadValue.
+    """
+
+    def __init__(
+        self,
+        channel: HubChannel,
+        ticks: Ticks,
+        messages: Sequence[Message],
+        period: float,
+        duration: float | None,
+        *,
+        fd: bool,
+    ) -> None:
+        super().__init__(messages, period, duration)
+        self.indices: list[int] = []
+        self._channel = channel
+        self._fd = fd
+        self._step = _ticks_of(self.period_ns, ticks, len(self.messages))
+        self._list: SharedList | None = None
+        self._put()
+
+    def start(self) -> None:
+        """From the first message on; a running task begins anew."""
+        with operating():
+            if not self.indices:
+                self._put()
+            counts = self._counts()
+            begun = [index for index, count in zip(self.indices, counts, strict=True) if count != 0]
+            endless = [0 if count is None else count for count in counts if count != 0]
+            assert self._list is not None
+            self._list.lease.start_in_turn(begun, endless, self._step)
+
+    def stop(self) -> None:
+        """A second time does nothing; `start` begins anew."""
+        with operating():
+            LISTS.take_off(self, self._channel)
+
+    def modify_data(self, messages: Sequence[Message] | Message) -> None:
+        """In the same ticks."""
+        before = self.messages
+        super().modify_data(messages)
+        try:
+            with operating():
+                records = [record_of(message, fd=self._fd) for message in self.messages]
+                for index, record in zip(self.indices, records, strict=False):
+                    assert self._list is not None
+                    self._list.lease.replace(index, record)
+        except BaseException:
+            self.messages = before
+            raise
+
+    def _put(self) -> None:
+        records = [record_of(message, fd=self._fd) for message in self.messages]
+        self._list = LISTS.put(self, records, self._step * len(records), self._channel)
+
+    def _counts(self) -> list[int | None]:
+        """How often each message goes out, None: without end."""
+        number = len(self.messages)
+        if self.duration is None:
+            return [None] * number
+        total = max(1, math.ceil(self.duration / self.period - 1e-9))
+        return [(total - place + number - 1) // number for place in range(number)]
+
+
+def _ticks_of(period_ns: int, ticks: Ticks, messages: int) -> int:
+    """Raises BadValue for a period that the list cannot keep exactly."""
+    tick_ns = ticks.tick_ns
+    if (
+        not tick_ns
+        or period_ns < tick_ns
+        or period_ns % tick_ns
+        or period_ns // tick_ns * messages > ticks.maximum
+    ):
+        raise BadValue(
+            f"a period of {period_ns} ns for {messages} messages is no 1 to {ticks.maximum} ticks of {tick_ns} ns"
+        )
+    return period_ns // tick_ns

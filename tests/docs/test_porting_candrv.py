@@ -1,0 +1,384 @@
+"""The Python blocks of docs/porting-candrv.md do what they are meant to.
+
+A block stands behind `<!-- sample: name -->`. Each test runs one or two of them, on a hub in this process and on one in
+a process of its own, in fast time; CID2: and up are the other boards on the bus.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import re
+import shlex
+import subprocess
+import sys
+import threading
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import canwire
+from canwire import candrv
+from canwire.boards.config import Config
+from canwire.candrv import CanbusEvent, win32
+from canwire.candrv.constants import GENERIC_READ, GENERIC_WRITE, OPEN_EXISTING, ControlCode
+from canwire.candrv.registry import RegistryStore, Settings
+from canwire.commands import VERBS
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+GUIDE = ROOT / "docs" / "porting-candrv.md"
+BLOCK = re.compile(r"^(?:<!-- sample: (\S+) -->\n)?```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LONG_MS = 30_000
+
+BOARDS = 4
+CONFIG = '[[bus]]\nname = "can0"\n' + "".join(
+    f'\n[[board]]\nkind = "netdcu"\nserial = "HW00000{number}"\n' for number in range(1, BOARDS + 1)
+)
+REGISTRY = "".join(
+    f'[candrv.CID{n}]\nBoard = "HW00000{n}"\nEventQueueSize = 2000\n' for n in range(1, BOARDS + 1)
+)
+
+
+def samples() -> dict[str, str]:
+    """The guide's blocks by their names."""
+    return dict(BLOCK.findall(GUIDE.read_text(encoding="utf-8")))
+
+
+def fenced(language: str) -> list[str]:
+    """All blocks of a language."""
+    return re.findall(
+        rf"^```{language}\n(.*?)^```$", GUIDE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
+
+
+def run(name: str) -> Any:
+    """A block's names after it has run."""
+    space: dict[str, Any] = {"__name__": name}
+    exec(compile(samples()[name], f"<sample {name}>", "exec"), space)
+    return argparse.Namespace(**space)
+
+
+@pytest.fixture(params=["embedded", "process"])
+def hub(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[canwire.Hub]:
+    """The hub that samples find, with a registry of CID1: to CID4:."""
+    (tmp_path / "registry.toml").write_text(REGISTRY)
+    monkeypatch.setenv("CANWIRE_CONFIG", str(tmp_path / "registry.toml"))
+    with ExitStack() as closing:
+        if request.param == "process":
+            made = canwire.connect(served(tmp_path, closing))
+        else:
+            made = canwire.connect(time="fast", config=Config.parse(CONFIG))
+        closing.enter_context(made)
+        win32.use(made)
+        closing.callback(win32.use, None)
+        yield made
+
+
+def served(home: Path, closing: ExitStack) -> str:
+    """Socket of `canwire serve`."""
+    (home / "hub.toml").write_text(CONFIG)
+    command = [sys.executable, "-m", "canwire", "serve", "--time", "fast", "--socket", str(home / "hub.sock")]
+    command += ["--config", str(home / "hub.toml")]
+    process = closing.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
+    closing.callback(process.terminate)
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("canwire hub on")
+    return str(home / "hub.sock")
+
+
+def opened(device: str, *, read: bool = True) -> candrv.Handle:
+    """Accepts everything; nothing takes for ever."""
+    handle = candrv.open(device, read=read)
+    timeouts = handle.timeouts
+    timeouts.ReadTotalTimeoutConstant = timeouts.WriteTotalTimeoutConstant = LONG_MS
+    handle.timeouts = timeouts
+    if handle.readable:
+        handle.accept_all()
+    return handle
+
+
+@pytest.fixture
+def can(hub: canwire.Hub) -> Iterator[candrv.Handle]:
+    """CID1:, which the samples use."""
+    with opened("CID1:") as handle:
+        yield handle
+
+
+@pytest.fixture
+def other(hub: canwire.Hub) -> Iterator[candrv.Handle]:
+    """CID2:, on the same bus."""
+    with opened("CID2:") as handle:
+        yield handle
+
+
+def messages(handle: candrv.Handle, count: int) -> list[candrv.Event]:
+    """The next so many that were received."""
+    found: list[candrv.Event] = []
+    while len(found) < count:
+        event = handle.read_event()
+        if event.event == CanbusEvent.RECEIVED:
+            found.append(event)
+    return found
+
+
+def in_thread(call: Callable[[], object]) -> Callable[[], None]:
+    """Runs it; call the result to wait for its end."""
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+
+    def wait() -> None:
+        thread.join(LONG_MS / 1000)
+        assert not thread.is_alive()
+
+    return wait
+
+
+# the guide itself
+
+
+def test_every_block_has_a_name_and_a_test() -> None:
+    names = [name for name, _ in BLOCK.findall(GUIDE.read_text(encoding="utf-8"))]
+    assert all(names)
+    assert len(set(names)) == len(names)
+    used = set(re.findall(r'(?:run\(|sample", \[)"([^"]+)"', Path(__file__).read_text(encoding="utf-8")))
+    used |= {f"{name}-win32" for name in ("can-write", "can-read")} | {"coded-network"}
+    assert used == set(samples())
+
+
+def test_it_is_short() -> None:
+    assert len(GUIDE.read_text(encoding="utf-8").splitlines()) < 500
+
+
+def test_what_is_linked_exists() -> None:
+    text = GUIDE.read_text(encoding="utf-8")
+    titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    anchors = {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+    for target in re.findall(r"\]\(([^)]+)\)", text):
+        path, _, anchor = target.partition("#")
+        assert not path or (GUIDE.parent / path).exists()
+        assert not anchor or anchor in anchors
+
+
+def test_commands_exist() -> None:
+    lines = [line for block in fenced("console") for line in block.splitlines() if line.startswith("$ ")]
+    assert lines
+    for line in lines:
+        command, verb, *words = shlex.split(line.removeprefix("$ "), comments=True)
+        assert command == "canwire"
+        parser = argparse.ArgumentParser(exit_on_error=False)
+        importlib.import_module(VERBS[verb].module).add_arguments(parser)
+        parser.parse_args(words)
+
+
+def test_the_configuration_is_one(tmp_path: Path) -> None:
+    [text] = fenced("toml")
+    tables = tomllib.loads(text)
+    (tmp_path / "canwire.toml").write_text(text)
+    settings = RegistryStore(tmp_path / "canwire.toml").settings("CID1")
+    assert settings == Settings(board="HW000001", baudrate=500_000, acceptance_mask=0xFFFFFFFF)
+    Config.parse(text[: text.index("[candrv")])
+    assert set(tables) == {"bus", "board", "candrv"}
+
+
+def test_every_function_and_code_is_there() -> None:
+    text = GUIDE.read_text(encoding="utf-8")
+    functions = ("CreateFile", "CloseHandle", "WriteFile", "ReadFile", "SetCommTimeouts", "GetCommTimeouts",
+                 "SetCommMask", "GetCommMask", "WaitCommEvent", "DeviceIoControl")  # fmt: skip
+    headings = " ".join(re.findall(r"^### (.*)$", text, re.MULTILINE))
+    assert all(name in headings for name in functions)
+    assert all(
+        f"`{code.name}`" in text and f"IOCTL_CAN_{code.name}" in samples()["ioctl"] for code in ControlCode
+    )
+
+
+# CanWrite, CanRead
+
+
+@pytest.mark.conforms("FT-01")
+@pytest.mark.parametrize("sample", ["can-write", "can-write-win32"])
+def test_can_write(
+    sample: str, hub: canwire.Hub, other: candrv.Handle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other.device.change(rate=500_000)
+    came: list[candrv.Event] = []
+    wait = in_thread(lambda: came.extend(messages(other, 1000)))
+    assert run(sample).can_write("CID1:", 500_000) == 0
+    wait()
+    assert capsys.readouterr().out == "Start sending 1000 messages to CID1:, baudrate=500000 Hz\n"
+    assert [(event.identifier, event.data) for event in came] == [(k, bytes(8)) for k in range(1000)]
+
+
+@pytest.mark.parametrize("sample", ["can-write", "can-write-win32"])
+def test_can_write_without_a_device(
+    sample: str, hub: canwire.Hub, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(sample).can_write("CID9:") == 1
+    assert capsys.readouterr().out == "Can't open device CID9:, error 2\n"
+
+
+@pytest.mark.conforms("FT-03", "FS-26")
+@pytest.mark.parametrize("sample", ["can-read", "can-read-win32"])
+def test_can_read(
+    sample: str,
+    hub: canwire.Hub,
+    other: candrv.Handle,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ready, handles = threading.Event(), []
+    wait_for_event = candrv.Handle.read_text
+
+    def read_text(handle: candrv.Handle, size: int | None = None) -> bytes:
+        handles.append(handle)
+        ready.set()
+        return wait_for_event(handle, size)
+
+    monkeypatch.setattr(candrv.Handle, "read_text", read_text)
+    wait = in_thread(run(sample).can_read)
+    assert ready.wait(LONG_MS / 1000)
+    other.write("731 0 4 11 22 33 44\n")
+    other.mask = CanbusEvent.TRANSMITTED
+    assert other.wait_comm_event(LONG_MS / 1000) == CanbusEvent.TRANSMITTED
+    while len(handles) < 2:  # it waits for the second event
+        assert ready.wait(LONG_MS / 1000)
+    handles[0].close()
+    wait()
+    out = capsys.readouterr().out
+    assert re.fullmatch(r"received\t0:\d+\t00000731\t0\t4\r\n\t11\t22\t33\t44\t0\nRead error (995|6)\n", out)
+
+
+# function by function
+
+
+@pytest.mark.conforms("FS-15", "FS-16")
+def test_open(hub: canwire.Hub) -> None:
+    ended = run("open")
+    assert ended.refused[0] == 1450
+    assert "all 2 receive channels are taken" in ended.refused[1]
+    assert ended.denied == "ERROR_ACCESS_DENIED"
+
+
+@pytest.mark.conforms("FS-23")
+def test_write_file(can: candrv.Handle, other: candrv.Handle) -> None:
+    run("write-file").send(can)
+    assert [(event.identifier, event.data) for event in messages(other, 2)] == [
+        (0x731, b"\x11\x22\x33\x44"),
+        (0x123, b"\x11\x22"),
+    ]
+
+
+@pytest.mark.conforms("FS-26")
+def test_read_file(can: candrv.Handle, other: candrv.Handle) -> None:
+    sample = run("read-file")
+    can.mask = CanbusEvent.RECEIVED
+    other.write("731 0 4 11 22 33 44\n1 0 0\n2 0 0\n")
+    text, event = sample.first_event(can)
+    assert re.fullmatch(rb"received\t0:\d+\t00000731\t0\t4\r\n\t11\t22\t33\t44\t0\n", text)
+    assert (event.identifier, event.data) == (0x731, b"\x11\x22\x33\x44")
+    assert [line.split("\t")[2] for line in sample.lines(can, 2)] == ["00000001", "00000002"]
+
+
+@pytest.mark.conforms("FS-29")
+def test_timeouts(can: candrv.Handle) -> None:
+    can.mask = CanbusEvent.RECEIVED
+    assert run("timeouts").within_300_ms(can) is None
+    assert can.timeouts.ReadTotalTimeoutConstant == 300
+
+
+@pytest.mark.conforms("FS-33", "FS-36")
+def test_mask(can: candrv.Handle, other: candrv.Handle) -> None:
+    sample = run("mask")
+    can.device.change(rate=500_000)
+    other.device.change(rate=500_000)
+    sample.no_changes(can)
+    other.write("731 0 0\n")
+    assert messages(can, 1)[0].lost == 1
+    woken: list[int] = []
+    wait = in_thread(lambda: woken.append(sample.until_woken(can)))
+    while can.mask != CanbusEvent.LEAVING_STANDBY:
+        other.timeouts  # noqa: B018 - lets the other thread run
+    other.write("732 0 0\n")
+    wait()
+    assert woken == [CanbusEvent.LEAVING_STANDBY]
+
+
+@pytest.mark.conforms("FS-37")
+def test_filter(can: candrv.Handle, other: candrv.Handle) -> None:
+    assert run("filter").from_120_to_127(can) == 0x00E00000
+    other.write("".join(f"{number:x} 0 0\n" for number in (0x11F, 0x120, 0x127, 0x128, 0x123)))
+    assert [event.identifier for event in messages(can, 3)] == [0x120, 0x127, 0x123]
+
+
+@pytest.mark.conforms("FS-26")
+def test_messages(can: candrv.Handle, other: candrv.Handle) -> None:
+    sample = run("messages")
+    for handle in (can, other):
+        handle.device.change(mode=candrv.CanMode.CAN_2_0_B)
+    can.mask = CanbusEvent.TRANSMITTED | CanbusEvent.RECEIVED
+    sample.send_both(can)
+    assert [(event.fmt, event.identifier, event.rtr, event.data) for event in messages(other, 2)] == [
+        (1, 0x123, 0, b"\x11\x22"),
+        (2, 0x12345678, 1, b""),
+    ]
+    assert [sample.handle_next(can) for _ in range(2)] == ["TRANSMITTED", "TRANSMITTED"]
+    other.write_message(0x7, b"\xab\xcd")
+    assert sample.handle_next(can) == "7: ab cd"
+    can.mask = CanbusEvent.DEVICE_CHANGED
+    can.device.change()
+    assert sample.handle_next(can) is None
+
+
+@pytest.mark.conforms("FS-13")
+def test_ioctl(hub: canwire.Hub, other: candrv.Handle) -> None:
+    sample = run("ioctl")
+    other.device.change(rate=500_000)
+    number = win32.CreateFile("CID1:", GENERIC_READ | GENERIC_WRITE, 0, None, OPEN_EXISTING)
+    found = sample.tour(number)
+    assert set(found) == set(ControlCode)
+    failed = {code.name for code in ControlCode if not found[code]}
+    assert failed == {"TEST_DEVICE"}  # 0 is its answer
+    assert win32.CloseHandle(number)
+
+
+# the network
+
+
+@pytest.mark.conforms("FS-12")
+@pytest.mark.parametrize("sample", ["network", "coded-network"])
+def test_the_network(sample: str, hub: canwire.Hub) -> None:
+    network = run(sample)
+    with ExitStack() as closing:
+        sensor, controller, one, two = (
+            closing.enter_context(opened(f"CID{number}:")) for number in range(1, BOARDS + 1)
+        )
+        network.set_up_controller(controller)
+        network.set_up_fan(one, 1)
+        network.set_up_fan(two, 2)
+        for number, degrees in ((1, 85), (2, 79), (2, 90), (1, 60)):
+            network.report(sensor, number, degrees)
+            network.control(controller)
+        assert [network.is_to_turn(one) for _ in range(2)] == [True, False]
+        assert [network.is_to_turn(two) for _ in range(2)] == [False, True]
+        assert (one.waiting, two.waiting, controller.waiting) == (0, 0, 0)
+
+
+@pytest.mark.conforms("FS-12")
+def test_the_coded_network_s_filters(hub: canwire.Hub) -> None:
+    network = run("coded-network")
+    with opened("CID1:", read=False) as talker, opened("CID2:") as controller, opened("CID3:") as fan:
+        network.set_up_controller(controller)
+        network.set_up_fan(fan, 1)
+        for identifier in (0b110_01010000, 0b100_00000000, 0b111_11111111):  # any sensor
+            talker.write_message(identifier)
+        for identifier in (0b011_1111101_0, 0b011_1111101_1, 0b011_1111110_1, 0b001_00101100):
+            talker.write_message(identifier)
+        talker.write_message(0b101_11111111)
+        assert [event.identifier for event in messages(controller, 4)] == [0x650, 0x400, 0x7FF, 0x5FF]
+        assert [event.identifier for event in messages(fan, 2)] == [0b011_1111101_0, 0b011_1111101_1]
+        assert fan.waiting == 0

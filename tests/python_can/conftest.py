@@ -1,0 +1,108 @@
+"""Hubs in processes of their own, and python-can programs that know nothing of this tree but the interface's name."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+import canwire
+from canwire.python_can import CanwireBus
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+LONG = 30  # seconds after which something that should happen never will
+
+Program = Callable[..., subprocess.Popen[str]]
+Open = Callable[..., CanwireBus]
+
+
+class Served:
+    """`canwire serve` with the usual boards."""
+
+    def __init__(self, home: Path, time: str) -> None:
+        self.address = str(home / "hub.sock")
+        command = [sys.executable, "-m", "canwire", "serve", "--time", time, "--socket", self.address]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        assert "canwire hub on" in self.process.stdout.readline()
+
+    def close(self) -> None:
+        self.process.terminate()
+        self.process.wait(LONG)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Served]:
+    """A hub in real time for this test alone."""
+    made = Served(tmp_path, "real")
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def open_bus(served: Served) -> Iterator[Open]:
+    """Makes buses on that hub, all closed at the end."""
+    made: list[CanwireBus] = []
+
+    def open_one(channel: str = "can0", **arguments: object) -> CanwireBus:
+        made.append(CanwireBus(channel, hub=served.address, **arguments))  # type: ignore[arg-type]
+        return made[-1]
+
+    yield open_one
+    for bus in made:
+        bus.shutdown()
+
+
+@pytest.fixture
+def hub() -> Iterator[canwire.Hub]:
+    """A hub in this process whose time passes only while somebody waits."""
+    with canwire.connect(time="virtual") as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What to put on PYTHONPATH so that python-can finds our entry point, as where canwire is installed."""
+    home = tmp_path_factory.mktemp("installed")
+    entries = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["can.interface"]
+    info = home / "canwire_interface-0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: canwire-interface\nVersion: 0\n")
+    lines = [f"{name} = {value}" for name, value in entries.items()]
+    (info / "entry_points.txt").write_text("\n".join(["[can.interface]", *lines, ""]))
+    return os.pathsep.join(filter(None, [str(home), str(ROOT / "src"), os.environ.get("PYTHONPATH", "")]))
+
+
+@pytest.fixture
+def program(served: Served, installed: str) -> Iterator[Program]:
+    """Starts an unmodified python-can program; it says "ready" first unless told otherwise."""
+    started: list[subprocess.Popen[str]] = []
+    inside = Path(canwire.__file__).is_relative_to(ROOT)
+    path = installed if inside else installed.replace(str(ROOT / "src"), "")
+
+    def start(body: str, *, ready: bool = True) -> subprocess.Popen[str]:
+        environment = {**os.environ, "CANWIRE_HUB": served.address, "PYTHONPATH": path}
+        process = subprocess.Popen(
+            [sys.executable, "-c", body],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        assert process.stdout is not None
+        if ready:
+            assert process.stdout.readline() == "ready\n"
+        return process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()
