@@ -27,11 +27,13 @@ from canwire import (
     InUse,
     LineMode,
     NoSuchBoard,
+    Unplugged,
     Unsupported,
 )
 from canwire.boards.config import Config
 from canwire.drivers.outside import Trouble
 from canwire.drivers.slcan_dongle import link
+from canwire.values.frame import record_to_send
 
 HERE = Path(__file__).parent
 BENCH = runpy.run_path(str(HERE / "outside_bench.py"))
@@ -58,7 +60,7 @@ def dongle(tmp_path: Path) -> Iterator[Dongle]:
     made.vanish()
 
 
-def port_of(dongle: Dongle, options: str = "?timeout=0.2") -> str:
+def port_of(dongle: Dongle, options: str = "?timeout=5") -> str:
     return f"{dongle.link}{options}"
 
 
@@ -154,7 +156,7 @@ def test_one_is_found_by_its_own_number(
     mute = FakeDongle(tmp_path / "mute", lambda line: None)
     listed = [(str(one.link), "") for one in (dongle, other, mute)]
     monkeypatch.setattr(link, "listed_ports", lambda: listed)
-    program = Program(hub, hub.plug("slcan", port="?serial=A123&timeout=0.05"))
+    program = Program(hub, hub.plug("slcan", port="?serial=A123&timeout=0.2"))
     program.control.start()
 
     assert not [one for one in program.wait(on_bus) if is_event(one, EventKind.ERROR)]
@@ -259,7 +261,7 @@ def test_another_adapter_in_its_place_is_left_alone(hub: Hub, dongle: Dongle) ->
 def test_late_wrong_and_missing_answers_are_one_event_each(
     hub: Hub, dongle: Dongle, answer: bytes | None
 ) -> None:
-    program = Program(hub, hub.plug("slcan", port=port_of(dongle))).start()
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.5"))).start()
     bad = [answer]
     dongle.answer = lambda line: bad.pop() if line[:1] == b"t" and bad else usual(line)
     program.send(Frame(0x1), Frame(0x2))
@@ -274,7 +276,7 @@ def test_late_wrong_and_missing_answers_are_one_event_each(
 @pytest.mark.realtime
 def test_an_adapter_that_never_answers_hangs_nothing(hub: Hub, dongle: Dongle) -> None:
     dongle.answer = lambda line: None
-    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.02")))
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.1")))
     program.control.start()
     program.send(Frame(0x1))
 
@@ -527,3 +529,107 @@ def test_fast_time_gives_an_adapter_its_own(tmp_path: Path, dongle: Dongle) -> N
 
         assert not [one for one in found if is_event(one, EventKind.ERROR)]
         assert hub.now_ns() - began_ns > time.monotonic_ns() - began
+
+
+# what tests/contracts/test_line.py asks of every line, as far as it needs no time of its own
+
+
+def books(program: Any) -> tuple[int, int, int, int, int]:
+    status = program.channel.status()
+    assert status.sent == status.delivered + status.aborted + status.refused + status.pending
+    return status.sent, status.delivered, status.aborted, status.refused, status.pending
+
+
+@pytest.mark.realtime
+def test_back_to_back_states_and_what_is_told_of_them(pair: BackToBack) -> None:
+    program = pair.one
+    program.wait(lambda one: is_event(one, EventKind.CHANGED))  # it was initialised
+    active, stopped = (EventKind.STATE, ErrorState.ERROR_ACTIVE), (EventKind.STATE, ErrorState.STOPPED)
+    told: list[Any] = []
+    for end in (program.control.stop, program.control.reset):
+        program.control.start()
+        program.control.start()
+        told += program.wait(on_bus)
+        assert program.status().running
+        end()
+        told += program.wait(lambda one: is_event(one, EventKind.INFO))
+        assert not program.status().running
+    assert [(one.kind, one.code if one.kind is EventKind.INFO else one.state) for one in told] == [
+        (EventKind.INFO, 1), active, stopped, (EventKind.INFO, 2),
+        (EventKind.INFO, 1), active, stopped, (EventKind.INFO, 3),
+    ]  # fmt: skip
+
+
+@pytest.mark.realtime
+def test_back_to_back_what_is_queued_before_the_start_goes_out_then(pair: BackToBack) -> None:
+    pair.other.start()
+    pair.one.send(*[Frame(id) for id in (3, 1, 2)])
+    assert pair.one.channel.status().pending == 3
+    pair.one.start()
+
+    assert [pair.other.wait(a_frame)[-1].id for _ in range(3)] == [3, 1, 2]
+    for _ in range(3):
+        pair.one.wait(a_frame)
+    assert books(pair.one) == (3, 3, 0, 0, 0)
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("extended", [False, True])
+def test_back_to_back_the_lines_filter(pair: BackToBack, extended: bool) -> None:
+    control = pair.other.control
+    everything = 0x1FFFFFFF << 1 if extended else 0x7FF << 1
+    control.set_acceptance(0x100 << 1, everything, extended=extended)
+    control.add_ids(0x200 << 1, everything & ~2, extended=extended)
+    pair.other.start()
+    pair.one.start().send(*[Frame(id, extended=extended) for id in (0xFF, 0x100, 0x101, 0x200, 0x201, 0x202)])
+    pair.one.send(Frame(0x100, b"end", extended=extended))
+
+    assert [pair.other.wait(a_frame)[-1].id for _ in range(4)] == [0x100, 0x200, 0x201, 0x100]
+
+
+@pytest.mark.realtime
+def test_back_to_back_a_format_that_is_not_wanted(pair: BackToBack) -> None:
+    pair.one.control.initialise(LineMode(TIMING, error_frames=True, extended=False))
+    pair.one.start()
+    pair.other.start().send(Frame(1, extended=True), Frame(2))
+    assert pair.one.wait(a_frame)[-1] == Frame(2)
+    pair.one.send(Frame(3, extended=True), Frame(4))
+    pair.one.wait(a_frame)
+    assert books(pair.one) == (2, 1, 0, 1, 0)
+
+
+@pytest.mark.realtime
+def test_back_to_back_cancel(pair: BackToBack) -> None:
+    """What the adapter was given is on its way; the rest is given up."""
+    pair.one.send(*[Frame(id) for id in range(6)])
+    assert pair.one.channel.cancel() == 6
+    pair.other.start()
+    pair.one.start().send(Frame(9))
+
+    assert pair.other.wait(a_frame)[-1] == Frame(9)
+    pair.one.wait(a_frame)
+    assert books(pair.one) == (7, 1, 6, 0, 0)
+
+
+@pytest.mark.realtime
+def test_back_to_back_a_cyclic_list(pair: BackToBack, hub: Hub) -> None:
+    pair.other.start()
+    pair.one.start()
+    with hub.open_scheduler(pair.one.board.id, 0) as scheduler:
+        index = scheduler.add(record_to_send(Frame(0x10, b"\0")), 20, increment=2, byte_index=0)
+        scheduler.start(index, 20)
+        scheduler.resume()
+        assert [pair.other.wait(a_frame)[-1].data[0] for _ in range(20)] == list(range(20))
+
+
+@pytest.mark.realtime
+def test_back_to_back_pulled_out_and_plugged_in_again(pair: BackToBack, hub: Hub, tmp_path: Path) -> None:
+    pair.other.start()
+    pair.one.start()
+    hub.unplug(pair.one.board.hardware_id)
+    for use in (pair.one.channel.status, pair.one.control.start, pair.one.control.status):
+        with pytest.raises(Unplugged):
+            use()
+    again = Program(hub, hub.plug("slcan", port=str(tmp_path / "tty0"))).start()
+    again.send(Frame(4))
+    assert pair.other.wait(a_frame)[-1] == Frame(4)
