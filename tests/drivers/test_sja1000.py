@@ -292,6 +292,19 @@ def test_bus_off_with_a_frame_in_the_chip(bench: Bench) -> None:
     assert (bench.driver.counters().tec, bench.channel.pending()) == (0, 0)
 
 
+@pytest.mark.conforms("FS-58")
+def test_registers_of_a_bus_off_chip_do_not_bring_it_back(bench: Bench) -> None:
+    bench.faults.flip(frame_id=1, bit="crc delimiter", times=None, seen_by="sender")
+    bench.send(1)
+    bench.run(0.2)
+    bench.faults.clear()
+    bench.driver.write_register(m.ACR0, 0x55, True)
+    assert bench.driver.read_register(m.ACR0, True) == 0x55
+    bench.run()
+    assert bench.driver.counters().state is ErrorState.BUS_OFF
+    assert bench.chip.peek(m.MOD) & m.MOD_RM
+
+
 def test_recovery_takes_128_times_11_recessive_bits(bench: Bench) -> None:
     bench.faults.flip(frame_id=1, bit="crc delimiter", times=None, seen_by="sender")
     bench.send(1)

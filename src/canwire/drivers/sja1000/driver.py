@@ -139,9 +139,13 @@ class Sja1000Driver(Driver):
     def registers(self) -> list[RegisterValue]:
         return self._chip.registers()
 
+    def _operates(self) -> bool:
+        """The chip is in operating mode; in bus-off it has gone into reset mode by itself, and stays there."""
+        return self.running and self._state is not ErrorState.BUS_OFF
+
     def read_register(self, address: int, reset_mode: bool) -> int:
         self._chip.check_address(address)
-        if not reset_mode or not self.running:
+        if not reset_mode or not self._operates():
             return self._read(address)
         self._enter_reset()
         value = self._read(address)
@@ -150,7 +154,7 @@ class Sja1000Driver(Driver):
 
     def write_register(self, address: int, value: int, reset_mode: bool) -> None:
         self._chip.check_address(address, value)
-        if not reset_mode or not self.running:
+        if not reset_mode or not self._operates():
             self._write(address, value)
             return
         self._enter_reset()
