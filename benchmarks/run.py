@@ -137,10 +137,12 @@ def main() -> int:
     sys.path.insert(0, str(HERE))
     import candrv
     import lin
+    import mcp2515
     import python_can
     import shared
     import sja1000
     import slcan
+    import slcan_driver
 
     import canwire
 
@@ -149,7 +151,8 @@ def main() -> int:
         rows = [*core_rows(scale, runs, pure), *lab_rows(scale, runs), *process_rows(seconds, runs)]
         rows += [*shared.rows(scale, seconds), *lin.rows(scale, seconds)]
         rows += [*candrv.rows(scale, seconds), *python_can.rows(scale, seconds)]
-        rows += [*sja1000.rows(scale, runs), *slcan.rows(scale)]
+        rows += [*sja1000.rows(scale, runs), *mcp2515.rows(seconds)]
+        rows += [*slcan.rows(scale), *slcan_driver.rows(min(seconds, 3.0))]
     if arguments.json:
         print(
             json.dumps(

@@ -79,21 +79,32 @@ def counted_for(seconds: float, take: Callable[[], int]) -> int:
     return count
 
 
-def measured(who: Callable[[str, float], tuple[int, int]], seconds: float) -> float:
+def measured(who: Callable[[str, float], tuple[int, int]], seconds: float) -> tuple[float, int]:
+    """frames/s, and frames lost."""
     names: Any = multiprocessing.Queue()
     process = multiprocessing.Process(target=adapter, args=(names,), daemon=True)
     process.start()
     count, lost = who(names.get(), seconds)
     process.kill()
     process.join()
-    rate = count / seconds
-    print(f"{who.__name__:8}{rate:12,.0f} frames/s   {lost} lost", flush=True)
-    return rate
+    return count / seconds, lost
+
+
+def rows(seconds: float) -> list[tuple[str, str, str, str]]:
+    """For the table of run.py."""
+    (mine, lost), (beside, _) = measured(ours, seconds), measured(theirs, seconds)
+    return [
+        (
+            "received from a serial dongle",
+            f"{mine:,.0f} frames/s, {lost} lost = {mine / beside:.0f} x",
+            f"its slcan {beside:,.0f} frames/s",
+            "20 x",
+        )
+    ]
 
 
 def main() -> None:
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 3.0
-    print(f"{'ours/theirs':12}{measured(ours, seconds) / measured(theirs, seconds):8.1f}")
+    print(rows(float(sys.argv[1]) if len(sys.argv) > 1 else 3.0))
 
 
 if __name__ == "__main__":

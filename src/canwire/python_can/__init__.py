@@ -7,6 +7,13 @@
 Needs python-can. bus.py has every parameter.
 """
 
+from importlib.util import find_spec
+
+from canwire import ExtraMissing
+
+if find_spec("can") is None:
+    raise ExtraMissing("python-can", "can")
+
 from canwire.python_can.bus import CanwireBus
 
 __all__ = ["CanwireBus"]
