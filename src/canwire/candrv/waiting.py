@@ -86,13 +86,15 @@ class WaitingRoom:
         if virtual and self._deadlines:
             left = max(0, min(self._deadlines) - self._now()) / 1e9
         self._sleeps = True
-        self.lock.release()
-        try:
+        try:  # a signal's exception may come behind each call here, and must leave the lock held
+            self.lock.release()
             self.event.wait(left)
         finally:
-            self.lock.acquire()
-            self._sleeps = False
-            self._changed.notify_all()
+            try:
+                self.lock.acquire()
+            finally:
+                self._sleeps = False
+                self._changed.notify_all()
 
     def _now(self) -> int:
         return self._hub.now_ns() if self._hub.virtual else time.monotonic_ns()
