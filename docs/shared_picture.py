@@ -1,11 +1,13 @@
-"""Draws docs/shared.svg, the README's picture of shared boards: what a hub and three commands print.
+"""Draws the README's pictures of shared boards from what programs print.
 
-python docs/shared_picture.py > docs/shared.svg
+python docs/shared_picture.py > docs/shared.svg                    a hub and three commands
+python docs/shared_picture.py five > docs/five-programs.svg        the five programs of five-programs.md
 """
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -51,6 +53,44 @@ def story() -> list[str]:
     ]  # fmt: skip
 
 
+def five() -> list[str]:
+    """The programs of the page, and what each of them heard of the others."""
+    page = (Path(__file__).parent / "five-programs.md").read_text(encoding="utf-8")
+    programs = re.findall(
+        r"<!-- program: (\S+) \w+ -->\n```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL
+    )
+    serve, go = re.findall(r"^\$ canwire (.*)$", page, re.MULTILINE)
+    with tempfile.TemporaryDirectory() as home:
+        os.environ["CANWIRE_HUB"] = socket = str(Path(home) / "canwire.sock")
+        running = [started(home, *command(*serve.split(), "--socket", socket))]
+        lines = [
+            "# six terminals",
+            f"$ canwire {serve}",
+            read(running[0], 2)[0].replace(home, "/run/user/1000"),
+            "",
+        ]
+        running += [started(home, sys.executable, "-c", text) for _, text in programs]
+        for process in running[1:]:
+            read(process, 1)
+        subprocess.run(command(*go.split()), check=True)
+        for (name, _), process in zip(programs, running[1:], strict=True):
+            heard = "   ".join(f"{line:10}" for line in read(process, 4))
+            lines += [f"$ python on_{name.replace('-', '_')}.py", f"  {heard}".rstrip()]
+        for process in running:
+            process.kill()
+            process.communicate()
+    return [*lines, "", f"$ canwire {go}"]
+
+
+def started(home: str, *words: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=home)
+
+
+def read(process: subprocess.Popen[str], count: int) -> list[str]:
+    assert process.stdout is not None
+    return [process.stdout.readline().rstrip() for _ in range(count)]
+
+
 def colour(line: str) -> str:
     return next((shade for start, shade in COLOURS if line.startswith(start)), "#c9d1d9")
 
@@ -68,4 +108,4 @@ def picture(lines: list[str]) -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(picture(story()))
+    sys.stdout.write(picture(five() if sys.argv[1:] == ["five"] else story()))
