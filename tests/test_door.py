@@ -20,6 +20,7 @@ CanwireError Closed ErrorKind ErrorState EventKind ExtraMissing FIELDS Frame Lab
 LineError LogLine NON_ISO NodeScript NotIdle NotReceived NotTransmitted QueueFull TimingLimits
 __version__ core_mode dlc_to_length format_candump_line format_frame format_log_line frames_to_array
 length_to_dlc RegisterValue SlcanReader format_slcan_frame parse_slcan_frame decode_error_frame encode_error_frame
+ABORT_ON_ERROR CONFIRM CONFIRM_LOAD HIGH_PRIORITY LOOP_BACK SELF_RECEPTION SINGLE_SHOT
 parse_candump_line parse_frame parse_log_line record_dtype
 BadDescription Busy LabLinBus LabLinNode LinCapabilities LinControl LinErrorKind LinEvent LinEventKind LinFeature
 LinFrame LinLineStatus LinLogLine LinMode LinMonitorMode LinMonitorStatus LinOutcome LinSchedule LinSlot LinState

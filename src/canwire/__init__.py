@@ -84,7 +84,16 @@ from canwire.values.lin_text import (
     parse_lin_frame,
     parse_lin_log_line,
 )
-from canwire.values.record import record_dtype
+from canwire.values.record import (
+    ABORT_ON_ERROR,
+    CONFIRM,
+    CONFIRM_LOAD,
+    HIGH_PRIORITY,
+    LOOP_BACK,
+    SELF_RECEPTION,
+    SINGLE_SHOT,
+    record_dtype,
+)
 from canwire.values.records import frames_to_array
 from canwire.values.register import RegisterValue
 from canwire.values.screen_text import format_candump_line, parse_candump_line
@@ -132,8 +141,15 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
+    "ABORT_ON_ERROR",
+    "CONFIRM",
+    "CONFIRM_LOAD",
     "FIELDS",
+    "HIGH_PRIORITY",
+    "LOOP_BACK",
     "NON_ISO",
+    "SELF_RECEPTION",
+    "SINGLE_SHOT",
     "Acceptance",
     "BadConfig",
     "BadDescription",

@@ -10,12 +10,23 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import canwire
-from canwire import BadFrame, BadValue, CanwireError, Closed, ErrorState, Frame, NotInitialised, QueueFull
+from canwire import (
+    ABORT_ON_ERROR,
+    LOOP_BACK,
+    BadFrame,
+    BadValue,
+    CanwireError,
+    Closed,
+    ErrorState,
+    Frame,
+    NotInitialised,
+    QueueFull,
+)
 from canwire.acan.constants import CANC_SJA1000, Condition
 from canwire.acan.dispatch import Dispatch
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import find_line
-from canwire.acan.line import ABORT_ON_ERROR, LOOP_BACK, AcanLine
+from canwire.acan.line import AcanLine
 from canwire.acan.service import Service, notify, patiently
 
 if TYPE_CHECKING:

@@ -40,7 +40,6 @@ CHANNEL = ChannelMode(
     prioritised=True,
 )
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filter is the only one
-ABORT_ON_ERROR, LOOP_BACK = 1 << 14, 1 << 15  # request bits of a record's info word (values/record.py)
 _RECORD = struct.Struct("<QII")  # time, identifier, info
 _LOST, _REMOTE, _EXTENDED = 1 << 20, 1 << 22, 1 << 23  # CANMSGINFO's bits
 _DATA_AT = 16

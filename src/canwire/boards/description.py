@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntFlag
 
+from canwire.values.timing_limits import TimingLimits
+
 
 class Feature(IntFlag):
     """VCI's CAN_FEATURE_ bits."""
@@ -39,6 +41,28 @@ class TimingRange:
     tseg2: tuple[int, int]
     sjw: tuple[int, int]
     offset_max: int = 0
+
+    def limits(
+        self, name: str = "this board", *, quanta_min: int | None = None, ipt: int = 0
+    ) -> TimingLimits:
+        """The same for BitTiming's searches, which call it `name`; a bit of at least `quanta_min` quanta.
+
+        None: as few as the registers can make. `ipt` is the information processing time in quanta.
+        """
+        (tseg1_min, tseg1_max), (tseg2_min, tseg2_max) = self.tseg1, self.tseg2
+        return TimingLimits(
+            name,
+            prescaler_max=self.prescaler[1],
+            tseg1_max=tseg1_max,
+            tseg2_max=tseg2_max,
+            sjw_max=self.sjw[1],
+            quanta_min=1 + tseg1_min + tseg2_min if quanta_min is None else quanta_min,
+            quanta_max=1 + tseg1_max + tseg2_max,
+            prescaler_min=self.prescaler[0],
+            tseg1_min=tseg1_min,
+            tseg2_min=tseg2_min,
+            ipt=ipt,
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,16 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from canwire import CanwireError, ChannelMode, EventKind, FilterMode, Siblings
+from canwire import (
+    CONFIRM,
+    CONFIRM_LOAD,
+    SELF_RECEPTION,
+    CanwireError,
+    ChannelMode,
+    EventKind,
+    FilterMode,
+    Siblings,
+)
 from canwire.candrv.constants import Win32Error
 from canwire.candrv.errors import CandrvError
 from canwire.candrv.receiving import EVENTS, RECORD, Key, Receiver, Ticket
@@ -20,7 +29,6 @@ if TYPE_CHECKING:
     from canwire.candrv.device import Device
     from canwire.candrv.event_queue import EventQueue
 
-CONFIRM, CONFIRM_LOAD, SELF_RECEPTION = 1 << 13, 1 << 24, 1 << 21  # request bits (values/record.py)
 LEAST_RING = 4096  # records that the hub keeps until somebody looks
 OUTCOMES = 64  # records that say what became of messages, where nobody reads
 LINGER_S = 0.25  # without progress, then a closing handle gives up what it has not sent

@@ -11,7 +11,7 @@ import json
 import os
 from typing import TYPE_CHECKING
 
-from canwire import NoSuchBoard, TimingLimits
+from canwire import NoSuchBoard
 from canwire.candrv.properties import CONTROLLERS, SJA1000, Controller
 from canwire.candrv.registry import RegistryStore, Settings, check_spi
 
@@ -82,17 +82,4 @@ def controller_on(board: BoardInfo, line: LineInfo) -> Controller:
     can = line.capabilities
     if can.controller_type == CAN_CTRL_SJA1000:
         return SJA1000
-    ranges = can.nominal
-    limits = TimingLimits(
-        board.kind,
-        prescaler_max=ranges.prescaler[1],
-        tseg1_max=ranges.tseg1[1],
-        tseg2_max=ranges.tseg2[1],
-        sjw_max=ranges.sjw[1],
-        quanta_min=1 + ranges.tseg1[0] + ranges.tseg2[0],
-        quanta_max=1 + ranges.tseg1[1] + ranges.tseg2[1],
-        prescaler_min=ranges.prescaler[0],
-        tseg1_min=ranges.tseg1[0],
-        tseg2_min=ranges.tseg2[0],
-    )
-    return Controller(board.kind, can.clock_hz, limits, registers=0)
+    return Controller(board.kind, can.clock_hz, can.nominal.limits(board.kind), registers=0)

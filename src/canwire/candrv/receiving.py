@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import CanwireError, ErrorState, EventKind
+from canwire import SELF_RECEPTION, CanwireError, ErrorState, EventKind
 from canwire.candrv.constants import CanbusEvent, CanMode, FrameFormat
 from canwire.candrv.event_queue import Event, EventQueue
 from canwire.candrv.filters import ID_SHIFT, Filter, identifier_width
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # a record of the hub's (values/record.py): time or delay, identifier, info, the first eight bytes
 RECORD = struct.Struct("<QII8s56x")
-_SELF_RECEPTION, REMOTE, EXTENDED = 1 << 21, 1 << 22, 1 << 23
+REMOTE, EXTENDED = 1 << 22, 1 << 23
 DLC_SHIFT = 16
 _MESSAGE_BITS = 0xF << DLC_SHIFT | REMOTE | EXTENDED
 _STATE_AT = 2  # of an event's data: its ErrorState, with a bit for who sends
@@ -118,7 +118,7 @@ class Receiver:
             if info & 0xFF:
                 self._happened(info & 0xFF, at_ns, data)
                 continue
-            if info & _SELF_RECEPTION:
+            if info & SELF_RECEPTION:
                 self._confirmed(Key(identifier, info & _MESSAGE_BITS, data), at_ns)
                 continue
             if queue is None:

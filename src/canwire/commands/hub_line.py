@@ -26,7 +26,6 @@ from canwire import (
     LineMode,
     LineStatus,
     NoSuchBoard,
-    TimingLimits,
     TimingRange,
 )
 
@@ -210,16 +209,5 @@ def _check_agreement(place: Place, status: LineStatus, rates: Rates) -> None:
 
 
 def _timing(bit_rate: int, capabilities: Capabilities, registers: TimingRange, quanta_min: int) -> BitTiming:
-    limits = TimingLimits(
-        "this board",
-        prescaler_max=registers.prescaler[1],
-        tseg1_max=registers.tseg1[1],
-        tseg2_max=registers.tseg2[1],
-        sjw_max=registers.sjw[1],
-        quanta_min=quanta_min,
-        quanta_max=1 + registers.tseg1[1] + registers.tseg2[1],
-        prescaler_min=registers.prescaler[0],
-        tseg1_min=registers.tseg1[0],
-        tseg2_min=registers.tseg2[0],
-    )
+    limits = registers.limits(quanta_min=quanta_min)
     return BitTiming.for_bit_rate(bit_rate, clock_hz=capabilities.clock_hz, limits=limits)

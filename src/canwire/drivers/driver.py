@@ -192,5 +192,16 @@ class Driver:
         """Give up the frame in a mailbox, unless it is on the wire this very moment; False if it stays."""
         raise NotImplementedError
 
+    def settle(self, box: Mailbox, delivered: bool, at_ns: int) -> None:
+        """For drivers: the frame in this mailbox went through, or was given up; the next one may come."""
+        if self.host is not None:
+            if delivered:
+                self.host.transmitted(box, at_ns)
+            else:
+                self.host.aborted(box, at_ns)
+        box.occupied = False
+        if self.host is not None:
+            self.host.fill(at_ns)
+
     def listen(self, sink: Sink, attentive: bool) -> None:
         """Received frames may go straight to `sink`; an `attentive` host wants to hear of every loss and error."""

@@ -157,17 +157,10 @@ class OutsideDriver(Driver):
 
     def finished(self, sent: bool) -> None:
         """The mailbox's frame is in the adapter's queue, or was given up; the next one may come."""
-        box, at_ns = self.normal, self.timeline.now_ns
-        if not box.occupied:
+        if not self.normal.occupied:
             return
-        if self.host is not None:
-            if sent:
-                self._sent += 1
-                self.host.transmitted(box, at_ns)
-            else:
-                self.host.aborted(box, at_ns)
-        box.occupied = False
-        self.fill()
+        self._sent += sent
+        self.settle(self.normal, sent, self.timeline.now_ns)
 
     def fill(self) -> None:
         if self.host is not None:

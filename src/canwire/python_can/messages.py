@@ -12,14 +12,20 @@ from typing import Any
 
 import can
 
-from canwire import BadFrame, BusEvent, EventKind, dlc_to_length, encode_error_frame, length_to_dlc
+from canwire import (
+    BadFrame,
+    BusEvent,
+    EventKind,
+    dlc_to_length,
+    encode_error_frame,
+    length_to_dlc,
+)
 
 _FAST_DATA_RATE = 1 << 11
 _FD = 1 << 10
 _ESI = 1 << 12
 _DLC_SHIFT = 16
 _OVERRUN = 1 << 20
-_SELF_RECEPTION = 1 << 21
 _REMOTE = 1 << 22
 _EXTENDED = 1 << 23
 _TYPE = 0xFF

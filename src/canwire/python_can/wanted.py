@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from canwire import BadTiming, BitTiming, Capabilities, Feature, LineMode, TimingLimits, TimingRange
+from canwire import BadTiming, BitTiming, Capabilities, Feature, LineMode, TimingRange
 
 USUAL_BIT_RATE = 500_000
 USUAL_DATA_BIT_RATE = 2_000_000
@@ -88,16 +88,5 @@ def at_clock(timing: BitTiming | None, capabilities: Capabilities) -> BitTiming 
 
 
 def _timing(bit_rate: int, capabilities: Capabilities, registers: TimingRange, quanta_min: int) -> BitTiming:
-    limits = TimingLimits(
-        "this board",
-        prescaler_max=registers.prescaler[1],
-        tseg1_max=registers.tseg1[1],
-        tseg2_max=registers.tseg2[1],
-        sjw_max=registers.sjw[1],
-        quanta_min=quanta_min,
-        quanta_max=1 + registers.tseg1[1] + registers.tseg2[1],
-        prescaler_min=registers.prescaler[0],
-        tseg1_min=registers.tseg1[0],
-        tseg2_min=registers.tseg2[0],
-    )
+    limits = registers.limits(quanta_min=quanta_min)
     return BitTiming.for_bit_rate(bit_rate, clock_hz=capabilities.clock_hz, limits=limits)

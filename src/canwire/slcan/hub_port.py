@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from canwire import (
+    SELF_RECEPTION,
+    SINGLE_SHOT,
     BadTiming,
     BitTiming,
     BusEvent,
@@ -20,7 +22,6 @@ from canwire import (
     Frame,
     LineMode,
     NoSuchBoard,
-    TimingLimits,
     TimingRange,
 )
 from canwire.slcan.can_side import ACCEPT_ALL, TRANSMIT_QUEUE, Setup
@@ -40,7 +41,6 @@ _EVENTS = (
 _BATCH = 256
 _MAILBOXES = 4  # room for frames given up that the hub has not taken out yet
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filter is the only one
-_SELF_RECEPTION, _SINGLE_SHOT = 1 << 21, 1 << 8  # request bits of a record's info word (values/record.py)
 _FEWEST_QUANTA = 8
 
 
@@ -102,7 +102,7 @@ class HubPort:
             self.poll_all()
 
     def send(self, frame: Frame, *, single_shot: bool = False) -> None:
-        self._frames.send(frame, _SELF_RECEPTION | (_SINGLE_SHOT if single_shot else 0))
+        self._frames.send(frame, SELF_RECEPTION | (SINGLE_SHOT if single_shot else 0))
 
     def poll(self) -> Sequence[Frame]:
         return self._frames.receive_many(_BATCH)
@@ -155,16 +155,5 @@ def _converted(timing: BitTiming, clock_hz: int, registers: TimingRange) -> BitT
     """The same rate and sample point by the board's clock."""
     if timing.clock_hz == clock_hz:
         return timing
-    limits = TimingLimits(
-        "this board",
-        prescaler_max=registers.prescaler[1],
-        tseg1_max=registers.tseg1[1],
-        tseg2_max=registers.tseg2[1],
-        sjw_max=registers.sjw[1],
-        quanta_min=_FEWEST_QUANTA,
-        quanta_max=1 + registers.tseg1[1] + registers.tseg2[1],
-        prescaler_min=registers.prescaler[0],
-        tseg1_min=registers.tseg1[0],
-        tseg2_min=registers.tseg2[0],
-    )
+    limits = registers.limits(quanta_min=_FEWEST_QUANTA)
     return BitTiming.for_bit_rate(timing.bit_rate, timing.sample_point, clock_hz=clock_hz, limits=limits)

@@ -88,20 +88,8 @@ def limits_of(capabilities: Capabilities, *, data: bool) -> TimingLimits:
     ranges = capabilities.data if data else capabilities.nominal
     if ranges is None:
         raise VciError.of(VCI_E_NOT_SUPPORTED, "this line has no fast data bit rate")
-    (tseg1_min, tseg1_max), (tseg2_min, tseg2_max) = ranges.tseg1, ranges.tseg2
-    return TimingLimits(
-        name="this line's data phase" if data else "this line",
-        prescaler_max=ranges.prescaler[1],
-        tseg1_max=tseg1_max,
-        tseg2_max=tseg2_max,
-        sjw_max=ranges.sjw[1],
-        quanta_min=1 + tseg1_min + tseg2_min,
-        quanta_max=1 + tseg1_max + tseg2_max,
-        prescaler_min=ranges.prescaler[0],
-        tseg1_min=tseg1_min,
-        tseg2_min=tseg2_min,
-        ipt=0 if capabilities.data else 1,
-    )
+    name = "this line's data phase" if data else "this line"
+    return ranges.limits(name, ipt=0 if capabilities.data else 1)
 
 
 def _check_offset(timing: BitTiming, capabilities: Capabilities) -> None:

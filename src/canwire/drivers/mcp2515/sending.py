@@ -146,19 +146,12 @@ class Sender(Driver):
 
     def _finished(self, buffer: TransmitBuffer, delivered: bool) -> None:
         """The frame in a mailbox went through, or was given up; the next one may come."""
-        box, at_ns = buffer.box, self._now()
         buffer.in_chip = False
         if self._one_shot and not any(other.in_chip and other.box.single_shot for other in self._buffers):
             self._one_shot = False
             self._chip.modify(m.CANCTRL, m.CTRL_OSM, 0)
-        if self.host is not None:
-            if delivered:
-                self._sent += 1
-                self.host.transmitted(box, at_ns)
-            else:
-                self.host.aborted(box, at_ns)
-        box.occupied = False
-        self._fill()
+        self._sent += delivered
+        self.settle(buffer.box, delivered, self._now())
 
     def _fill(self) -> None:
         if self.host is not None:

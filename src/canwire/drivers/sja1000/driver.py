@@ -191,18 +191,11 @@ class Sja1000Driver(Driver):
 
     def _finished(self, delivered: bool) -> None:
         """The frame in the mailbox went through, or was given up; the next one may come."""
-        box, at_ns = self.normal, self._now()
         if self._in_chip:
             self._chip.expect_transmit(False)
         self._in_chip = False
-        if self.host is not None:
-            if delivered:
-                self._sent += 1
-                self.host.transmitted(box, at_ns)
-            else:
-                self.host.aborted(box, at_ns)
-        box.occupied = False
-        self._fill()
+        self._sent += delivered
+        self.settle(self.normal, delivered, self._now())
 
     def _fill(self) -> None:
         if self.host is not None:
