@@ -5,10 +5,9 @@ Source: VCI V4 manual (seed 004) 7.3.14; cantype.h of VCI 4.1; reference/vci.md 
 
 from __future__ import annotations
 
-import operator
-from typing import Self, TypedDict, Unpack, overload
+from typing import TypedDict, Unpack
 
-from canwire.vci.errors import VCI_E_INVALIDARG, VciError
+from canwire.vci.info_bits import BitField
 from canwire.vci.members import x32
 from canwire.vci.structure import Structure, structure
 
@@ -29,35 +28,6 @@ class InfoBits(TypedDict, total=False):
     rtr: int
     ext: int
     afc: int
-
-
-class _Bits:
-    """Some bits of CANMSGINFO.value. Setting them to more than they hold raises VciInvalidArgument."""
-
-    __slots__ = ("highest", "name", "shift")
-
-    def __init__(self, shift: int, width: int) -> None:
-        self.shift = shift
-        self.highest = (1 << width) - 1
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    @overload
-    def __get__(self, info: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, info: CanMsgInfo, owner: type) -> int: ...
-    def __get__(self, info: CanMsgInfo | None, owner: type) -> Self | int:
-        return self if info is None else info.value >> self.shift & self.highest
-
-    def __set__(self, info: CanMsgInfo, bits: int) -> None:
-        try:
-            number = operator.index(bits)
-        except TypeError:
-            number = -1
-        if not 0 <= number <= self.highest:
-            raise VciError(VCI_E_INVALIDARG, f"CANMSGINFO's {self.name} is from 0 to {self.highest}")
-        info.value = info.value & ~(self.highest << self.shift) | number << self.shift
 
 
 _BITS = tuple(InfoBits.__annotations__)
@@ -83,24 +53,24 @@ class CanMsgInfo(Structure):
 
     value: int = x32("dwMsgInfo")
 
-    type = _Bits(0, 8)
-    ssm = _Bits(8, 1)
-    hpm = _Bits(9, 1)
-    edl = _Bits(10, 1)
-    fdr = _Bits(11, 1)
-    esi = _Bits(12, 1)
-    res = _Bits(13, 3)
-    dlc = _Bits(16, 4)
-    ovr = _Bits(20, 1)
-    srr = _Bits(21, 1)
-    rtr = _Bits(22, 1)
-    ext = _Bits(23, 1)
-    afc = _Bits(24, 8)
+    type = BitField(0, 8)
+    ssm = BitField(8, 1)
+    hpm = BitField(9, 1)
+    edl = BitField(10, 1)
+    fdr = BitField(11, 1)
+    esi = BitField(12, 1)
+    res = BitField(13, 3)
+    dlc = BitField(16, 4)
+    ovr = BitField(20, 1)
+    srr = BitField(21, 1)
+    rtr = BitField(22, 1)
+    ext = BitField(23, 1)
+    afc = BitField(24, 8)
 
-    bytes_type = _Bits(0, 8)
-    flags2 = _Bits(8, 8)
-    flags = _Bits(16, 8)
-    accept = _Bits(24, 8)
+    bytes_type = BitField(0, 8)
+    flags2 = BitField(8, 8)
+    flags = BitField(16, 8)
+    accept = BitField(24, 8)
 
     def __init__(self, value: int = 0, **bits: Unpack[InfoBits]) -> None:
         self.value = value

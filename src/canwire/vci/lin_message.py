@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import operator
 from functools import cache
-from typing import TYPE_CHECKING, Self, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Self, TypedDict, Unpack
 
 from canwire.vci.can_dtypes import load_numpy
 from canwire.vci.errors import VCI_E_INVALIDARG, VciError
+from canwire.vci.info_bits import BitField
 from canwire.vci.lin_constants import LIN_MSGTYPE_DATA, LIN_MSGTYPE_TMOVR
 from canwire.vci.members import limited, member, show_octets, u32, x32
 from canwire.vci.structure import Structure, structure
@@ -32,35 +33,6 @@ class LinInfoBits(TypedDict, total=False):
     ovr: int
     ido: int
     res: int
-
-
-class _Bits:
-    """Some bits of LINMSGINFO.value. Setting them to more than they hold raises VciInvalidArgument."""
-
-    __slots__ = ("highest", "name", "shift")
-
-    def __init__(self, shift: int, width: int) -> None:
-        self.shift = shift
-        self.highest = (1 << width) - 1
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    @overload
-    def __get__(self, info: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, info: LinMsgInfo, owner: type) -> int: ...
-    def __get__(self, info: LinMsgInfo | None, owner: type) -> Self | int:
-        return self if info is None else info.value >> self.shift & self.highest
-
-    def __set__(self, info: LinMsgInfo, bits: int) -> None:
-        try:
-            number = operator.index(bits)
-        except TypeError:
-            number = -1
-        if not 0 <= number <= self.highest:
-            raise VciError(VCI_E_INVALIDARG, f"LINMSGINFO's {self.name} is from 0 to {self.highest}")
-        info.value = info.value & ~(self.highest << self.shift) | number << self.shift
 
 
 _BITS = tuple(LinInfoBits.__annotations__)
@@ -89,19 +61,19 @@ class LinMsgInfo(Structure):
 
     value: int = x32("dwMsgInfo")
 
-    pid = _Bits(0, 8)
-    type = _Bits(8, 8)
-    dlen = _Bits(16, 8)
-    ecs = _Bits(24, 1)
-    sor = _Bits(25, 1)
-    ovr = _Bits(26, 1)
-    ido = _Bits(27, 1)
-    res = _Bits(28, 4)
+    pid = BitField(0, 8)
+    type = BitField(8, 8)
+    dlen = BitField(16, 8)
+    ecs = BitField(24, 1)
+    sor = BitField(25, 1)
+    ovr = BitField(26, 1)
+    ido = BitField(27, 1)
+    res = BitField(28, 4)
 
-    bytes_pid = _Bits(0, 8)
-    bytes_type = _Bits(8, 8)
-    bytes_dlen = _Bits(16, 8)
-    flags = _Bits(24, 8)
+    bytes_pid = BitField(0, 8)
+    bytes_type = BitField(8, 8)
+    bytes_dlen = BitField(16, 8)
+    flags = BitField(24, 8)
 
     def __init__(self, value: int = 0, **bits: Unpack[LinInfoBits]) -> None:
         self.value = value
