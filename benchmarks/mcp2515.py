@@ -12,10 +12,10 @@ import time
 from collections.abc import Callable
 
 from canwire import BitTiming, Frame
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.line import Line
 from canwire.boards.catalogue import ideal_line, mcp2515_line, plug
-from canwire.boards.channel import Channel
-from canwire.boards.line import Line
-from canwire.bus.can_bus import CanBus
+from canwire.bus.can.bus import CanBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
 

@@ -8,9 +8,9 @@ from shared import pour, sender, served
 from workloads import median
 
 import canwire
-from canwire.bus.can_bus import CanBus
-from canwire.chips import sja1000_map as m
-from canwire.chips.sja1000 import Sja1000
+from canwire.bus.can.bus import CanBus
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline
 
 MILLION = 1_000_000

@@ -50,7 +50,7 @@ def ours(port: str, seconds: float) -> tuple[int, int]:
     """Frames that a program took, and those that were lost because it did not take them in time."""
     import canwire
     from canwire import BitTiming, ChannelMode, LineMode
-    from canwire.boards.config import Config
+    from canwire.boards.config.configuration import Config
 
     with canwire.connect(time="real", config=Config()) as hub:
         board = hub.plug("slcan", port=f"{port}?stamps=0")

@@ -281,19 +281,19 @@ TABLES = {
     },
     "setting": {
         **{
-            f"[WCT] {name}": f"`canwire.commands.acan_wct.Settings.{name.lower()}`"
+            f"[WCT] {name}": f"`canwire.commands.acan.wct.Settings.{name.lower()}`"
             for name in ("Clock", "Rate", "Local", "Target", "Echo", "Loop")
         },
         "[ACAN] Base": "`canwire.acan.install.Installation.from_ini`",
         "[ACAN] Irq": "`canwire.acan.install.Installation.from_ini`",
     },
     "menu": {
-        "Options/CAN": "`canwire.commands.acan_wct.Wct.apply`",
-        "File/Quit": "`canwire.commands.acan_wct.Wct.stop`",
-        "File/Redirect to...": "`canwire.commands.acan_spy.Trace.redirect`",
-        "Control/Trace": "`canwire.commands.acan_spy.Spy.toggle`",
-        "Control/Clear": "`canwire.commands.acan_spy.Trace.clear`",
-        "Control/Send": "`canwire.commands.acan_spy.Spy.send`",
+        "Options/CAN": "`canwire.commands.acan.wct.Wct.apply`",
+        "File/Quit": "`canwire.commands.acan.wct.Wct.stop`",
+        "File/Redirect to...": "`canwire.commands.acan.spy.Trace.redirect`",
+        "Control/Trace": "`canwire.commands.acan.spy.Spy.toggle`",
+        "Control/Clear": "`canwire.commands.acan.spy.Trace.clear`",
+        "Control/Send": "`canwire.commands.acan.spy.Spy.send`",
     },
     "key": dict.fromkeys(("CTRL-C", "CTRL-T", "CTRL-U"), "`canwire acan term`, `canwire acan wct`"),
     "file": {
@@ -307,7 +307,7 @@ TABLES = {
         "CANTERM.EXE": "`canwire acan term`",
         **dict.fromkeys(("WCT.EXE", "WCT32.EXE"), "`canwire acan wct`"),
         **dict.fromkeys(("CANSPY.EXE", "CANSPY32.EXE"), "`canwire acan spy`"),
-        "WCT.INI": "`canwire.commands.acan_wct.read_settings`",
+        "WCT.INI": "`canwire.commands.acan.wct.read_settings`",
         **dict.fromkeys(("SETUP.EXE", "SETUP.BAT", "START.BAT", "STOP.BAT"), "`canwire acan setup`"),
     },
     NO_NAME: NO_NAMES,

@@ -189,7 +189,7 @@ WIN32 = {
 def counterpart(name: Name) -> str:
     """What stands in the page's third column; raises Missing."""
     from canwire import candrv
-    from canwire.candrv.settings import FIELDS, row_of
+    from canwire.candrv.registry.settings import FIELDS, row_of
     from canwire.candrv.text import WORDS
 
     kind, text = name

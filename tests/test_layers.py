@@ -53,31 +53,44 @@ CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
 MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
-MAY_LOCK = {"vci.fifo", "acan.service", "candrv.device", "candrv.program", "candrv.waiting", "candrv.writing"}
+MAY_LOCK = {
+    "vci.fifo.fifo",
+    "acan.service",
+    "candrv.device",
+    "candrv.program",
+    "candrv.waiting",
+    "candrv.writing",
+}
 # VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; any thread may use a CANDRV handle
 OUTSIDE_WORLD = {  # real adapters: their I/O alone
     "drivers.slcan_dongle.link",
     "drivers.slcan_dongle.ports",
     "drivers.python_can.adapter",
 }
-HUB_WITHOUT_CLOCKS = {"hub.message", "hub.messages", "hub.lin_messages", "hub.session", "hub.world"}
+HUB_WITHOUT_CLOCKS = {
+    "hub.protocol.message",
+    "hub.protocol.messages",
+    "hub.protocol.lin_messages",
+    "hub.owner.session",
+    "hub.owner.world",
+}
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
 SEAMS = {"drivers": {"driver", "lin_driver", "outside"}}
 STRANGERS = [("chips", "drivers"), ("drivers", "chips")]
 CHIP_SEAMS = {"chips.host", "chips.registers"}
-TOUCH_CHIPS = {"boards.catalogue", "boards.line", "boards.lin_line", "boards.lin_splitter"}
-BUS_SEAMS = {"bus.node", "bus.lin_node", "bus.medium"}  # the last: lengths and delays, no bus
+TOUCH_CHIPS = {"boards.catalogue", "boards.can.line", "boards.lin.line", "boards.lin.splitter"}
+BUS_SEAMS = {"bus.can.node", "bus.lin.node", "bus.medium"}  # the last: lengths and delays, no bus
 
 LINES = 300
 LONGEST = 500
 LONG = {  # files that need more than 300 lines; nothing needs more than 500
-    "boards/line.py",
-    "bus/bit_level.py",
-    "bus/can_bus.py",
-    "bus/lin_bus.py",
-    "bus/station.py",
-    "hub/messages.py",
-    "hub/requests.py",
+    "boards/can/line.py",
+    "bus/can/bit_level.py",
+    "bus/can/bus.py",
+    "bus/lin/bus.py",
+    "bus/can/station.py",
+    "hub/protocol/messages.py",
+    "hub/owner/requests.py",
     "lab/lin_node.py",
     "lab/node.py",
     "ring.py",
@@ -138,7 +151,7 @@ def imports_of(name: str, path: Path) -> Iterator[Import]:
 
 
 def from_import(node: ast.ImportFrom, package: str) -> Iterator[str]:
-    """`from canwire.bus import node` imports canwire.bus.node, `from canwire import Frame` the door."""
+    """`from canwire.bus import node` imports canwire.bus.can.node, `from canwire import Frame` the door."""
     base = node.module or ""
     if node.level:
         inside = "" if package == DOOR else package
@@ -247,13 +260,13 @@ def test_siblings_never_import_each_other(room: str) -> None:
 
 @pytest.mark.parametrize(("one", "other"), STRANGERS)
 def test_a_driver_never_sees_a_model(one: str, other: str) -> None:
-    """But its register map, chips/*_map.py, and the seams."""
+    """But its register map, chips/*/register_map.py, and the seams."""
     wrong = [
         found
         for found in IMPORTS
         if room_of(found.importer) == one
         and room_of(own(found) or "") == other
-        and not found.imported.endswith("_map")
+        and not found.imported.endswith(".register_map")
         and own(found) not in CHIP_SEAMS
     ]
     assert not wrong, complaints(wrong)
@@ -271,7 +284,7 @@ def test_only_catalogue_and_line_touch_chips() -> None:
 
 
 def test_only_the_catalogue_puts_chips_on_buses() -> None:
-    """Nothing else in boards sees a whole bus; bus/node.py and bus/lin_node.py are the seams."""
+    """Nothing else in boards sees a whole bus; bus/can/node.py and bus/lin/node.py are the seams."""
     wrong = [
         found
         for found in IMPORTS

@@ -12,6 +12,16 @@ Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 
 from typing import TYPE_CHECKING, Any
 
+from canwire.boards.can.modes import (
+    ChannelMode,
+    ChannelStatus,
+    CyclicStatus,
+    FilterMode,
+    FilterSetup,
+    LineMode,
+    LineStatus,
+    Siblings,
+)
 from canwire.boards.description import (
     BoardInfo,
     Capabilities,
@@ -22,19 +32,9 @@ from canwire.boards.description import (
     Ticks,
     TimingRange,
 )
-from canwire.boards.lin_modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
-from canwire.boards.modes import (
-    ChannelMode,
-    ChannelStatus,
-    CyclicStatus,
-    FilterMode,
-    FilterSetup,
-    LineMode,
-    LineStatus,
-    Siblings,
-)
-from canwire.bus.bit_layout import FIELDS, BitLayout
-from canwire.bus.can_bits import NON_ISO
+from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
+from canwire.bus.can.bit_layout import FIELDS, BitLayout
+from canwire.bus.can.bits import NON_ISO
 from canwire.core import core_mode
 from canwire.errors import (
     BadConfig,
@@ -68,16 +68,15 @@ from canwire.errors import (
 )
 from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
 from canwire.values.acceptance import Acceptance
-from canwire.values.bit_timing import BitTiming
 from canwire.values.dlc import dlc_to_length, length_to_dlc
 from canwire.values.error_frame import decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame
-from canwire.values.lin_event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
-from canwire.values.lin_frame import LinFrame, lin_checksum, protected_id
-from canwire.values.lin_record import linmsg_of_record, record_of_linmsg
-from canwire.values.lin_schedule import LinSchedule, LinSlot, SlotKind
-from canwire.values.lin_text import (
+from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
+from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
+from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
+from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
+from canwire.values.lin.text import (
     LinLogLine,
     format_lin_frame,
     format_lin_log_line,
@@ -99,33 +98,34 @@ from canwire.values.register import RegisterValue
 from canwire.values.screen_text import format_candump_line, parse_candump_line
 from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
 from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
-from canwire.values.timing_limits import TimingLimits
+from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import TimingLimits
 from canwire.version import __version__
 
 if TYPE_CHECKING:
-    from canwire.hub.channel import HubChannel
     from canwire.hub.connect import connect, default_address
-    from canwire.hub.ends import RingEnd
-    from canwire.hub.event import Event
-    from canwire.hub.fifo import Fifo
-    from canwire.hub.handles import Control, Filtered, Lease, Scheduler
-    from canwire.hub.hub import Hub
-    from canwire.hub.lin import LinControl, Monitor
+    from canwire.hub.handles.channel import HubChannel
+    from canwire.hub.handles.ends import RingEnd
+    from canwire.hub.handles.event import Event
+    from canwire.hub.handles.fifo import Fifo
+    from canwire.hub.handles.hub import Hub
+    from canwire.hub.handles.lease import Control, Filtered, Lease, Scheduler
+    from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.serve import serve
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
 _LATER = {
-    "Control": "handles",
-    "Event": "event",
-    "Fifo": "fifo",
-    "Filtered": "handles",
-    "Hub": "hub",
-    "HubChannel": "channel",
-    "Lease": "handles",
-    "LinControl": "lin",
-    "Monitor": "lin",
-    "RingEnd": "ends",
-    "Scheduler": "handles",
+    "Control": "handles.lease",
+    "Event": "handles.event",
+    "Fifo": "handles.fifo",
+    "Filtered": "handles.lease",
+    "Hub": "handles.hub",
+    "HubChannel": "handles.channel",
+    "Lease": "handles.lease",
+    "LinControl": "handles.lin",
+    "Monitor": "handles.lin",
+    "RingEnd": "handles.ends",
+    "Scheduler": "handles.lease",
     "connect": "connect",
     "default_address": "connect",
     "serve": "serve",

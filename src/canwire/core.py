@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from canwire import ring, timeline
-from canwire.boards import channel, line, message_filter
-from canwire.bus import bit_layout, bit_level, can_bits, can_bus, frame_reader, joining, load, node, station
-from canwire.chips import (
-    can_fd,
-    confinement,
-    host,
-    sja1000,
-    sja1000_fifo,
-    sja1000_filter,
-    sja1000_interrupts,
-    sja1000_link,
-    sja1000_modes,
-)
+from canwire.boards.can import channel, line, message_filter
+from canwire.bus import load
+from canwire.bus.can import bit_layout, bit_level, frame_reader, joining, node, station
+from canwire.bus.can import bits as can_bits
+from canwire.bus.can import bus as can_bus
+from canwire.chips import confinement, host
+from canwire.chips.ideal import can_fd
+from canwire.chips.sja1000 import controller as sja1000
+from canwire.chips.sja1000 import fifo as sja1000_fifo
+from canwire.chips.sja1000 import filter as sja1000_filter
+from canwire.chips.sja1000 import interrupts as sja1000_interrupts
+from canwire.chips.sja1000 import link as sja1000_link
+from canwire.chips.sja1000 import modes as sja1000_modes
 from canwire.drivers import can_fd as can_fd_driver
 from canwire.drivers import driver
 from canwire.values import frame, slcan_text

@@ -18,12 +18,12 @@ from canwire import BitTiming, ChannelMode, EventKind, Frame, LineMode
 from canwire.acan.driver import Driver, open_driver
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.task_block import TaskBlock
-from canwire.boards.config import Config
-from canwire.bus.faults import Faults
-from canwire.hub.engine import Engine
-from canwire.hub.hub import Hub
-from canwire.hub.local import LocalLink
-from canwire.hub.world import World
+from canwire.boards.config.configuration import Config
+from canwire.bus.can.faults import Faults
+from canwire.hub.handles.hub import Hub
+from canwire.hub.links.local import LocalLink
+from canwire.hub.owner.engine import Engine
+from canwire.hub.owner.world import World
 
 CONFIG = """
 [[bus]]

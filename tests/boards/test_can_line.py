@@ -26,19 +26,19 @@ from canwire import (
 )
 from canwire.boards import figures
 from canwire.boards.board import CAN, BoardLine
-from canwire.boards.can_line import CanLine
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.connector import CanLine
+from canwire.boards.can.line import Line
+from canwire.boards.can.modes import FilterMode, FilterSetup, LineMode
 from canwire.boards.catalogue import ideal_line, plug, unplug
-from canwire.boards.channel import Channel
 from canwire.boards.description import Capabilities, Feature, LineInfo
-from canwire.boards.line import Line
-from canwire.boards.modes import FilterMode, FilterSetup, LineMode
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Faults
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import NEVER, Timeline
 from canwire.values.event import InfoCode
 from canwire.values.frame import frame_of_record
-from canwire.values.timing_limits import BTR_OF_BIT_RATE
+from canwire.values.timing.limits import BTR_OF_BIT_RATE
 
 NOMINAL = BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
 DATA = BitTiming.for_bit_rate(5_000_000, clock_hz=80_000_000)

@@ -20,14 +20,14 @@ from canwire.boards.board import (
     checked_bus_name,
     checked_hardware_id,
 )
-from canwire.boards.channel import Channel
+from canwire.boards.can.channel import Channel
 from canwire.boards.description import NO_CAN
 from canwire.boards.isa import IsaBus
-from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
-from canwire.boards.lin_modes import LinMonitorMode
-from canwire.boards.lin_monitor import LinMonitor
-from canwire.bus.can_bus import CanBus
-from canwire.bus.lin_bus import LinBus
+from canwire.boards.lin.description import USB_TO_CAN_FD_LIN
+from canwire.boards.lin.modes import LinMonitorMode
+from canwire.boards.lin.monitor import LinMonitor
+from canwire.bus.can.bus import CanBus
+from canwire.bus.lin.bus import LinBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
 

@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from canwire.boards.catalogue import ideal_lin_line, plug_lin, unplug_lin
-from canwire.boards.lin_description import USB_TO_CAN_FD_LIN, LinCapabilities, LinFeature
-from canwire.boards.lin_line import LinLine
-from canwire.boards.lin_modes import LinMode, LinMonitorMode
-from canwire.boards.lin_monitor import LinMonitor
-from canwire.bus.lin_bus import LinBus
+from canwire.boards.lin.description import USB_TO_CAN_FD_LIN, LinCapabilities, LinFeature
+from canwire.boards.lin.line import LinLine
+from canwire.boards.lin.modes import LinMode, LinMonitorMode
+from canwire.boards.lin.monitor import LinMonitor
+from canwire.bus.lin.bus import LinBus
 from canwire.errors import BadFrame, BadValue, Busy, CanwireError, NotInitialised, Unsupported, WrongState
 from canwire.timeline import Timeline
 from canwire.values.event import InfoCode
-from canwire.values.lin_event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
-from canwire.values.lin_frame import LinFrame
-from canwire.values.lin_record import linmsg_of_record
+from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
+from canwire.values.lin.frame import LinFrame
+from canwire.values.lin.record import linmsg_of_record
 
 MASTER = LinMode(True, 20_000)
 SLAVE = LinMode(False, 20_000)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import pytest
 
 from canwire.boards.catalogue import ideal_lin_line, plug_lin
-from canwire.boards.lin_line import LinLine
-from canwire.boards.lin_modes import LinMode, LinMonitorMode
-from canwire.boards.lin_monitor import LinMonitor
-from canwire.boards.lin_schedule import LinScheduler
-from canwire.bus.lin_bus import LinBus
+from canwire.boards.lin.line import LinLine
+from canwire.boards.lin.modes import LinMode, LinMonitorMode
+from canwire.boards.lin.monitor import LinMonitor
+from canwire.boards.lin.schedule import LinScheduler
+from canwire.bus.lin.bus import LinBus
 from canwire.errors import BadFrame, BadValue
 from canwire.timeline import Timeline
-from canwire.values.lin_event import LinErrorKind, LinState
-from canwire.values.lin_frame import LinFrame, protected_id
-from canwire.values.lin_schedule import LinSchedule, LinSlot
+from canwire.values.lin.event import LinErrorKind, LinState
+from canwire.values.lin.frame import LinFrame, protected_id
+from canwire.values.lin.schedule import LinSchedule, LinSlot
 
 MS = 1_000_000
 REQUEST = bytes.fromhex("0106b2ff7f010000")

@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from canwire import BitTiming, BusEvent, ErrorKind, EventKind, Frame, LineError
-from canwire.boards.catalogue import ideal_line, plug
-from canwire.boards.channel import Channel
-from canwire.boards.line import Line
-from canwire.boards.message_filter import (
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.line import Line
+from canwire.boards.can.message_filter import (
     ALWAYS,
     BY_LIST,
     BY_PATTERN,
@@ -21,9 +20,10 @@ from canwire.boards.message_filter import (
     MessageFilter,
     message_filter,
 )
-from canwire.boards.modes import FilterMode, Siblings
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Faults
+from canwire.boards.can.modes import FilterMode, Siblings
+from canwire.boards.catalogue import ideal_line, plug
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
 from canwire.drivers.driver import LineSettings
 from canwire.ring import Ring, ring_size, rounded_capacity
 from canwire.timeline import Timeline

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadFilter, NotInitialised
-from canwire.boards.message_filter import (
+from canwire.boards.can.message_filter import (
     ALWAYS,
     BY_LIST,
     BY_PATTERN,
@@ -20,7 +20,7 @@ from canwire.boards.message_filter import (
     MessageFilter,
     message_filter,
 )
-from canwire.boards.modes import FilterMode
+from canwire.boards.can.modes import FilterMode
 
 pytestmark = pytest.mark.core
 

@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from canwire import BadValue, BitTiming, Closed, Frame, LineError, Siblings, WrongState
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.line import Line
+from canwire.boards.can.scheduler import CyclicList, CyclicState, Increment
 from canwire.boards.catalogue import ideal_line, plug
-from canwire.boards.channel import Channel
-from canwire.boards.line import Line
-from canwire.boards.scheduler import CyclicList, CyclicState, Increment
-from canwire.bus.can_bus import CanBus
+from canwire.bus.can.bus import CanBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import NEVER, Timeline
 from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT

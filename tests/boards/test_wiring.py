@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from canwire.boards.config import BoardConfig, BusConfig, Config
+from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
 from canwire.boards.inducan104 import COUPLER_DELAY_NS
 from canwire.boards.wiring import config_warnings, warnings
 from canwire.bus.medium import effective_length_m, longest_m, one_way_delay_ps
-from canwire.values.bit_timing import BitTiming
+from canwire.values.timing.bit_timing import BitTiming
 
 TABLE = [(1_000_000, 25), (800_000, 50), (500_000, 100), (250_000, 250), (125_000, 500)]
 

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canwire.bus.bit_layout import FIELDS, BitLayout, crc_of
-from canwire.bus.can_bits import CRC15_POLY, CRC17_POLY, CRC21_POLY, NON_ISO, measure
-from canwire.bus.node import ISO_FD, Mailbox
+from canwire.bus.can.bit_layout import FIELDS, BitLayout, crc_of
+from canwire.bus.can.bits import CRC15_POLY, CRC17_POLY, CRC21_POLY, NON_ISO, measure
+from canwire.bus.can.node import ISO_FD, Mailbox
 from canwire.values.frame import Frame, record_of_frame
 
 pytestmark = pytest.mark.core

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import Lab, LinErrorKind, LinEventKind, LinFrame, LinSlot, lin_checksum, protected_id
-from canwire.bus.lin_bits import byte_levels
-from canwire.bus.lin_node import LinResponse
+from canwire.bus.lin.bits import byte_levels
+from canwire.bus.lin.node import LinResponse
 
 BIT_NS = 50_000
 

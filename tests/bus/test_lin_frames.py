@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import Lab, LabLinBus, LinErrorKind, LinEventKind, LinFrame
-from canwire.bus.lin_bits import frame_levels, last_edge_bits
-from canwire.values.lin_timing import bit_time_ps, nominal_frame_ns
+from canwire.bus.lin.bits import frame_levels, last_edge_bits
+from canwire.values.lin.timing import bit_time_ps, nominal_frame_ns
 
 VECTORS = runpy.run_path(str(Path(__file__).parent.parent / "tables" / "lin_vectors.py"))
 DATA = bytes(range(1, 9))

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from canwire import Lab, LabLinNode, LinFrame, format_lin_log_line
-from canwire.values.lin_text import LinLogLine
+from canwire.values.lin.text import LinLogLine
 
 SEEDS = 60
 

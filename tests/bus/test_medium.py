@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from canwire.bus.medium import one_way_delay_ps
 from canwire.errors import BadValue
-from canwire.values.bit_timing import BitTiming
+from canwire.values.timing.bit_timing import BitTiming
 
 # bit rate, longest cable in metres
 LONGEST = [(1_000_000, 25), (800_000, 50), (500_000, 100), (250_000, 250), (125_000, 500)]

@@ -18,15 +18,15 @@ import pytest
 
 import canwire
 from canwire import BitTiming, ChannelMode, Frame, LineMode, candrv
-from canwire.boards.config import Config
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Faults
+from canwire.boards.config.configuration import Config
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
 from canwire.candrv.handle import Handle
-from canwire.candrv.registry import RegistryStore
-from canwire.hub.engine import Engine
-from canwire.hub.hub import Hub
-from canwire.hub.local import LocalLink
-from canwire.hub.world import World
+from canwire.candrv.registry.registry import RegistryStore
+from canwire.hub.handles.hub import Hub
+from canwire.hub.links.local import LocalLink
+from canwire.hub.owner.engine import Engine
+from canwire.hub.owner.world import World
 
 CONFIG = """
 [[bus]]

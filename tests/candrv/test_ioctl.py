@@ -15,7 +15,7 @@ from canwire.candrv.errors import CandrvError
 from canwire.candrv.event_queue import Event
 from canwire.candrv.handle import Handle
 from canwire.candrv.ioctl import CODES, control
-from canwire.candrv.registry import RegistryStore
+from canwire.candrv.registry.registry import RegistryStore
 from canwire.candrv.structures import (
     CAN_ACCEPTANCE_FILTER,
     CAN_EVENT,

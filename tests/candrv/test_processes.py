@@ -13,7 +13,7 @@ from canwire.candrv.constants import CanbusEvent, Command, ControlCode, Win32Err
 from canwire.candrv.errors import CandrvError
 from canwire.candrv.handle import Handle
 from canwire.candrv.ioctl import control
-from canwire.candrv.registry import RegistryStore
+from canwire.candrv.registry.registry import RegistryStore
 
 LONG = 30
 

@@ -14,9 +14,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from canwire import BadConfig, BadValue, InUse
-from canwire.candrv import registry_file
-from canwire.candrv.registry import ROWS, RegistryStore, Settings, check_spi, row_of
-from canwire.candrv.settings import FIELDS, IDENTITY
+from canwire.candrv.registry import file as registry_file
+from canwire.candrv.registry.registry import ROWS, RegistryStore, Settings, check_spi, row_of
+from canwire.candrv.registry.settings import FIELDS, IDENTITY
 
 # the table of 6.2
 DEFAULTS = {

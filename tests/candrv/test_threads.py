@@ -14,7 +14,7 @@ from canwire import Frame, candrv
 from canwire.candrv.constants import CanbusEvent, Win32Error
 from canwire.candrv.errors import CandrvError
 from canwire.candrv.handle import Handle
-from canwire.candrv.registry import RegistryStore
+from canwire.candrv.registry.registry import RegistryStore
 
 LONG = 30
 

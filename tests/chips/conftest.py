@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Faults
-from canwire.chips import sja1000_map as m
-from canwire.chips.sja1000 import Sja1000
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline
 from canwire.values.frame import Frame
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from canwire import BitTiming
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.line import Line
 from canwire.boards.catalogue import ideal_line, plug
-from canwire.boards.channel import Channel
-from canwire.boards.line import Line
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Faults
-from canwire.bus.node import Mailbox
-from canwire.chips import mcp2515_map as m
-from canwire.chips.mcp2515 import Mcp2515
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
+from canwire.bus.can.node import Mailbox
+from canwire.chips.mcp2515 import register_map as m
+from canwire.chips.mcp2515.controller import Mcp2515
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
 from canwire.values.frame import Frame, record_of_frame

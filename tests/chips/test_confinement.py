@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canwire.bus import node
+from canwire.bus.can import node
 from canwire.chips.confinement import ACTIVE, BUS_OFF, PASSIVE, WARNING, Confinement
 from canwire.values.event import ErrorState
 
@@ -37,7 +37,7 @@ def test_states_are_the_first_four_of_error_state() -> None:
     ]
 
 
-# rule of the table, what bus/node.py calls it, TEC step, REC step
+# rule of the table, what bus/can/node.py calls it, TEC step, REC step
 STEPS = [
     ("1", node.RECEIVE_ERROR, 0, 1),
     ("2", node.DOMINANT_AFTER_FLAG, 0, 8),

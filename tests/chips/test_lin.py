@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from canwire.bus.lin_bus import LinBus
-from canwire.bus.lin_node import LinNode, LinOffer, LinResponse
-from canwire.chips.lin import LinController, LinEar, LinHost
-from canwire.chips.lin_table import ResponseTable
+from canwire.bus.lin.bus import LinBus
+from canwire.bus.lin.node import LinNode, LinOffer, LinResponse
+from canwire.chips.lin.controller import LinController, LinEar, LinHost
+from canwire.chips.lin.responses import ResponseTable
 from canwire.timeline import Timeline
-from canwire.values.lin_event import LinErrorKind, LinOutcome, LinState
-from canwire.values.lin_frame import lin_checksum, protected_id
+from canwire.values.lin.event import LinErrorKind, LinOutcome, LinState
+from canwire.values.lin.frame import lin_checksum, protected_id
 
 BIT_PS = 50_000_000
 

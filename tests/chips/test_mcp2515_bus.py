@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from canwire import Frame
-from canwire.chips import mcp2515_map as m
+from canwire.chips.mcp2515 import register_map as m
 
 pytestmark = pytest.mark.core
 

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from canwire import Frame
-from canwire.chips import mcp2515_map as m
-from canwire.chips.mcp2515 import Mcp2515
+from canwire.chips.mcp2515 import register_map as m
+from canwire.chips.mcp2515.controller import Mcp2515
 
 pytestmark = pytest.mark.core
 

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import Frame
-from canwire.chips import mcp2515_map as m
-from canwire.chips.mcp2515 import Mcp2515
+from canwire.chips.mcp2515 import register_map as m
+from canwire.chips.mcp2515.controller import Mcp2515
 
 pytestmark = pytest.mark.core
 

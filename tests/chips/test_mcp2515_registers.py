@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadTiming, BadValue
-from canwire.chips import mcp2515_map as m
-from canwire.chips.mcp2515 import Mcp2515
-from canwire.chips.mcp2515_modes import timing_of
+from canwire.chips.mcp2515 import register_map as m
+from canwire.chips.mcp2515.controller import Mcp2515
+from canwire.chips.mcp2515.modes import timing_of
 
 pytestmark = pytest.mark.core
 

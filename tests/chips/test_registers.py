@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue
-from canwire.chips import sja1000_map as m
 from canwire.chips.registers import Access, Bit, Register, RegisterAccess, RegisterFile, after_reset
-from canwire.chips.sja1000 import Sja1000
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 
 pytestmark = pytest.mark.core
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from canwire.bus.node import Mailbox, Node
-from canwire.chips import sja1000_map as m
-from canwire.chips.sja1000 import Sja1000
+from canwire.bus.can.node import Mailbox, Node
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.values.frame import Frame, frame_of_record
 
 pytestmark = pytest.mark.core

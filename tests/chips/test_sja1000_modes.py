@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from canwire import Lab, NotIdle
-from canwire.bus.bit_layout import BitLayout
-from canwire.chips import sja1000_map as m
-from canwire.chips.sja1000 import Sja1000
+from canwire.bus.can.bit_layout import BitLayout
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.values.frame import Frame
 
 pytestmark = pytest.mark.core

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canwire.bus.can_bus import CanBus
-from canwire.bus.node import Mailbox
-from canwire.chips import sja1000_map as m
-from canwire.chips.sja1000 import Sja1000
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.node import Mailbox
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline
 from canwire.values import acceptance_orders
 from canwire.values.acceptance import Acceptance

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadTiming, BadValue
-from canwire.bus.can_bus import CanBus
-from canwire.chips import sja1000_map as m
+from canwire.bus.can.bus import CanBus
 from canwire.chips.registers import Access
-from canwire.chips.sja1000 import Sja1000
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline
 
 pytestmark = pytest.mark.core

@@ -12,9 +12,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from canwire.commands import acan_programs, main
-from canwire.commands.acan_machines import set_up
-from canwire.commands.acan_term import Terminal
+from canwire.commands import main
+from canwire.commands.acan import programs as acan_programs
+from canwire.commands.acan.machines import set_up
+from canwire.commands.acan.term import Terminal
 
 Wire: Any = runpy.run_path(str(Path(__file__).parent / "acan_double.py"))["Wire"]
 

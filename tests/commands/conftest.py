@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from canwire import Event, serve
-from canwire.boards.config import Config
+from canwire.boards.config.configuration import Config
 
 
 @pytest.fixture

@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 
 from canwire import BadText, Frame, HubLost, InUse, QueueFull, acan
 from canwire.commands import main
-from canwire.commands.acan_conditions import bus_error
-from canwire.commands.acan_machines import config_of, set_up
-from canwire.commands.acan_spy import CREDIT, Spy, Trace, banner
-from canwire.commands.acan_term import Terminal
-from canwire.commands.acan_trace import format_message, format_trace_line, parse_message, parse_trace_line
+from canwire.commands.acan.conditions import bus_error
+from canwire.commands.acan.machines import config_of, set_up
+from canwire.commands.acan.spy import CREDIT, Spy, Trace, banner
+from canwire.commands.acan.term import Terminal
+from canwire.commands.acan.trace import format_message, format_trace_line, parse_message, parse_trace_line
 
 DOUBLE = runpy.run_path(str(Path(__file__).parent / "acan_double.py"))
 Wire: Any = DOUBLE["Wire"]
@@ -475,7 +475,7 @@ def test_error_codes(code: int, text: str) -> None:
 
 
 def window(driver: Any, file: Path | None = None, messages: tuple[str, ...] = ()) -> Any:
-    screens = pytest.importorskip("canwire.commands.acan_spy_screen")
+    screens = pytest.importorskip("canwire.commands.acan.spy_screen")
     return screens.SpyScreen(driver, (16_000, 250), file, messages)
 
 

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 from canwire import BadValue, Frame, InUse, Unplugged, acan
 from canwire.commands import main
-from canwire.commands.acan_machines import config_of, configured_machine, identifier, set_up
-from canwire.commands.acan_term import PATTERN, SEQUENCE, Printable, Terminal, messages
-from canwire.commands.acan_words import machine, parsed
+from canwire.commands.acan.machines import config_of, configured_machine, identifier, set_up
+from canwire.commands.acan.term import PATTERN, SEQUENCE, Printable, Terminal, messages
+from canwire.commands.acan.words import machine, parsed
 
 DOUBLE = runpy.run_path(str(Path(__file__).parent / "acan_double.py"))
 Wire: Any = DOUBLE["Wire"]

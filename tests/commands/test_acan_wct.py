@@ -17,11 +17,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadConfig, BadTiming, BadValue, Frame, HubLost, InUse
-from canwire.commands import acan_programs, main
-from canwire.commands.acan_machines import config_of, set_up
-from canwire.commands.acan_term import PATTERN, SEQUENCE, Terminal
-from canwire.commands.acan_wct import Settings, Wct, overridden, read_settings, write_settings
-from canwire.commands.acan_words import parsed
+from canwire.commands import main
+from canwire.commands.acan import programs as acan_programs
+from canwire.commands.acan.machines import config_of, set_up
+from canwire.commands.acan.term import PATTERN, SEQUENCE, Terminal
+from canwire.commands.acan.wct import Settings, Wct, overridden, read_settings, write_settings
+from canwire.commands.acan.words import parsed
 
 DOUBLE = runpy.run_path(str(Path(__file__).parent / "acan_double.py"))
 Wire: Any = DOUBLE["Wire"]
@@ -188,7 +189,7 @@ def test_a_spy_does_not_let_it_start() -> None:
 
 
 def window(driver: Any, settings: Settings, path: Path) -> Any:
-    screens = pytest.importorskip("canwire.commands.acan_wct_screen")
+    screens = pytest.importorskip("canwire.commands.acan.wct_screen")
     return screens.WctScreen(driver, settings, path)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import canwire
 from canwire.commands import main
-from canwire.commands.waveform import draw
+from canwire.commands.lab.waveform import draw
 
 # (frame, dynamic stuff bits, CRC, full stream with the ACK slot dominant), copied from section 11
 STREAMS = {

@@ -10,7 +10,7 @@ import pytest
 from canwire import Frame, Lab, LogLine, parse_candump_line
 from canwire.commands import main
 from canwire.commands.demo import meaning
-from canwire.commands.fan_network import CodedIds, Coding, Controller, Fan, Machine, PlainIds, Sensor
+from canwire.commands.lab.fan_network import CodedIds, Coding, Controller, Fan, Machine, PlainIds, Sensor
 
 PLAIN, CODED = PlainIds(), CodedIds()
 BIT_NS = 8000

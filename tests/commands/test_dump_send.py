@@ -37,7 +37,7 @@ from canwire import (
     parse_log_line,
 )
 from canwire.boards import catalogue
-from canwire.boards.config import Config
+from canwire.boards.config.configuration import Config
 from canwire.commands import dump as dump_module
 from canwire.commands import main
 from canwire.commands import send as send_module

@@ -26,8 +26,8 @@ from canwire import (
     parse_lin_log_line,
 )
 from canwire.commands import main
-from canwire.commands.lin_line import mode_text
-from canwire.commands.lin_slots import parsed, with_delays
+from canwire.commands.lin.line import mode_text
+from canwire.commands.lin.slots import parsed, with_delays
 
 MS = 1_000_000
 LINE = "HW000001:2"

@@ -32,9 +32,9 @@ from canwire import (
     Unplugged,
     Unsupported,
 )
-from canwire.boards.config import BoardConfig, Config
-from canwire.boards.modes import ChannelMode, FilterMode, FilterSetup, LineMode, LineStatus, Siblings
-from canwire.bus.faults import Faults
+from canwire.boards.can.modes import ChannelMode, FilterMode, FilterSetup, LineMode, LineStatus, Siblings
+from canwire.boards.config.configuration import BoardConfig, Config
+from canwire.bus.can.faults import Faults
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT

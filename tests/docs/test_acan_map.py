@@ -52,7 +52,7 @@ def test_every_counterpart_exists(place: str) -> None:
         assert place in inspect.signature(acan.Int2d).parameters
     elif place.startswith("canwire acan "):
         verb, _, switch = place.removeprefix("canwire acan ").partition(" ")
-        command = importlib.import_module("canwire.commands.acan")
+        command = importlib.import_module("canwire.commands.acan.verb")
         lines = re.findall(rf"canwire acan {verb} .*", command.__doc__)
         assert any(switch in line for line in lines)
     else:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from canwire import candrv
-from canwire.candrv.settings import ROWS as ENTRIES
+from canwire.candrv.registry.settings import ROWS as ENTRIES
 from canwire.candrv.text import WORDS
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -59,7 +59,7 @@ def test_every_counterpart_exists(place: str) -> None:
 
 def source_of_commands() -> str:
     """All files of the command; skipped while it is not there yet."""
-    command = pytest.importorskip("canwire.commands.candrv")
+    command = pytest.importorskip("canwire.commands.candrv.verb")
     folder = Path(command.__file__ or "").parent
     return "".join(path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*candrv*.py")))
 

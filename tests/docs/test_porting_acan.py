@@ -22,14 +22,14 @@ import pytest
 import canwire
 from canwire import BitTiming, ChannelMode, Frame, LineMode, acan
 from canwire.acan import api
-from canwire.boards.config import Config
-from canwire.bus.faults import Faults
+from canwire.boards.config.configuration import Config
+from canwire.bus.can.faults import Faults
 from canwire.commands import VERBS
-from canwire.commands.acan_words import parsed
-from canwire.hub.engine import Engine
-from canwire.hub.hub import Hub
-from canwire.hub.local import LocalLink
-from canwire.hub.world import World
+from canwire.commands.acan.words import parsed
+from canwire.hub.handles.hub import Hub
+from canwire.hub.links.local import LocalLink
+from canwire.hub.owner.engine import Engine
+from canwire.hub.owner.world import World
 
 GUIDE = Path(__file__).resolve().parent.parent.parent / "docs" / "porting-acan.md"
 BLOCK = re.compile(r"^(?:<!-- sample: (\S+) -->\n)?```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

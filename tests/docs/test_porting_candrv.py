@@ -23,10 +23,10 @@ import pytest
 
 import canwire
 from canwire import candrv
-from canwire.boards.config import Config
+from canwire.boards.config.configuration import Config
 from canwire.candrv import CanbusEvent, win32
 from canwire.candrv.constants import GENERIC_READ, GENERIC_WRITE, OPEN_EXISTING, ControlCode
-from canwire.candrv.registry import RegistryStore, Settings
+from canwire.candrv.registry.registry import RegistryStore, Settings
 from canwire.commands import VERBS
 
 ROOT = Path(__file__).resolve().parent.parent.parent

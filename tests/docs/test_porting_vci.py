@@ -23,7 +23,7 @@ import pytest
 
 import canwire
 from canwire import Event, vci
-from canwire.boards.config import Config, options
+from canwire.boards.config.configuration import Config, options
 from canwire.commands import VERBS
 from canwire.vci import v3
 

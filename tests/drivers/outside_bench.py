@@ -18,7 +18,7 @@ from canwire import (
     Hub,
     LineMode,
 )
-from canwire.boards.config import Config
+from canwire.boards.config.configuration import Config
 
 AGES_S = 20.0
 CONFIRM = 1 << 13

@@ -20,14 +20,14 @@ from canwire import (
     Unsupported,
     WrongState,
 )
+from canwire.boards.can.channel import Channel
 from canwire.boards.catalogue import ideal_line, mcp2515_line, plug, unplug
-from canwire.boards.channel import Channel
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Faults
-from canwire.bus.node import Mailbox
-from canwire.chips import mcp2515_map as m
-from canwire.chips.mcp2515 import Mcp2515
-from canwire.chips.mcp2515_modes import timing_of
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
+from canwire.bus.can.node import Mailbox
+from canwire.chips.mcp2515 import register_map as m
+from canwire.chips.mcp2515.controller import Mcp2515
+from canwire.chips.mcp2515.modes import timing_of
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.mcp2515.driver import Mcp2515Driver
 from canwire.drivers.mcp2515.frames import arbitration_key, frame_bytes, take_frame

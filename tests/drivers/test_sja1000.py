@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from canwire import BitTiming, BusEvent, ErrorKind, ErrorState, EventKind, Frame
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.line import Line
 from canwire.boards.catalogue import ideal_line, plug
-from canwire.boards.channel import Channel
-from canwire.boards.line import Line
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Faults
-from canwire.chips import sja1000_map as m
-from canwire.chips.sja1000 import Sja1000
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.sja1000.driver import Sja1000Driver
 from canwire.drivers.sja1000.error_code import error_kind

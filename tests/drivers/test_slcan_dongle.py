@@ -30,7 +30,7 @@ from canwire import (
     Unplugged,
     Unsupported,
 )
-from canwire.boards.config import Config
+from canwire.boards.config.configuration import Config
 from canwire.drivers.outside import Trouble
 from canwire.drivers.slcan_dongle import link
 from canwire.values.frame import record_to_send

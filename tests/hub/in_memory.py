@@ -5,19 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 
-from canwire.boards.config import BoardConfig, Config
-from canwire.boards.modes import ChannelMode, LineMode
+from canwire.boards.can.modes import ChannelMode, LineMode
+from canwire.boards.config.configuration import BoardConfig, Config
 from canwire.errors import CanwireError, HubLost
-from canwire.hub import messages as m
-from canwire.hub.channel import HubChannel
-from canwire.hub.deferred import Deferred
-from canwire.hub.handles import Control
-from canwire.hub.hub import Hub
-from canwire.hub.link import Answer
-from canwire.hub.world import World
+from canwire.hub.handles.channel import HubChannel
+from canwire.hub.handles.hub import Hub
+from canwire.hub.handles.lease import Control
+from canwire.hub.owner.deferred import Deferred
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
 from canwire.platform import EventDescriptor, map_memory
 from canwire.timeline import NEVER
-from canwire.values.bit_timing import BitTiming
+from canwire.values.timing.bit_timing import BitTiming
 
 NOMINAL = BitTiming.for_bit_rate(500_000, clock_hz=80_000_000)
 DATA = BitTiming.for_bit_rate(2_000_000, clock_hz=80_000_000)
@@ -33,7 +33,7 @@ TWO_BOARDS = Config(
 
 
 class InMemory:
-    """hub/link.py's Link. Every request, reply and notice goes through its bytes and back.
+    """hub/protocol/link.py's Link. Every request, reply and notice goes through its bytes and back.
 
     With `on_wait` a request whose answer takes time has it called instead of time passing. `memory` is that of
     the queues of each channel that was set up: the receive ring, and the transmit ring if it has one.

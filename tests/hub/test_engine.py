@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from canwire import BadValue, HubLost
-from canwire.hub.engine import Engine
+from canwire.hub.owner.engine import Engine
 from canwire.platform import EventDescriptor
 from canwire.timeline import NEVER, Source, Timeline
 
@@ -55,7 +55,7 @@ class Work(Source):
 
 
 class World:
-    """Stands in for hub/world.py's: time, and what fast time asks."""
+    """Stands in for hub/owner/world.py's: time, and what fast time asks."""
 
     def __init__(self) -> None:
         self.timeline = Timeline()

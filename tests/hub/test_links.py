@@ -30,16 +30,16 @@ from canwire import (
     default_address,
     errors,
 )
-from canwire.boards.config import Config
-from canwire.hub import messages as m
-from canwire.hub.client import SocketLink, raised
-from canwire.hub.connection import failed
-from canwire.hub.deferred import Deferred
-from canwire.hub.engine import Engine
-from canwire.hub.link import Link
-from canwire.hub.local import LocalLink
-from canwire.hub.server import Server
-from canwire.hub.world import World
+from canwire.boards.config.configuration import Config
+from canwire.hub.links.client import SocketLink, raised
+from canwire.hub.links.connection import failed
+from canwire.hub.links.local import LocalLink
+from canwire.hub.links.server import Server
+from canwire.hub.owner.deferred import Deferred
+from canwire.hub.owner.engine import Engine
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Link
 
 AGES = 20.0  # seconds; only a broken build waits that long
 SLOW = BitTiming.for_bit_rate(125_000, clock_hz=80_000_000)

@@ -25,9 +25,9 @@ from canwire import (
     Unsupported,
     WrongState,
 )
-from canwire.boards.config import BoardConfig, BusConfig, Config
-from canwire.bus.faults import Faults
-from canwire.chips import mcp2515_map as m
+from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
+from canwire.bus.can.faults import Faults
+from canwire.chips.mcp2515 import register_map as m
 
 IN_MEMORY = runpy.run_path(str(Path(__file__).parent / "in_memory.py"))
 BOARDS = ("picocom1", "picocom2", "picocom4", "picomod3")

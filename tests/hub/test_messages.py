@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from canwire import BadMessage, BadValue, BitTiming, LinSchedule, LinSlot
-from canwire.hub import messages as m
+from canwire.hub.protocol import messages as m
 
 SERIALS = st.integers(0, 2**64 - 1)
 TIMINGS = [

@@ -25,14 +25,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from canwire import CanwireError, HubError
-from canwire.boards.config import Config
-from canwire.hub import messages as m
-from canwire.hub import sockets
-from canwire.hub.engine import Engine
-from canwire.hub.outbox import Outbox
-from canwire.hub.server import Server
-from canwire.hub.sockets import somebody_listens
-from canwire.hub.world import World
+from canwire.boards.config.configuration import Config
+from canwire.hub.links import sockets
+from canwire.hub.links.outbox import Outbox
+from canwire.hub.links.server import Server
+from canwire.hub.links.sockets import somebody_listens
+from canwire.hub.owner.engine import Engine
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
 
 AGES = 20.0  # seconds; only a broken build waits that long
 HELLO = m.encode_request(1, m.Hello(m.VERSION, os.getpid(), "wire"))

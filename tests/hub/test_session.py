@@ -40,11 +40,11 @@ from canwire import (
     WrongState,
 )
 from canwire.boards import catalogue
+from canwire.boards.can.modes import ChannelMode, FilterMode, FilterSetup, LineMode, Siblings
 from canwire.boards.description import Feature
-from canwire.boards.modes import ChannelMode, FilterMode, FilterSetup, LineMode, Siblings
-from canwire.bus.faults import Faults
-from canwire.hub import messages as m
-from canwire.hub.held import Slot
+from canwire.bus.can.faults import Faults
+from canwire.hub.owner.held import Slot
+from canwire.hub.protocol import messages as m
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import CONFIRM, SELF_RECEPTION
@@ -1052,7 +1052,7 @@ def facts(bench: Bench) -> object:
 
 
 def test_every_request_with_a_handle_is_here() -> None:
-    """But for those of LIN, in hub/lin_messages.py."""
+    """But for those of LIN, in hub/protocol/lin_messages.py."""
     kinds = [kind for kind in m.Request.__args__ if kind.__module__ == m.__name__]
     with_handle = {kind for kind in kinds if "handle" in kind.__struct_fields__}
     assert {type(build(1)) for build in HANDLED} == with_handle

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from canwire import Closed, Event, Frame, Hub, HubChannel, HubLost, Unplugged
-from canwire.boards.modes import ChannelMode
+from canwire.boards.can.modes import ChannelMode
 from canwire.ring import RECHECK_S
 
 IN_MEMORY = runpy.run_path(str(Path(__file__).parent / "in_memory.py"))

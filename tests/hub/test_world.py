@@ -15,11 +15,11 @@ import pytest
 from canwire import BadValue, ErrorState, Event, Frame, Hub, InUse, NoSuchBoard, Unplugged, Unsupported
 from canwire.boards import catalogue
 from canwire.boards.board import BoardKind, Connector
-from canwire.boards.config import BoardConfig, BusConfig, Config
+from canwire.boards.can.modes import ChannelMode
+from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
 from canwire.boards.figures import USB_TO_CAN
-from canwire.boards.modes import ChannelMode
-from canwire.hub import messages as m
-from canwire.hub.world import World
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
 from canwire.timeline import NEVER
 from canwire.values.frame import record_to_send
 from canwire.values.record import SELF_RECEPTION

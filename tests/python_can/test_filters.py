@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import FilterMode
-from canwire.boards.message_filter import MessageFilter, message_filter
+from canwire.boards.can.message_filter import MessageFilter, message_filter
 from canwire.python_can.bus import CanwireBus
 from canwire.python_can.filters import LIST_SIZE, OPEN, planned
 

@@ -20,7 +20,7 @@ from canwire import (
     Unplugged,
     connect,
 )
-from canwire.boards.config import Config
+from canwire.boards.config.configuration import Config
 from canwire.slcan import CANABLE, CANBUS, Dialect, Dongle, HubPort, Red, Settings, plug_dongle
 
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.errors import BadTiming
-from canwire.values.bit_timing import BitTiming
-from canwire.values.timing_limits import BTR_OF_BIT_RATE, FD_DATA, FD_NOMINAL, SJA1000, TimingLimits
+from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import BTR_OF_BIT_RATE, FD_DATA, FD_NOMINAL, SJA1000, TimingLimits
 
 # reference/can-protocol.md section 8 (seed 004 table, CiA, LAWICEL S0-S8): BTR0, BTR1, bit/s,
 # quantum in ps, quanta, sample point in tenths of a per cent

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.errors import BadFrame
-from canwire.values.lin_frame import (
+from canwire.values.lin.frame import (
     LinFrame,
     checked_id,
     go_to_sleep_frame,

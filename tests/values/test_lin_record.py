@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.errors import BadFrame
-from canwire.values.lin_event import LinErrorKind, LinEvent, LinEventKind, LinState
-from canwire.values.lin_frame import LinFrame
-from canwire.values.lin_record import (
+from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinState
+from canwire.values.lin.frame import LinFrame
+from canwire.values.lin.record import (
     lin_frame_of_record,
     linmsg_of_record,
     message_type,

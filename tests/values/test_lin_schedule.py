@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from canwire.errors import BadValue
-from canwire.values.lin_schedule import LinSchedule, LinSlot, SlotKind
+from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
 
 
 def test_kinds_of_slots() -> None:

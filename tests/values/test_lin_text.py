@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from canwire.errors import BadText
 from canwire.values.event import InfoCode
-from canwire.values.lin_event import LinErrorKind, LinEvent, LinEventKind, LinState
-from canwire.values.lin_frame import LinFrame
-from canwire.values.lin_text import (
+from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinState
+from canwire.values.lin.frame import LinFrame
+from canwire.values.lin.text import (
     LinLogLine,
     format_lin_content,
     format_lin_frame,

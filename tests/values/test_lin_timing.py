@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.errors import BadValue
-from canwire.values.lin_timing import (
+from canwire.values.lin.timing import (
     bit_rate_of,
     bit_time_of_sync,
     bit_time_ps,

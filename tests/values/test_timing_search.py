@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.errors import BadTiming
-from canwire.values.bit_timing import BitTiming
-from canwire.values.timing_limits import BTR_OF_BIT_RATE
+from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import BTR_OF_BIT_RATE
 
 
 @pytest.mark.conforms("X4-19")

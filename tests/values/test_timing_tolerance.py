@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.errors import BadTiming
-from canwire.values.bit_timing import BitTiming
+from canwire.values.timing.bit_timing import BitTiming
 
 
 @pytest.mark.conforms("G-13")

@@ -10,8 +10,10 @@ import pytest
 import canwire
 from canwire import FilterMode, FilterSetup, LineMode, vci
 from canwire.boards.figures import USB_TO_CAN, USB_TO_CAN_FD
-from canwire.vci import bit_timing_presets, can_line, can_timing
-from canwire.vci.can_socket import capabilities2_of, capabilities_of
+from canwire.vci.can import line as can_line
+from canwire.vci.can import presets as bit_timing_presets
+from canwire.vci.can import timing as can_timing
+from canwire.vci.can.socket import capabilities2_of, capabilities_of
 
 BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED
 FD = vci.CAN_EXMODE_EXTDATA | vci.CAN_EXMODE_FASTDATA

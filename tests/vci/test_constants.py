@@ -6,8 +6,10 @@ from uuid import UUID
 
 import pytest
 
-from canwire.vci import bit_timing_presets, constants, controller_types, guids
-from canwire.vci.can_structures import CanBtp
+from canwire.vci import controller_types
+from canwire.vci.can import presets as bit_timing_presets
+from canwire.vci.can.structures import CanBtp
+from canwire.vci.structures import constants, guids
 
 # reference/vci.md section 3, group by group
 CAN = {

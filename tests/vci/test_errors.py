@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import CanwireError
-from canwire.vci import errors
-from canwire.vci.errors import VciError, VciInvalidArgument, VciTimeout, format_error
+from canwire.vci.structures import errors
+from canwire.vci.structures.errors import VciError, VciInvalidArgument, VciTimeout, format_error
 
 # in the order of their numbers, from E0010001
 CODES = """

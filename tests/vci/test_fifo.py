@@ -15,8 +15,8 @@ import canwire
 from canwire import vci
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring, ring_size
-from canwire.vci.fifo_elements import CAN_MSG2S, CAN_MSGS, Elements, Plain
-from canwire.vci.fifo_size import whole_pages
+from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS, Elements, Plain
+from canwire.vci.fifo.size import whole_pages
 
 
 class Lease:

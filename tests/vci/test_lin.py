@@ -10,8 +10,8 @@ import pytest
 
 import canwire
 from canwire import vci
-from canwire.bus.lin_faults import LinFaults
-from canwire.vci.fifo_elements import LIN_MSGS
+from canwire.bus.lin.faults import LinFaults
+from canwire.vci.fifo.elements import LIN_MSGS
 
 FD_BOARD, CLASSIC_BOARD = "HW000001", "HW000002"
 LINE = 2

@@ -22,8 +22,8 @@ from canwire.vci import (
     Structure,
     VciInvalidArgument,
     controller_types,
-    lin_constants,
 )
+from canwire.vci.lin import constants as lin_constants
 
 # reference/vci.md section 4, group by group; of the LIN_STATUS_ only OVRRUN and ININIT are in the header
 LIN = {

@@ -13,11 +13,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canwire.vci import can_dtypes, can_message, can_msg_info, can_structures, structures
-from canwire.vci.bit_timing_presets import CAN_BTP_500KB
-from canwire.vci.can_message import CanCyclicTxMsg, CanCyclicTxMsg2, CanMsg, CanMsg2, Message
-from canwire.vci.can_msg_info import CanMsgInfo
-from canwire.vci.can_structures import (
+from canwire.vci.can import dtypes as can_dtypes
+from canwire.vci.can import message as can_message
+from canwire.vci.can import msg_info as can_msg_info
+from canwire.vci.can import structures as can_structures
+from canwire.vci.can.message import CanCyclicTxMsg, CanCyclicTxMsg2, CanMsg, CanMsg2, Message
+from canwire.vci.can.msg_info import CanMsgInfo
+from canwire.vci.can.presets import CAN_BTP_500KB
+from canwire.vci.can.structures import (
     CanBtp,
     CanBtpPair,
     CanBtpTable,
@@ -28,9 +31,10 @@ from canwire.vci.can_structures import (
     CanLineStatus2,
     CanSchedulerStatus2,
 )
-from canwire.vci.errors import VciInvalidArgument
-from canwire.vci.structure import Structure
-from canwire.vci.structures import VciDeviceCaps, VciDeviceInfo, VciId
+from canwire.vci.structures import devices as structures
+from canwire.vci.structures.devices import VciDeviceCaps, VciDeviceInfo, VciId
+from canwire.vci.structures.errors import VciInvalidArgument
+from canwire.vci.structures.structure import Structure
 
 BTP = "2I4H"
 # C name: format, size, fields in order

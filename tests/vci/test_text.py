@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canwire.vci.errors import VciBufferOverflow, VciFail, VciInvalidArgument
-from canwire.vci.guids import IID_ICanChannel2
-from canwire.vci.structures import VciId
+from canwire.vci.structures.devices import VciId
+from canwire.vci.structures.errors import VciBufferOverflow, VciFail, VciInvalidArgument
+from canwire.vci.structures.guids import IID_ICanChannel2
 from canwire.vci.text import char_to_guid, char_to_luid, guid_to_char, luid_to_char
 
 CHANNEL = "{F2528F90-3A10-46D0-8F82-0871C1E7DBB9}"

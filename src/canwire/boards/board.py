@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 from uuid import UUID
 
+from canwire.boards.can.line import Line
 from canwire.boards.description import NO_CAN, BoardInfo, Capabilities, LinCapabilities, LineInfo
 from canwire.boards.inducan104 import InduCan104
 from canwire.boards.isa import IsaPlace
-from canwire.boards.lin_line import LinLine
-from canwire.boards.line import Line
-from canwire.bus.node import Bus
+from canwire.boards.lin.line import LinLine
+from canwire.bus.can.node import Bus
 from canwire.errors import BadValue
 
 MANUFACTURER = "canwire (simulated)"

@@ -15,19 +15,19 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import NamedTuple
 
 from canwire.boards.board import CAN, IDEAL, LIN, MCP2515, SJA1000, Board, BoardKind, BoardLine, BoardLinLine
+from canwire.boards.can.line import Line
 from canwire.boards.description import BoardInfo, LineInfo
 from canwire.boards.inducan104 import OSCILLATOR_HZ, BoardPorts, InduCan104, checked_place
 from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.kinds import KINDS as KINDS
-from canwire.boards.lin_line import LinLine
-from canwire.boards.line import Line
+from canwire.boards.lin.line import LinLine
 from canwire.boards.outside import checked_port, outside_board
-from canwire.bus.can_bus import CanBus
-from canwire.bus.lin_bus import LinBus
-from canwire.bus.node import Bus, Node
-from canwire.chips.can_fd import CanFdController
-from canwire.chips.mcp2515 import Mcp2515
-from canwire.chips.sja1000 import Sja1000
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.node import Bus, Node
+from canwire.bus.lin.bus import LinBus
+from canwire.chips.ideal.can_fd import CanFdController
+from canwire.chips.mcp2515.controller import Mcp2515
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.drivers.can_fd import CanFdDriver
 from canwire.drivers.lin import LinControllerDriver
 from canwire.drivers.mcp2515.driver import Mcp2515Driver

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntFlag
 
-from canwire.values.timing_limits import TimingLimits
+from canwire.values.timing.limits import TimingLimits
 
 
 class Feature(IntFlag):

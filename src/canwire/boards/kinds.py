@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from canwire.boards import figures, inducan104
 from canwire.boards.board import CAN, LIN, MCP2515, SJA1000, BoardKind, Connector
-from canwire.boards.lin_description import USB_TO_CAN_FD_LIN
+from canwire.boards.lin.description import USB_TO_CAN_FD_LIN
 
 USUAL_BUS = "can0"
 USUAL_LIN_BUS = "lin0"

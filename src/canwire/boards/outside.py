@@ -11,11 +11,11 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 from canwire.boards.board import Board, BoardLine
+from canwire.boards.can.line import Line
 from canwire.boards.description import BoardInfo, Capabilities, Feature
 from canwire.boards.figures import ADAPTER, FD_ADAPTER
 from canwire.boards.kinds import KINDS, PYTHON_CAN, SLCAN, SLCAN_FD
-from canwire.boards.line import Line
-from canwire.bus.node import Bus, Node
+from canwire.bus.can.node import Bus, Node
 from canwire.drivers.outside import Identity, OutsideDriver, Reactor
 from canwire.drivers.python_can import port as python_can_port
 from canwire.drivers.python_can.backends import backend

@@ -11,7 +11,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from canwire.errors import BadValue
-from canwire.values.bit_timing import BitTiming
+from canwire.values.timing.bit_timing import BitTiming
 
 PS_PER_METRE = 5_000
 # bit time in ps, longest cable in m, usual sample point: what remains of sample / 2 is the hardware's

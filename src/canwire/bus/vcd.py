@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from canwire.bus.can_bus import CanBus
-from canwire.bus.lin_bus import LinBus
+from canwire.bus.can.bus import CanBus
+from canwire.bus.lin.bus import LinBus
 
 
 class VcdTrace:

@@ -24,7 +24,7 @@ from canwire.candrv.filters import Filter
 from canwire.candrv.handle import Handle
 from canwire.candrv.program import program_hub
 from canwire.candrv.properties import Controller, controller_of
-from canwire.candrv.registry import RegistryStore, Settings
+from canwire.candrv.registry.registry import RegistryStore, Settings
 from canwire.candrv.structures import (
     CAN_ACCEPTANCE_FILTER,
     CAN_BYTE,

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from canwire import CanwireError, ErrorState, FilterMode, FilterSetup, InUse, LineMode, LineStatus
 from canwire.candrv.bell import Bell
-from canwire.candrv.loading import (
+from canwire.candrv.properties import SJA1000
+from canwire.candrv.registry.loading import (
     CAN_CTRL_SJA1000,
     controller_on,
     find_port,
@@ -27,12 +28,11 @@ from canwire.candrv.loading import (
     settings_note,
     usual_store,
 )
-from canwire.candrv.properties import SJA1000
 from canwire.candrv.state import DeviceState, can_time, state_of
 
 if TYPE_CHECKING:
     from canwire import Control, Hub, LineInfo
-    from canwire.candrv.registry import RegistryStore
+    from canwire.candrv.registry.registry import RegistryStore
 
 T = TypeVar("T")
 

@@ -13,7 +13,7 @@ from canwire.candrv.constants import CanMode, FrameFormat
 
 if TYPE_CHECKING:
     from canwire import LineStatus
-    from canwire.candrv.settings import Settings
+    from canwire.candrv.registry.settings import Settings
 
 _NOTE = struct.Struct("<4sBB")  # CAN mode, default format
 _MAGIC = b"CIDn"

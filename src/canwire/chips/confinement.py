@@ -34,7 +34,7 @@ class Confinement:
         self.warning_limit = WARNING_LIMIT
 
     def apply(self, rule: int) -> bool:
-        """Apply one counter rule of bus/node.py; True if the state changed."""
+        """Apply one counter rule of bus/can/node.py; True if the state changed."""
         if self.state == _BUS_OFF:
             return False
         if rule == _RECEIVED_RULE:

@@ -1,5 +1,5 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
-from canwire.bus.node cimport Mailbox
+from canwire.bus.can.node cimport Mailbox
 
 cdef class Host:
     cpdef received(self, Mailbox box, unsigned long long at_ns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from canwire.bus.node import Mailbox
+from canwire.bus.can.node import Mailbox
 
 
 class Host:

@@ -1,6 +1,7 @@
 """What a chip's registers are, as data: address, access, reset values, bits; and the seam to reach them.
 
-A map (sja1000_map.py) is a tuple of `Register`; the model beside it decides what a write brings about. Whoever
+A map (chips/sja1000/register_map.py) is a tuple of `Register`; the model beside it decides what a write brings
+about. Whoever
 only wants to read and write registers (a driver, a port on a real machine) needs `RegisterAccess` alone.
 """
 

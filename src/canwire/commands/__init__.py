@@ -32,12 +32,12 @@ VERBS = {
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
-    "lin": Verb("canwire.commands.lin", "watch a LIN line of the hub, send from one, run a schedule"),
+    "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "acan": Verb(
-        "canwire.commands.acan", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"
+        "canwire.commands.acan.verb", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"
     ),
     "candrv": Verb(
-        "canwire.commands.candrv",
+        "canwire.commands.candrv.verb",
         "CanTestSuite of F&S boards, the registry of their driver, devices as terminals",
     ),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),

@@ -19,7 +19,7 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from canwire import FIELDS, NON_ISO, BadTiming, BitLayout, Frame, format_frame, parse_frame
-from canwire.commands.waveform import draw
+from canwire.commands.lab.waveform import draw
 
 _PLAIN_WIDTH = 100
 _MARGIN = 2

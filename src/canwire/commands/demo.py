@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any
 
 from canwire import Acceptance, BadValue, Frame, Lab, LabBus, LogLine, NodeScript, format_candump_line
-from canwire.commands.fan_network import (
+from canwire.commands.lab.fan_network import (
     STATUS,
     CodedIds,
     Coding,
@@ -25,7 +25,7 @@ from canwire.commands.fan_network import (
     PlainIds,
     Sensor,
 )
-from canwire.commands.summary import Summary
+from canwire.commands.lab.summary import Summary
 
 _BIT_RATE = 125_000
 _BREAKS_NS, _REPAIRED_NS = 12_000_000_000, 20_000_000_000

@@ -30,7 +30,7 @@ from canwire import (
     Unplugged,
 )
 from canwire.commands.hub_line import Place, add_hub_argument, complain, rates_text
-from canwire.commands.lin_line import mode_text
+from canwire.commands.lin.line import mode_text
 
 if TYPE_CHECKING:
     from canwire import Hub

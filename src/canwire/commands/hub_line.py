@@ -36,7 +36,7 @@ USUAL_BIT_RATE = 500_000
 USUAL_DATA_BIT_RATE = 2_000_000
 _ADDRESS = re.compile(r"(.+):(\d{1,3})", re.DOTALL)
 _VERBS = {"CAN": "`canwire dump` or `canwire send`", "LIN": "`canwire lin dump` or `canwire lin send`"}
-_FEWEST_QUANTA = 8, 5  # of a bit in the nominal and in the data phase: values/timing_limits.py
+_FEWEST_QUANTA = 8, 5  # of a bit in the nominal and in the data phase: values/timing/limits.py
 
 
 class Place(NamedTuple):

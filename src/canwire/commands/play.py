@@ -20,9 +20,9 @@ from contextlib import ExitStack
 from typing import TextIO
 
 from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
-from canwire.commands.candump_log import CandumpLog, Survey
+from canwire.commands.lab.candump_log import CandumpLog, Survey
+from canwire.commands.lab.summary import Summary, line
 from canwire.commands.progress import Progress
-from canwire.commands.summary import Summary, line
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
 _SENDER_QUEUE = 1024

@@ -1,7 +1,7 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
-from canwire.bus.node cimport Bus
-from canwire.chips.can_fd cimport CanFdController
+from canwire.bus.can.node cimport Bus
+from canwire.chips.ideal.can_fd cimport CanFdController
 from canwire.drivers.driver cimport Driver
 
 @cython.final

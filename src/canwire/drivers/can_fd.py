@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
-from canwire.bus.node import Mailbox, Sink
+from canwire.bus.can.node import Mailbox, Sink
 from canwire.drivers.driver import Counters, Driver, LineSettings
 from canwire.errors import BadTiming, Unsupported
-from canwire.values.bit_timing import BitTiming
 from canwire.values.event import ErrorState
+from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host

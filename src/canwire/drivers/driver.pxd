@@ -1,7 +1,7 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire cimport _mem
-from canwire.bus.node cimport Mailbox, Sink
+from canwire.bus.can.node cimport Mailbox, Sink
 from canwire.chips.host cimport Host
 
 cdef unsigned int _SINGLE_SHOT, _HIGH_PRIORITY, _ABORT_ON_ERROR

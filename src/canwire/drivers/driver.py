@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from canwire import _mem
-from canwire.bus.node import Mailbox, Sink
+from canwire.bus.can.node import Mailbox, Sink
 from canwire.errors import Unsupported
-from canwire.values.bit_timing import BitTiming
 from canwire.values.event import ErrorState
 from canwire.values.register import RegisterValue
+from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host

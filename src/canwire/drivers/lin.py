@@ -6,9 +6,9 @@ from typing import Any, Protocol
 
 from canwire.drivers.lin_driver import LinCounters, LinSettings
 from canwire.errors import BadTiming
-from canwire.values.lin_event import LinState
-from canwire.values.lin_frame import LinFrame
-from canwire.values.lin_timing import (
+from canwire.values.lin.event import LinState
+from canwire.values.lin.frame import LinFrame
+from canwire.values.lin.timing import (
     AUTO_RATE,
     LOWEST_RATE,
     bit_rate_of,

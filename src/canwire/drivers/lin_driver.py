@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from canwire.values.lin_event import LinState
-from canwire.values.lin_frame import LinFrame
+from canwire.values.lin.event import LinState
+from canwire.values.lin.frame import LinFrame
 
 
 @dataclass(frozen=True, slots=True)

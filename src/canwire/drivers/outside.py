@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
 
-from canwire.bus.node import Mailbox
+from canwire.bus.can.node import Mailbox
 from canwire.drivers.driver import Counters, Driver
 from canwire.timeline import Timeline
 from canwire.values.event import ErrorKind, ErrorState, EventKind

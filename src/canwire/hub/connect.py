@@ -9,18 +9,18 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.boards.config import Config
+from canwire.boards.config.configuration import Config
 from canwire.errors import BadValue
-from canwire.hub.client import SocketLink
-from canwire.hub.engine import REAL, VIRTUAL, Engine
-from canwire.hub.hub import Hub
-from canwire.hub.local import LocalLink
-from canwire.hub.sockets import somebody_listens
-from canwire.hub.world import World
+from canwire.hub.handles.hub import Hub
+from canwire.hub.links.client import SocketLink
+from canwire.hub.links.local import LocalLink
+from canwire.hub.links.sockets import somebody_listens
+from canwire.hub.owner.engine import REAL, VIRTUAL, Engine
+from canwire.hub.owner.world import World
 from canwire.platform import runtime_directory
 
 if TYPE_CHECKING:
-    from canwire.hub.link import Link
+    from canwire.hub.protocol.link import Link
 
 _CONFIG_HERE = "canwire.toml"
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 from canwire.boards.wiring import config_warnings
 from canwire.errors import HubError
 from canwire.hub.connect import default_address, usual_config
-from canwire.hub.engine import REAL, Engine
-from canwire.hub.server import Server
-from canwire.hub.world import World
+from canwire.hub.links.server import Server
+from canwire.hub.owner.engine import REAL, Engine
+from canwire.hub.owner.world import World
 
 if TYPE_CHECKING:
-    from canwire.boards.config import Config
-    from canwire.hub.event import Event
+    from canwire.boards.config.configuration import Config
+    from canwire.hub.handles.event import Event
 
 
 def serve(

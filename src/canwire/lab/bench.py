@@ -14,7 +14,7 @@ from canwire.lab.lin import LabLinBus
 from canwire.lab.spans import nanoseconds
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
-from canwire.values.bit_timing import BitTiming
+from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:
     import asyncio  # 35 ms that only asyncio's users pay

@@ -8,19 +8,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line, unplug
-from canwire.bus.can_bus import CanBus
-from canwire.bus.faults import Fault, Faults
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Fault, Faults
+from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.station import Tap
 from canwire.bus.medium import one_way_delay_ps
-from canwire.bus.node import Mailbox, Node
-from canwire.bus.station import Tap
 from canwire.bus.vcd import VcdTrace
 from canwire.drivers.driver import LineSettings
 from canwire.errors import BadValue
 from canwire.lab.node import LabNode
 from canwire.lab.script import NodeScript
 from canwire.values.acceptance import Acceptance
-from canwire.values.bit_timing import BitTiming
 from canwire.values.frame import Frame, frame_of_record
+from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:
     from canwire.lab.bench import Lab
@@ -196,7 +196,7 @@ class LabBus:
 
 
 class LabFaults(Faults):
-    """bus/faults.py, with nodes of the bench and with plugs that can be pulled."""
+    """bus/can/faults.py, with nodes of the bench and with plugs that can be pulled."""
 
     def __init__(self, lab: Lab, bus: CanBus, seed: int) -> None:
         super().__init__(bus, seed)

@@ -8,19 +8,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from canwire.boards.catalogue import ideal_lin_line, plug_lin, unplug_lin
-from canwire.bus.lin_bus import LinBus
-from canwire.bus.lin_faults import LinFaults
-from canwire.bus.lin_node import LinNode, LinResponse
-from canwire.bus.lin_wire import LinTap
+from canwire.bus.lin.bus import LinBus
+from canwire.bus.lin.faults import LinFaults
+from canwire.bus.lin.node import LinNode, LinResponse
+from canwire.bus.lin.wire import LinTap
 from canwire.bus.vcd import VcdTrace
 from canwire.drivers.lin_driver import LinSettings
 from canwire.errors import BadValue
 from canwire.lab.lin_node import LabLinNode, Responses
 from canwire.lab.spans import nanoseconds
-from canwire.values.lin_frame import LinFrame
-from canwire.values.lin_record import TIME_SIZE, lin_frame_of_record
-from canwire.values.lin_schedule import LinSchedule, LinSlot
-from canwire.values.lin_timing import checked_rate
+from canwire.values.lin.frame import LinFrame
+from canwire.values.lin.record import TIME_SIZE, lin_frame_of_record
+from canwire.values.lin.schedule import LinSchedule, LinSlot
+from canwire.values.lin.timing import checked_rate
 
 if TYPE_CHECKING:
     from canwire.lab.bench import Lab
@@ -204,7 +204,7 @@ class LabLinBus:
 
 
 class LabLinFaults(LinFaults):
-    """bus/lin_faults.py, with nodes of the bench and with plugs that can be pulled."""
+    """bus/lin/faults.py, with nodes of the bench and with plugs that can be pulled."""
 
     def __init__(self, lab: Lab, bus: LinBus) -> None:
         super().__init__(bus)

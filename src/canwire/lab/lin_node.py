@@ -6,17 +6,17 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable, Mapping
 from typing import TYPE_CHECKING
 
-from canwire.boards.lin_line import LinLine
-from canwire.boards.lin_modes import LinMode, LinMonitorMode
-from canwire.boards.lin_monitor import LinMonitor
-from canwire.boards.lin_schedule import LinScheduler
+from canwire.boards.lin.line import LinLine
+from canwire.boards.lin.modes import LinMode, LinMonitorMode
+from canwire.boards.lin.monitor import LinMonitor
+from canwire.boards.lin.schedule import LinScheduler
 from canwire.drivers.lin_driver import LinCounters, LinSettings
 from canwire.errors import BadValue, Closed, NotReceived, QueueFull, WrongState
 from canwire.lab.listening import Listening
 from canwire.lab.spans import nanoseconds
 from canwire.timeline import NEVER
-from canwire.values.lin_event import LinEvent, LinEventKind, LinState
-from canwire.values.lin_frame import LinFrame, go_to_sleep_frame
+from canwire.values.lin.event import LinEvent, LinEventKind, LinState
+from canwire.values.lin.frame import LinFrame, go_to_sleep_frame
 
 if TYPE_CHECKING:
     from canwire.lab.bench import Lab
@@ -28,7 +28,7 @@ _TRANSMIT_QUEUE = 16_384
 
 
 class LabSchedule(LinScheduler):
-    """boards/lin_schedule.py, on a timeline that may be paced."""
+    """boards/lin/schedule.py, on a timeline that may be paced."""
 
     def __init__(self, lab: Lab, line: LinLine) -> None:
         super().__init__(line, {})

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import TYPE_CHECKING
 
-from canwire.boards.channel import Channel
-from canwire.boards.line import Line
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.line import Line
 from canwire.drivers.driver import Counters, Driver, LineSettings
 from canwire.errors import BadValue, BusOff, Closed, NotReceived, NotTransmitted
 from canwire.lab.listening import Listening

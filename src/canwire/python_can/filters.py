@@ -1,7 +1,7 @@
 """python-can's filters as the hub's: one pattern and one list for each frame format.
 
 Where they do not fit, the hub gets one pattern that lets through all they do and more, and the rest is sorted out
-here (`exact` is False then). Source: python-can 4.6 bus.py, set_filters; boards/message_filter.py.
+here (`exact` is False then). Source: python-can 4.6 bus.py, set_filters; boards/can/message_filter.py.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from canwire.python_can.messages import record_of
 if TYPE_CHECKING:
     from canwire import HubChannel
 
-_DONE = 2  # boards/cyclic_object.py's CyclicState
+_DONE = 2  # boards/can/cyclic_object.py's CyclicState
 
 
 class SharedList:

@@ -8,7 +8,7 @@ from canwire import BadTiming, BitTiming, Capabilities, Feature, LineMode, Timin
 
 USUAL_BIT_RATE = 500_000
 USUAL_DATA_BIT_RATE = 2_000_000
-_FEWEST_QUANTA = 8, 5  # of a bit in the nominal and in the data phase: values/timing_limits.py
+_FEWEST_QUANTA = 8, 5  # of a bit in the nominal and in the data phase: values/timing/limits.py
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,15 +15,15 @@ Source: VCI V4 manual (seed 004).
 from __future__ import annotations
 
 from canwire.vci.bal import BalObject
-from canwire.vci.bit_timing_presets import *  # noqa: F403
-from canwire.vci.can_channel import CanChannel, CanChannel2
-from canwire.vci.can_control import CanControl, CanControl2
-from canwire.vci.can_dtypes import canmsg2_dtype, canmsg_dtype, canmsg_view_dtype
-from canwire.vci.can_message import CanCyclicTxMsg, CanCyclicTxMsg2, CanMsg, CanMsg2
-from canwire.vci.can_msg_info import CanMsgInfo
-from canwire.vci.can_scheduler import CanScheduler, CanScheduler2
-from canwire.vci.can_socket import CanSocket, CanSocket2
-from canwire.vci.can_structures import (
+from canwire.vci.can.channel import CanChannel, CanChannel2
+from canwire.vci.can.control import CanControl, CanControl2
+from canwire.vci.can.dtypes import canmsg2_dtype, canmsg_dtype, canmsg_view_dtype
+from canwire.vci.can.message import CanCyclicTxMsg, CanCyclicTxMsg2, CanMsg, CanMsg2
+from canwire.vci.can.msg_info import CanMsgInfo
+from canwire.vci.can.presets import *  # noqa: F403
+from canwire.vci.can.scheduler import CanScheduler, CanScheduler2
+from canwire.vci.can.socket import CanSocket, CanSocket2
+from canwire.vci.can.structures import (
     CanBtp,
     CanBtpPair,
     CanBtpTable,
@@ -40,19 +40,16 @@ from canwire.vci.can_structures import (
     CanSchedulerStatus,
     CanSchedulerStatus2,
 )
-from canwire.vci.constants import *  # noqa: F403
 from canwire.vci.controller_types import *  # noqa: F403
 from canwire.vci.device import VciDevice, VciDeviceManager, VciEnumDevice
-from canwire.vci.errors import *  # noqa: F403
-from canwire.vci.fifo import FifoReader, FifoWriter, VciFifo, VciFifo2
-from canwire.vci.fifo_block import FifoBlock
-from canwire.vci.guids import *  # noqa: F403
-from canwire.vci.lin_constants import *  # noqa: F403
-from canwire.vci.lin_control import LinControl
-from canwire.vci.lin_message import LinMsg, LinMsgInfo, linmsg_dtype, linmsg_view_dtype
-from canwire.vci.lin_monitor import LinMonitor
-from canwire.vci.lin_socket import LinSocket
-from canwire.vci.lin_structures import LinCapabilities, LinInitLine, LinLineStatus, LinMonitorStatus
+from canwire.vci.fifo.block import FifoBlock
+from canwire.vci.fifo.fifo import FifoReader, FifoWriter, VciFifo, VciFifo2
+from canwire.vci.lin.constants import *  # noqa: F403
+from canwire.vci.lin.control import LinControl
+from canwire.vci.lin.message import LinMsg, LinMsgInfo, linmsg_dtype, linmsg_view_dtype
+from canwire.vci.lin.monitor import LinMonitor
+from canwire.vci.lin.socket import LinSocket
+from canwire.vci.lin.structures import LinCapabilities, LinInitLine, LinLineStatus, LinMonitorStatus
 from canwire.vci.server import (
     access_fifo,
     create_fifo,
@@ -63,8 +60,8 @@ from canwire.vci.server import (
     query_device_by_class,
     query_device_by_hwid,
 )
-from canwire.vci.structure import Structure
-from canwire.vci.structures import (
+from canwire.vci.structures.constants import *  # noqa: F403
+from canwire.vci.structures.devices import (
     BalFeatures,
     BalSocketInfo,
     VciDeviceCaps,
@@ -72,6 +69,9 @@ from canwire.vci.structures import (
     VciId,
     VciVersionInfo,
 )
+from canwire.vci.structures.errors import *  # noqa: F403
+from canwire.vci.structures.guids import *  # noqa: F403
+from canwire.vci.structures.structure import Structure
 from canwire.vci.text import char_to_guid, char_to_luid, guid_to_char, luid_to_char
 from canwire.vci.unknown import Unknown
 

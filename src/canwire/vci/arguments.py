@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from canwire.vci.constants import CAN_FILTER_EXT, CAN_FILTER_STD
-from canwire.vci.errors import VCI_E_INVALIDARG, VciError
+from canwire.vci.structures.constants import CAN_FILTER_EXT, CAN_FILTER_STD
+from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
 
 T = TypeVar("T")
 UINT8, UINT16, UINT32 = 0xFF, 0xFFFF, 0xFFFF_FFFF

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from uuid import UUID
 
 from canwire.vci.bus_line import BusLine, Layer, bus_ctrl_of, bus_of
-from canwire.vci.can_control import CanControl, CanControl2
-from canwire.vci.can_scheduler import CanScheduler, CanScheduler2
-from canwire.vci.can_socket import CanSocket, CanSocket2
+from canwire.vci.can.control import CanControl, CanControl2
+from canwire.vci.can.scheduler import CanScheduler, CanScheduler2
+from canwire.vci.can.socket import CanSocket, CanSocket2
 from canwire.vci.controller_types import VCI_BUS_CAN, VCI_BUS_LIN
-from canwire.vci.errors import VCI_E_INVALID_INDEX, VCI_E_NOT_IMPLEMENTED, VciError
-from canwire.vci.guids import (
+from canwire.vci.lin.control import LinControl
+from canwire.vci.lin.socket import LinSocket
+from canwire.vci.structures.devices import BalFeatures
+from canwire.vci.structures.errors import VCI_E_INVALID_INDEX, VCI_E_NOT_IMPLEMENTED, VciError
+from canwire.vci.structures.guids import (
     INTERFACES,
     IID_IBalObject,
     IID_ICanControl,
@@ -28,9 +31,6 @@ from canwire.vci.guids import (
     IID_ILinSocket,
     IID_IUnknown,
 )
-from canwire.vci.lin_control import LinControl
-from canwire.vci.lin_socket import LinSocket
-from canwire.vci.structures import BalFeatures
 from canwire.vci.unknown import Unknown, interface_name, no_interface, vci_call
 
 if TYPE_CHECKING:

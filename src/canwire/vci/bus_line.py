@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Self
 
 from canwire import NoSuchBoard, Unsupported
 from canwire.vci.controller_types import VCI_BUS_CAN, VCI_BUS_LIN, VCI_BUS_RES, vci_bus_ctrl
-from canwire.vci.errors import VCI_E_DEVICE_NOT_CONNECTED
-from canwire.vci.structures import BalSocketInfo, VciId
+from canwire.vci.structures.devices import BalSocketInfo, VciId
+from canwire.vci.structures.errors import VCI_E_DEVICE_NOT_CONNECTED
 from canwire.vci.translation import meaning
 from canwire.vci.unknown import Unknown, vci_call
 

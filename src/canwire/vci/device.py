@@ -13,21 +13,21 @@ from canwire import NoSuchBoard
 from canwire.vci.arguments import UINT32, instance, within
 from canwire.vci.bal import BalObject
 from canwire.vci.bus_line import bus_ctrl_of
-from canwire.vci.errors import (
+from canwire.vci.structures.devices import VciDeviceCaps, VciDeviceInfo, VciId
+from canwire.vci.structures.errors import (
     VCI_E_DEVICE_NOT_CONNECTED,
     VCI_E_NO_MORE_ITEMS,
     VCI_E_NO_SUCH_DEVICE,
     VCI_E_NOT_IMPLEMENTED,
     VciError,
 )
-from canwire.vci.guids import (
+from canwire.vci.structures.guids import (
     CLSID_VCIBAL,
     IID_IUnknown,
     IID_IVciDevice,
     IID_IVciDeviceManager,
     IID_IVciEnumDevice,
 )
-from canwire.vci.structures import VciDeviceCaps, VciDeviceInfo, VciId
 from canwire.vci.translation import meaning
 from canwire.vci.unknown import Unknown, no_interface, vci_call
 

@@ -15,7 +15,10 @@ import canwire
 from canwire import NoSuchBoard
 from canwire.vci.arguments import UINT16, UINT32, instance, within
 from canwire.vci.device import VciDevice, VciDeviceManager, vci_boards
-from canwire.vci.errors import (
+from canwire.vci.fifo.elements import Plain
+from canwire.vci.fifo.fifo import FifoReader, FifoWriter, VciFifo2
+from canwire.vci.structures.devices import VciId, VciVersionInfo
+from canwire.vci.structures.errors import (
     VCI_E_INVALIDARG,
     VCI_E_NO_SUCH_DEVICE,
     VCI_E_NOINTERFACE,
@@ -23,10 +26,13 @@ from canwire.vci.errors import (
     VCI_E_OBJECTID_NOT_FOUND,
     VciError,
 )
-from canwire.vci.fifo import FifoReader, FifoWriter, VciFifo2
-from canwire.vci.fifo_elements import Plain
-from canwire.vci.guids import IID_IFifoReader, IID_IFifoWriter, IID_IUnknown, IID_IVciFifo, IID_IVciFifo2
-from canwire.vci.structures import VciId, VciVersionInfo
+from canwire.vci.structures.guids import (
+    IID_IFifoReader,
+    IID_IFifoWriter,
+    IID_IUnknown,
+    IID_IVciFifo,
+    IID_IVciFifo2,
+)
 from canwire.vci.translation import meaning, translated
 from canwire.vci.unknown import interface_name
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from uuid import UUID
 
-from canwire.vci.errors import VCI_E_BUFFER_OVERFLOW, VCI_E_FAIL, VCI_E_INVALIDARG, VciError
-from canwire.vci.structures import VciId
+from canwire.vci.structures.devices import VciId
+from canwire.vci.structures.errors import VCI_E_BUFFER_OVERFLOW, VCI_E_FAIL, VCI_E_INVALIDARG, VciError
 
 _LUID = re.compile(r"[0-9A-Fa-f]{16}")
 _GUID = re.compile(r"\{([0-9A-Fa-f]{8}(?:-[0-9A-Fa-f]{4}){3}-[0-9A-Fa-f]{12})\}")

@@ -39,7 +39,7 @@ from canwire import (
     Unsupported,
     WrongState,
 )
-from canwire.vci.errors import (
+from canwire.vci.structures.errors import (
     VCI_E_ABORT,
     VCI_E_ACCESSDENIED,
     VCI_E_BUSY,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, ClassVar, Concatenate, ParamSpec, Self, TypeVa
 from uuid import UUID
 
 from canwire import CanwireError, HubLost, Unplugged
-from canwire.vci.errors import VCI_E_INVHANDLE, VCI_E_NOINTERFACE, VciError
-from canwire.vci.guids import INTERFACES, IID_IUnknown
+from canwire.vci.structures.errors import VCI_E_INVHANDLE, VCI_E_NOINTERFACE, VciError
+from canwire.vci.structures.guids import INTERFACES, IID_IUnknown
 from canwire.vci.translation import as_vci_error
 
 if TYPE_CHECKING:

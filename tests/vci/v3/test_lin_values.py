@@ -10,7 +10,7 @@ import pytest
 from canwire import vci
 from canwire.vci import LinMsg, LinMsgInfo, v3
 from canwire.vci.v3 import ArgumentException, ArgumentOutOfRangeException, LinBitrate, LinInitLine, LinMessage
-from canwire.vci.v3.lin_message import received
+from canwire.vci.v3.lin.message import received
 
 ENUMS: dict[type[Enum], dict[str, int]] = {
     v3.LinOperatingModes: {"SLAVE": 0, "MASTER": 1, "ERRORS": 2},

@@ -16,7 +16,7 @@ from canwire.vci.v3 import (
     CanMsgError,
     CanMsgFrameType,
 )
-from canwire.vci.v3.message import received
+from canwire.vci.v3.can.message import received
 
 FLAGS = [
     ("self_reception_request", 1 << 21),

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.chips import mcp2515_map as m
+from canwire.chips.mcp2515 import register_map as m
 from canwire.drivers.driver import Counters
 from canwire.drivers.mcp2515.access import Instructions
 from canwire.drivers.mcp2515.sending import Sender

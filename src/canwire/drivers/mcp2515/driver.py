@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.bus.node import Mailbox
-from canwire.chips import mcp2515_map as m
+from canwire.bus.can.node import Mailbox
+from canwire.chips.mcp2515 import register_map as m
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.mcp2515.access import Instructions
 from canwire.drivers.mcp2515.confinement import Confined

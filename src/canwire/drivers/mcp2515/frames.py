@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import struct
 
-from canwire.bus.node import Mailbox
-from canwire.chips import mcp2515_map as m
+from canwire.bus.can.node import Mailbox
+from canwire.chips.mcp2515 import register_map as m
 
 _RECORD = struct.Struct("<QII8s")  # of a record: time word, identifier, info, data
 _HEAD = struct.Struct("<QII")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.bus.node import Mailbox
-from canwire.chips import mcp2515_map as m
+from canwire.bus.can.node import Mailbox
+from canwire.chips.mcp2515 import register_map as m
 from canwire.drivers.driver import Driver
 from canwire.drivers.mcp2515.access import Instructions
 from canwire.drivers.mcp2515.frames import arbitration_key, frame_bytes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from canwire.chips import mcp2515_map as m
+from canwire.chips.mcp2515 import register_map as m
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.mcp2515.timing import cnf_of
 from canwire.errors import BadTiming, BadValue, Unsupported

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from canwire.chips import mcp2515_map as m
+from canwire.chips.mcp2515 import register_map as m
 from canwire.errors import BadTiming
-from canwire.values.bit_timing import BitTiming
-from canwire.values.timing_limits import TimingLimits
+from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import TimingLimits
 
 # PRSEG and PHSEG1 have 1..8 quanta each; PHSEG2 is longer than SJW, and not longer than the two together.
 LIMITS = TimingLimits("MCP2515", 64, 16, 8, 4, 8, 25, tseg1_min=2, tseg2_min=2, ipt=1)

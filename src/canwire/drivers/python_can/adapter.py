@@ -18,9 +18,9 @@ from canwire.drivers.outside import Reactor
 from canwire.drivers.python_can.backends import PASSIVE, backend
 from canwire.drivers.python_can.port import Port
 from canwire.errors import CanwireError, ExtraMissing
-from canwire.values.bit_timing import BitTiming
 from canwire.values.event import ErrorState
 from canwire.values.frame import Frame, record_of_frame
+from canwire.values.timing.bit_timing import BitTiming
 
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.1, 5.0
 _LOOK_S = 0.1  # how long a reader waits before it looks whether it is still wanted

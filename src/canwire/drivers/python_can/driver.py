@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.bus.node import Mailbox
+from canwire.bus.can.node import Mailbox
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.outside import AdapterClock, Identity, OutsideDriver, Reactor, Trouble
 from canwire.drivers.python_can.adapter import Adapter, Heard, Setup, User, monotonic_ns

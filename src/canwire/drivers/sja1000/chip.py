@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.chips import sja1000_map as m
+from canwire.chips.sja1000 import register_map as m
 from canwire.drivers.driver import LineSettings
 from canwire.errors import BadTiming, BadValue, Unsupported
-from canwire.values.bit_timing import BitTiming
 from canwire.values.event import ErrorState
 from canwire.values.register import RegisterValue
-from canwire.values.timing_limits import TimingLimits
+from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import TimingLimits
 
 if TYPE_CHECKING:
     from canwire.chips.registers import RegisterAccess

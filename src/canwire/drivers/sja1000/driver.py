@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.bus.node import Mailbox
-from canwire.chips import sja1000_map as m
+from canwire.bus.can.node import Mailbox
+from canwire.chips.sja1000 import register_map as m
 from canwire.drivers.driver import Counters, Driver, LineSettings
 from canwire.drivers.sja1000.chip import Chip
 from canwire.drivers.sja1000.error_code import error_kind

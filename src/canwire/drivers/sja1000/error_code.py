@@ -5,7 +5,7 @@ Source: SJA1000 data sheet, tables 20 and 21; reference/sja1000.md section 6.
 
 from __future__ import annotations
 
-from canwire.chips import sja1000_map as m
+from canwire.chips.sja1000 import register_map as m
 from canwire.values.event import ErrorKind
 
 _KINDS = {m.ECC_BIT: ErrorKind.BIT, m.ECC_FORM: ErrorKind.FORM, m.ECC_STUFF: ErrorKind.STUFF}

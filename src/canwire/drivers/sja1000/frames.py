@@ -8,8 +8,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from canwire.bus.node import Mailbox
-from canwire.chips import sja1000_map as m
+from canwire.bus.can.node import Mailbox
+from canwire.chips.sja1000 import register_map as m
 
 _RECORD = struct.Struct("<QII8s")  # of a record: time word, identifier, info, data
 _REMOTE, _EXTENDED, _DLC_SHIFT = 1 << 22, 1 << 23, 16

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from canwire.bus.node import Mailbox
+from canwire.bus.can.node import Mailbox
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.outside import AdapterClock, Identity, OutsideDriver, Reactor, Trouble
 from canwire.drivers.slcan_dongle.acceptance import pushed

@@ -8,11 +8,16 @@ Names follow PEP 8: GetDeviceList is `get_device_list`, CanBitrate.Cia125KBit `C
 an `out` parameter return it. Classes leave out the I of their interface, and have it as a second name.
 """
 
-from canwire.vci.errors import VciError
+from canwire.vci.structures.errors import VciError
 from canwire.vci.v3.bal import BalObject
-from canwire.vci.v3.bitrate import CanBitrate
-from canwire.vci.v3.channel import CanChannel
-from canwire.vci.v3.control import CanControl
+from canwire.vci.v3.can.bitrate import CanBitrate
+from canwire.vci.v3.can.channel import CanChannel
+from canwire.vci.v3.can.control import CanControl
+from canwire.vci.v3.can.message import CanCyclicTXMsg, CanMessage
+from canwire.vci.v3.can.reader_writer import CanMessageReader, CanMessageWriter
+from canwire.vci.v3.can.scheduler import CanScheduler
+from canwire.vci.v3.can.socket import CanSocket
+from canwire.vci.v3.can.status import CanChannelStatus, CanLineStatus
 from canwire.vci.v3.device import VciDevice
 from canwire.vci.v3.device_info import VciCtrlInfo, Version
 from canwire.vci.v3.disposable import Disposable
@@ -42,9 +47,9 @@ from canwire.vci.v3.errors import (
     VciException,
 )
 from canwire.vci.v3.events import AutoResetEvent, ManualResetEvent, WaitHandle
-from canwire.vci.v3.lin_bitrate import LinBitrate
-from canwire.vci.v3.lin_control import LinControl
-from canwire.vci.v3.lin_enums import (
+from canwire.vci.v3.lin.bitrate import LinBitrate
+from canwire.vci.v3.lin.control import LinControl
+from canwire.vci.v3.lin.enums import (
     LinCtrlStatus,
     LinFeatures,
     LinMessageType,
@@ -52,19 +57,14 @@ from canwire.vci.v3.lin_enums import (
     LinMsgInfoValue,
     LinOperatingModes,
 )
-from canwire.vci.v3.lin_init import LinInitLine
-from canwire.vci.v3.lin_message import LinMessage
-from canwire.vci.v3.lin_monitor import LinMonitor
-from canwire.vci.v3.lin_reader import LinMessageReader
-from canwire.vci.v3.lin_socket import LinSocket
-from canwire.vci.v3.lin_status import LinLineStatus, LinMonitorStatus
-from canwire.vci.v3.message import CanCyclicTXMsg, CanMessage
-from canwire.vci.v3.reader_writer import CanMessageReader, CanMessageWriter
+from canwire.vci.v3.lin.init import LinInitLine
+from canwire.vci.v3.lin.message import LinMessage
+from canwire.vci.v3.lin.monitor import LinMonitor
+from canwire.vci.v3.lin.reader import LinMessageReader
+from canwire.vci.v3.lin.socket import LinSocket
+from canwire.vci.v3.lin.status import LinLineStatus, LinMonitorStatus
 from canwire.vci.v3.resource import BalResource, BalResourceCollection
-from canwire.vci.v3.scheduler import CanScheduler
 from canwire.vci.v3.server import VciDeviceEnumerator, VciDeviceList, VciDeviceManager, VciServer
-from canwire.vci.v3.socket import CanSocket
-from canwire.vci.v3.status import CanChannelStatus, CanLineStatus
 
 # the interfaces as the manual names them
 IBalObject = BalObject

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TypeVar
 
 from canwire.vci import bal
-from canwire.vci.errors import VCI_E_NOT_IMPLEMENTED
+from canwire.vci.structures.errors import VCI_E_NOT_IMPLEMENTED
 from canwire.vci.v3.bus_socket import BusSocket
 from canwire.vci.v3.device_info import Version
 from canwire.vci.v3.disposable import Disposable, net_call

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 from uuid import UUID
 
-from canwire.vci.errors import VCI_E_NOT_INITIALIZED, VciAccessDenied, VciError
+from canwire.vci.structures.errors import VCI_E_NOT_INITIALIZED, VciAccessDenied, VciError
 from canwire.vci.unknown import Unknown
 from canwire.vci.v3.disposable import Disposable
 from canwire.vci.v3.errors import ObjectDisposedException

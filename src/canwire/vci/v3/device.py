@@ -8,8 +8,8 @@ from __future__ import annotations
 from uuid import UUID
 
 from canwire.vci import device
-from canwire.vci.guids import CLSID_VCIBAL, IID_IBalObject
-from canwire.vci.structures import VciDeviceInfo
+from canwire.vci.structures.devices import VciDeviceInfo
+from canwire.vci.structures.guids import CLSID_VCIBAL, IID_IBalObject
 from canwire.vci.v3.bal import BalObject
 from canwire.vci.v3.device_info import VciCtrlInfo, Version
 from canwire.vci.v3.disposable import Disposable, net_call

@@ -10,7 +10,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Concatenate, ParamSpec, Self, TypeVar
 
 from canwire import CanwireError
-from canwire.vci.errors import VCI_E_INVHANDLE
+from canwire.vci.structures.errors import VCI_E_INVHANDLE
 from canwire.vci.unknown import Unknown
 from canwire.vci.v3.errors import ObjectDisposedException, VciException, as_exception
 

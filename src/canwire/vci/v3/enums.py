@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from enum import IntEnum, IntFlag
 
-from canwire.vci import constants as c
 from canwire.vci import controller_types as t
+from canwire.vci.structures import constants as c
 
 
 class VciBusType(IntEnum):

@@ -19,7 +19,7 @@ import contextlib
 from collections.abc import Iterator
 
 from canwire import CanwireError
-from canwire.vci.errors import (
+from canwire.vci.structures.errors import (
     VCI_E_INVALID_INDEX,
     VCI_E_INVALIDARG,
     VCI_E_INVHANDLE,

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from canwire.vci.arguments import UINT16
-from canwire.vci.errors import VciRxQueueEmpty
-from canwire.vci.fifo import FifoEnd, FifoReader
+from canwire.vci.fifo.fifo import FifoEnd, FifoReader
+from canwire.vci.structures.errors import VciRxQueueEmpty
 from canwire.vci.v3.disposable import Disposable, net_call
 from canwire.vci.v3.errors import checked
 

@@ -9,14 +9,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar
 
 from canwire.vci import device, server
-from canwire.vci.errors import VCI_E_INVALID_STATE, VciNoMoreItems, VciNoSuchDevice, format_error
+from canwire.vci.structures.errors import VCI_E_INVALID_STATE, VciNoMoreItems, VciNoSuchDevice, format_error
 from canwire.vci.v3.device import VciDevice
 from canwire.vci.v3.disposable import Disposable, net_call
 from canwire.vci.v3.errors import VciException, exceptions
 
 if TYPE_CHECKING:
     from canwire import Event
-    from canwire.vci.structures import VciDeviceInfo
+    from canwire.vci.structures.devices import VciDeviceInfo
 
 
 class VciServer:

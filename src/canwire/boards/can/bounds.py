@@ -1,0 +1,29 @@
+"""What a line's filter lets pass, as one pattern for each format: a controller with a filter of its own may use it."""
+
+from __future__ import annotations
+
+from canwire.boards.can.message_filter import FormatFilter
+from canwire.boards.can.modes import FilterMode
+
+_SHUT = 1 << 31  # a pattern's bit that no frame has
+
+
+def bounds(found: FormatFilter) -> tuple[int, int] | None:
+    """(code, mask): all frames that pass agree with code wherever mask has a bit, as id << 1 | remote; None: none pass.
+
+    Others may agree as well.
+    """
+    if found.mode == FilterMode.LOCK:
+        return None
+    if found.mode != FilterMode.INCLUSIVE:
+        return 0, 0
+    full = (1 << found.width) - 1
+    patterns = [(value, full) for value in found.listed]
+    if not found.code & found.mask & _SHUT:
+        patterns.append((found.code & full, found.mask & full))
+    if not patterns:
+        return None
+    code, mask = patterns[0]
+    for other, compared in patterns[1:]:
+        mask &= compared & ~(code ^ other)
+    return code & mask, mask

@@ -1,0 +1,53 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+from canwire cimport _mem
+from canwire.boards.can.message_filter cimport MessageFilter
+from canwire.bus.can.node cimport Mailbox, Sink
+from canwire.ring cimport Ring
+
+cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM, _SELF_RECEPTION, _ACCEPTED, _FD
+cdef int _ALWAYS, _OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY, _OTHERS, _OTHERS_AND_OWN
+cdef unsigned long long _M32, _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
+
+@cython.final
+cdef class Channel(Sink):
+    cdef readonly Ring receive, transmit
+    cdef public bint frames, sends, untrusted, fd, prioritised
+    cdef public object events, acceptance, stands_for
+    cdef public unsigned long long accepted, lost, sent, delivered, aborted, refused, last_sent_ns
+    cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay
+    cdef public bint held
+    cdef public int siblings
+    cdef public unsigned int allowed
+    cdef public long long urgent, in_flight
+    cdef public MessageFilter filter
+    cdef bint _overrun_due, _open
+    cdef tuple _outcomes
+    cdef object _pairs_block
+    cdef unsigned long long *_pairs
+    cdef int _pair_count
+    cdef list _listed
+
+
+    cdef int _take(self, Mailbox box, unsigned long long at_ns, unsigned long long head, unsigned long long flags) except -1
+
+    cpdef int tell_outcome(self, Mailbox box, bint delivered, unsigned long long at_ns) except -1
+
+    @cython.locals(head="unsigned long long")
+    cpdef int deliver_sent(self, Mailbox box, unsigned long long at_ns) except -1
+
+    cpdef int return_own(self, Mailbox box, unsigned long long at_ns) except -1
+
+    @cython.locals(words="unsigned long long *", time_ns="unsigned long long")
+    cpdef int deliver_event(self, bytes record, bint stamped=*) except -1
+
+    cdef unsigned long long _stamp(self, unsigned long long at_ns) noexcept
+
+    @cython.locals(code="unsigned long long")
+    cdef int _offer(self, Mailbox box, unsigned long long head, unsigned long long at_ns, unsigned long long flags) except -1
+
+    @cython.locals(info="unsigned int", identifier="unsigned long long", key="unsigned long long",
+                   data="unsigned long long", k=int, length=int)
+    cdef bint _passes(self, unsigned long long *words, unsigned long long head) except -1
+
+    cdef bint _is_listed(self, unsigned long long identifier, unsigned int info) except -1

@@ -1,0 +1,245 @@
+"""One client's queues on a line: filters, receive ring, transmit ring, and honest counters.
+
+At any moment `accepted` = read + waiting + `lost`, and `sent` = `delivered` + `aborted` + `refused` + `pending()`.
+`lost` are frames and events that found the receive ring full.
+"""
+
+from __future__ import annotations
+
+from array import array
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Callable
+
+from canwire import _mem
+from canwire.boards.can.message_filter import ALWAYS, MessageFilter
+from canwire.boards.can.modes import Siblings
+from canwire.bus.can.node import Mailbox, Sink
+from canwire.ring import Ring
+from canwire.values.acceptance import (
+    KEY_EXTENDED,
+    KEY_NO_BYTE_0,
+    KEY_NO_BYTE_1,
+    KEY_REMOTE,
+    Acceptance,
+)
+
+VCI_REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
+ALL_REQUESTS = VCI_REQUESTS | 1 << 13 | 1 << 14 | 1 << 24
+"""What VCI knows, and with our own requests, whose bits other programs may leave as they happen to be."""
+_OVERRUN = 1 << 20
+_REMOTE = 1 << 22
+_EXTENDED = 1 << 23
+_HIGH_PRIORITY = 1 << 9
+_CONFIRM = 1 << 13
+_SELF_RECEPTION = 1 << 21
+_FD = 1 << 10
+_ALWAYS = ALWAYS
+_ACCEPTED = ALWAYS << 24
+_M32 = 0xFFFFFFFF
+_OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY, _OTHERS, _OTHERS_AND_OWN = (int(kind) for kind in Siblings)
+# what of a frame's id/info word is the frame itself: identifier, format, DLC; requests of the sender are not
+_FRAME_BITS = 0x1FFFFFFF | (1 << 10 | 1 << 11 | 1 << 12 | 0xF << 16 | 1 << 22 | 1 << 23) << 32
+
+# values/acceptance.py's key
+_KEY_EXTENDED = KEY_EXTENDED
+_KEY_REMOTE = KEY_REMOTE
+_KEY_NO_BYTE_1 = KEY_NO_BYTE_1
+_KEY_NO_BYTES = KEY_NO_BYTE_0 | KEY_NO_BYTE_1
+
+Outcome = Callable[[bool, int], None]
+
+
+class Channel(Sink):
+    """Queues between one client and a line.
+
+    `receive` and `transmit` are rings of records; a transmit record's time word is the delay in ns after
+    the frame that this channel sent before. A transmit capacity of 0 makes a channel that only receives.
+    `frames` and `events` (EventKinds) say what the channel wants to receive, `siblings` which frames that its
+    own line sends. With `tick_ns` records are stamped with 32 bits of a counter of such ticks that began at
+    `origin_ns`.
+
+    `allowed` are the info bits of a frame that its sender may set: of the frame itself, and requests.
+    Frames of a `prioritised` channel wait for the line in the order of their priorities, which are in the high half
+    of their time words. The transmit ring of an `untrusted` channel is written by another process: its line
+    checks each record, takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts
+    `refused` ones. What a channel sends that `stands_for` another one is that one's own.
+    """
+
+    def __init__(
+        self,
+        receive_capacity: int,
+        transmit_capacity: int,
+        *,
+        frames: bool = True,
+        events: frozenset[int] = frozenset(),
+        siblings: int = 0,
+        rings: tuple[Ring, Ring | None] | None = None,
+    ) -> None:
+        receive, transmit = rings or (Ring(receive_capacity), Ring(max(1, transmit_capacity)))
+        self.receive = receive
+        self.sends = transmit_capacity > 0 and transmit is not None
+        self.transmit = Ring(1) if transmit is None else transmit
+        self.frames = frames
+        self.events = events
+        self.siblings = siblings
+        self.filter: MessageFilter | None = None
+        self.untrusted = False
+        self.prioritised = False
+        self.allowed = VCI_REQUESTS
+        self.fd = True
+        self.stands_for: Channel | None = None
+        self.tick_ns = 0
+        self.origin_ns = 0
+        self.delay_tick_ns = 1
+        self.longest_delay = 1 << 40
+        self.refused = 0
+        self.in_flight = 0
+        self.accepted = 0
+        self.lost = 0
+        self.sent = 0
+        self.delivered = 0
+        self.aborted = 0
+        self.last_sent_ns = 0
+        self.held = False
+        self.urgent = 0
+        self._overrun_due = False
+        self._outcomes: tuple[deque[Outcome], deque[Outcome]] = (deque(), deque())
+        self.set_acceptance(None)
+
+    def set_acceptance(self, acceptance: Acceptance | None) -> None:
+        """Let only these frames in from now on; None lets all of them in."""
+        self.acceptance = acceptance
+        pairs = () if acceptance is None else acceptance.pairs
+        listed = () if acceptance is None else acceptance.identifiers
+        self._open = acceptance is None or any(mask == 0 for _, mask in pairs)
+        self._pairs_block = array("Q", [word for pair in pairs for word in pair] or [0])
+        self._pairs = _mem.words_of(self._pairs_block)
+        self._pair_count = len(pairs)
+        self._listed = sorted(listed)
+
+    def pending(self) -> int:
+        """Frames sent that wait for the bus, those in the controller included."""
+        return self.in_flight + self.transmit.fill()
+
+    def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        """A frame for this channel, unless its filter says otherwise; `flags` are more info bits."""
+        self._offer(box, box.words[1], at_ns, flags)
+
+    def deliver_sent(self, box: Mailbox, at_ns: int) -> None:
+        """A frame that this channel's own line sent; `siblings` says what becomes of it."""
+        head = box.words[1]
+        if self.siblings == _EVERY:
+            self._offer(box, head, at_ns, _SELF_RECEPTION)
+        elif self.siblings >= _OTHERS:
+            if not (box.owner is self or box.owner.stands_for is self):
+                self._offer(box, head, at_ns, 0)
+            elif self.siblings == _OTHERS_AND_OWN:
+                self._offer(box, head, at_ns, _SELF_RECEPTION)
+        elif head >> 32 & _SELF_RECEPTION == 0 or (not self.fd and head >> 32 & _FD):
+            pass  # invisible to its own line's channels, as on real boards
+        elif self.siblings == _OWN_FILTERED:
+            self._offer(box, head, at_ns, _SELF_RECEPTION)
+        elif self.siblings == _ALL or box.owner is self:
+            self._take(box, at_ns, head, _SELF_RECEPTION | _ACCEPTED)
+        elif self.siblings == _AS_BUS:
+            self._offer(box, head, at_ns, 0)
+
+    def return_own(self, box: Mailbox, at_ns: int) -> None:
+        """A frame of its own that it asked to be told of, past the filter and marked."""
+        self._take(box, at_ns, box.words[1], _SELF_RECEPTION | _ACCEPTED)
+
+    def deliver_event(self, record: bytes, stamped: bool = True) -> None:
+        """An event's record; filters do not apply. Without `stamped` its time stays as it is."""
+        block = bytearray(record)
+        words = _mem.words_of(block)
+        self.accepted += 1
+        time_ns = words[0]
+        if stamped:
+            time_ns = self._stamp(time_ns)
+        if not self.receive.put(words, 0, time_ns, words[1]):
+            self.lost += 1
+            self._overrun_due = True
+
+    def drop_queued(self, at_ns: int) -> None:
+        """Give up every frame that waits in the transmit ring, and tell who asked about them."""
+        if self.untrusted:
+            count = self.transmit.clear()
+            self.sent += count
+            self.aborted += count
+            return
+        asked = [0, 0]
+        while (record := self.transmit.take_bytes()) is not None:
+            info = int.from_bytes(record[12:16], "little")
+            self.aborted += 1
+            if info & _CONFIRM:
+                asked[1 if info & _HIGH_PRIORITY else 0] += 1
+        self.urgent = 0
+        for outcomes, count in zip(self._outcomes, asked, strict=True):
+            # the frames in the controller were sent before these: theirs are the newest outcomes
+            for outcome in [outcomes.pop() for _ in range(count)][::-1]:
+                outcome(False, at_ns)
+
+    def _offer(self, box: Mailbox, head: int, at_ns: int, flags: int) -> None:
+        if not self.fd and head >> 32 & _FD:
+            pass  # nothing that its client could read
+        elif self.filter is not None:
+            code = self.filter.judge(head)
+            if code != _ALWAYS or flags >> 24 == 0:
+                flags = flags & 0xFFFFFF | code << 24
+            if code:
+                self._take(box, at_ns, head, flags)
+        elif self._open or self._passes(box.words, head):
+            self._take(box, at_ns, head, flags)
+
+    def _stamp(self, at_ns: int) -> int:
+        if self.tick_ns == 0:
+            return at_ns
+        return (at_ns - self.origin_ns) // self.tick_ns & _M32
+
+    def _take(self, box: Mailbox, at_ns: int, head: int, flags: int) -> None:
+        self.accepted += 1
+        head &= _FRAME_BITS
+        if flags:
+            head |= flags << 32
+        if self._overrun_due:
+            head |= _OVERRUN << 32
+        if self.receive.put(box.words, 0, self._stamp(at_ns), head):
+            self._overrun_due = False
+        else:
+            self.lost += 1
+            self._overrun_due = True
+
+    def expect_outcome(self, high_priority: bool, outcome: Outcome) -> None:
+        """Call `outcome(delivered, at_ns)` for the frame sent last with CONFIRM in its info."""
+        self._outcomes[high_priority].append(outcome)
+
+    def tell_outcome(self, box: Mailbox, delivered: bool, at_ns: int) -> None:
+        """Frames of one priority leave in the order in which they were sent."""
+        waiting = self._outcomes[box.words[1] >> 32 & _HIGH_PRIORITY != 0]
+        if waiting:
+            waiting.popleft()(delivered, at_ns)
+
+    def _passes(self, words: _mem.Words, head: int) -> bool:
+        info = head >> 32
+        identifier = head & 0x1FFFFFFF
+        key = identifier << 17
+        length = info >> 16 & 15
+        if info & _EXTENDED:
+            key |= _KEY_EXTENDED
+        if info & _REMOTE:
+            key |= _KEY_REMOTE
+            length = 0
+        if length < 2:
+            key |= _KEY_NO_BYTE_1 if length else _KEY_NO_BYTES
+        data = words[2]  # bytes beyond the frame's length are zero in every record
+        key |= (data & 0xFF) << 8 | (data >> 8 & 0xFF)
+        for k in range(self._pair_count):
+            if (key ^ self._pairs[2 * k]) & self._pairs[2 * k + 1] == 0:
+                return True
+        return bool(self._listed) and self._is_listed(identifier, info)
+
+    def _is_listed(self, identifier: int, info: int) -> bool:
+        wanted = identifier << 1 | (1 if info & _REMOTE else 0) | (1 << 31 if info & _EXTENDED else 0)
+        at = bisect_left(self._listed, wanted)
+        return at < len(self._listed) and self._listed[at] == wanted

@@ -1,0 +1,229 @@
+"""One CAN connector as its clients see it: set up, started and stopped, with a filter towards its channels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from canwire.boards.board import BoardLine
+from canwire.boards.can.abilities import LOW_SPEED_LIMIT, check_mode, check_search, filter_of
+from canwire.boards.can.bounds import bounds
+from canwire.boards.can.detection import Detection
+from canwire.boards.can.message_filter import FormatFilter, MessageFilter
+from canwire.boards.can.modes import LineMode
+from canwire.boards.catalogue import is_shorted, load_of
+from canwire.drivers.driver import LineSettings
+from canwire.errors import CanwireError, NotInitialised, WrongState
+from canwire.timeline import Timer
+from canwire.values.event import BusEvent, ErrorState, EventKind, InfoCode
+from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import BTR_OF_BIT_RATE
+
+_COUNTER = 1 << 32
+_LOOK_AGAIN_BITS = 4  # a frame on the wire is looked at so often when the line waits for its end
+
+Done = Callable[[int | CanwireError], None]
+
+
+class CanLine:
+    """States: undefined, `initialise` -> stopped, `start` -> running, `stop` -> stopped, `reset` -> undefined.
+
+    Source: VCI V4 manual (seed 004) 5.2.3 and 5.2.4; rulings 4. No I/O; times are the timeline's.
+    """
+
+    def __init__(self, slot: BoardLine) -> None:
+        self.info = slot.info
+        self.line = slot.line
+        self.bus = slot.bus
+        self.mode: LineMode | None = None
+        self.filter: MessageFilter | None = None
+        self.origin_ns: int | None = None
+        self._overruns = 0
+        self._overrun_timer: Timer | None = None
+        self._detection: Detection | None = None
+        self._stopping: list[Done] = []
+        self._bit_ps = 0
+
+    @property
+    def running(self) -> bool:
+        return self.line.driver.running
+
+    @property
+    def coupling_fault(self) -> bool:
+        """The fault-tolerant transceiver reports a fault of its wires."""
+        return self.mode is not None and self.mode.low_speed and is_shorted(self.bus)
+
+    def load(self) -> float:
+        """Of the bus it is plugged into, in the last second, 0..100 %."""
+        return load_of(self.bus, self.line.timeline.now_ns)
+
+    def initialise(self, mode: LineMode, done: Done) -> None:
+        """Reset and set up; `done(0)` at once, or when the bit rate has been found. Raises for what is impossible."""
+        check_mode(self.line.name, self.info, mode)
+        self._clear()
+        if mode.timing is not None:
+            self._set_up(mode, mode.timing, mode.data_timing)
+            done(0)
+            return
+        limit = LOW_SPEED_LIMIT if mode.low_speed else max(BTR_OF_BIT_RATE)
+        rates = sorted((rate for rate in BTR_OF_BIT_RATE if rate <= limit), reverse=True)
+        candidates = [(BitTiming.from_btr(*BTR_OF_BIT_RATE[rate]), None) for rate in rates]
+
+        def found(result: int | CanwireError) -> None:
+            if isinstance(result, int):
+                timing, result = candidates[result][0], 0
+                self._set_up(replace(mode, timing=timing), timing, None)
+            done(result)
+
+        self.detect(candidates, mode.timeout_ms, mode.iso_fd, found)
+
+    def start(self) -> None:
+        """Take part in the bus; nothing changes if it does. Raises NotInitialised."""
+        if self.mode is None:
+            raise NotInitialised(f"{self.line.name}: initialise the line before it is started")
+        if self.running:
+            return
+        now_ns = self.line.timeline.now_ns
+        if self.origin_ns is None:
+            self.begin_stamps(now_ns)
+        self.line.tell(self._info(InfoCode.STARTED, now_ns))
+        if self.filter is not None:
+            self.line.driver.accept(bounds(self.filter.of(False)), bounds(self.filter.of(True)))
+        self.line.driver.start(now_ns)
+
+    def abort_pending(self) -> None:
+        """Give up whatever any channel has queued, but for a frame on the wire."""
+        for channel in self.line.channels():
+            self.line.cancel(channel)
+
+    def stop(self, done: Done) -> None:
+        """Leave the bus; `done(0)` once a frame of its own on the wire is over."""
+        if not self.running:
+            done(0)
+            return
+        self._stopping.append(done)
+        self.line.holding = True
+        self._stop_when_quiet()
+
+    def reset(self) -> None:
+        """Leave the bus mid-bit if need be, forget settings and filters; queues of channels keep what they have."""
+        self._clear()
+        self.line.tell(self._info(InfoCode.RESET, 0), False)
+
+    def detect(
+        self,
+        candidates: Sequence[tuple[BitTiming, BitTiming | None]],
+        timeout_ms: int,
+        iso_fd: bool,
+        done: Done,
+        *,
+        low_speed: bool = False,
+    ) -> None:
+        """Find which rate the bus speaks, only listening: `done` gets its place among the candidates, or NothingHeard.
+
+        Raises WrongState while the line is running or looking already, and for what is impossible.
+        """
+        if self.running or self._detection is not None:
+            raise WrongState(f"{self.line.name}: stop the line before it looks for a bit rate")
+        check_search(self.line.name, self.info, candidates, timeout_ms, iso_fd, low_speed)
+
+        def finished(result: int | CanwireError) -> None:
+            self._detection = None
+            done(result)
+
+        self._detection = Detection(
+            self.line.name, self.bus, self.line.timeline, candidates, timeout_ms, iso_fd, finished
+        )
+        self._detection.begin()
+
+    def format_filter(self, extended: bool) -> FormatFilter:
+        """The filter of one frame format; raises NotInitialised before `initialise`."""
+        if self.filter is None:
+            raise NotInitialised(f"{self.line.name}: a line has filters once it is initialised")
+        return self.filter.of(extended)
+
+    def begin_stamps(self, now_ns: int) -> None:
+        """The time-stamp counter starts at 0 with the first start after a reset."""
+        self.origin_ns = now_ns
+        for channel in self.line.channels():
+            channel.origin_ns = now_ns
+        self._overruns = 0
+        self._await_overrun()
+
+    def close(self, why: CanwireError) -> None:
+        """The board is gone: nobody is kept waiting."""
+        if self._detection is not None:
+            self._detection.cancel(why)
+        self._clear()
+
+    def _set_up(self, mode: LineMode, timing: BitTiming, data: BitTiming | None) -> None:
+        fd_timing = data if data is not None else timing if mode.long_data else None
+        self.line.driver.configure(
+            LineSettings(
+                timing,
+                fd_timing,
+                mode.iso_fd,
+                mode.listen_only,
+                registers=mode.registers,
+                loop_back=mode.loop_back,
+            )
+        )
+        self._bit_ps = timing.bit_time_ps
+        line = self.line
+        line.standard, line.extended = mode.standard, mode.extended
+        line.long_data, line.fast_data = mode.long_data, data is not None
+        line.reports_errors = mode.error_frames
+        self.filter = filter_of(mode)
+        line.set_filter(self.filter)
+        self.mode = replace(mode, timing=timing)
+        line.tell(BusEvent(EventKind.CHANGED, line.timeline.now_ns, state=self._state()))
+
+    def _clear(self) -> None:
+        """Off the bus at this moment, with empty mailboxes and without settings."""
+        line, now_ns = self.line, self.line.timeline.now_ns
+        if self._detection is not None:
+            self._detection.cancel()
+        if self.running:
+            line.driver.stop(now_ns)
+        for box in line.driver.boxes:
+            line.driver.abort(box, now_ns)
+        line.driver.forget()
+        line.set_filter(None)
+        self.mode = self.filter = self.origin_ns = None
+        if self._overrun_timer is not None:
+            self._overrun_timer.cancel()
+        self._stopped()
+
+    def _stop_when_quiet(self) -> None:
+        if self.running and self.mode is not None and self.line.driver.on_wire():
+            later_ns = _LOOK_AGAIN_BITS * self._bit_ps // 1000
+            self.line.timeline.at(self.line.timeline.now_ns + later_ns, self._stop_when_quiet)
+        elif self._stopping:
+            self.line.driver.stop(self.line.timeline.now_ns)
+            self.line.tell(self._info(InfoCode.STOPPED, 0), False)
+            self._stopped()
+
+    def _stopped(self) -> None:
+        self.line.holding = False
+        waiting, self._stopping = self._stopping, []
+        for done in waiting:
+            done(0)
+
+    def _await_overrun(self) -> None:
+        tick_ns = self.info.capabilities.stamps.tick_ns
+        if tick_ns and self.origin_ns is not None:
+            at_ns = self.origin_ns + (self._overruns + 1) * _COUNTER * tick_ns
+            self._overrun_timer = self.line.timeline.at(at_ns, self._tell_overrun, background=True)
+
+    def _tell_overrun(self) -> None:
+        self._overruns += 1
+        self.line.tell(
+            BusEvent(EventKind.TIME_OVERRUN, self.line.timeline.now_ns, code=1, state=self._state())
+        )
+        self._await_overrun()
+
+    def _info(self, code: InfoCode, at_ns: int) -> BusEvent:
+        return BusEvent(EventKind.INFO, at_ns, code=code, state=self._state())
+
+    def _state(self) -> ErrorState:
+        return self.line.driver.counters().state

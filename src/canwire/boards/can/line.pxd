@@ -1,0 +1,85 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+from canwire cimport _mem
+from canwire.boards.can.channel cimport Channel
+from canwire.boards.can.message_filter cimport MessageFilter
+from canwire.bus.can.node cimport Mailbox, Node, Sink
+from canwire.chips.host cimport Host
+from canwire.drivers.driver cimport Driver
+from canwire.ring cimport Ring
+from canwire.timeline cimport Timeline
+from canwire.values cimport frame as codec
+from canwire.values.frame cimport Frame
+
+cdef unsigned int _SELF_RECEPTION, _CONFIRM, _CONFIRM_LOAD, _HIGH_PRIORITY, _EXTENDED, _REMOTE, _FD, _FAST, _LOOP_BACK
+cdef unsigned int _LARGEST_STANDARD, _LARGEST_EXTENDED
+cdef unsigned long long _M32, _PAUSE_NS
+cdef int _ABORTED, _ERROR, _EVERY, _REFUSALS
+
+cdef class Splitter(Sink):
+    cdef public list channels
+    cdef public MessageFilter filter
+
+    @cython.locals(channel=Channel, code="unsigned long long")
+    cdef int _deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags) except -1
+
+cdef class Line(Host):
+    cdef readonly object name
+    cdef readonly Timeline timeline
+    cdef readonly Node controller
+    cdef readonly Driver driver
+    cdef public bint standard, extended, long_data, fast_data, holding, reports_errors
+    cdef Mailbox _scratch
+    cdef int _turn, _refusals
+    cdef unsigned long long _loads
+    cdef bint _watched
+    cdef list _all, _senders, _observers, _prioritised
+    cdef object _backlog
+    cdef Splitter _splitter
+
+    cpdef int send(self, Channel channel, Frame frame, unsigned int flags=*, unsigned long long delay_ns=*) except -1
+
+    @cython.locals(driver=Driver, before="unsigned long long")
+    cpdef int kick(self) except -1
+
+    @cython.locals(channel=Channel, other=Channel, info="unsigned int")
+    cpdef transmitted(self, Mailbox box, unsigned long long at_ns)
+
+    @cython.locals(channel=Channel)
+    cpdef aborted(self, Mailbox box, unsigned long long at_ns)
+
+    @cython.locals(driver=Driver, channel=Channel)
+    cpdef fill(self, unsigned long long at_ns)
+
+    @cython.final
+    @cython.locals(senders=list, count=int, k=int, turn=int, normal_taken=bint, channel=Channel, loaded=bint)
+    cdef bint _load_one(self, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(ring=Ring, at=Py_ssize_t, driver=Driver)
+    cdef bint _load_trusted(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(ring=Ring, at=Py_ssize_t, driver=Driver, words="unsigned long long *", delay="unsigned long long")
+    cdef bint _load_untrusted(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(ring=Ring, at=Py_ssize_t, words="unsigned long long *", priority=int, loop_back=bint)
+    cdef int _drain(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    cdef int _tell_aborted(self, Channel channel, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(channel=Channel, owner=Channel, driver=Driver, box=Mailbox)
+    cdef bint _load_first(self, unsigned long long at_ns) except -1
+
+    @cython.final
+    cdef int _come_back(self, unsigned long long at_ns) except -1
+
+    @cython.final
+    @cython.locals(info="unsigned long long", identifier="unsigned long long", length=int)
+    cdef bint _admit(self, unsigned long long *words, Channel channel) except -1
+
+    @cython.final
+    cdef bint _due(self, Channel channel, unsigned long long delay_ns, unsigned long long now_ns) except -1

@@ -1,0 +1,455 @@
+"""One connector with its controller, shared by any number of channels.
+
+Towards the bus the channels take turns; what comes from the bus is copied to every channel that wants it.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from canwire import _mem
+from canwire.boards.can.backlog import Backlog
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.message_filter import MessageFilter
+from canwire.boards.can.modes import Siblings
+from canwire.bus.can.node import Mailbox, Node, Sink
+from canwire.chips.host import Host
+from canwire.drivers.driver import Driver
+from canwire.errors import LineError, QueueFull
+from canwire.timeline import Timeline
+from canwire.values import dlc as lengths
+from canwire.values import frame as codec
+from canwire.values.event import BusEvent, ErrorKind, EventKind
+from canwire.values.frame import Frame
+from canwire.values.record import CONFIRM, CONFIRM_LOAD, HIGH_PRIORITY
+from canwire.values.records import checked_records
+
+if TYPE_CHECKING:
+    import numpy
+
+_SELF_RECEPTION = 1 << 21
+_EXTENDED = 1 << 23
+_REMOTE = 1 << 22
+_FD = 1 << 10
+_FAST = 1 << 11
+_LOOP_BACK = 1 << 15
+_M32 = 0xFFFFFFFF
+_LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
+_REFUSALS = 4096  # records refused in one go; then the bus has its turn
+_PAUSE_NS = 1_000_000  # and so much later the rest
+_CONFIRM = CONFIRM
+_CONFIRM_LOAD = CONFIRM_LOAD
+_HIGH_PRIORITY = HIGH_PRIORITY
+_EVERY = int(Siblings.EVERY)
+_ABORTED = int(EventKind.ABORTED)
+_ERROR = int(EventKind.ERROR)
+
+
+class Splitter(Sink):
+    """One copy for every channel of what passes the line's filter, if it has one."""
+
+    def __init__(self) -> None:
+        self.channels: list[Channel] = []
+        self.filter: MessageFilter | None = None
+
+    def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        self._deliver(box, at_ns, flags)
+
+    def _deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        code = 0
+        if self.filter is not None:
+            code = self.filter.judge(box.words[1])
+        if code or self.filter is None:
+            for channel in self.channels:
+                channel.deliver(box, at_ns, flags | code << 24)
+
+
+class Line(Host):
+    """Splitter between one controller and its channels; `controller` is what hangs on the copper.
+
+    `standard`, `extended`, `long_data` and `fast_data` say which frames untrusted channels may send. A line that
+    is `holding` loads no more frames; one that does not `reports_errors` keeps error events to itself.
+    """
+
+    def __init__(self, name: str, timeline: Timeline) -> None:
+        self.name = name
+        self.timeline = timeline
+        self.controller = Node()
+        self.driver = Driver(self, Mailbox(), Mailbox())
+        self.standard = True
+        self.extended = True
+        self.long_data = True
+        self.fast_data = True
+        self.holding = False
+        self.reports_errors = True
+        self._scratch = Mailbox()
+        self._turn = 0
+        self._refusals = 0
+        self._loads = 0
+        self._watched = False
+        self._all: list[Channel] = []
+        self._senders: list[Channel] = []
+        self._splitter = Splitter()
+        self._observers: list[Channel] = []
+        self._prioritised: list[Channel] = []
+        self._backlog = Backlog()
+
+    def connect(self, driver: Driver, controller: Node) -> None:
+        """Give the line its controller, and what drives that; before anything is opened on it."""
+        self.driver = driver
+        self.controller = controller
+
+    def open(self, channel: Channel) -> Channel:
+        """Put a channel on the line; from now on it receives."""
+        self._all = [*self._all, channel]
+        self._sort()
+        return channel
+
+    def close(self, channel: Channel) -> None:
+        """Take a channel off the line; frames of its own in the controller still go out."""
+        self._all = [other for other in self._all if other is not channel]
+        self._sort()
+
+    def send(self, channel: Channel, frame: Frame, flags: int = 0, delay_ns: int = 0) -> None:
+        """Queue a frame; `flags` are info bits (single shot, high priority, self-reception, confirm).
+
+        Raises QueueFull, and LineError for a frame that this line cannot send.
+        """
+        if frame.fd:
+            self._check_fd(frame)
+        if not (self.standard and self.extended and self.long_data and self.fast_data):
+            self.check(frame)
+        self._check_sends(channel)
+        codec.store_frame(frame, self._scratch.words, 0, flags, delay_ns)
+        if not channel.transmit.free():
+            raise QueueFull(self.name, channel.transmit.capacity)
+        channel.transmit.put(self._scratch.words, 0, delay_ns, self._scratch.words[1])
+        channel.sent += 1
+        if flags & _HIGH_PRIORITY:
+            channel.urgent += 1
+        self.kick()
+
+    def check(self, frame: Frame) -> None:
+        """Raise LineError for a frame that the line as it is set up must not send."""
+        if not (self.extended if frame.extended else self.standard):
+            raise LineError(f"{self.name}: set up without {29 if frame.extended else 11}-bit identifiers")
+        if frame.fd:
+            self._check_fd(frame)
+            if frame.dlc > 8 and not self.long_data:
+                raise LineError(f"{self.name}: set up without more than 8 bytes of data")
+            if frame.bit_rate_switch and not self.fast_data:
+                raise LineError(f"{self.name}: set up without a data bit rate to switch to")
+
+    def send_records(self, channel: Channel, records: numpy.ndarray, flags: int) -> int:
+        """Queue as many of these records as fit; returns how many. Raises BadFrame before queueing any."""
+        self._check_sends(channel)
+        checked = checked_records(records, fd=self.driver.fd != 0, flags=flags)
+        count = channel.transmit.put_array(checked)
+        channel.sent += count
+        if flags & _HIGH_PRIORITY:
+            channel.urgent += count
+        self.kick()
+        return count
+
+    def kick(self) -> None:
+        """Something was queued: load it if a mailbox is free."""
+        driver = self.driver
+        if not driver.normal.occupied or not driver.high.occupied or driver.several or self._prioritised:
+            before = self._loads
+            self.fill(self.timeline.now_ns)
+            if self._loads != before:
+                driver.poll()
+
+    def set_filter(self, message_filter: MessageFilter | None) -> None:
+        """What passes from the bus to the channels; None: everything."""
+        self._splitter.filter = message_filter
+        self._sort()
+
+    def channels(self) -> list[Channel]:
+        """Those that are open on this line."""
+        return list(self._all)
+
+    def tell(self, event: BusEvent, stamped: bool = True) -> None:
+        """Give an event of the line itself to every channel that wants its kind; without `stamped` as it is."""
+        record = event.to_record()
+        for channel in self._observers:
+            if event.kind in channel.events:
+                channel.deliver_event(record, stamped)
+
+    def cancel(self, channel: Channel) -> int:
+        """Give up everything this channel has queued, but for a frame on the wire; returns how many."""
+        before = channel.aborted
+        if channel.sends:
+            channel.drop_queued(self.timeline.now_ns)
+        dropped = self._backlog.drop(channel)
+        channel.aborted += dropped
+        channel.in_flight -= dropped
+        for box in self.driver.boxes:
+            if box.occupied and box.owner is channel:
+                self.driver.abort(box, self.timeline.now_ns)
+        return int(channel.aborted - before)
+
+    # the controller's side
+
+    def received(self, box: Mailbox, at_ns: int) -> None:
+        self._splitter.deliver(box, at_ns, 0)
+
+    def transmitted(self, box: Mailbox, at_ns: int) -> None:
+        channel = box.owner
+        channel.delivered += 1
+        channel.in_flight -= 1
+        channel.last_sent_ns = at_ns
+        info = box.words[1] >> 32
+        if info & (_SELF_RECEPTION | _CONFIRM) or self._watched:
+            for other in self._splitter.channels:
+                other.deliver_sent(box, at_ns)
+            if info & _CONFIRM:
+                if not channel.untrusted:
+                    channel.tell_outcome(box, True, at_ns)
+                elif not info & _SELF_RECEPTION:
+                    channel.return_own(box, at_ns)
+
+    def aborted(self, box: Mailbox, at_ns: int) -> None:
+        channel = box.owner
+        channel.aborted += 1
+        channel.in_flight -= 1
+        if box.words[1] >> 32 & _CONFIRM:
+            if channel.untrusted:
+                self._tell_aborted(channel, at_ns)
+            else:
+                channel.tell_outcome(box, False, at_ns)
+        self.event(_ABORTED, 0, -1, True, at_ns, 0)
+
+    def fill(self, at_ns: int) -> None:
+        """Load free mailboxes, one frame from each channel in turn."""
+        driver = self.driver
+        if self.holding or not driver.running or driver.listen_only:
+            return
+        self._refusals = 0
+        for channel in self._prioritised:
+            self._drain(channel, at_ns)
+        while self._load_one(at_ns):
+            self._loads += 1
+
+    def _load_one(self, at_ns: int) -> bool:
+        """Load one frame of the first channel in turn whose next frame finds its mailbox free."""
+        senders = self._senders
+        count = len(senders)
+        normal_taken = self.driver.normal.occupied and not self.driver.several
+        for k in range(count):
+            turn = self._turn + k
+            if turn >= count:
+                turn -= count
+            channel = senders[turn]
+            if channel.prioritised:
+                loaded = not normal_taken and self._load_first(at_ns)
+            elif channel.untrusted:
+                loaded = self._load_untrusted(channel, at_ns)
+            elif normal_taken and channel.urgent == 0:
+                continue
+            else:
+                loaded = self._load_trusted(channel, at_ns)
+            if loaded:
+                self._turn = turn + 1 if turn + 1 < count else 0
+                return True
+        return False
+
+    def _load_trusted(self, channel: Channel, at_ns: int) -> bool:
+        ring = channel.transmit
+        at = ring.front()
+        driver = self.driver
+        if at == 0 or (driver.several and driver.full_for(channel)):
+            return False
+        if driver.occupied(ring._words, at) or not self._due(channel, ring._words[at], at_ns):
+            return False
+        channel.in_flight += 1
+        if driver.load(ring._words, at, at_ns, channel):
+            channel.urgent -= 1
+        ring.release(1)
+        return True
+
+    def _load_untrusted(self, channel: Channel, at_ns: int) -> bool:
+        """Its record is copied before it is looked at: whoever wrote it may still be writing."""
+        ring = channel.transmit
+        driver = self.driver
+        if driver.full_for(channel) if driver.several else driver.normal.occupied and driver.high.occupied:
+            return False
+        words = self._scratch.words
+        while (at := ring.front()) != 0:
+            if self._refusals >= _REFUSALS:
+                self._come_back(at_ns)
+                return False
+            _mem.copy_record(words, 0, ring._words, at)
+            if self._admit(words, channel):
+                delay = words[0] & _M32 if channel.tick_ns else words[0]
+                if delay <= channel.longest_delay:
+                    if driver.occupied(words, 0) or not self._due(
+                        channel, delay * channel.delay_tick_ns, at_ns
+                    ):
+                        return False
+                    channel.sent += 1
+                    channel.in_flight += 1
+                    if words[1] >> 32 & _CONFIRM_LOAD:
+                        channel.return_own(self._scratch, at_ns)
+                    driver.load(words, 0, at_ns, channel)
+                    ring.release(1)
+                    return True
+            self._refusals += 1
+            channel.sent += 1
+            channel.refused += 1
+            ring.release(1)
+        ring.arm_once()
+        return False
+
+    def _drain(self, channel: Channel, at_ns: int) -> None:
+        """Move what a prioritised channel has queued to where it waits by priority."""
+        ring = channel.transmit
+        backlog = self._backlog
+        words = self._scratch.words
+        while backlog.room(channel) > 0 and (at := ring.front()) != 0:
+            if self._refusals >= _REFUSALS:
+                self._come_back(at_ns)
+                break
+            _mem.copy_record(words, 0, ring._words, at)
+            ring.release(1)
+            channel.sent += 1
+            priority = words[0] >> 32 & 0xFF
+            loop_back = words[1] >> 32 & _LOOP_BACK
+            words[0] = 0
+            if self._admit(words, channel):
+                channel.in_flight += 1
+                backlog.push(priority, self._scratch.record(), channel)
+                if loop_back:
+                    self._splitter.deliver(self._scratch, at_ns, 0)
+            else:
+                self._refusals += 1
+                channel.refused += 1
+        ring.arm_once()
+
+    def _load_first(self, at_ns: int) -> bool:
+        """Load the most urgent frame of all prioritised channels.
+
+        Several mailboxes have an order of their own: so one such frame is in the controller at a time.
+        """
+        if not len(self._backlog):
+            return False
+        driver = self.driver
+        if driver.several:
+            for box in driver.boxes:
+                owner = box.owner
+                if box.occupied and owner.prioritised:
+                    return False
+        record, channel = self._backlog.front()
+        self._scratch.block[:] = record
+        if driver.occupied(self._scratch.words, 0):
+            return False
+        self._backlog.pop()
+        driver.load(self._scratch.words, 0, at_ns, channel)
+        return True
+
+    def _come_back(self, at_ns: int) -> None:
+        """Whoever writes nothing but rubbish must not keep everybody from the bus."""
+        if self._refusals == _REFUSALS:
+            self._refusals += 1
+            self.timeline.at(at_ns + _PAUSE_NS, self.kick)
+
+    def _admit(self, words: _mem.Words, channel: Channel) -> bool:
+        """Whether this line can send a record as it is, or else put right: only requests and the frame are left."""
+        info = words[1] >> 32
+        identifier = words[1] & _M32
+        if info & 0xFF:
+            return False
+        length = info >> 16 & 15
+        if info & _EXTENDED:
+            if identifier > _LARGEST_EXTENDED or not self.extended:
+                return False
+        elif identifier > _LARGEST_STANDARD or not self.standard:
+            return False
+        if info & (_FD | _FAST):
+            if not channel.fd or self.driver.fd == 0 or (info & _FAST and not self.fast_data):
+                return False
+            if length > 8 and not self.long_data:
+                return False
+            info = (info | _FD) & ~_REMOTE
+            length = lengths.FD_LENGTHS[length]
+        elif length > 8:
+            length = 8
+        if info & _REMOTE:
+            length = 0
+        words[1] = identifier | (info & channel.allowed) << 32
+        _mem.clear_tail(words, 2, length)
+        return True
+
+    def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int, code: int) -> None:
+        if not self._observers or (kind == _ERROR and not self.reports_errors):
+            return
+        record = None
+        for channel in self._observers:
+            if kind in channel.events:
+                if record is None:
+                    counters = self.driver.counters()
+                    record = BusEvent(
+                        EventKind(kind),
+                        at_ns,
+                        ErrorKind(error),
+                        counters.state,
+                        bit,
+                        bool(transmitting),
+                        counters.tec,
+                        counters.rec,
+                        code,
+                    ).to_record()
+                channel.deliver_event(record)
+
+    def _tell_aborted(self, channel: Channel, at_ns: int) -> None:
+        """To the channel that asked about its frame, unless it hears of every frame given up."""
+        if _ABORTED not in channel.events:
+            counters = self.driver.counters()
+            event = BusEvent(EventKind.ABORTED, at_ns, state=counters.state, transmitting=True)
+            channel.deliver_event(event.to_record())
+
+    def _due(self, channel: Channel, delay_ns: int, now_ns: int) -> bool:
+        """A delayed frame goes to the controller only when its time has come."""
+        if delay_ns == 0 or channel.last_sent_ns + delay_ns <= now_ns:
+            return True
+        if channel.in_flight > 0:
+            return False  # the frame before it is still in the controller
+        if not channel.held:
+            channel.held = True
+            self.timeline.at(channel.last_sent_ns + delay_ns, partial(self._release, channel))
+        return False
+
+    def _release(self, channel: Channel) -> None:
+        channel.held = False
+        self.kick()
+
+    def _sort(self) -> None:
+        self._take_turns([channel for channel in self._all if channel.sends])
+        receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
+        self._observers = [channel for channel in self._all if channel.events]
+        self._watched = any(channel.siblings >= _EVERY for channel in receivers)
+        direct = len(receivers) == 1 and self._splitter.filter is None
+        self._prioritised = [channel for channel in self._senders if channel.prioritised]
+        self.driver.listen(receivers[0] if direct else self._splitter, bool(self._observers))
+
+    def _take_turns(self, senders: list[Channel]) -> None:
+        """Who was served last waits longest; who is new waits for all others: coming and going gains no turn."""
+        before = self._senders[self._turn :] + self._senders[: self._turn]
+        staying = [channel for channel in before if channel in senders]
+        others = max(0, len(staying) - 1)
+        new = [channel for channel in senders if channel not in before]
+        self._senders = staying[:others] + new + staying[others:]
+        self._turn = 0
+
+    def _check_sends(self, channel: Channel) -> None:
+        if self.driver.listen_only:
+            raise LineError(f"{self.name}: a listen-only line sends nothing")
+        if not channel.sends:
+            raise LineError(f"{self.name}: this channel was opened without a transmit queue")
+
+    def _check_fd(self, frame: Frame) -> None:
+        if self.driver.fd == 0:
+            raise LineError(
+                f"{self.name}: the line is set up for classic CAN; give the bus a data_bit_rate for FD"
+            )

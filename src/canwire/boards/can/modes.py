@@ -1,0 +1,154 @@
+"""How a line and a channel are set up, and what they say of themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from canwire.values.timing.bit_timing import BitTiming
+
+
+class FilterMode(IntEnum):
+    """VCI's CAN_FILTER_ modes: what a message filter does with data frames."""
+
+    VOID = 0
+    LOCK = 1
+    PASS = 2
+    INCLUSIVE = 3
+    EXCLUSIVE = 4
+
+
+class Siblings(IntEnum):
+    """Which frames sent by its own line a channel gets back (source: VCI V4 manual 5.2.2, self-reception).
+
+    OWN_FILTERED: all with self-reception asked for, through the filter (the lab's). ALL: likewise, past the
+    filter, marked (ICanChannel). OWN: only its own, past the filter, marked (ICanChannel2). AS_BUS: its own
+    likewise, those of others through the filter and unmarked (ICanChannel2 with CAN_FILTER_SRRA).
+    EVERY: whatever the line sends, asked for or not, through the filter and marked (monitors).
+    OTHERS: as if each channel had a line of its own: what others send, asked for or not, through the filter and
+    unmarked. OTHERS_AND_OWN: likewise, and its own, marked.
+    """
+
+    OWN_FILTERED = 0
+    ALL = 1
+    OWN = 2
+    AS_BUS = 3
+    EVERY = 4
+    OTHERS = 5
+    OTHERS_AND_OWN = 6
+
+
+@dataclass(frozen=True, slots=True)
+class FilterSetup:
+    """One message filter's mode, and how many identifiers its list holds (0: no filter, all frames pass)."""
+
+    mode: FilterMode = FilterMode.INCLUSIVE
+    size: int = 2048
+
+
+@dataclass(frozen=True, slots=True)
+class LineMode:
+    """How a line is initialised.
+
+    `timing` None asks the line to find its bit rate on the running bus (`timeout_ms` of silence at most).
+    `data_timing` set allows the bit-rate switch, `long_data` more than 8 bytes; neither makes a classic line.
+    `registers` are values for registers of the line's chip that nothing else here sets, by their data-sheet names.
+    A `persistent` line stays as it is when its last user goes. With `loop_back` the controller hears only itself.
+    """
+
+    timing: BitTiming | None
+    data_timing: BitTiming | None = None
+    long_data: bool = False
+    iso_fd: bool = True
+    standard: bool = True
+    extended: bool = True
+    error_frames: bool = False
+    listen_only: bool = False
+    low_speed: bool = False
+    standard_filter: FilterSetup = FilterSetup()
+    extended_filter: FilterSetup = FilterSetup()
+    timeout_ms: int = 1000
+    note: bytes = b""  # whatever the initialiser wants to find again in the status (VCI: its own bytes)
+    registers: tuple[tuple[str, int], ...] = ()
+    persistent: bool = False
+    loop_back: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LineStatus:
+    """A line as it is now. `state` is an ErrorState; `load` 0..100 %; `time_ns` the hub's time.
+
+    Losses by stage: `refused` frames that a client queued and the line could not send, `lost` frames and
+    events that found a channel's receive queue full; the ideal controller itself loses none.
+    """
+
+    initialised: bool
+    running: bool
+    mode: LineMode | None
+    state: int
+    tec: int
+    rec: int
+    last_error: int
+    load: float
+    transmitting: bool
+    coupling_fault: bool
+    frames_sent: int
+    frames_received: int
+    errors: int
+    arbitration_losses: int
+    refused: int
+    lost: int
+    control_holder: str
+    scheduler_holder: str
+    channels: int
+    exclusive: bool
+    time_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelMode:
+    """How a channel is set up. Queue sizes in frames (transmit 0: it only receives), at least these.
+
+    `exact` takes them as they are instead of rounding up to a power of two. `ticks` stamps records with
+    32 bits of the board's time-stamp counter, and takes delays in ticks, instead of nanoseconds. Without `fd`
+    CAN FD frames pass it by, in both directions.
+    `filter_size` is that of the 29-bit list; 0 makes no lists at all. `events`: EventKinds. The frames of all
+    `prioritised` channels of a line wait in one queue by priority, which each has in the high half of its time word.
+    Frames of a prioritised or `confirms` channel may carry the requests of values/record.py that are ours.
+    """
+
+    receive: int
+    transmit: int
+    exact: bool = False
+    ticks: bool = False
+    filter_mode: FilterMode = FilterMode.PASS
+    filter_size: int = 2048
+    siblings: Siblings = Siblings.OWN
+    events: tuple[int, ...] = ()
+    frames: bool = True
+    fd: bool = True
+    prioritised: bool = False
+    confirms: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelStatus:
+    """A channel's counters: accepted = read + waiting + lost, sent = delivered + aborted + refused + pending."""
+
+    active: bool
+    accepted: int
+    lost: int
+    sent: int
+    delivered: int
+    aborted: int
+    refused: int
+    pending: int
+
+
+@dataclass(frozen=True, slots=True)
+class CyclicStatus:
+    """A cyclic list: running or not, per object 0 empty, 1 busy, 2 done; occurrences that found no room."""
+
+    running: bool
+    states: tuple[int, ...]
+    skipped: int

@@ -1,0 +1,137 @@
+"""What canwire.toml's types do not say: names that exist, places that are free, rates that can be made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import msgspec
+
+from canwire.boards import catalogue
+from canwire.boards.board import checked_bus_name, checked_hardware_id
+from canwire.boards.inducan104 import KIND as INDUCAN104
+from canwire.boards.inducan104 import checked_irq
+from canwire.boards.isa import base_conflict, irq_conflict
+from canwire.boards.outside import checked_port
+from canwire.errors import BadConfig, BadValue, NoSuchBoard
+from canwire.values.isa_address import checked_base, port_text
+from canwire.values.lin.timing import checked_rate
+from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import FD_DATA, FD_NOMINAL
+
+if TYPE_CHECKING:
+    from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
+
+_INDUCAN104_ONLY = ("base", "irq", "shared_irq", "access")
+
+
+class Check:
+    """A whole file, `source` in messages; `run` raises BadConfig with the place."""
+
+    def __init__(self, config: Config, source: str) -> None:
+        self._config = config
+        self._source = source
+
+    def run(self) -> None:
+        self._once([bus.name for bus in self._config.bus], "bus", "name")
+        self._once([board.serial for board in self._config.board], "board", "serial")
+        for index, bus in enumerate(self._config.bus):
+            self._bus(f"bus[{index}]", bus)
+        for index, board in enumerate(self._config.board):
+            self._board(f"board[{index}]", board)
+            self._isa(index, board)
+            self._port(index, board)
+
+    def _bus(self, place: str, bus: BusConfig) -> None:
+        self._accept(f"{place}.name", checked_bus_name, bus.name)
+        if bus.type == "lin":
+            self._accept(f"{place}.bit_rate", checked_rate, bus.usual_rate)
+            if bus.data_bit_rate is not None:
+                self._refuse(f"{place}.data_bit_rate", "a LIN bus has one bit rate")
+            return
+        self._accept(f"{place}.bit_rate", _check_rate, bus.usual_rate)
+        if bus.data_bit_rate is not None:
+            if bus.data_bit_rate < bus.usual_rate:
+                self._refuse(
+                    f"{place}.data_bit_rate", f"{bus.data_bit_rate} is below bit_rate {bus.usual_rate}"
+                )
+            self._accept(f"{place}.data_bit_rate", _check_data_rate, bus.data_bit_rate)
+
+    def _board(self, place: str, board: BoardConfig) -> None:
+        if board.serial:
+            self._accept(f"{place}.serial", checked_hardware_id, board.serial)
+        try:
+            kind = catalogue.kind(board.kind)
+        except NoSuchBoard as error:
+            self._refuse(f"{place}.kind", str(error))
+        there = {bus.name: bus.type for bus in self._config.bus}
+        self._accept(f"{place}.buses", lambda named: kind.bus_names(named, there), board.buses)
+        for index, name in enumerate(kind.bus_names(board.buses, there)):
+            where = f"{place}.buses[{index}]" if index < len(board.buses) else f"{place}.buses, left out"
+            wanted = kind.connectors[index].bus_type.lower()
+            if name and name not in there:
+                self._refuse(where, f"no bus {name!r}; there are {', '.join(there) or 'none'}")
+            if name and there[name] != wanted:
+                self._refuse(
+                    where, f"{name!r} is a {there[name]} bus; line {index} of {kind.name} is {wanted}"
+                )
+
+    def _isa(self, index: int, board: BoardConfig) -> None:
+        """What the jumpers of an inducan104 say, and whether the boards before it leave that free."""
+        if board.kind != INDUCAN104:
+            for field in msgspec.structs.fields(board):
+                if field.name in _INDUCAN104_ONLY and getattr(board, field.name) != field.default:
+                    self._refuse(f"board[{index}].{field.name}", f"{board.kind} has none; {INDUCAN104} has")
+            return
+        if board.base is not None:
+            self._accept(f"board[{index}].base", checked_base, board.base)
+        if board.irq is not None:
+            self._accept(f"board[{index}].irq", checked_irq, board.irq)
+        for number in range(index):
+            self._apart(index, number)
+
+    def _port(self, index: int, board: BoardConfig) -> None:
+        """An adapter's kind needs to know where it is, others are nowhere."""
+        self._accept(f"board[{index}].port", lambda port: checked_port(board.kind, port), board.port)
+        for number, other in enumerate(self._config.board[:index]):
+            if board.port and other.port == board.port:
+                self._refuse(f"board[{index}].port", f"{board.port!r} twice; board[{number}] has it too")
+
+    def _apart(self, index: int, before: int) -> None:
+        """Neither board is in the other's way."""
+        board, other = self._config.board[index], self._config.board[before]
+        mine, theirs = board.place, other.place
+        if mine is None or theirs is None:
+            return
+        who = f"board[{before}] {other.serial}".rstrip()
+        if base_conflict(mine, theirs):
+            place = f"board[{index}].base{', left out' if board.base is None else ''}"
+            self._refuse(place, f"{port_text(mine.base)} twice; {who} is there too")
+        if irq_conflict(mine, theirs):
+            place = f"board[{index}].irq{', left out' if board.irq is None else ''}"
+            why = f"IRQ {mine.irq} twice; {who} has it too"
+            self._refuse(place, f"{why}; boards that share it all say shared_irq = true")
+
+    def _once(self, names: Sequence[str], table: str, key: str) -> None:
+        for index, name in enumerate(names):
+            if name and name in names[:index]:
+                self._refuse(
+                    f"{table}[{index}].{key}", f"{name!r} twice; {table}[{names.index(name)}] has it too"
+                )
+
+    def _accept(self, place: str, check: Callable[[Any], object], value: object) -> None:
+        try:
+            check(value)
+        except (BadValue, NoSuchBoard) as error:
+            self._refuse(place, str(error))
+
+    def _refuse(self, place: str, why: str) -> NoReturn:
+        raise BadConfig(f"{self._source}: {place}: {why}")
+
+
+def _check_rate(bit_rate: int) -> None:
+    BitTiming.for_bit_rate(bit_rate, limits=FD_NOMINAL)
+
+
+def _check_data_rate(bit_rate: int) -> None:
+    BitTiming.for_bit_rate(bit_rate, limits=FD_DATA)

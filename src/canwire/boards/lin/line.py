@@ -1,0 +1,299 @@
+"""One LIN connector with its controller: set up, started and stopped by one client, heard by any number of monitors.
+
+States: undefined, `initialise` -> stopped, `start` -> running, `stop` -> stopped, `reset` -> undefined.
+
+Source: VCI V4 manual (seed 004) 5.3, 6.7.2 and 7.4; .NET manual (seed 002) 4.3; rulings 4 and 7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from canwire.boards.description import LinCapabilities
+from canwire.boards.lin.description import USB_TO_CAN_FD_LIN
+from canwire.boards.lin.modes import LinLineStatus, LinMode, check_mode
+from canwire.boards.lin.monitor import LinMonitor
+from canwire.boards.lin.splitter import LinSplitter
+from canwire.boards.lin.wake import WakeUp
+from canwire.chips.lin.controller import LinController, LinHost
+from canwire.drivers.lin_driver import LinDriver, LinSettings
+from canwire.errors import BadFrame, Busy, CanwireError, NotInitialised, WrongState
+from canwire.timeline import Timeline
+from canwire.values.event import InfoCode
+from canwire.values.lin.event import (
+    OVERRUN_STATUS,
+    LinErrorKind,
+    LinEvent,
+    LinEventKind,
+    LinOutcome,
+    LinState,
+)
+from canwire.values.lin.frame import LinFrame, go_to_sleep_frame
+
+_LOOK_AGAIN_NS = 200_000  # a frame on the wire is looked at so often when the line waits for its end
+
+Done = Callable[[int | CanwireError], None]
+Finished = Callable[[LinOutcome], None]
+
+
+class LinLine(LinHost):
+    """Splitter between one controller and its monitors, and the control over it. No I/O; times are the timeline's.
+
+    Whoever makes it sets its `driver`. `busy` while what was sent last is not over. `when_awake` is called when a
+    sleep ends, `when_free` when the line is busy no more.
+    """
+
+    driver: LinDriver
+
+    def __init__(
+        self, name: str, timeline: Timeline, capabilities: LinCapabilities = USB_TO_CAN_FD_LIN
+    ) -> None:
+        self.name = name
+        self.timeline = timeline
+        self.capabilities = capabilities
+        self.busy = False
+        self.mode: LinMode | None = None
+        self.when_awake: Callable[[], None] | None = None
+        self.when_free: Callable[[], None] | None = None
+        self._splitter = LinSplitter(timeline, capabilities.stamps.tick_ns)
+        self.controller = LinController(self, self._splitter)
+        self._told = (LinState.STOPPED, 0)
+        self._finished: Finished | None = None
+        self._stopping: list[Done] = []
+        self._wake = WakeUp(timeline, self._pulse, lambda: self.controller.headers, self._wake_failed)
+        self._wake_failures = 0
+
+    # control
+
+    @property
+    def running(self) -> bool:
+        return self.controller.running
+
+    def initialise(self, mode: LinMode, settings: LinSettings | None = None) -> None:
+        """Reset and set up; `settings` are more than a mode says. Raises BadValue, Unsupported for the impossible."""
+        settings = settings or LinSettings(mode.master, mode.bit_rate)
+        check_mode(mode, self.capabilities, self.name)
+        self._clear()
+        self.driver.configure(settings)
+        self.mode = mode
+
+    def start(self) -> None:
+        """Take part in the bus; nothing changes if it does. Raises NotInitialised."""
+        self._check_initialised("started")
+        if self.running:
+            return
+        now_ns = self.timeline.now_ns
+        self._splitter.begin_stamps()
+        self._wake_failures = 0
+        self.tell(self._event(LinEventKind.INFO, now_ns, code=InfoCode.STARTED))
+        self.driver.start(now_ns)
+
+    def stop(self, done: Done) -> None:
+        """Leave the bus; `done(0)` once a frame of its own on the wire is over. The response table stays."""
+        if not self.running:
+            done(0)
+            return
+        self._stopping.append(done)
+        self._stop_when_quiet()
+
+    def leave(self) -> None:
+        """Leave the bus at once, mid-bit if need be; settings and responses stay."""
+        self._wake.cancel()
+        self.driver.stop(self.timeline.now_ns)
+
+    def reset(self) -> None:
+        """Leave the bus mid-bit if need be, forget settings and response table; monitors keep what they have."""
+        self._clear()
+        self.tell(self._event(LinEventKind.INFO, 0, code=InfoCode.RESET), stamped=False)
+
+    def write(self, frame: LinFrame, *, send: bool, finished: Finished | None = None) -> None:
+        """Put a frame on the bus (`send`, a master only), or its data into the response table.
+
+        Sent, it goes out as soon as the bus is free: with its data, or as a header alone whose response is anybody's;
+        `finished` gets the outcome. The table may be changed at any time once the line is initialised.
+        Raises NotInitialised, WrongState (a slave, or not started), Busy, BadFrame for a header without data.
+        """
+        if send:
+            self.send(frame, finished)
+            return
+        self._check_initialised("given responses")
+        if frame.header_only:
+            raise BadFrame(f"{self.name}: {frame!r}: a response has data")
+        self.driver.respond(frame)
+
+    def send(self, frame: LinFrame, finished: Finished | None = None) -> None:
+        """`write` with `send`."""
+        if frame.header_only:
+            self.ask(frame.id, frame.length, finished)
+        else:
+            self._check_sending()
+            self.busy = True
+            self._finished = finished
+            self.driver.send(frame)
+
+    def ask(
+        self, id: int, length: int, finished: Finished | None = None, silence_is_fine: bool = False
+    ) -> None:
+        """`send` for a header alone; where `silence_is_fine` it is no error when nobody answers."""
+        mode = self.mode
+        if self.busy or self._stopping or mode is None or not mode.master or not self.controller.running:
+            self._check_sending()
+        self.busy = True
+        self._finished = finished
+        self.driver.ask(id, length, silence_is_fine)
+
+    def go_to_sleep(self, finished: Finished | None = None) -> None:
+        """Send the go-to-sleep command; everybody sleeps once it is over. Raises like `write`."""
+        self.send(go_to_sleep_frame(), finished)
+
+    def wake_up(self) -> None:
+        """Send a wake-up pulse; a slave repeats it until a header comes. Raises WrongState, Busy."""
+        self._check_sending(only_wake_up=True)
+        if self.mode is not None and self.mode.master:
+            self._pulse()
+        else:
+            self._wake.begin()
+
+    def status(self) -> LinLineStatus:
+        """The line as it is now."""
+        now_ns, bus = self.timeline.now_ns, self.controller.bus
+        counters = self.driver.counters(now_ns)
+        lost = self._splitter.lost
+        errors = list(counters.errors)
+        errors[LinErrorKind.WAKEUP] += self._wake_failures
+        return LinLineStatus(
+            initialised=self.mode is not None,
+            running=self.running,
+            mode=self.mode,
+            state=counters.state,
+            status=counters.status | (OVERRUN_STATUS if lost else 0),
+            bit_rate=counters.bit_rate,
+            load=0.0 if bus is None else bus.load_percent(),
+            transmitting=self.driver.on_wire() or self.busy,
+            headers=counters.headers,
+            frames_sent=counters.frames_sent,
+            frames_received=counters.frames_received,
+            errors=tuple(errors),
+            lost=lost,
+            monitors=len(self._splitter.monitors),
+            time_ns=now_ns,
+        )
+
+    def close(self) -> None:
+        """The board is gone: nobody is kept waiting."""
+        self._clear()
+
+    # monitors
+
+    def open(self, monitor: LinMonitor) -> LinMonitor:
+        """Put a monitor on the line; it receives while it is active."""
+        self._splitter.open(monitor)
+        return monitor
+
+    def dismiss(self, monitor: LinMonitor) -> None:
+        """Take a monitor off the line; unknown ones are ignored."""
+        self._splitter.dismiss(monitor)
+
+    def activate(self, monitor: LinMonitor, active: bool = True) -> None:
+        """Let messages into a monitor, or no more of them."""
+        monitor.active = active
+        self._splitter.sort()
+
+    def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
+        """Give an event to every active monitor; without `stamped` its time stays as it is."""
+        self._splitter.tell(event, stamped=stamped)
+
+    # the controller's side
+
+    def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
+        if self.mode is not None and self.mode.errors:
+            self.tell(self._event(LinEventKind.ERROR, at_ns, LinErrorKind(kind), id, transmitting))
+
+    def state_changed(self, at_ns: int) -> None:
+        now = (self.controller.state(at_ns), self.controller.status())
+        if now != self._told:
+            before, self._told = self._told, now
+            self.tell(self._event(LinEventKind.STATE, at_ns))
+            if now[0] is LinState.INITIALISING:
+                self.timeline.at(self.controller.ready_ns, self._look_at_state, background=True)
+            if now[0] is LinState.ASLEEP and before[0] is not LinState.ASLEEP:
+                self.tell(self._event(LinEventKind.SLEEP, at_ns))
+            if before[0] is LinState.ASLEEP and self.running and self.when_awake is not None:
+                self.when_awake()
+
+    def woken(self, at_ns: int) -> None:
+        self.tell(self._event(LinEventKind.WAKEUP, at_ns))
+        self.state_changed(at_ns)
+
+    def finished(self, id: int, outcome: LinOutcome, at_ns: int) -> None:
+        self.busy = False
+        finished, self._finished = self._finished, None
+        if id < 0 and self.running and self.mode is not None and not self.mode.master:
+            self._wake.sent()
+        if finished is not None:
+            finished(outcome)
+        if self.when_free is not None:
+            self.when_free()
+
+    # inside
+
+    def _check_initialised(self, what: str) -> None:
+        if self.mode is None:
+            raise NotInitialised(f"{self.name}: initialise the line before it is {what}")
+
+    def _check_sending(self, *, only_wake_up: bool = False) -> None:
+        """Raise what keeps the line from sending."""
+        self._check_initialised("told to send")
+        if not self.running:
+            raise WrongState(f"{self.name}: start the line before something is sent")
+        if not only_wake_up and not (self.mode is not None and self.mode.master):
+            raise WrongState(
+                f"{self.name}: a slave sends nothing but wake-up pulses; initialise the line as master"
+            )
+        if self.busy or self._stopping:
+            raise Busy(self.name)
+
+    def _look_at_state(self) -> None:
+        self.state_changed(self.timeline.now_ns)
+
+    def _pulse(self) -> None:
+        if self.running and not self.busy:
+            self.busy = True
+            self.driver.wake_up()
+
+    def _wake_failed(self) -> None:
+        self._wake_failures += 1
+        self.error(LinErrorKind.WAKEUP, -1, True, self.timeline.now_ns)
+
+    def _clear(self) -> None:
+        """Off the bus at this moment, without settings and responses."""
+        self.leave()
+        self.driver.clear()
+        self.mode = None
+        self._splitter.end_stamps()
+        self._stopped()
+
+    def _stop_when_quiet(self) -> None:
+        if self.running and (self.busy or self.driver.on_wire()):
+            self.timeline.at(self.timeline.now_ns + _LOOK_AGAIN_NS, self._stop_when_quiet)
+        elif self._stopping:
+            self.leave()
+            self.tell(self._event(LinEventKind.INFO, 0, code=InfoCode.STOPPED), stamped=False)
+            self._stopped()
+
+    def _stopped(self) -> None:
+        waiting, self._stopping = self._stopping, []
+        for done in waiting:
+            done(0)
+
+    def _event(
+        self,
+        kind: LinEventKind,
+        at_ns: int,
+        error: LinErrorKind = LinErrorKind.NONE,
+        id: int = -1,
+        transmitting: bool = False,
+        code: int = 0,
+    ) -> LinEvent:
+        state, status = self.controller.state(at_ns), self.controller.status()
+        return LinEvent(kind, at_ns, error, state, id, transmitting, status, code)

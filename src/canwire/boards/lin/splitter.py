@@ -1,0 +1,93 @@
+"""One copy for every active monitor of what a LIN line hears, and the counter that times it.
+
+Source: VCI V4 manual (seed 004) 5.3.2 and 7.4.5 (TMOVR).
+"""
+
+from __future__ import annotations
+
+from canwire.boards.lin.monitor import LinMonitor, Queue, marked
+from canwire.bus.lin.node import LinResponse
+from canwire.chips.lin.controller import LinEar
+from canwire.timeline import Timeline, Timer
+from canwire.values.lin.event import LinEvent, LinEventKind
+from canwire.values.lin.record import TIME_SIZE
+
+_COUNTER = 1 << 32
+
+
+class LinSplitter(LinEar):
+    """The monitors of one line. Times count from `origin_ns` on, None before the line was started."""
+
+    def __init__(self, timeline: Timeline, tick_ns: int) -> None:
+        self.origin_ns: int | None = None
+        self.monitors: list[LinMonitor] = []
+        self._active: list[LinMonitor] = []
+        self._hearing: list[Queue] = []
+        self._hearing_own: list[Queue] = []
+        self._timeline = timeline
+        self._tick_ns = tick_ns
+        self._timer: Timer | None = None
+        self._overruns = 0
+
+    @property
+    def lost(self) -> int:
+        """Messages that found a queue full."""
+        return sum(monitor.lost for monitor in self.monitors)
+
+    def open(self, monitor: LinMonitor) -> None:
+        monitor.stamp(self.origin_ns or 0, self._tick_ns)
+        self.monitors = [*self.monitors, monitor]
+        self.sort()
+
+    def dismiss(self, monitor: LinMonitor) -> None:
+        self.monitors = [other for other in self.monitors if other is not monitor]
+        self.sort()
+
+    def sort(self) -> None:
+        """A monitor came, went, or is active or not any more."""
+        self._active = [monitor for monitor in self.monitors if monitor.active]
+        hearing = [monitor for monitor in self._active if monitor.mode.frames]
+        self._hearing = [monitor.queue for monitor in hearing]
+        self._hearing_own = [monitor.queue for monitor in hearing if monitor.mode.own]
+
+    def deliver(self, response: LinResponse, at_ns: int) -> None:
+        record = at_ns.to_bytes(TIME_SIZE, "little") + response.tail
+        for free, put in self._hearing:
+            put(record if free() != 1 else marked(record))
+
+    def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
+        if self._hearing_own:
+            record = at_ns.to_bytes(TIME_SIZE, "little") + response.sent_tail
+            for free, put in self._hearing_own:
+                put(record if free() != 1 else marked(record))
+
+    def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
+        """An event for everybody; without `stamped` its time stays as it is."""
+        if self._active:
+            record = event.to_record()
+            for monitor in self._active:
+                monitor.deliver_event(event.kind, record, stamped)
+
+    def begin_stamps(self) -> None:
+        """The time-stamp counter starts at 0 with the first start after a reset; its overruns are told."""
+        if self.origin_ns is None:
+            self.origin_ns = self._timeline.now_ns
+            for monitor in self.monitors:
+                monitor.stamp(self.origin_ns, self._tick_ns)
+            self._overruns = 0
+            self._await_overrun()
+
+    def end_stamps(self) -> None:
+        self.origin_ns = None
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _await_overrun(self) -> None:
+        if self._tick_ns and self.origin_ns is not None:
+            at_ns = self.origin_ns + (self._overruns + 1) * _COUNTER * self._tick_ns
+            self._timer = self._timeline.at(at_ns, self._tell_overrun, background=True)
+
+    def _tell_overrun(self) -> None:
+        self._overruns += 1
+        self.tell(LinEvent(LinEventKind.TIME_OVERRUN, self._timeline.now_ns, code=1))
+        self._await_overrun()

@@ -1,0 +1,69 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+from canwire.bus.can.node cimport Node
+from canwire.bus.can.station cimport Station, Tally
+
+cdef int _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
+cdef long long _NEVER
+cdef int _RES_FIELD, _HISTORY
+
+@cython.final
+cdef class Clock:
+    cdef public Station station
+    cdef public Node node
+    cdef public long long start_ps, due_ps, edge_ps
+    cdef public bint sampling, synchronised, data_rate
+    cdef public list times, levels
+    cdef public long long changes
+
+    cdef long long bit_ps(self) noexcept
+    cdef long long sample_ps(self) noexcept
+    @cython.locals(before=int)
+    cpdef int begin_bit(self, long long at_ps) except -1
+    @cython.locals(slot="long long")
+    cpdef int note(self, long long at_ps) except -1
+    @cython.locals(newest="long long", oldest="long long")
+    cpdef int level_at(self, long long at_ps) except -1
+    @cython.locals(change=int)
+    cpdef int sampled(self, long long at_ps) except -1
+    @cython.locals(station=Station, state=int, idle=bint, third_bit=bint)
+    cpdef void edge(self, long long at_ps) except *
+    cdef int _restart_bit(self, long long at_ps) except -1
+    @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
+    cdef int _resynchronise(self, long long at_ps) except -1
+
+@cython.final
+cdef class BitLevel:
+    cdef public Tally tally
+    cdef public list clocks
+    cdef public unsigned long long origin_ns
+    cdef public long long origin_ps, now_ps, delay_ps
+    cdef public bint shorted, undisturbed
+    cdef bint _stepping
+    cdef public object capture, disturb
+    cdef public Node victim
+    cdef int _wire, _shown, _flip
+    cdef Clock _flip_sender
+    cdef Node _reference
+
+    cpdef unsigned long long at_ns(self, long long at_ps) noexcept
+    @cython.locals(soonest="long long", clock=Clock)
+    cpdef long long next_ps(self) noexcept
+    @cython.locals(clock=Clock, station=Station)
+    cpdef int activity(self, Node node) except -1
+    cpdef int step(self) except -1
+    @cython.locals(at_ns="unsigned long long", changed=bint, clock=Clock)
+    cdef int _step(self, long long at_ps) except -1
+    @cython.locals(clock=Clock)
+    cpdef bint resting(self) except -1
+    @cython.locals(wire=int, shown=int, clock=Clock)
+    cdef int _settle(self, long long at_ps) except -1
+    @cython.locals(driver=Clock, clock=Clock, fell=bint, arrives="long long")
+    cdef int _send_edges(self, long long at_ps) except -1
+    @cython.locals(level=int, other=Clock)
+    cdef int _seen_by(self, Clock clock, long long at_ps) except -1
+    cdef bint _flipped_for(self, Clock clock) except -1
+    @cython.locals(sender=Clock)
+    cdef void _begin_disturbance(self) except *
+    @cython.locals(found=Clock, clock=Clock)
+    cdef Clock _first_sender(self)

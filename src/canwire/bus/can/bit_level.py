@@ -1,0 +1,372 @@
+"""The copper itself, when it matters: every node's own clock, sample point and level, edge by edge.
+
+bus.py skips over undisturbed frames in one step. Whatever is not so simple happens here: errors,
+collisions, injected faults, clocks that disagree, cables that are too long. Each node lives in
+its own bit time, is synchronised by the edges it sees, and samples the wired AND of all levels (others'
+levels arrive `delay_ps` late). Times are picoseconds since `enter`.
+
+Source: ISO 11898-1:2015 chapter 11.3 (bit timing and synchronisation); reference/can-protocol.md section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from canwire.bus.can.frame_reader import RES
+from canwire.bus.can.node import FAILED, QUIET, RECEIVING, SENDING, Node
+from canwire.bus.can.station import (
+    ACTIVE_FLAG,
+    FRAME,
+    IDLE,
+    INTERMISSION,
+    KEEP_RATE,
+    OVERLOAD_FLAG,
+    SUSPEND,
+    TO_DATA_RATE,
+    WAITING,
+    Station,
+    Tally,
+)
+from canwire.timeline import NEVER
+
+_FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
+_KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
+_NEVER = NEVER
+_RES_FIELD = RES
+_HISTORY = 64
+
+# who sees a disturbed bit
+EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
+
+
+class Clock:
+    """One station's bit time: where its present bit began, when it samples, how far it is corrected."""
+
+    def __init__(self, station: Station, at_ps: int) -> None:
+        self.station = station
+        self.node = station.node
+        self.start_ps = at_ps
+        self.due_ps = at_ps  # of its next bit boundary or sample point
+        self.sampling = False
+        self.synchronised = False
+        self.edge_ps = _NEVER  # of an edge still on its way
+        self.data_rate = False
+        self.times = [0] * _HISTORY
+        self.levels = [1] * _HISTORY
+        self.changes = 0
+
+    def bit_ps(self) -> int:
+        return self.node.data_bit_ps if self.data_rate else self.node.bit_ps
+
+    def sample_ps(self) -> int:
+        return self.node.data_sample_ps if self.data_rate else self.node.sample_ps
+
+    def begin_bit(self, at_ps: int) -> None:
+        """A bit boundary: `out` may change."""
+        self.start_ps = at_ps
+        self.sampling = True
+        self.synchronised = False
+        self.due_ps = at_ps + self.sample_ps()
+        before = self.station.out
+        self.station.begin_bit()
+        if self.station.out != before:
+            self.note(at_ps)
+
+    def note(self, at_ps: int) -> None:
+        """Remember a change of `out`, for those who see it later."""
+        slot = self.changes % _HISTORY
+        self.times[slot] = at_ps
+        self.levels[slot] = self.station.out
+        self.changes += 1
+
+    def level_at(self, at_ps: int) -> int:
+        """What this station drove at an earlier time."""
+        newest = self.changes
+        oldest = newest - _HISTORY if newest > _HISTORY else 0
+        while newest > oldest:
+            newest -= 1
+            if self.times[newest % _HISTORY] <= at_ps:
+                return self.levels[newest % _HISTORY]
+        return 1
+
+    def sampled(self, at_ps: int) -> None:
+        """The sample is taken: the rest of the bit runs at the rate that holds from here on."""
+        self.sampling = False
+        change = self.station.rate_change
+        if change != _KEEP_RATE:
+            self.data_rate = change == _TO_DATA_RATE
+        self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
+
+    def edge(self, at_ps: int) -> None:
+        """A recessive to dominant edge arrives: synchronise, once a bit, hard where the frame begins."""
+        station = self.station
+        state = station.state
+        if state == _WAITING:  # whoever looks for the bus follows every edge
+            self._restart_bit(at_ps)
+            return
+        if self.synchronised or station.last_sample == 0:
+            return
+        idle = state == _IDLE or state == _SUSPEND
+        third_bit = state == _INTERMISSION and self.sampling and station.left == 1
+        if idle or third_bit:
+            station.sof_seen = True
+            self._restart_bit(at_ps)
+        elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
+            self._restart_bit(at_ps)
+        elif not (station.transmitting and self.data_rate):
+            self._resynchronise(at_ps)
+
+    def _restart_bit(self, at_ps: int) -> None:
+        if not self.sampling:
+            self.begin_bit(at_ps)
+        self.start_ps = at_ps
+        self.due_ps = at_ps + self.sample_ps()
+        self.synchronised = True
+
+    def _resynchronise(self, at_ps: int) -> None:
+        quantum = self.node.data_quantum_ps if self.data_rate else self.node.quantum_ps
+        jump = self.node.data_jump_ps if self.data_rate else self.node.jump_ps
+        if self.sampling:
+            late = (at_ps - self.start_ps) // quantum * quantum
+            if late > 0 and self.station.out == 1:
+                self.due_ps += late if late < jump else jump
+                self.synchronised = True
+        else:
+            early = self.due_ps - at_ps
+            self.due_ps -= early if early < jump else jump
+            self.synchronised = True
+
+
+class BitLevel:
+    """Runs the stations of one bus until all of them rest.
+
+    `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
+    is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the first
+    sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
+    already, and well.
+    """
+
+    def __init__(self) -> None:
+        self.tally = Tally()
+        self.clocks: list[Clock] = []
+        self.origin_ns = 0
+        self.origin_ps = 0
+        self.now_ps = 0
+        self.delay_ps = 0
+        self.shorted = False
+        self.undisturbed = False
+        self.capture: Callable[[int, int], None] | None = None
+        self.disturb: Callable[[Node, int], int] | None = None
+        self.victim: Node | None = None
+        self._stepping = False
+        self._wire = 1
+        self._shown = 1
+        self._flip = -1
+        self._flip_sender: Clock | None = None
+        self._reference: Node | None = None
+
+    def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int, reference: Node | None) -> None:
+        """Take over at an instant when the bus is idle and every node is at a bit boundary."""
+        self.origin_ns = origin_ns
+        self.origin_ps = origin_ps
+        self.now_ps = 0
+        self.clocks = []
+        self._wire = 1
+        self._flip = -1
+        self._reference = reference
+        self.tally.erring = False
+        for node in nodes:
+            self.add(node, 0)
+
+    def add(self, node: Node, at_ps: int) -> None:
+        """A node comes to the bus; it starts out as its `on_bus` and `waiting` say."""
+        station = Station(node, self.tally)
+        if at_ps:
+            station.contending = None
+        station.now_ns = self.at_ns(at_ps)
+        self.clocks.append(Clock(station, at_ps))
+
+    def refresh(self, nodes: list[Node], at_ps: int) -> None:
+        """Nodes have come, gone, been started or stopped."""
+        self.now_ps = max(self.now_ps, at_ps)
+        # in the middle of a step, nodes that have just gone off drive their bit to its end
+        kept = [clock for clock in self.clocks if self._stepping or clock.node in nodes]
+        known = [clock.node for clock in kept]
+        self.clocks = kept
+        for clock in kept:
+            node, station = clock.node, clock.station
+            if not node.on_bus and station.state != _WAITING:
+                station.wait_for_bus()
+                clock.data_rate = False
+                if not self._stepping:
+                    station.out = 1
+                    clock.note(self.now_ps)
+            if node.waiting and node.waiting_from_ns == self.at_ns(self.now_ps):
+                station.run = 0
+        for node in nodes:
+            if node not in known:
+                self.add(node, self.now_ps)
+        if not self._stepping:
+            self._settle(self.now_ps)
+
+    def at_ns(self, at_ps: int) -> int:
+        return self.origin_ns + (self.origin_ps + at_ps) // 1000
+
+    def remainder_ps(self) -> int:
+        return (self.origin_ps + self.now_ps) % 1000
+
+    def next_ps(self) -> int:
+        soonest = _NEVER
+        for clock in self.clocks:
+            soonest = min(soonest, clock.due_ps, clock.edge_ps)
+        return soonest
+
+    def request(self, node: Node, at_ps: int) -> None:
+        """An idle node has something to send: it need not wait for a bit boundary of its own."""
+        for clock in self.clocks:
+            station = clock.station
+            if (
+                clock.node is node
+                and station.state == _IDLE
+                and not station.sof_seen
+                and clock.start_ps != at_ps
+            ):
+                clock.due_ps = at_ps
+                clock.sampling = False
+
+    def transmits(self, node: Node) -> bool:
+        """This node sends, or sent what its error flag now ends."""
+        return any(clock.node is node and clock.station.transmitting for clock in self.clocks)
+
+    def activity(self, node: Node) -> int:
+        """As Bus.activity."""
+        for clock in self.clocks:
+            station = clock.station
+            if clock.node is node:
+                if station.state == _FRAME:
+                    return SENDING if station.transmitting else RECEIVING
+                if ACTIVE_FLAG <= station.state <= OVERLOAD_FLAG:
+                    return FAILED if station.transmitting else RECEIVING
+        return QUIET
+
+    def step(self) -> None:
+        """Everything that happens at the next instant: boundaries, then edges, then samples."""
+        self._stepping = True
+        self._step(self.next_ps())
+        self._stepping = False
+
+    def _step(self, at_ps: int) -> None:
+        self.now_ps = at_ps
+        at_ns = self.at_ns(at_ps)
+        changed = False
+        for clock in self.clocks:
+            clock.station.now_ns = at_ns
+            if clock.due_ps == at_ps and not clock.sampling:
+                clock.begin_bit(at_ps)
+                changed = True
+        if changed:
+            self._begin_disturbance()
+            self._settle(at_ps)
+        for clock in self.clocks:
+            if clock.edge_ps <= at_ps:
+                clock.edge_ps = _NEVER
+                clock.edge(at_ps)
+        for clock in self.clocks:
+            if clock.due_ps == at_ps and clock.sampling:
+                clock.station.sample(self._seen_by(clock, at_ps))
+                clock.sampled(at_ps)
+
+    def resting(self) -> bool:
+        """Nothing is under way on the wire."""
+        if self.shorted or self._wire == 0:
+            return False
+        for clock in self.clocks:
+            if not clock.station.resting() or clock.edge_ps != _NEVER:
+                return False
+        return True
+
+    def leave(self) -> None:
+        """Hand back to the nodes what only stations know: suspend times, and where waiting ones stand.
+
+        The bus is free from `now_ps` on: the bit boundary that the last station is about to reach. Nobody waits
+        for one that only listens.
+        """
+        for clock in self.clocks:
+            waits = clock.station.state == _WAITING or clock.node.listen_only
+            if not waits and clock.due_ps > self.now_ps:
+                self.now_ps = clock.due_ps
+        at_ns = self.at_ns(self.now_ps)
+        for clock in self.clocks:
+            station, node = clock.station, clock.node
+            if station.state == _SUSPEND:
+                node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
+            elif station.state == _WAITING:
+                node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
+        self.clocks = []
+
+    def _settle(self, at_ps: int) -> None:
+        """Work out the level of the wire, tell the trace, and send edges on their way."""
+        wire = 0 if self.shorted else 1
+        for clock in self.clocks:
+            wire &= clock.station.out
+        shown = wire ^ 1 if self._flip == EVERYBODY else wire
+        if shown != self._shown:
+            self._shown = shown
+            if self.capture is not None:
+                self.capture(self.origin_ps + at_ps + self.origin_ns * 1000, shown)
+        if wire == 0 and (self._wire == 1 or self.delay_ps):
+            self._send_edges(at_ps)
+        self._wire = wire
+
+    def _send_edges(self, at_ps: int) -> None:
+        for driver in self.clocks:
+            fell = (
+                driver.station.out == 0
+                and driver.changes
+                and driver.times[(driver.changes - 1) % _HISTORY] == at_ps
+            )
+            if not fell and not self.shorted:
+                continue
+            for clock in self.clocks:
+                if clock is not driver or self.shorted:
+                    arrives = at_ps if self.shorted else at_ps + self.delay_ps
+                    clock.edge_ps = min(clock.edge_ps, arrives)
+
+    def _seen_by(self, clock: Clock, at_ps: int) -> int:
+        if self.shorted:
+            return 0
+        if self.delay_ps == 0:
+            level = self._wire
+        else:
+            level = clock.station.out
+            for other in self.clocks:
+                if other is not clock:
+                    level &= other.level_at(at_ps - self.delay_ps)
+        return level ^ 1 if self._flip >= 0 and self._flipped_for(clock) else level
+
+    def _flipped_for(self, clock: Clock) -> bool:
+        if self._flip == EVERYBODY:
+            return True
+        if self._flip == ONE_NODE:
+            return clock.node is self.victim
+        return (clock is self._flip_sender) == (self._flip == SENDER)
+
+    def _begin_disturbance(self) -> None:
+        """Ask `disturb` about the bit that the first sender has just begun to drive."""
+        if self.disturb is None:
+            return
+        sender = self._first_sender()
+        if sender is None:
+            self._flip = -1
+        elif sender.start_ps == self.now_ps:
+            self._flip_sender = sender
+            self._flip = self.disturb(sender.node, sender.station.index)
+
+    def _first_sender(self) -> Clock | None:
+        found = None
+        for clock in self.clocks:
+            if clock.station.transmitting and clock.station.state == _FRAME:
+                if clock.node is self._reference:
+                    return clock
+                found = found or clock
+        return found

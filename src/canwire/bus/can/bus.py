@@ -1,0 +1,497 @@
+"""The bus: who sends next, for how long, and who hears it.
+
+Undisturbed frames are worked out in one step each: arbitration by the lowest key, exact length, delivery.
+Everything else (errors, collisions, faults, clocks that disagree, a trace of levels) goes bit by bit through
+bit_level.py until the bus rests again. Both ways give the same times, counters and events; tests hold
+them against each other.
+
+Source: ISO 11898-1:2015; reference/can-protocol.md sections 5 to 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from canwire.bus.can import bits as can_bits
+from canwire.bus.can import node as seam
+from canwire.bus.can.bit_level import BitLevel
+from canwire.bus.can.in_step import follows, follows_data
+from canwire.bus.can.joining import Joining
+from canwire.bus.can.node import QUIET, RECEIVING, SENDING, Bus, Mailbox, Node
+from canwire.bus.load import BusLoad
+from canwire.timeline import NEVER, Timeline
+
+_NEVER = NEVER
+_ACK_ERROR = 3
+_FD = 1 << 10
+_NO_RULE, _RECEIVED, _TRANSMIT_ERROR = seam.NO_RULE, seam.RECEIVED, seam.TRANSMIT_ERROR
+_TOP_BIT = 1 << 31
+_NOBODY = 1 << 32
+_REST, _SENDING, _BITWISE = range(3)
+_INTERMISSION = 3
+_EOF_END_TO_ACK = 8  # bits from the end of the ACK slot to the end of EOF
+_ACK_DELIMITER_TO_EOF_END = 8
+_ERROR_FRAME = 14
+_ACK_SLOT = 0x19
+
+
+class CanBus(Bus):
+    """A wired AND between any number of nodes, on a timeline."""
+
+    def __init__(self, timeline: Timeline, name: str = "") -> None:
+        self.name = name
+        self.timeline = timeline
+        self.nodes: list[Node] = []
+        self.load = BusLoad()
+        self.collisions = 0
+        self.delay_ps = 0
+        self.bitwise = False
+        self.noise_left = -1  # undisturbed bits before the next one that noise inverts; -1: no noise
+        self.scripted: Callable[[Mailbox], bool] | None = None
+        self.bits = BitLevel()
+        self.tally = self.bits.tally
+        self._state = _REST
+        self._free_ns = 0
+        self._free_ps = 0
+        self._start_ns = 0
+        self._busy_since_ns = 0
+        self._busy_from_ns = 0
+        self._pause_ns = 0
+        self._end_ns = 0
+        self._end_ps = 0
+        self._joining = Joining(self.nodes)
+        self._sleeping = False
+        self._acknowledged = False
+        self._nobody = Node()
+        self._sender = self._nobody
+        self._box = Mailbox()
+        self._members: list[Node] = []
+        self._first: Node | None = None
+        self._alike = True
+        self._alike_fd = True
+        self._acknowledgers = 0
+        self._listeners = 0
+        self._waiting = False
+        self._rivals = 0
+        self._noise_taken = 0
+        timeline.add(self)
+
+    def attach(self, node: Node) -> None:
+        """Put a controller on the copper."""
+        node.bus = self
+        node.waiting_from_ns = max(node.waiting_from_ns, self.timeline.now_ns)
+        self.nodes.append(node)
+        self.changed()
+
+    def detach(self, node: Node) -> None:
+        """Take a controller off the copper; others see it go recessive at this moment."""
+        self.interrupt()
+        self.nodes.remove(node)
+        node.bus = None
+        self.changed()
+
+    def poll(self, node: Node) -> None:
+        if self._state == _BITWISE:
+            self.bits.request(node, self._elapsed_ps())
+        self.timeline.interrupted = True
+
+    def changed(self) -> None:
+        """Work out anew who takes part and whether whole frames can be skipped over."""
+        members = []
+        self._acknowledgers = self._listeners = 0
+        self._waiting = self._sleeping = False
+        for node in self.nodes:
+            if node.on_bus:
+                members.append(node)
+                if node.listen_only:
+                    self._listeners += 1
+                else:
+                    self._acknowledgers += 1
+            elif node.waiting:
+                self._waiting = True
+            elif node.asleep:
+                self._sleeping = True
+        self._link(members)
+        self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
+        self._alike, self._alike_fd = self._compare(members)
+        if self._state == _BITWISE:
+            self.bits.refresh(self._stations(), self._elapsed_ps())
+        self.timeline.interrupted = True
+
+    def _link(self, members: list[Node]) -> None:
+        """Chain the members: the frame path follows the chain, which costs no type checks."""
+        self._members = members
+        self._first = members[0] if members else None
+        for k, node in enumerate(members):
+            node.next_member = members[k + 1] if k + 1 < len(members) else None
+
+    def interrupt(self) -> None:
+        """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
+        if self._state != _SENDING:
+            return
+        now_ns = self.timeline.now_ns
+        self._enter_bitwise()
+        if self.noise_left >= 0:
+            self.noise_left += self._noise_taken
+        self.bits.undisturbed = True  # up to now this frame went well, whatever is to come
+        while self.bits.clocks and self.bits.at_ns(self.bits.next_ps()) < now_ns:
+            self.bits.step()
+        self.bits.undisturbed = False
+
+    def short(self, shorted: bool) -> None:
+        """Short the two wires (a dominant bus for everybody), or take the short away."""
+        self.interrupt()
+        self.bits.shorted = shorted
+        if self._state == _REST and shorted:
+            self._begin_at(max(self.timeline.now_ns, self._free_ns))
+            self._sender = self._nobody
+            self._forget_contenders()
+            self._rouse(self._start_ns)
+            self._enter_bitwise()
+        if self._state == _BITWISE:
+            self.bits.refresh(self._stations(), self._elapsed_ps())
+        self.timeline.interrupted = True
+
+    def on_wire(self, node: Node) -> bool:
+        """This node has been the sender since SOF, or still takes part in arbitration."""
+        if self._state == _SENDING:
+            return node is self._sender
+        return self._state == _BITWISE and self.bits.transmits(node)
+
+    def activity(self, node: Node) -> int:
+        if self._state == _SENDING:
+            return SENDING if node is self._sender else RECEIVING
+        return self.bits.activity(node) if self._state == _BITWISE else QUIET
+
+    def recessive_groups(self, node: Node) -> int:
+        if self._state == _REST and node.waiting:
+            return self._joining.groups(node, self.timeline.now_ns)
+        return node.sequences
+
+    def resting(self) -> bool:
+        """Nothing is on the wire."""
+        return self._state == _REST
+
+    def idle(self) -> bool:
+        return self._state == _REST and self.timeline.now_ns >= self._free_ns
+
+    def busy(self) -> bool:
+        """A frame or an error is on the wire, or a frame waits to go."""
+        return self._state != _REST or self._next_start() != _NEVER
+
+    def account(self) -> BusLoad:
+        """The load, with the frame on the wire counted up to this moment."""
+        now_ns = self.timeline.now_ns
+        if self._state != _REST and now_ns > self._busy_from_ns:
+            self.load.add(self._busy_from_ns, now_ns)
+            self._busy_from_ns = now_ns
+        return self.load
+
+    def busy_ns(self) -> int:
+        """How long the bus has been busy so far."""
+        busy_ns = self.account().busy_ns
+        ahead_ns = self._free_ns - self.timeline.now_ns
+        return busy_ns - ahead_ns if self._state == _REST and ahead_ns > 0 else busy_ns
+
+    def busy_since_ns(self) -> int:
+        """Since when the bus has not rested."""
+        return self._busy_since_ns
+
+    def next_ns(self) -> int:
+        if self._state == _SENDING:
+            return self._end_ns
+        if self._state == _BITWISE:
+            return self.bits.at_ns(self.bits.next_ps()) if self.bits.clocks else self.timeline.now_ns
+        start = self._next_start()
+        if self._waiting:
+            joining = self._joining.next_ns()
+            return joining if joining < start else start
+        return start
+
+    def run(self, limit_ns: int) -> None:
+        timeline = self.timeline
+        while not timeline.interrupted:
+            if self._state == _SENDING:
+                if self._end_ns > limit_ns:
+                    return
+                timeline.now_ns = self._end_ns
+                self._complete()
+            elif self._state == _BITWISE:
+                if not self._run_bits(limit_ns):
+                    return
+            elif self._waiting or not self._go_on(limit_ns):
+                start = self._next_start()
+                if self._waiting:
+                    joining = self._joining.next_ns()
+                    if joining <= start:
+                        if joining > limit_ns:
+                            return
+                        timeline.now_ns = joining
+                        self._joining.join(joining)
+                        continue
+                if start > limit_ns:
+                    return
+                if start < timeline.now_ns:
+                    start = timeline.now_ns  # somebody who has only just come has waited for long
+                timeline.now_ns = start
+                self._start(start)
+
+    def _go_on(self, limit_ns: int) -> bool:
+        """The usual case in one look: the next frame follows the last one at once."""
+        free = self._free_ns
+        now = self.timeline.now_ns
+        if free > limit_ns or now > free:
+            return False
+        if not self._start(free):
+            return False
+        self.timeline.now_ns = free
+        return True
+
+    # whole frames
+
+    def _next_start(self) -> int:
+        """When the next SOF is: not before the bus is free, and somebody is ready."""
+        free = self._free_ns
+        soonest = _NEVER
+        node = self._first
+        while node is not None:
+            box = node.offer
+            if box is not None and not node.listen_only:
+                ready = box.ready_ns
+                if node.suspended_ns > ready:
+                    ready = node.suspended_ns
+                if ready <= free:
+                    return free
+                if ready < soonest:
+                    soonest = ready
+            node = node.next_member
+        return soonest
+
+    def _start(self, start_ns: int) -> bool:
+        """Arbitrate among everybody who is ready, and find out how the frame will go; False if nobody is."""
+        sender = None
+        lowest = _NOBODY
+        rivals = 0
+        collision = False
+        node = self._first
+        while node is not None:
+            box = node.offer
+            if box is None or node.listen_only or box.ready_ns > start_ns or node.suspended_ns > start_ns:
+                node.contending = None
+            else:
+                node.contending = box
+                rivals += 1
+                key = box.key
+                if key == lowest:
+                    collision = True
+                elif key < lowest:
+                    collision = False
+                    lowest = key
+                    sender = node
+                    self._box = box
+            node = node.next_member
+        if sender is None:
+            return False
+        self._begin_at(start_ns)
+        self._sender = sender
+        self._rivals = rivals
+        if self._waiting:
+            self._joining.count(start_ns)
+        if self._sleeping:
+            self._rouse(start_ns)
+        if collision:
+            self.collisions += 1
+        if collision or self.bitwise or not self._alike or not self._skippable():
+            self._enter_bitwise()
+        else:
+            self._time_frame()
+        return True
+
+    def _skippable(self) -> bool:
+        """No injected fault will meet this frame, and everybody will understand it."""
+        box = self._box
+        if box.words[1] >> 32 & _FD:
+            if not self._alike_fd:
+                return False
+            can_bits.show_error_state(box, self._sender.passive, self._sender.fd)
+        self._acknowledged = self._acknowledgers > 1 or self._sender.self_test
+        if not self._acknowledged and (self._listeners or self._waiting):
+            return False
+        if self.noise_left >= 0:
+            bits = box.bits
+            if not self._acknowledged:
+                bits -= _EOF_END_TO_ACK - (1 if box.words[1] >> 32 & _FD else 0)
+            if self.noise_left < bits:
+                return False
+            self._noise_taken = bits
+            self.noise_left -= bits
+        return self.scripted is None or not self.scripted(box)
+
+    def _time_frame(self) -> None:
+        """The frame's end, from its bits at one or two rates."""
+        node = self._sender
+        box = self._box
+        bits = box.bits
+        length_ps = bits * node.bit_ps
+        if box.data_bits:
+            length_ps += (box.data_bits + 1) * (node.data_bit_ps - node.bit_ps)
+        if not self._acknowledged:
+            length_ps -= _EOF_END_TO_ACK * node.bit_ps - (node.bit_ps if box.words[1] >> 32 & _FD else 0)
+            length_ps += (_ERROR_FRAME + _INTERMISSION) * node.bit_ps
+        self._end_ps = self._free_ps + length_ps
+        self._end_ns = self._start_ns + self._end_ps // 1000
+        self._state = _SENDING
+
+    def _tell_losers(self) -> None:
+        """Each contender but the winner, with the first bit where its arbitration field is the higher one."""
+        node = self._first
+        while node is not None:
+            box = node.contending
+            if box is not None and node is not self._sender:
+                node.arbitration_losses += 1
+                if node.attentive or box.single_shot:
+                    node.arbitration_lost(box, self._differing_bit(box.key), self._start_ns)
+            node = node.next_member
+
+    def _differing_bit(self, key: int) -> int:
+        differing = key ^ self._box.key
+        bit = 0
+        while differing < _TOP_BIT:
+            differing <<= 1
+            bit += 1
+        return bit
+
+    def _complete(self) -> None:
+        """The frame's last EOF bit has passed (or the ACK slot that nobody filled)."""
+        sender = self._sender
+        box = self._box
+        self._state = _REST
+        if self._rivals > 1:
+            self._tell_losers()
+        if self._acknowledged:
+            self._succeed(sender, box)
+        else:
+            self._fail_unacknowledged(sender, box)
+
+    def _succeed(self, sender: Node, box: Mailbox) -> None:
+        bit_ps = sender.bit_ps
+        end_ns = self._end_ns
+        free_ps = self._end_ps + _INTERMISSION * bit_ps
+        self._free_ns = self._start_ns + free_ps // 1000
+        self._free_ps = free_ps % 1000
+        self.load.add(self._busy_from_ns, self._free_ns)
+        if self._waiting:
+            quiet_ps = self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps
+            self._joining.quiet_from_ns = self._start_ns + quiet_ps // 1000
+            self._joining.restart()
+        self.tally.frames += 1
+        self.tally.last_success_ns = end_ns
+        if self.tally.tap is not None:
+            self.tally.tap.transmitted(sender, box, end_ns)
+        node = self._first
+        while node is not None:
+            node.contending = None
+            if node is not sender:
+                if node.tainted and not node.listen_only:
+                    self._count_reception(node, bit_ps)
+                if node.sink is not None:
+                    node.frames_received += 1
+                    node.sink.deliver(box, end_ns, 0)
+                else:
+                    node.received(box, end_ns)
+            node = node.next_member
+        sender.transmitted(box, end_ns)  # last, for it may load the mailbox anew
+        if sender.passive:
+            sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
+
+    def _count_reception(self, node: Node, bit_ps: int) -> None:
+        """REC goes down where the ACK delimiter is sampled (rule 8)."""
+        sampled_ps = self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps + node.sample_ps
+        node.count(_RECEIVED, self._start_ns + sampled_ps // 1000)
+
+    def _fail_unacknowledged(self, sender: Node, box: Mailbox) -> None:
+        """A lone sender: nobody filled the ACK slot; error flag, delimiter and intermission are over by now."""
+        bit_ps = sender.bit_ps
+        self._free_ns = self._end_ns
+        sampled_ps = self._end_ps - (_ERROR_FRAME + _INTERMISSION + 1) * bit_ps + sender.sample_ps
+        self._free_ps = self._end_ps % 1000
+        self.load.add(self._busy_from_ns, self._free_ns)
+        self.tally.error_frames += 1
+        rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
+        sender.segment = _ACK_SLOT
+        extra = 7 if box.words[1] >> 32 & _FD else 8
+        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self._start_ns + sampled_ps // 1000)
+        sender.contending = None
+        if sender.passive:
+            sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
+
+    def _begin_at(self, start_ns: int) -> None:
+        if start_ns != self._free_ns:
+            self._free_ps = 0
+            if start_ns > self._free_ns + self._pause_ns:
+                self._busy_since_ns = start_ns
+        self._start_ns = self._busy_from_ns = start_ns
+
+    def _rouse(self, at_ns: int) -> None:
+        """The bus comes to life: sleeping nodes are to hear of it before anything else happens."""
+        for node in self.nodes:
+            if node.asleep:
+                self.timeline.at(at_ns, partial(node.woken, at_ns))
+
+    # bit by bit
+
+    def _forget_contenders(self) -> None:
+        for node in self.nodes:
+            node.contending = None
+
+    def _elapsed_ps(self) -> int:
+        if self.timeline.now_ns <= self.bits.origin_ns:
+            return 0
+        return (self.timeline.now_ns - self.bits.origin_ns) * 1000 - self.bits.origin_ps
+
+    def _stations(self) -> list[Node]:
+        return [node for node in self.nodes if node.on_bus or node.waiting]
+
+    def _enter_bitwise(self) -> None:
+        bits = self.bits
+        bits.delay_ps = self.delay_ps
+        self._state = _BITWISE
+        bits.enter(self._stations(), self._start_ns, self._free_ps, self._sender)
+
+    def _run_bits(self, limit_ns: int) -> bool:
+        """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
+        bits = self.bits
+        while not self.timeline.interrupted:
+            if not bits.clocks:
+                self._leave_bitwise()  # the last node has left
+                return True
+            at_ns = bits.at_ns(bits.next_ps())
+            if at_ns > limit_ns:
+                return False
+            self.timeline.now_ns = at_ns
+            bits.step()
+            if bits.resting():
+                self._leave_bitwise()
+                return True
+        return True
+
+    def _leave_bitwise(self) -> None:
+        bits = self.bits
+        bits.leave()
+        self._state = _REST
+        self._free_ns = bits.at_ns(bits.now_ps)
+        self._free_ps = bits.remainder_ps()
+        self.load.add(self._busy_from_ns, self._free_ns)
+        self._sender = self._nobody
+        self._forget_contenders()
+
+    def _compare(self, members: list[Node]) -> tuple[bool, bool]:
+        """Whether all these nodes can follow each other's bits, and each other's FD frames too."""
+        timings = {node.timing(): node for node in members}
+        nodes = list(timings.values())
+        alike = all(follows(node, other, self.delay_ps) for node in nodes for other in nodes)
+        modes = {node.fd for node in members}
+        alike_fd = len(modes) == 1 and 0 not in modes
+        alike_fd = alike_fd and all(follows_data(node, other) for node in nodes for other in nodes)
+        return alike, alike and alike_fd

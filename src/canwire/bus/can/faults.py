@@ -1,0 +1,253 @@
+"""Disturbances on purpose: bits that somebody reads wrong, noise, a short, a node cut off.
+
+`Faults` decides which bits are disturbed and for whom; bus.py asks it before it skips over a frame, and
+bit_level.py at every bit that the sender drives. What follows (error frames, counters, repetition) is the bus's.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+
+from canwire.bus.can.bit_layout import BitLayout
+from canwire.bus.can.bit_level import EVERYBODY, ONE_NODE, RECEIVERS, SENDER
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.node import Mailbox, Node
+from canwire.errors import BadValue
+from canwire.values.frame import Frame, frame_of_record
+
+SEEN_BY = {"all": EVERYBODY, "receivers": RECEIVERS, "sender": SENDER}
+_PLACES = {
+    "ack": "ACK",
+    "crc delimiter": "CRC DEL",
+    "ack delimiter": "ACK DEL",
+    "eof": "EOF",
+    "dlc": "DLC",
+    "data": "DATA",
+}
+INJECTED = ("stuff", "form", "crc", "bit", "ack")
+
+
+@dataclass(slots=True)
+class Fault:
+    """One scripted disturbance.
+
+    `frame_id` and `extended` choose frames (None: any); `bit` is an index from SOF, stuff bits included, or a name
+    that `place` resolves in each frame; `times` counts down with each frame disturbed (None: for ever).
+    """
+
+    frame_id: int | None
+    extended: bool | None
+    bit: int | str
+    seen_by: int
+    victim: Node | None
+    times: int | None
+
+    def matches(self, frame: Frame) -> bool:
+        if self.times == 0:
+            return False
+        wanted_id = self.frame_id is None or self.frame_id == frame.id
+        return wanted_id and (self.extended is None or self.extended == frame.extended)
+
+
+class Faults:
+    """Everything that goes wrong on one bus, by script or by chance."""
+
+    def __init__(self, bus: CanBus, seed: int) -> None:
+        self._bus = bus
+        self._random = random.Random(seed)
+        self._faults: list[Fault] = []
+        self._noise = 0.0
+        self._active: tuple[Fault, int] | None = None
+        bus.bits.disturb = self._disturb
+
+    def flip(
+        self,
+        *,
+        bit: int | str,
+        frame_id: int | None = None,
+        extended: bool | None = None,
+        times: int | None = 1,
+        seen_by: str | Node = "all",
+    ) -> Fault:
+        """Invert one bit of matching frames for `seen_by`: "all", "receivers", "sender" or one node.
+
+        `bit` counts from SOF (0), stuff bits included, or names a place: "ack", "crc delimiter", "ack delimiter",
+        "eof", "dlc", "data", or an error to provoke (see `inject`). A frame that has no such bit passes undisturbed,
+        and the fault waits for the next one.
+        """
+        self._check(bit, frame_id, extended, times, seen_by)
+        victim = None if isinstance(seen_by, str) else seen_by
+        viewers = SEEN_BY[seen_by] if isinstance(seen_by, str) else ONE_NODE
+        fault = Fault(frame_id, extended, bit, viewers, victim, times)
+        self._faults.append(fault)
+        self._bus.scripted = self._scripted
+        return fault
+
+    def _check(
+        self, bit: object, frame_id: int | None, extended: bool | None, times: int | None, seen_by: object
+    ) -> None:
+        """Raise BadValue for what no fault can be."""
+        if isinstance(bit, str):
+            if bit not in _PLACES and bit not in INJECTED:
+                raise BadValue(f"bit {bit!r}: a number from 0, or one of {', '.join([*_PLACES, *INJECTED])}")
+        elif not isinstance(bit, int) or bit < 0:
+            raise BadValue(f"bit {bit!r}: bits count from 0 (SOF), or have a name")
+        if times is not None and times < 1:
+            raise BadValue(f"times {times}: at least 1, or None for every frame")
+        if not isinstance(seen_by, Node) and seen_by not in SEEN_BY:
+            raise BadValue(f"seen_by {seen_by!r}: a node, or one of {', '.join(SEEN_BY)}")
+        if frame_id is not None and not 0 <= frame_id <= (0x7FF if extended is False else 0x1FFFFFFF):
+            raise BadValue(
+                f"frame_id {frame_id:#x}: an identifier of 11 bits, or with extended not False of 29"
+            )
+
+    def inject(
+        self, error: str, *, frame_id: int | None = None, extended: bool | None = None, times: int | None = 1
+    ) -> Fault:
+        """Provoke one kind of error in matching frames: "stuff", "form", "crc", "bit" or "ack".
+
+        The receivers see a stuff, form or CRC error, the sender a bit or acknowledge error; everybody sees the
+        error frame.
+        """
+        if error not in INJECTED:
+            raise BadValue(f"error {error!r}: one of {', '.join(INJECTED)}")
+        seen_by = "sender" if error in ("bit", "ack") else "receivers"
+        return self.flip(bit=error, frame_id=frame_id, extended=extended, times=times, seen_by=seen_by)
+
+    def noise(self, bit_error_rate: float) -> None:
+        """From now on, everybody reads each bit of a frame wrong with this probability (0 ends it)."""
+        if not 0 <= bit_error_rate < 1:
+            raise BadValue(f"bit_error_rate {bit_error_rate}: from 0 up to, not including, 1")
+        self._noise = bit_error_rate
+        self._bus.noise_left = self._next_noise()
+
+    def short(self) -> None:
+        """Short the wires: the bus is dominant until `clear_short`."""
+        self._bus.short(True)
+
+    def clear_short(self) -> None:
+        self._bus.short(False)
+
+    def clear(self) -> None:
+        """No more scripted faults, noise or short; nodes cut off stay cut off."""
+        self._faults.clear()
+        self.noise(0.0)
+        self._bus.scripted = None
+        if self._bus.bits.shorted:
+            self.clear_short()
+
+    def _next_noise(self) -> int:
+        """How many good bits come before the next bad one: a geometric distribution."""
+        if self._noise == 0.0:
+            return -1
+        return int(math.log(1.0 - self._random.random()) / math.log1p(-self._noise))
+
+    def _scripted(self, box: Mailbox) -> bool:
+        frame = frame_at_box(box)
+        return any(fault.matches(frame) for fault in self._faults)
+
+    def _disturb(self, node: Node, index: int) -> int:
+        """Who sees the bit inverted that the sender now drives, or -1."""
+        bus = self._bus
+        if bus.noise_left >= 0:
+            bus.noise_left -= 1
+            if bus.noise_left < 0:
+                bus.noise_left = self._next_noise()
+                return EVERYBODY
+        if bus.bits.undisturbed:
+            self._active = None
+            return -1
+        if not self._faults:
+            self._active = None  # what a fault that comes in mid-frame must not find
+            return -1
+        if index == 0:
+            self._choose(node)
+        if self._active is None or self._active[1] != index:
+            return -1
+        fault = self._active[0]
+        if fault.times is not None:
+            fault.times -= 1
+        if not any(other.times != 0 for other in self._faults):
+            self._faults.clear()
+            bus.scripted = None
+        bus.bits.victim = fault.victim
+        return fault.seen_by
+
+    def _choose(self, node: Node) -> None:
+        """The first fault that meets the frame which begins now, and the bit where it will."""
+        self._active = None
+        if node.contending is None:
+            return
+        frame = frame_at_box(node.contending)
+        for fault in self._faults:
+            if fault.matches(frame):
+                layout = BitLayout(frame, fd_mode=node.fd, error_passive=node.passive)
+                at = fault.bit if isinstance(fault.bit, int) else place(layout, fault.bit)
+                if 0 <= at < len(layout.levels):
+                    self._active = (fault, at)
+                    return
+
+
+def place(layout: BitLayout, name: str) -> int:
+    """The bit to invert for a named place or error; -1 where this frame has none."""
+    if name in _PLACES:
+        return layout.find(_PLACES[name])
+    if name == "stuff":
+        return stuff_error_bit(layout)
+    if name == "form":
+        return layout.find("CRC DEL")
+    if name == "ack":
+        return layout.ack_slot()
+    if name == "bit":
+        return next(k for k in range(layout.find("DLC"), len(layout.levels)) if layout.levels[k] == 0)
+    return quiet_crc_bit(layout)
+
+
+def stuff_error_bit(layout: BitLayout) -> int:
+    """A bit whose inversion makes six equal bits: a stuff bit, or one that breaks up a long run."""
+    fixed = layout.first_fixed_stuff_bit()
+    levels = layout.levels[: fixed if fixed >= 0 else layout.find("CRC DEL")]
+    for k in range(len(levels)):
+        if layout.stuffed[k]:
+            return k
+    for k in range(1, len(levels)):
+        changed = bytearray(levels)
+        changed[k] ^= 1
+        if -1 in stuff_positions(changed):
+            return k
+    return -1
+
+
+def quiet_crc_bit(layout: BitLayout) -> int:
+    """A CRC bit whose inversion changes no stuffing, so that only the check value is wrong."""
+    start, end = layout.find("CRC"), layout.find("CRC DEL")
+    fixed = layout.first_fixed_stuff_bit() >= 0
+    before = stuff_positions(layout.levels[:end])
+    for k in range(end - 1, start - 1, -1):
+        if layout.stuffed[k]:
+            continue
+        changed = bytearray(layout.levels[:end])
+        changed[k] ^= 1
+        if (fixed and not layout.stuffed[k + 1]) or (not fixed and stuff_positions(changed) == before):
+            return k
+    return -1
+
+
+def stuff_positions(levels: bytes | bytearray) -> list[int]:
+    """Where a receiver expects stuff bits from SOF on; -1 in place of one that is no inverse of its run."""
+    positions = []
+    run = 0
+    for k, level in enumerate(levels):
+        if run == 5:
+            positions.append(k if level != levels[k - 1] else -1)
+            run = 1
+        else:
+            run = run + 1 if k and level == levels[k - 1] else 1
+    return [*positions, -2] if run == 5 else positions
+
+
+def frame_at_box(box: Mailbox) -> Frame:
+    """The frame in a mailbox."""
+    return frame_of_record(box.block)

@@ -1,0 +1,245 @@
+"""A frame taken in bit by bit, as every controller on the bus does, its own sender included.
+
+From SOF to the last CRC bit: destuffing, fields, CRC 15/17/21. What comes behind (delimiters, ACK, EOF) and what
+an error leads to is the business of station.py.
+
+Source: ISO 11898-1:2015 chapter 10.4; reference/can-protocol.md sections 1 to 4.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can.bits import (
+    CRC15_POLY,
+    CRC17_ISO_START,
+    CRC17_POLY,
+    CRC21_ISO_START,
+    CRC21_POLY,
+    NON_ISO,
+    STUFF_COUNT_CODE,
+)
+from canwire.values.dlc import dlc_to_length
+from canwire.values.frame import Frame
+
+# fields of a frame, in the order of the wire
+(
+    SOF, BASE, RTR, IDE, EXT, RTR2, FDF, R0, RES, BRS, ESI, DLC, DATA,
+    FD_CRC, CRC, CRC_DELIMITER, ACK, ACK_DELIMITER, EOF,
+) = range(19)  # fmt: skip
+(
+    _SOF, _BASE, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA,
+    _FD_CRC, _CRC, _CRC_DELIMITER,
+) = range(16)  # fmt: skip
+
+# what came of a bit
+TAKEN, STUFF_ERROR, FORM_ERROR, PROTOCOL_EXCEPTION, FAST_FROM_HERE = range(5)
+_TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE = range(5)
+
+# by field: segment codes of the SJA1000's error code capture register (data sheet table 20); those of FD fields, which
+# no SJA1000 reads to their end, are its reserved bits'
+_PARTS = bytes((
+    0x03, 0x02, 0x04, 0x05, 0x07, 0x0C, 0x09, 0x09, 0x0D, 0x0D, 0x0D, 0x0B, 0x0A,
+    0x08, 0x08, 0x18, 0x19, 0x1B, 0x1A,
+))  # fmt: skip
+
+
+class FrameReader:
+    """Reads one frame after another; `begin` before each.
+
+    `fd_mode` is Node.fd: a classic reader takes FDF for the reserved bit r0. `field` is the one that the next
+    bit belongs to, unless that is a stuff bit; `left` its bits still to come.
+    """
+
+    def __init__(self, fd_mode: int) -> None:
+        self.fd_mode = fd_mode
+        self.data = b""
+        self.crc_width = 0
+        self.crc_position = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """The next bit is an SOF."""
+        self.field = _SOF
+        self.left = 1
+        self.value = 0
+        self.same = 0
+        self.last = 1
+        self.stuffing = True
+        self.stuff_count = 0
+        iso = self.fd_mode != NON_ISO
+        self.crc15 = 0
+        self.crc17 = CRC17_ISO_START if iso else 0
+        self.crc21 = CRC21_ISO_START if iso else 0
+        self.identifier = 0
+        self.extended = self.remote = self.fd = self.switch = self.esi = False
+        self.dlc = 0
+        self.data = b""
+        self.crc_ok = False
+
+    def part(self) -> int:
+        """Which part of a classic frame the next bit belongs to, as the segment codes of SJA1000's ECC have it."""
+        field, left = self.field, self.left
+        if field == _BASE:
+            return 0x02 if left > 3 else 0x06
+        if field == _EXT:
+            return 0x07 if left > 13 else 0x0F if left > 5 else 0x0E
+        if field == _FDF:
+            return 0x0D if self.extended else 0x09
+        if field == _CRC_DELIMITER and self.stuffing:
+            return 0x08
+        return _PARTS[field]
+
+    def expects_stuff_bit(self) -> bool:
+        return self.stuffing and self.same == 5
+
+    def go_on(self, field: int, bits: int) -> None:
+        """The next `bits` bits are this field."""
+        self.field = field
+        self.left = bits
+        self.value = 0
+
+    def take(self, level: int) -> int:
+        """One bit; returns what came of it."""
+        if self.stuffing:
+            if self.same == 5:
+                return self._stuff_bit(level)
+            self.same = self.same + 1 if level == self.last and self.same else 1
+        if self.field <= _DATA:
+            self._cover(level)
+            self.crc15 = _shift(self.crc15, level, 15, CRC15_POLY)
+        self.last, previous = level, self.last
+        if self.field == _FD_CRC:
+            return self._fd_crc_bit(level, previous)
+        self.value = self.value << 1 | level
+        self.left -= 1
+        if self.left == 0 and self.field < _CRC_DELIMITER:
+            return self._field_done(self.value)
+        return _TAKEN
+
+    def frame(self) -> Frame:
+        """The frame read, once its CRC was right."""
+        return Frame(
+            self.identifier,
+            self.data,
+            extended=self.extended,
+            remote=self.remote,
+            fd=self.fd,
+            bit_rate_switch=self.switch,
+            error_state_indicator=self.esi,
+            dlc=self.dlc,
+        )
+
+    def _cover(self, level: int) -> None:
+        self.crc17 = _shift(self.crc17, level, 17, CRC17_POLY)
+        self.crc21 = _shift(self.crc21, level, 21, CRC21_POLY)
+
+    def _stuff_bit(self, level: int) -> int:
+        if level == self.last:
+            return _STUFF_ERROR
+        self.last = level
+        self.same = 1
+        self.stuff_count += 1
+        if self.field <= _DATA:
+            self._cover(level)
+        if self.field == _CRC_DELIMITER:
+            self.stuffing = False
+        return _TAKEN
+
+    def _field_done(self, value: int) -> int:
+        field = self.field
+        if field == _SOF:
+            self.go_on(_BASE, 11)
+        elif field == _BASE:
+            self.identifier = value
+            self.go_on(_RTR, 1)
+        elif field == _RTR:
+            self.remote = value == 1
+            self.go_on(_IDE, 1)
+        elif field == _IDE:
+            self.extended = value == 1
+            self.go_on(_EXT if value else _FDF, 18 if value else 1)
+        elif field == _EXT:
+            self.identifier = self.identifier << 18 | value
+            self.go_on(_RTR2, 1)
+        elif field == _RTR2:
+            self.remote = value == 1
+            self.go_on(_FDF, 1)
+        else:
+            return self._control_done(field, value)
+        return _TAKEN
+
+    def _control_done(self, field: int, value: int) -> int:
+        if field == _FDF:
+            self.fd = value == 1 and self.fd_mode != 0
+            if self.fd:
+                self.remote = False
+                self.go_on(_RES, 1)
+            else:
+                self.go_on(_R0 if self.extended else _DLC, 1 if self.extended else 4)
+        elif field == _R0:
+            self.go_on(_DLC, 4)
+        elif field == _RES:
+            if value:
+                return _PROTOCOL_EXCEPTION
+            self.go_on(_BRS, 1)
+        elif field == _BRS:
+            self.switch = value == 1
+            self.go_on(_ESI, 1)
+            return _FAST_FROM_HERE if self.switch else _TAKEN
+        elif field == _ESI:
+            self.esi = value == 1
+            self.go_on(_DLC, 4)
+        else:
+            self._body_done(field, value)
+        return _TAKEN
+
+    def _body_done(self, field: int, value: int) -> None:
+        if field == _DLC:
+            self.dlc = value
+            length = 0 if self.remote else dlc_to_length(value, fd=self.fd)
+            if length:
+                self.go_on(_DATA, 8 * length)
+            else:
+                self._begin_crc()
+        elif field == _DATA:
+            self.data = value.to_bytes(dlc_to_length(self.dlc, fd=self.fd), "big")
+            self._begin_crc()
+        else:
+            self.crc_ok = value == self.crc15
+            self.stuffing = self.same == 5  # one more stuff bit may follow the last CRC bit
+            self.go_on(_CRC_DELIMITER, 1)
+
+    def _begin_crc(self) -> None:
+        if self.fd:
+            self.stuffing = False
+            coded = 4 if self.fd_mode != NON_ISO else 0
+            self.crc_width = 17 if len(self.data) <= 16 else 21
+            self.crc_position = 0
+            bits = coded + self.crc_width
+            self.go_on(_FD_CRC, bits + (bits + 3) // 4)
+        else:
+            self.go_on(_CRC, 15)
+
+    def _fd_crc_bit(self, level: int, previous: int) -> int:
+        """Fixed stuff bits stand before every group of four bits, the inverse of their predecessor."""
+        if self.crc_position % 5 == 0:
+            if level == previous:
+                return _FORM_ERROR
+        else:
+            self.value = self.value << 1 | level
+            if self.fd_mode != NON_ISO and self.crc_position < 5:
+                self._cover(level)
+        self.crc_position += 1
+        self.left -= 1
+        if self.left == 0:
+            received = self.value & (1 << self.crc_width) - 1
+            code = self.value >> self.crc_width
+            counted = self.fd_mode == NON_ISO or code == STUFF_COUNT_CODE[self.stuff_count & 7]
+            self.crc_ok = counted and received == (self.crc17 if self.crc_width == 17 else self.crc21)
+            self.go_on(_CRC_DELIMITER, 1)
+        return _TAKEN
+
+
+def _shift(register: int, bit: int, width: int, poly: int) -> int:
+    fed_back = bit ^ register >> (width - 1)
+    register = register << 1 & ((1 << width) - 1)
+    return register ^ poly if fed_back else register

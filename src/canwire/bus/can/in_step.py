@@ -1,0 +1,26 @@
+"""Whether two nodes' clocks are so alike that their bits need not be looked at one by one.
+
+Source: reference/can-protocol.md section 8, conditions I to III.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can.node import Node
+
+
+def follows(node: Node, other: Node, delay_ps: int) -> bool:
+    """True when `node` surely stays in step with the bits of `other`: drift within conditions 1 and 2, in reach.
+
+    Conditions: reference/can-protocol.md section 8, I and II, with the real drift between the two in
+    place of twice the tolerance. Where this is False the bit level shows what comes of it.
+    """
+    drift = abs(node.bit_ps - other.bit_ps)
+    phase2 = node.bit_ps - node.sample_ps
+    kept = 10 * drift <= node.jump_ps
+    kept = kept and drift * (13 * node.bit_ps - phase2) <= min(node.phase1_ps, phase2) * node.bit_ps
+    return kept and 2 * delay_ps <= node.sample_ps
+
+
+def follows_data(node: Node, other: Node) -> bool:
+    """The same for the data phase: condition III."""
+    return 10 * abs(node.data_bit_ps - other.data_bit_ps) <= node.data_jump_ps

@@ -1,0 +1,494 @@
+"""One node's protocol machine, bit by bit: what ISO 11898-1 calls medium access control.
+
+A `Station` is handed the level at each of its sample points and says which level it drives in
+its next bit. It knows no time but `now_ns`, which its owner (bit_level.py) keeps up to date; clocks, the
+wire and disturbances live there. Counters and what follows from them live in the node.
+
+Source: ISO 11898-1:2015 chapters 8 and 10; Bosch CAN FD 1.0; reference/can-protocol.md sections 1 to 7.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can import bits as can_bits
+from canwire.bus.can.bit_layout import BitLayout
+from canwire.bus.can.frame_reader import (
+    ACK,
+    ACK_DELIMITER,
+    BASE,
+    CRC_DELIMITER,
+    EOF,
+    EXT,
+    FAST_FROM_HERE,
+    FORM_ERROR,
+    IDE,
+    PROTOCOL_EXCEPTION,
+    RTR,
+    RTR2,
+    STUFF_ERROR,
+    TAKEN,
+    FrameReader,
+)
+from canwire.bus.can.node import (
+    DOMINANT_AFTER_FLAG,
+    FLAG_BIT_ERROR_RECEIVER,
+    FLAG_BIT_ERROR_TRANSMITTER,
+    LONG_DOMINANT_RECEIVER,
+    LONG_DOMINANT_TRANSMITTER,
+    NO_RULE,
+    RECEIVE_ERROR,
+    RECEIVED,
+    TRANSMIT_ERROR,
+    Mailbox,
+    Node,
+)
+from canwire.values import frame as codec
+
+# states
+(
+    IDLE,
+    FRAME,
+    ACTIVE_FLAG,
+    PASSIVE_FLAG,
+    FLAG_WAIT,
+    DELIMITER,
+    OVERLOAD_FLAG,
+    INTERMISSION,
+    SUSPEND,
+    WAITING,
+) = range(10)
+_IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT = IDLE, FRAME, ACTIVE_FLAG, PASSIVE_FLAG, FLAG_WAIT
+_DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING = (
+    DELIMITER, OVERLOAD_FLAG, INTERMISSION, SUSPEND, WAITING,
+)  # fmt: skip
+
+# of frame_reader.py, as C constants
+_BASE, _RTR, _IDE, _EXT, _RTR2 = BASE, RTR, IDE, EXT, RTR2
+_CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF = CRC_DELIMITER, ACK, ACK_DELIMITER, EOF
+_TAKEN, _STUFF_ERROR, _FORM_ERROR = TAKEN, STUFF_ERROR, FORM_ERROR
+_PROTOCOL_EXCEPTION, _FAST_FROM_HERE = PROTOCOL_EXCEPTION, FAST_FROM_HERE
+
+# ErrorKind
+_STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR = 1, 2, 3, 4, 5, 6
+
+_FLAG_PART, _DELIMITER_PART, _OVERLOAD_PART = 0x11, 0x17, 0x1C  # as frame_reader.py's parts
+
+KEEP_RATE, TO_DATA_RATE, TO_NOMINAL_RATE = range(3)
+_TO_DATA_RATE, _TO_NOMINAL_RATE = TO_DATA_RATE, TO_NOMINAL_RATE
+
+
+class Tap:
+    """Somebody who watches the wire without being on it."""
+
+    def transmitted(self, node: Node, box: Mailbox, at_ns: int) -> None:
+        """The node's frame went through."""
+        raise NotImplementedError
+
+
+class Tally:
+    """What has happened on one bus, counted once for all its stations."""
+
+    def __init__(self) -> None:
+        self.frames = 0
+        self.error_frames = 0
+        self.erring = False
+        self.last_success_ns = 0
+        self.tap: Tap | None = None
+
+
+class Station:
+    """The protocol machine of one node.
+
+    `out` is the level it drives, `rate_change` what its clock has to do at this sample point,
+    `sof_seen` that an edge has ended its idle time.
+    """
+
+    def __init__(self, node: Node, tally: Tally) -> None:
+        self.node = node
+        self.tally = tally
+        self.now_ns = 0
+        self.sof_ns = 0
+        self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
+        self.out = 1
+        self.last_sample = 1
+        self.rate_change = 0
+        self.fast = False
+        self.sof_seen = False
+        self.transmitting = False
+        self.index = 0
+        self.run = 0
+        self.box = Mailbox()
+        self.contending = node.contending
+        self.sent = self.box
+        self.levels = b""
+        self.finished = False
+        self.rejoined = False
+        self.overload = False
+        self.tec_due = False
+        self.left = 0
+        self.dominant_run = 0
+        self.flag_level = 1
+        self.reader = FrameReader(node.fd)
+        self._begin_frame()
+
+    def begin_bit(self) -> None:
+        """A bit of this node starts: settle what the last one brought about, then choose `out`."""
+        if self.finished:
+            self._deliver()
+        if self.rejoined:
+            self.rejoined = False
+            self.state = _IDLE
+            if self.node.waiting:
+                self.node.joined(self.now_ns)
+        if self.state == _IDLE and not self.sof_seen:
+            self._offer()
+        self.out = 1
+        if self.state == _FRAME:
+            if self.transmitting:
+                # a second ACK bit makes an FD frame one bit longer than its sender laid it out
+                self.out = self.levels[self.index] if self.index < len(self.levels) else 1
+            elif self.reader.field == _ACK and self.acknowledging:
+                self.out = 0
+        elif self.state == _ACTIVE_FLAG or self.state == _OVERLOAD_FLAG:
+            self.out = 0
+
+    def sample(self, level: int) -> None:
+        """The bus has this level at the node's sample point."""
+        self.last_sample = level
+        self.rate_change = 0
+        state = self.state
+        if state == _FRAME:
+            self._frame_bit(level)
+        elif state == _IDLE or state == _SUSPEND:
+            self._idle_bit(level)
+        elif state == _INTERMISSION:
+            self._intermission_bit(level)
+        elif state == _WAITING:
+            self._waiting_bit(level)
+        elif state == _DELIMITER:
+            self._delimiter_bit(level)
+        else:
+            self._flag_bit(level)
+
+    def ready_to_send(self) -> bool:
+        """An offer of the node's may start in this bit."""
+        node = self.node
+        offer = node.offer
+        return (
+            offer is not None
+            and node.on_bus
+            and not node.listen_only
+            and offer.ready_ns <= self.now_ns
+            and node.suspended_ns <= self.now_ns
+        )
+
+    def resting(self) -> bool:
+        """Nothing of a frame or an error is under way here."""
+        if self.finished or self.rejoined or self.sof_seen:
+            return False
+        return (
+            self.state == _IDLE or self.state == _SUSPEND or (self.state == _WAITING and not self.node.on_bus)
+        )
+
+    def wait_for_bus(self) -> None:
+        """Leave whatever was going on; the node looks for 11 recessive bits."""
+        self.state = _WAITING
+        self.transmitting = False
+        self.finished = False
+        self.run = 0
+
+    def _offer(self) -> None:
+        box, self.contending = self.contending, None
+        if box is not None:
+            self._transmit(box)
+        elif self.ready_to_send():
+            self._transmit_offer()
+
+    def _transmit_offer(self) -> None:
+        offer = self.node.offer
+        assert offer is not None
+        self._transmit(offer)
+
+    def _transmit(self, box: Mailbox) -> None:
+        self.sent = self.node.contending = box
+        self.sof_ns = self.now_ns
+        frame = codec.frame_at(box.words, 0)
+        if frame.fd:
+            can_bits.show_error_state(box, self.node.passive, self.node.fd)
+            frame = codec.frame_at(box.words, 0)
+        layout = BitLayout(frame, fd_mode=self.node.fd)
+        self.levels = bytes(layout.levels)
+        self._begin_frame()
+        self.transmitting = True
+        self.state = _FRAME
+
+    def _begin_frame(self) -> None:
+        self.reader.fd_mode = self.node.fd
+        self.reader.begin()
+        self.index = 0
+        self.acknowledging = False
+        self.acknowledged = False
+        self.second_ack = False
+        self.fast = False
+
+    def _start_receiving(self) -> None:
+        """The bit just sampled is an SOF."""
+        self._begin_frame()
+        self.transmitting = False
+        self.sof_seen = False
+        self.state = _FRAME
+        self._frame_bit(0)
+
+    # between frames
+
+    def _idle_bit(self, level: int) -> None:
+        if level == 0:
+            self._start_receiving()
+            return
+        self.sof_seen = False
+        if self.state == _SUSPEND:
+            self.left -= 1
+            if self.left == 0:
+                self.state = _IDLE
+
+    def _intermission_bit(self, level: int) -> None:
+        self.left -= 1
+        if level == 0:
+            if self.left > 0:
+                self._overload()
+            elif self.ready_to_send() and not (self.transmitting and self.node.passive):
+                self._transmit_offer()  # the third bit is somebody's SOF, and counts as its own too
+                self.out = 0
+                self._frame_bit(0)
+            else:
+                self._start_receiving()
+        elif self.left == 0:
+            suspended = self.transmitting and self.node.passive
+            self.transmitting = False
+            self.state = _SUSPEND if suspended else _IDLE
+            self.left = 8
+
+    def _waiting_bit(self, level: int) -> None:
+        self.run = self.run + 1 if level else 0
+        if self.run < 11:
+            return
+        self.run = 0
+        node = self.node
+        if node.on_bus:  # after a protocol exception
+            self.rejoined = True
+        elif node.waiting:
+            node.sequences += 1
+            self.rejoined = node.sequences >= node.waiting
+
+    def _deliver(self) -> None:
+        self.finished = False
+        if self.transmitting:
+            self.tally.frames += 1
+            self.tally.last_success_ns = self.now_ns
+            if self.tally.tap is not None:
+                self.tally.tap.transmitted(self.node, self.sent, self.now_ns)
+            self.node.transmitted(self.sent, self.now_ns)
+        else:
+            codec.store_frame(self.reader.frame(), self.box.words, 0, 0, 0)
+            if self.node.sink is not None:
+                self.node.frames_received += 1
+                self.node.sink.deliver(self.box, self.now_ns, 0)
+            else:
+                self.node.received(self.box, self.now_ns)
+
+    # inside a frame
+
+    def _frame_bit(self, level: int) -> None:
+        stuff_bit = self.reader.expects_stuff_bit()
+        if not self.transmitting or level == self.out or self._tolerated(level, stuff_bit):
+            self._take_bit(level, stuff_bit)
+
+    def _take_bit(self, level: int, stuff_bit: bool) -> None:
+        reader = self.reader
+        self.index += 1
+        tail = reader.field >= _CRC_DELIMITER and not stuff_bit
+        outcome = reader.take(level)
+        if tail:
+            self._tail_bit(level)
+        elif outcome != _TAKEN:
+            self._react(outcome)
+
+    def _react(self, outcome: int) -> None:
+        if outcome == _FAST_FROM_HERE:
+            self.fast = True
+            self.rate_change = _TO_DATA_RATE
+        elif outcome == _PROTOCOL_EXCEPTION:
+            self.wait_for_bus()
+        else:
+            self._error(_STUFF if outcome == _STUFF_ERROR else _FORM, self.index - 1)
+
+    def _tolerated(self, level: int, stuff_bit: bool) -> bool:
+        """A sender reads another level than it drives: False when that was an error."""
+        field = self.reader.field
+        if level == 0:
+            if _BASE <= field <= _RTR2:
+                if stuff_bit:
+                    self._error(_STUFF, self.index, exempt=True)
+                    return False
+                self._lose()
+                return True
+            if field == _ACK or (field == _ACK_DELIMITER and self.reader.fd):
+                return True
+            if field >= _CRC_DELIMITER:
+                self._error(_FORM, self.index)
+                return False
+        self._error(_FAST_DATA_BIT if self.fast else _BIT, self.index)
+        return False
+
+    def _lose(self) -> None:
+        field, left = self.reader.field, self.reader.left
+        if field == _BASE:
+            bit = 11 - left
+        elif field == _EXT:
+            bit = 31 - left
+        else:
+            bit = {_RTR: 11, _IDE: 12, _RTR2: 31}[field]
+        self.transmitting = False
+        self.node.arbitration_losses += 1
+        if self.node.attentive or self.sent.single_shot:
+            self.node.arbitration_lost(self.sent, bit, self.sof_ns)
+
+    def _tail_bit(self, level: int) -> None:
+        if self.reader.field == _CRC_DELIMITER:
+            if self.fast:
+                self.fast = False
+                self.rate_change = _TO_NOMINAL_RATE
+            if level == 0:
+                self._error(_FORM, self.index - 1)
+                return
+            self.acknowledging = self.reader.crc_ok and not self.transmitting and not self.node.listen_only
+            self.reader.go_on(_ACK, 1)
+        elif self.reader.field == _ACK:
+            self._ack_bit(level)
+        elif self.reader.field == _ACK_DELIMITER:
+            self._ack_delimiter_bit(level)
+        else:
+            self._eof_bit(level)
+
+    def _ack_bit(self, level: int) -> None:
+        if self.transmitting:
+            self.acknowledged = level == 0 or self.node.self_test
+            if not self.acknowledged and not self.reader.fd:
+                self._error(_ACK_ERROR, self.index - 1)
+        elif self.acknowledging and level == 1:
+            self._error(_BIT, self.index - 1)
+        self.reader.go_on(_ACK_DELIMITER, 1)
+
+    def _ack_delimiter_bit(self, level: int) -> None:
+        """CAN FD tolerates an acknowledge that comes one bit late or lasts two bits."""
+        late = self.transmitting and not self.acknowledged
+        if level == 0 and self.reader.fd and not self.second_ack:
+            self.acknowledged = True
+            self.second_ack = True
+            self.reader.go_on(_ACK_DELIMITER, 1)
+        elif late:
+            self._error(_ACK_ERROR, self.index - 1)
+        elif not self.reader.crc_ok and not self.transmitting:
+            self._error(_CRC_ERROR, self.index - 1)
+        elif level == 0:
+            self._error(_FORM, self.index - 1)
+        else:
+            if not self.transmitting and not self.node.listen_only:
+                self.node.count(RECEIVED, self.now_ns)
+            self.reader.go_on(_EOF, 7)
+
+    def _eof_bit(self, level: int) -> None:
+        if level == 0 and (self.reader.left > 0 or self.transmitting):
+            self._error(_FORM, self.index - 1)
+        elif self.reader.left == 0:
+            self.finished = True  # a receiver accepts even if this bit was dominant
+            self.state = _INTERMISSION
+            self.left = 3
+            if level == 0:
+                self._overload()
+
+    # errors
+
+    def _error(self, kind: int, bit: int, exempt: bool = False) -> None:
+        node = self.node
+        passive = node.passive or node.listen_only
+        rule = TRANSMIT_ERROR if self.transmitting else RECEIVE_ERROR
+        self.tec_due = self.transmitting and passive and kind == _ACK_ERROR
+        if exempt or self.tec_due or node.listen_only:
+            rule = NO_RULE
+        if self.fast:
+            self.fast = False
+            self.rate_change = _TO_NOMINAL_RATE
+        if not self.tally.erring:
+            self.tally.erring = True
+            self.tally.error_frames += 1
+        node.segment = self.reader.part() if self.state == _FRAME else _DELIMITER_PART
+        node.read_dominant = self.last_sample == 0
+        self.state = _PASSIVE_FLAG if passive else _ACTIVE_FLAG
+        self.overload = False
+        self.left = 6
+        self.run = 0
+        self.dominant_run = 0
+        node.error(kind, bit, self.transmitting, rule, self.now_ns)
+        self._leave_if_off()
+
+    def _overload(self) -> None:
+        self.state = _PASSIVE_FLAG if self.node.listen_only else _OVERLOAD_FLAG
+        self.overload = True
+        self.left = 6
+        self.run = 0
+        self.dominant_run = 0
+
+    def _count(self, rule: int) -> None:
+        if not self.node.listen_only:
+            self.node.segment = _OVERLOAD_PART if self.overload else _FLAG_PART
+            self.node.count(rule, self.now_ns)
+            self._leave_if_off()
+
+    def _leave_if_off(self) -> None:
+        if not self.node.on_bus:
+            self.wait_for_bus()
+
+    def _flag_bit(self, level: int) -> None:
+        if self.state == _PASSIVE_FLAG:
+            self._passive_flag_bit(level)
+        elif self.state == _FLAG_WAIT:
+            self._after_flag_bit(level)
+        else:
+            self.left -= 1
+            if self.left == 0:
+                self.state = _FLAG_WAIT
+            if level == 1:
+                self._count(FLAG_BIT_ERROR_TRANSMITTER if self.transmitting else FLAG_BIT_ERROR_RECEIVER)
+
+    def _passive_flag_bit(self, level: int) -> None:
+        """Complete once six equal bits have been seen; `run` counts them, `flag_level` is their level."""
+        self.run = self.run + 1 if self.run and level == self.flag_level else 1
+        self.flag_level = level
+        if self.run == 6:
+            self.state = _FLAG_WAIT
+        if level == 0 and self.tec_due:
+            self.tec_due = False
+            self._count(TRANSMIT_ERROR)
+
+    def _after_flag_bit(self, level: int) -> None:
+        if level == 1:
+            self.state = _DELIMITER
+            self.left = 7
+            return
+        self.dominant_run += 1
+        if self.dominant_run == 1 and not self.transmitting and not self.overload:
+            self._count(DOMINANT_AFTER_FLAG)
+        if self.dominant_run % 8 == 0:
+            self._count(LONG_DOMINANT_TRANSMITTER if self.transmitting else LONG_DOMINANT_RECEIVER)
+
+    def _delimiter_bit(self, level: int) -> None:
+        self.left -= 1
+        if level == 0:
+            if self.left:
+                self._error(_FORM, self.index)
+            else:
+                self._overload()
+        elif self.left == 0:
+            self.tally.erring = False  # the error frame that all of them made is complete
+            self.state = _INTERMISSION
+            self.left = 3

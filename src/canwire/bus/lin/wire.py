@@ -1,0 +1,94 @@
+"""What the nodes of a LIN bus share beside its level, and what goes out for what they send."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from canwire.bus.lin.bits import Field, header_fields, response_fields
+from canwire.bus.lin.node import LinNode, LinResponse
+from canwire.values.lin.frame import protected_id
+
+NO_RESPONSE = -1
+
+
+class Outgoing(NamedTuple):
+    """Fields on their way to the wire, and the bits (field, bit) of them that noise inverts for everybody."""
+
+    fields: list[Field]
+    flips: frozenset[tuple[int, int]] = frozenset()
+
+
+class LinTap:
+    """Who wants to know of every response that went through, with its sender."""
+
+    def transmitted(self, node: LinNode, response: LinResponse, at_ns: int) -> None:
+        raise NotImplementedError
+
+
+class LinDisturber:
+    """Who makes things go wrong."""
+
+    def concerns(self, id: int) -> bool:
+        """The next frame with this identifier is to be disturbed."""
+        raise NotImplementedError
+
+    def header(self, node: LinNode, id: int) -> Outgoing:
+        """What goes out for this node's header."""
+        raise NotImplementedError
+
+    def response(self, response: LinResponse) -> Outgoing | None:
+        """What goes out for this response; None: nothing."""
+        raise NotImplementedError
+
+
+class Wire:
+    """`planned` is how many bytes of data the response at hand has, NO_RESPONSE before there is any.
+
+    Nobody can read a frame's length off the wire; nodes that were not told it know it by this.
+    """
+
+    def __init__(self) -> None:
+        self.planned = NO_RESPONSE
+        self.frames = 0
+        self.tap: LinTap | None = None
+        self.disturber: LinDisturber | None = None
+
+    def header(self, node: LinNode, id: int) -> Outgoing:
+        """The header that this node puts on the wire."""
+        self.planned = NO_RESPONSE
+        disturber = self.disturber
+        if disturber is not None and disturber.concerns(id):
+            return disturber.header(node, id)
+        return plain_header(node, id)
+
+    def response(self, response: LinResponse) -> Outgoing | None:
+        """What goes out for this response; None: nothing."""
+        disturber = self.disturber
+        disturbed = disturber is not None and disturber.concerns(response.id)
+        going_out = disturber.response(response) if disturber is not None and disturbed else plain(response)
+        if going_out is not None:
+            self.planned = max(self.planned, response.length)
+        return going_out
+
+    def transmitted(self, node: LinNode, response: LinResponse, at_ns: int) -> None:
+        """A response went through."""
+        self.frames += 1
+        if self.tap is not None:
+            self.tap.transmitted(node, response, at_ns)
+
+
+def plain_header(node: LinNode, id: int) -> Outgoing:
+    """A header as the node is set up to send it."""
+    fields = header_fields(
+        protected_id(id),
+        break_bits=node.break_bits,
+        delimiter_bits=node.delimiter_bits,
+        space_bits=node.space_bits,
+    )
+    return Outgoing(fields)
+
+
+def plain(response: LinResponse) -> Outgoing:
+    """A response as it is."""
+    fields = response_fields(response.octets, space_bits=response.space_bits, gap_bits=response.gap_bits)
+    return Outgoing(fields)

@@ -1,0 +1,201 @@
+"""The registry: where the entries of chapter 6 are stored, device by device.
+
+    store = RegistryStore("canwire.toml")
+    store.set("CID1", "Baudrate", 500_000)  # [candrv.CID1] Baudrate = 500000
+    store.settings("CID1").baudrate
+
+Settings act when the device is started the next time. A file without [candrv] has the pre-installed CID1 with the
+manual's defaults; with it, only what it lists. Prefix and Index left out follow the table's name.
+Source: CANDRV manual (seed 000), chapters 5 and 6; rulings.md 17.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from canwire import BadConfig, BadValue, InUse
+from canwire.candrv.registry import file as registry_file
+from canwire.candrv.registry.file import Value
+from canwire.candrv.registry.settings import (
+    DEVICE,
+    FIELDS,
+    IDENTITY,
+    PRE_INSTALLED,
+    ROWS,
+    Row,
+    Settings,
+    row_of,
+)
+
+__all__ = ["ROWS", "RegistryStore", "Row", "Settings", "check_devices", "check_spi", "row_of"]
+
+SHARE_SPI = frozenset({"picocom1", "picocom2", "picocom4"})
+"""Boards whose CAN controller hangs on the SPI port that programs may use, too (chapter 5)."""
+
+
+class RegistryStore:
+    """The devices in a file. Every call reads the file anew, so that all programs see the same; nothing is kept open.
+
+    Raises BadConfig for a file that makes no sense, BadValue for impossible names and values.
+    """
+
+    def __init__(self, path: str | Path = "canwire.toml") -> None:
+        self.path = Path(path)
+
+    def devices(self) -> list[str]:
+        """The devices' tables in the order they are loaded."""
+        orders = {name: self.settings(name).order for name in self._tables()}
+        return sorted(orders, key=lambda name: (orders[name], name))
+
+    def all_settings(self) -> dict[str, Settings]:
+        """Settings by device name (`CID1:`), in the order they are loaded; raises BadConfig if two have one name."""
+        found: dict[str, Settings] = {}
+        for table in self.devices():
+            settings = self.settings(table)
+            if settings.device in found:
+                raise BadConfig(f"{self.path}: [candrv.{table}]: another device is {settings.device}, too")
+            found[settings.device] = settings
+        return found
+
+    def stored(self, device: str) -> dict[str, Value]:
+        """What the file has of a device."""
+        tables = self._tables()
+        return dict(tables[_known(device, tables)])
+
+    def settings(self, device: str) -> Settings:
+        """What the device is started with the next time."""
+        try:
+            return Settings.of(self.stored(device), _table_name(device))
+        except BadValue as error:
+            raise BadConfig(f"{self.path}: [candrv.{_table_name(device)}]: {error}") from None
+
+    def get(self, device: str, name: str) -> Value | None:
+        """An entry that counts: the stored one, or its default."""
+        return getattr(self.settings(device), FIELDS[row_of(name).name])
+
+    def set(self, device: str, name: str, value: Value) -> None:
+        """Store an entry; raises BadValue, and then the file is as it was."""
+        row = row_of(name)
+        self._store(device, lambda table: table.__setitem__(_spelled(row, table), row.checked(value)))
+
+    def delete(self, device: str, name: str) -> None:
+        """Let the entry's default count; fine if it was not stored."""
+        row = row_of(name)
+        self._store(device, lambda table: table.pop(_spelled(row, table), None))
+
+    def defaults(self, device: str) -> None:
+        """Delete all entries but those that say which device it is."""
+
+        def clear(table: dict[str, Value]) -> None:
+            for name in [name for name in table if row_of(name).name not in IDENTITY]:
+                del table[name]
+
+        self._store(device, clear)
+
+    def install(self, device: str = PRE_INSTALLED) -> None:
+        """Register a device with the manual's defaults; one that is registered stays as it is."""
+        name = _table_name(device)
+        if not DEVICE.fullmatch(name):
+            raise BadValue(f"device {device!r:.40}: three upper-case letters and a digit, like CID1:")
+
+        def add(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
+            present = _present(tables)
+            if tables is None and name == PRE_INSTALLED:
+                return {name: {}}
+            return present if name in present else {**present, name: {}}
+
+        self._change(add)
+
+    def remove(self, device: str = PRE_INSTALLED) -> None:
+        """Unregister a device; raises BadValue if there is none of that name."""
+
+        def drop(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
+            present = _present(tables)
+            del present[_known(device, present)]
+            return present
+
+        self._change(drop)
+
+    def _tables(self) -> dict[str, dict[str, Value]]:
+        return _present(registry_file.load(self.path)[1])
+
+    def _store(self, device: str, edit: Any) -> None:
+        def edited(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
+            present = _present(tables)
+            edit(present[_known(device, present)])
+            return present
+
+        self._change(edited)
+
+    def _change(self, wanted: registry_file.Change) -> None:
+        def checked(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
+            after = wanted(tables)
+            check_devices({name: _settings(table, name) for name, table in after.items()})
+            return after
+
+        registry_file.change(self.path, checked)
+
+
+def _settings(table: Mapping[str, Value], name: str) -> Settings:
+    try:
+        return Settings.of(table, name)
+    except BadValue as error:
+        raise BadValue(f"[candrv.{name}]: {error}") from None
+
+
+def _present(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
+    return {PRE_INSTALLED: {}} if tables is None else tables
+
+
+def _table_name(device: str) -> str:
+    return device.removesuffix(":")
+
+
+def _known(device: str, tables: Mapping[str, Any]) -> str:
+    name = _table_name(device)
+    if name not in tables:
+        raise BadValue(f"device {device!r:.40}: registered are {', '.join(tables) or 'none'}")
+    return name
+
+
+def _spelled(row: Row, table: Mapping[str, Value]) -> str:
+    """The entry's name as the file spells it."""
+    return next((name for name in table if name.lower() == row.name.lower()), row.name)
+
+
+# checks across devices
+
+
+def check_devices(devices: Mapping[str, Settings]) -> None:
+    """Raises BadValue if two devices have one name."""
+    owners: dict[str, str] = {}
+    for table, settings in devices.items():
+        other = owners.setdefault(settings.device, table)
+        if other != table:
+            raise BadValue(f"{settings.device} is the name of [candrv.{other}] and [candrv.{table}]")
+
+
+def check_spi(
+    kind: str, settings: Settings, others: Iterable[Settings] = (), held: Mapping[str, str] | None = None
+) -> None:
+    """Raises InUse if the device would take an SPI port for itself that somebody uses, or the other way round.
+
+    `others` are the devices loaded on the same board, `held` who else holds an SPI port, by its name. Only boards
+    that share the port between CAN and SPI are concerned.
+    """
+    if kind not in SHARE_SPI:
+        return
+    port = settings.spi_device
+    user = (held or {}).get(port)
+    if settings.direct_interface and user:
+        raise InUse(
+            f"{settings.device} DirectInterface=1: {port} is held by {user}; set DirectInterface to 0"
+        )
+    for other in others:
+        direct = settings.direct_interface or other.direct_interface
+        if other.spi_device == port and other.device != settings.device and direct:
+            raise InUse(
+                f"{settings.device}: {other.device} uses {port}, too; set DirectInterface to 0 for both"
+            )

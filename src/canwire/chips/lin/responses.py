@@ -1,0 +1,137 @@
+"""The response table of a LIN controller: what answers which header, and when it stops doing so.
+
+Source: VCI V4 manual (seed 004) 5.3.3; LIN 2.2A 2.3.3.2 (event-triggered frames), 2.7.3 (response error bit).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from canwire.bus.lin.node import IDENTIFIERS, LinResponse
+from canwire.values.lin.frame import protected_id
+
+
+class _Entry(NamedTuple):
+    data: bytes
+    enhanced: bool
+    once: bool
+
+
+class ResponseTable:
+    """`responses` is what the bus looks at, by identifier; `updated` the identifiers with data not sent yet.
+
+    `spaces` are the bits before the first byte of a response and between any two. `response_error` is the
+    value of the response-error bit, where one was asked for.
+    """
+
+    def __init__(self) -> None:
+        self.responses: list[LinResponse | None] = [None] * IDENTIFIERS
+        self.updated: set[int] = set()
+        self.spaces = (0, 0)
+        self.response_error = False
+        self._entries: dict[int, _Entry] = {}
+        self._events: dict[int, int] = {}
+        self._status_bit: tuple[int, int] | None = None
+        self._watched: set[int] = set()
+
+    def clear(self) -> None:
+        """Empty it, and forget what it was told about frames."""
+        self.responses[:] = [None] * IDENTIFIERS
+        self._entries.clear()
+        self._events.clear()
+        self.updated.clear()
+        self._watched.clear()
+        self._status_bit = None
+
+    def put(self, id: int, data: bytes, enhanced: bool, once: bool) -> None:
+        """Answer this header with these data from now on, or `once`."""
+        before = self._entries.get(id)
+        self._entries[id] = _Entry(data, enhanced, once)
+        if before is None or before.data != data or once:
+            self.updated.add(id)
+        if once:
+            self._watched.add(id)
+        self._fill(id)
+
+    def remove(self, id: int) -> None:
+        """Answer this header no more."""
+        self._entries.pop(id, None)
+        self.updated.discard(id)
+        for number in (id, *self._events_of(id)):
+            self.responses[number] = None
+
+    def associate(self, event: int, id: int) -> None:
+        """Answer the event-triggered `event` with the response of `id` once that was updated.
+
+        The first byte of that response is its protected identifier from now on, whatever was put there.
+        """
+        self._events[event] = id
+        self._watched |= {event, id}
+        self._fill(id)
+
+    def is_event(self, id: int) -> bool:
+        return id in self._events
+
+    def put_status_bit(self, id: int, bit: int) -> None:
+        """This bit of this response is the response-error bit."""
+        self._status_bit = (id, bit)
+        self._watched.add(id)
+        self._fill(id)
+
+    def set_response_error(self, value: bool) -> None:
+        if value != self.response_error:
+            self.response_error = value
+            if self._status_bit is not None:
+                self._fill(self._status_bit[0])
+
+    def refill(self) -> None:
+        """The spaces are others."""
+        for id in self._entries:
+            self._fill(id)
+
+    def make(self, id: int, data: bytes, enhanced: bool) -> LinResponse:
+        """A response, with the checksum and the spaces that go with it."""
+        space, gap = self.spaces
+        return LinResponse.to_send(id, data, enhanced, space_bits=space, gap_bits=gap)
+
+    def sent(self, id: int) -> None:
+        """The response to this header went out."""
+        self.updated.discard(id)
+        if id in self._watched:
+            self._sent(self._events.get(id, id))
+
+    def _sent(self, id: int) -> None:
+        """The response of `id` went out, under its own identifier or an event's, and something depends on that."""
+        self.updated.discard(id)
+        for event in self._events_of(id):
+            self.responses[event] = None
+        entry = self._entries.get(id)
+        if entry is not None and entry.once:
+            self.remove(id)
+        elif self.response_error and self._status_bit is not None and self._status_bit[0] == id:
+            self.set_response_error(False)
+
+    def _fill(self, id: int) -> None:
+        """Work out what answers this header, and the event-triggered ones that it stands behind."""
+        entry = self._entries.get(id)
+        if entry is None:
+            return
+        data = entry.data
+        events = self._events_of(id)
+        if events:
+            data = bytes([protected_id(id)]) + data[1:]
+        if self._status_bit is not None and self._status_bit[0] == id:
+            data = _with_bit(data, self._status_bit[1], self.response_error)
+        self.responses[id] = self.make(id, data, entry.enhanced)
+        for event in events:
+            self.responses[event] = self.make(event, data, entry.enhanced) if id in self.updated else None
+
+    def _events_of(self, id: int) -> list[int]:
+        return [event for event, behind in self._events.items() if behind == id]
+
+
+def _with_bit(data: bytes, bit: int, value: bool) -> bytes:
+    changed = bytearray(data)
+    if bit < 8 * len(changed):
+        changed[bit // 8] = changed[bit // 8] & ~(1 << bit % 8) | value << bit % 8
+    return bytes(changed)

@@ -1,0 +1,118 @@
+"""`canwire candrv`: CanTestSuite of the CANDRV manual, the driver's registry, and CID1: as a terminal.
+
+canwire candrv write -d CID1: -b 500000 -f log   CanWrite: 1000 messages with increasing identifiers
+canwire candrv read                              CanRead: every event as ReadFile gives it
+canwire candrv send -n 10000 -c 3 -t 2           CanSend: stress the driver, with totals
+canwire candrv mon -f log                        CanMon: every event of the binary interface, one a line
+canwire candrv install                           register CID1: with the manual's defaults; `remove CID1:`
+canwire candrv registry set CID1: Baudrate 500000   also list, get, delete, defaults
+canwire candrv restart CID1:                     load the driver anew, with what the registry says now
+canwire candrv attach CID1: /tmp/can             `echo "731 0 4 11 22 33 44" > /tmp/can` sends, `cat /tmp/can` shows
+
+The programs take the manual's switches (-h or -? shows them) and --hub, and exit with its codes: 0 success, 1 the
+device is not there or fails, 2 wrong switches. Devices are [candrv.CID1] in CANWIRE_CONFIG's file, or canwire.toml
+here.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from canwire.commands.candrv import programs as candrv_programs
+from canwire.commands.candrv import registry as candrv_registry
+from canwire.commands.hub_line import add_hub_argument
+
+_DEVICE = "CID1:"
+_CONFIG = "the file with [candrv.CID1] (default: CANWIRE_CONFIG, or canwire.toml here)"
+_NO_OPTIONS = "\0"  # prefix of no option: a program parses its switches itself, as the manual's do
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.description = __doc__
+    verbs = parser.add_subparsers(metavar="program", required=True)
+    for name, program in candrv_programs.PROGRAMS.items():
+        sub = verbs.add_parser(name, help=program.help, add_help=False, prefix_chars=_NO_OPTIONS)
+        sub.add_argument("words", nargs=argparse.REMAINDER)
+        sub.set_defaults(candrv_verb=candrv_programs.run, candrv_program=program)
+    for name, what in (
+        ("install", "register a device with the manual's defaults"),
+        ("remove", "unregister it"),
+    ):
+        sub = verbs.add_parser(name, help=what, description=what)
+        sub.add_argument("device", nargs="?", default=_DEVICE, help=f"its name (default: {_DEVICE})")
+        _add_config(sub)
+        sub.set_defaults(candrv_verb=getattr(candrv_registry, name))
+    _add_registry(verbs.add_parser("registry", help="what devices are started with"))
+    _add_restart(
+        verbs.add_parser("restart", help="load a device's driver anew, with what the registry says now")
+    )
+    _add_attach(verbs.add_parser("attach", help="a device as a terminal, for echo and cat"))
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """The program's exit status; BadValue, BadConfig, NoSuchBoard, HubError for what cannot be."""
+    return int(arguments.candrv_verb(arguments))
+
+
+def _add_config(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--config", type=Path, metavar="FILE", help=_CONFIG)
+
+
+def _add_registry(parser: argparse.ArgumentParser) -> None:
+    parser.description = "What devices are started with: the entries of the manual's chapter 6."
+    verbs = parser.add_subparsers(metavar="what", required=True)
+    for name, words, help in (
+        ("list", "[device]", "all entries of a device, or of all"),
+        ("get", "device entry", "the value that counts: the stored one, or the default"),
+        ("set", "device entry value", "store a value: decimal, or hex with 0x"),
+        ("delete", "device entry", "let the default count"),
+        ("defaults", "device", "delete all entries but those that say which device it is"),
+    ):
+        sub = verbs.add_parser(name, help=help, description=help)
+        for word in words.split():
+            optional = "?" if word.startswith("[") else None
+            sub.add_argument(word.strip("[]"), nargs=optional, metavar=word.strip("[]").upper())
+        _add_config(sub)
+        sub.set_defaults(candrv_verb=getattr(candrv_registry, f"{name}_entries"))
+
+
+def _add_restart(sub: argparse.ArgumentParser) -> None:
+    sub.description = "What a restart of the board does to its driver; nobody may have the device open."
+    sub.add_argument("device", nargs="?", default=_DEVICE, help=f"its name (default: {_DEVICE})")
+    add_hub_argument(sub)
+    sub.set_defaults(candrv_verb=_restart)
+
+
+def _add_attach(sub: argparse.ArgumentParser) -> None:
+    sub.description = (
+        "A pseudo terminal at PATH: lines written to it are sent, read from it are events as ReadFile gives them. "
+        "Programs may open it one after the other; Ctrl-C or SIGTERM ends it. The registry's acceptance filter counts "
+        "if there is one; the default, which lets identifier 0 pass alone, does not."
+    )
+    sub.add_argument("device", help="its name, like CID1:")
+    sub.add_argument(
+        "path", type=Path, metavar="PATH", help="where it shall be: a symbolic link is made there"
+    )
+    add_hub_argument(sub)
+    sub.set_defaults(candrv_verb=_attach)
+
+
+def _restart(arguments: argparse.Namespace) -> int:
+    from contextlib import ExitStack
+
+    from canwire.candrv import unload
+    from canwire.commands.hub_line import connected
+
+    with ExitStack() as closing:
+        unload(connected(arguments, "candrv restart", closing), arguments.device)
+    print(f"{arguments.device} is loaded anew when it is opened the next time")
+    return 0
+
+
+def _attach(arguments: argparse.Namespace) -> int:
+    from canwire.commands.candrv import attach as candrv_attach
+
+    return candrv_attach.attach(arguments)

@@ -1,0 +1,168 @@
+"""A client's channel on a line: frames in and out through shared memory, without a call for each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from canwire.boards.can.modes import ChannelMode, ChannelStatus
+from canwire.errors import NotInitialised, QueueFull
+from canwire.hub.handles.ends import RingEnd
+from canwire.hub.handles.lease import Filtered
+from canwire.hub.protocol import messages as m
+from canwire.platform import EventDescriptor, close_descriptors
+from canwire.ring import Ring
+from canwire.values.event import BusEvent
+from canwire.values.frame import Frame, frame_of_record, record_to_send
+
+if TYPE_CHECKING:
+    import numpy
+
+    from canwire.hub.handles.hub import Hub
+
+_PRIORITY_SHIFT = 32  # of the time word
+_KIND_AT = 12  # byte of a record: 0 for frames, an EventKind for events
+
+
+class HubChannel(Filtered):
+    """Queues of one client on a line: `set_up` makes them, `activate` connects them to the line.
+
+    `reading` and `writing` are the ends of its queues, for whoever wants to work in their memory; `receive`,
+    `send` and their siblings do that for frames.
+    """
+
+    def __init__(self, hub: Hub, handle: int, board: int, line: int) -> None:
+        super().__init__(hub, handle, f"channel on line {line}")
+        self.board = board
+        self.line = line
+        self._reading: RingEnd | None = None
+        self._writing: RingEnd | None = None
+
+    def set_up(self, mode: ChannelMode) -> None:
+        """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
+        self.check()
+        reply, descriptors = self.hub.ask(m.SetUpChannel(self._handle, mode))
+        self._drop_ends()
+        receive = Ring.over(descriptors[0], reply.receive, exact=True)
+        receive.free_event = self.hub.doorbell
+        self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
+        close_descriptors(descriptors[0])
+        if reply.transmit:
+            transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
+            transmit.event = self.hub.doorbell
+            self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
+            close_descriptors(descriptors[2])
+
+    @property
+    def reading(self) -> RingEnd:
+        """The receiving end; raises NotInitialised before `set_up`."""
+        if self._reading is None:
+            self.check()
+            raise NotInitialised(f"{self.name}: set it up first")
+        return self._reading
+
+    @property
+    def writing(self) -> RingEnd:
+        """The sending end; raises NotInitialised before `set_up` and for a channel without a transmit queue."""
+        if self._writing is None:
+            self.check()
+            raise NotInitialised(f"{self.name}: it has no transmit queue")
+        return self._writing
+
+    def activate(self) -> None:
+        """From now on frames move, as far as the line runs."""
+        self.ask(m.Activate(self._handle, True))
+
+    def deactivate(self) -> None:
+        """No more; what waits in the queues stays."""
+        self.ask(m.Activate(self._handle, False))
+
+    def status(self) -> ChannelStatus:
+        status: ChannelStatus = self.ask(m.GetChannelStatus(self._handle)).status
+        return status
+
+    def cancel(self) -> int:
+        """Give up everything queued, but for a frame on the wire; returns how many."""
+        return int(self.ask(m.CancelQueued(self._handle)).value)
+
+    def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0, priority: int = 0) -> None:
+        """Queue a frame; `flags` are request bits of its info word. Raises QueueFull if no room comes in time.
+
+        `priority` (0..255, 0 goes first) is for channels that were set up `prioritised`.
+        """
+        end = self.writing
+        self.check()
+        record = record_to_send(frame, flags, priority << _PRIORITY_SHIFT)
+        if not end.ring.free() and not (timeout != 0 and end.wait(timeout)):
+            raise QueueFull(self.name, end.ring.capacity)
+        end.ring.put_bytes(record)
+        end.touched()
+
+    def send_array(self, records: numpy.ndarray) -> int:
+        """Queue as many records (record_dtype(), time_ns 0 or a delay) as fit; returns how many."""
+        end = self.writing
+        self.check()
+        count = end.ring.put_array(records)
+        end.touched()
+        return count
+
+    def receive(self, timeout: float | None = 0) -> Frame | None:
+        """The oldest frame, or None when none comes in `timeout` seconds (None: wait for ever).
+
+        For a channel that takes frames only; with events use `receive_record`.
+        """
+        end = self._waited(timeout)
+        frame = end.ring.take_frame()
+        end.touched()
+        return frame
+
+    def receive_many(self, limit: int, timeout: float | None = 0) -> list[Frame]:
+        """Up to `limit` frames, waiting `timeout` seconds for the first."""
+        end = self._waited(timeout)
+        frames = end.ring.take_frames(limit)
+        end.touched()
+        return frames
+
+    def receive_array(self, limit: int | None = None, timeout: float | None = 0) -> numpy.ndarray:
+        """Up to `limit` records (None: all), waiting `timeout` seconds for the first. Needs canwire[arrays]."""
+        end = self._waited(timeout)
+        records = end.ring.take_array(end.ring.capacity if limit is None else limit)
+        end.touched()
+        return records
+
+    def receive_record(self, timeout: float | None = 0) -> bytes | None:
+        """The oldest record, frame or event, as 80 bytes; None when none comes in time."""
+        end = self._waited(timeout)
+        record = end.ring.take_bytes()
+        end.touched()
+        return record
+
+    def receive_any(self, timeout: float | None = 0) -> Frame | BusEvent | None:
+        """The oldest frame or event, for a channel that was set up to take both; None when none comes in time."""
+        record = self.receive_record(timeout)
+        if record is None:
+            return None
+        return BusEvent.from_record(record) if record[_KIND_AT] else frame_of_record(record)
+
+    def end(self, why: Exception) -> None:
+        super().end(why)
+        for end in (self._reading, self._writing):
+            if end is not None:
+                end.wake()
+
+    def close(self) -> None:
+        super().close()
+        self._drop_ends()
+
+    def _waited(self, timeout: float | None) -> RingEnd:
+        end = self.reading
+        if not end.ring.fill():
+            self.check()
+            if timeout != 0:
+                end.wait(timeout)
+        return end
+
+    def _drop_ends(self) -> None:
+        for end in (self._reading, self._writing):
+            if end is not None:
+                end.close()
+        self._reading = self._writing = None

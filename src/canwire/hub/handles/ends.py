@@ -1,0 +1,154 @@
+"""A client's end of a ring that it shares with the hub or another client."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire.hub.handles.lease import Lease
+from canwire.platform import EventDescriptor
+from canwire.ring import Ring
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.event import Event
+
+Advance = Callable[[Callable[[], bool], float | None], bool]
+
+
+class RingEnd:
+    """One end of a ring; `check` raises if its lease is over, and waiters wake up when that happens.
+
+    An Event assigned to the reading end is signalled by each write that leaves `threshold` records, one assigned
+    to the writing end by each take that leaves room for `threshold` (source: rulings 8).
+    """
+
+    def __init__(self, lease: Lease, ring: Ring, descriptor: EventDescriptor, *, reads: bool) -> None:
+        self.lease = lease
+        self.ring = ring
+        self.reads = reads
+        self._own = descriptor
+        self._event: Event | None = None
+        self._lock = threading.Lock()
+        self._waiting = 0  # threads in `wait`, whose last one closes the descriptor
+        self._closed = False
+        if reads:
+            ring.event = descriptor
+        else:
+            ring.free_event = descriptor
+
+    @property
+    def descriptor(self) -> EventDescriptor:
+        """What the other side signals."""
+        return self._own
+
+    @property
+    def advance(self) -> Advance | None:
+        """See hub/handles/event.py, Signal."""
+        return self.lease.hub.advance if self.lease.hub.virtual else None
+
+    @property
+    def threshold(self) -> int:
+        """Records (reading) or room for records (writing) at which events and waiters are woken; 1..capacity."""
+        return int(self.ring.threshold if self.reads else self.ring.free_threshold)
+
+    @threshold.setter
+    def threshold(self, count: int) -> None:
+        count = max(1, min(count, self.ring.capacity))
+        if self.reads:
+            self.ring.threshold = count
+        else:
+            self.ring.free_threshold = count
+        if self._event is not None:
+            self.rearm()
+
+    def assign(self, event: Event | None) -> None:
+        """Signal this event from now on, in place of one before; None: no event."""
+        if self._event is not None:
+            self._event.unbind(self)
+        self._event = event
+        if event is not None:
+            self._own.clear()  # what was signalled before it was assigned is not meant for it
+            event.bind(self)
+            self.rearm()
+
+    def rearm(self) -> None:
+        """What is there now is told: ask the other side for a signal at the next occasion."""
+        if self.reads:
+            self.ring.fill()
+        else:
+            self.ring.free()
+        self._arm()
+
+    def touched(self) -> None:
+        """Something was read or written here: an event waits for the next occasion after that."""
+        if self._event is not None:
+            self._arm()
+
+    def wait(self, timeout: float | None) -> bool:
+        """Block until the threshold is met, at most `timeout` seconds (None: for ever); raises if the lease ends."""
+        self.lease.check()
+        with self._lock:
+            if self._closed:
+                return False
+            self._waiting += 1
+        try:
+            if self.lease.hub.virtual:
+                self.lease.hub.advance(self._met_or_armed, timeout)
+            elif self.reads:
+                self.ring.sleep(timeout, self._over)
+            else:
+                self.ring.sleep_until_free(timeout, self._over)
+            self.touched()
+            met = self._met()
+        finally:
+            self._waited()
+        if not (met and self.reads):  # what has come can still be read, but nothing more goes out
+            self.lease.check()
+        return met
+
+    def wake(self) -> None:
+        """The lease is over: let nobody wait on."""
+        with self._lock:
+            if not self._closed:
+                self._own.signal()
+
+    def close(self) -> None:
+        """Whoever waits wakes up; a second time does nothing."""
+        self.assign(None)
+        with self._lock:
+            closed, self._closed = self._closed, True
+            if self._waiting:
+                self._own.signal()
+            elif not closed:
+                self._own.close()
+        self.ring.close()
+
+    def _waited(self) -> None:
+        """One thread less; where there is nothing to wait for any more, the others wake up one after the other."""
+        with self._lock:
+            self._waiting -= 1
+            if self._waiting and self._over():
+                self._own.signal()
+            elif self._closed:
+                self._own.close()
+
+    def _met(self) -> bool:
+        if self.reads:
+            return self.ring.fill() >= self.ring.threshold
+        return self.ring.free() >= self.ring.free_threshold
+
+    def _met_or_armed(self) -> bool:
+        if self._met():
+            return True
+        self._arm()  # the signal also ends the passing of virtual time
+        return False
+
+    def _over(self) -> bool:
+        return self._closed or self.lease.over
+
+    def _arm(self) -> None:
+        if self.reads:
+            self.ring.arm()
+        else:
+            self.ring.arm_free()

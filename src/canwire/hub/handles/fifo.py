@@ -1,0 +1,50 @@
+"""A FIFO between any two clients, of elements of any size: the hub only makes it and keeps its ends single."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from canwire.hub.handles.ends import RingEnd
+from canwire.hub.handles.lease import Lease
+from canwire.hub.protocol import messages as m
+from canwire.platform import EventDescriptor, close_descriptors
+from canwire.ring import Ring
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.hub import Hub
+
+FIFO, READER, WRITER = "fifo", "reader", "writer"
+
+
+class Fifo(Lease):
+    """A reference to a FIFO in one of three roles: "fifo" looks at it, "reader" and "writer" are its ends.
+
+    It exists for as long as somebody refers to it. Each end is open once at a time.
+    """
+
+    def __init__(self, hub: Hub, opened: m.FifoOpened, role: str, descriptors: tuple[int, ...]) -> None:
+        super().__init__(hub, opened.handle, f"FIFO {opened.fifo} ({role})")
+        self.id = opened.fifo
+        self.role = role
+        self.capacity = opened.capacity
+        self.element_size = opened.element_size
+        memory, reader_event, writer_event = descriptors
+        ring = Ring.over(memory, opened.capacity, exact=True, record_size=opened.element_size)
+        close_descriptors(memory)
+        reader, writer = EventDescriptor.adopt(reader_event), EventDescriptor.adopt(writer_event)
+        ring.event, ring.free_event = reader, writer
+        own, self._other = (writer, reader) if role == WRITER else (reader, writer)
+        self.end_of_ring = RingEnd(self, ring, own, reads=role != WRITER)
+
+    def reset(self) -> None:
+        """Empty the FIFO; raises WrongState while a reader or writer is open."""
+        self.ask(m.ResetFifo(self._handle))
+
+    def end(self, why: Exception) -> None:
+        super().end(why)
+        self.end_of_ring.wake()
+
+    def close(self) -> None:
+        super().close()
+        self.end_of_ring.close()
+        self._other.close()

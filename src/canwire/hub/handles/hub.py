@@ -1,0 +1,266 @@
+"""The boards that several programs share, as one program sees them."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from canwire.boards.can.modes import LineStatus
+from canwire.boards.description import BoardInfo
+from canwire.errors import HubLost, NoSuchBoard, Unplugged
+from canwire.hub.handles.channel import HubChannel
+from canwire.hub.handles.fifo import FIFO, Fifo
+from canwire.hub.handles.lease import Control, Lease, Scheduler
+from canwire.hub.handles.lin import LinControl, Monitor
+from canwire.hub.handles.watch import BoardWatch
+from canwire.hub.protocol import messages as m
+from canwire.platform import EventDescriptor
+from canwire.values.register import RegisterValue
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from canwire.hub.handles.event import Event
+    from canwire.hub.protocol.link import Answer, Link
+
+FOREVER_NS = 1 << 62
+
+
+class Hub:
+    """A connection to the owner of the boards, in this process or another; `canwire.connect()` makes one.
+
+    Calls may come from any thread. After the hub is gone every call raises HubLost; connect again then.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._lock = threading.Lock()
+        self._leases: dict[int, Lease] = {}
+        self._closed = False
+        self.doorbell = EventDescriptor.adopt(link.doorbell)
+        self._watch = BoardWatch(self)
+        link.listen(self._notice)
+
+    @property
+    def address(self) -> str:
+        """Of the socket; "" for a hub in this process."""
+        return self._link.address
+
+    @property
+    def time(self) -> str:
+        """How it passes: "real" with the clock, "fast" as quickly as buses work, "virtual" while somebody waits."""
+        return self._link.time
+
+    @property
+    def virtual(self) -> bool:
+        return self._link.time == "virtual"
+
+    @property
+    def lost(self) -> bool:
+        """The hub is gone, or this connection was closed."""
+        return self._closed or self._link.lost
+
+    # boards
+
+    def boards(self) -> tuple[BoardInfo, ...]:
+        """Every board plugged in now, in the order of their plugging."""
+        boards: tuple[BoardInfo, ...] = self.call(m.ListBoards()).boards
+        return boards
+
+    def board(self, name: str) -> BoardInfo:
+        """The board with this hardware id, or the first of this kind; raises NoSuchBoard naming what there is."""
+        boards = self.boards()
+        for board in boards:
+            if name in (board.hardware_id, board.kind):
+                return board
+        there = ", ".join(f"{board.hardware_id} ({board.kind})" for board in boards) or "none"
+        raise NoSuchBoard(f"no board {name!r}; plugged in: {there}")
+
+    def watch(self, event: Event) -> None:
+        """Signal this event at every change of the list of boards."""
+        self._watch.assign(event)
+
+    def unwatch(self, event: Event) -> None:
+        """No longer; a second time does nothing."""
+        self._watch.unassign(event)
+
+    def plug(
+        self,
+        kind: str,
+        serial: str = "",
+        buses: tuple[str, ...] = (),
+        *,
+        base: int | None = None,
+        irq: int | None = None,
+        shared_irq: bool = False,
+        port: str = "",
+    ) -> BoardInfo:
+        """Plug in a board. Without a `serial` ("HW" and digits) it gets one, without `buses` the kind's usual ones.
+
+        An ISA board (inducan104) goes to address `base` (usually 0x280) and interrupt line `irq` (usually 5);
+        raises InUse naming the board that is there. `port` says where a real adapter is: "/dev/ttyUSB0",
+        "socket://host:port" (slcan), "pcan/PCAN_USBBUS1" (python-can).
+        """
+        board: BoardInfo = self.call(m.Plug(kind, serial, buses, base, irq, shared_irq, port)).board
+        return board
+
+    def unplug(self, hardware_id: str) -> None:
+        """Pull a board out: every handle on it, everybody's, raises Unplugged from now on."""
+        self.call(m.Unplug(hardware_id))
+
+    def open_layer(self, board: int, layer: str) -> Lease:
+        """Share an access layer of a board; raises InUse while somebody uses another one."""
+        return Lease(self, self.call(m.OpenLayer(board, layer)).handle, f"layer {layer!r} of board {board}")
+
+    # lines
+
+    def line_status(self, board: int, line: int) -> LineStatus:
+        status: LineStatus = self.call(m.GetLineStatus(board, line)).status
+        return status
+
+    def open_control(self, board: int, line: int) -> Control:
+        """The one lease that configures a line; raises InUse naming its holder."""
+        return Control(self, self.call(m.OpenControl(board, line)).handle, board, line)
+
+    def open_channel(self, board: int, line: int, *, exclusive: bool = False) -> HubChannel:
+        """A channel on a line; an exclusive one has to be the only one, else InUse."""
+        return HubChannel(self, self.call(m.OpenChannel(board, line, exclusive)).handle, board, line)
+
+    def open_scheduler(self, board: int, line: int) -> Scheduler:
+        """The one lease on a line's cyclic list; raises InUse, or Unsupported on a board without one."""
+        return Scheduler(self, self.call(m.OpenScheduler(board, line)).handle, board, line)
+
+    # LIN lines
+
+    def lin_status(self, board: int, line: int) -> m.LinLineState:
+        """A LIN line as it is now, and who holds what on it; raises Unsupported for a CAN line."""
+        state: m.LinLineState = self.call(m.GetLinStatus(board, line))
+        return state
+
+    def open_lin_control(self, board: int, line: int) -> LinControl:
+        """The one lease that configures a LIN line and sends on it; raises InUse naming its holder."""
+        return LinControl(self, self.call(m.OpenControl(board, line)).handle, board, line)
+
+    def open_monitor(self, board: int, line: int, *, exclusive: bool = False) -> Monitor:
+        """A monitor on a LIN line; an exclusive one has to be the only one, else InUse."""
+        return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
+
+    def open_share(self, board: int, line: int, *, read: bool, write: bool, share: int = 3) -> Lease:
+        """Have a line open for reading or writing as CreateFile does; `share`: others may read (1), write (2).
+
+        Raises InUse where somebody's share mode forbids it, NoChannel where all channels of the line are taken.
+        """
+        request = m.OpenShare(board, line, read, write, share)
+        return Lease(self, self.call(request).handle, f"share of line {line}")
+
+    # the rest
+
+    def create_fifo(self, capacity: int, element_size: int) -> Fifo:
+        """A new FIFO of at least `capacity` elements (1..65535) of `element_size` bytes (1..65535)."""
+        reply, descriptors = self.ask(m.CreateFifo(capacity, element_size))
+        return Fifo(self, reply, FIFO, descriptors)
+
+    def open_fifo(self, fifo: int, role: str) -> Fifo:
+        """An existing one as "fifo", "reader" or "writer"; raises NoSuchBoard, or InUse for an end that is open."""
+        reply, descriptors = self.ask(m.OpenFifo(fifo, role))
+        return Fifo(self, reply, role, descriptors)
+
+    def create_luid(self) -> int:
+        """A number that this hub never gave out before."""
+        return int(self.call(m.CreateLuid()).value)
+
+    def hold_interrupts(self, board: int, line: int, held: bool = True) -> None:
+        """A fault: keep the line's driver from serving its chip, which then overruns; or let it again."""
+        self.call(m.HoldInterrupts(board, line, held))
+
+    def short(self, bus: str, shorted: bool = True) -> None:
+        """Short a bus's two wires, or take the short away; raises NoSuchBoard."""
+        self.call(m.Disturb(bus, shorted))
+
+    def registers(self, board: int, line: int) -> tuple[RegisterValue, ...]:
+        """Those of the line's chip, read without side effects; none where the chip is an ideal one."""
+        values: tuple[RegisterValue, ...] = self.call(m.GetRegisters(board, line)).values
+        return values
+
+    def note(self, name: str) -> bytes:
+        """What some program left at the hub under this name; b"" if nothing."""
+        return bytes(self.call(m.GetNote(name)).value)
+
+    def set_note(self, name: str, value: bytes) -> None:
+        """Leave a note for other programs, in place of the one before; b"" takes it away."""
+        self.call(m.SetNote(name, value))
+
+    def now_ns(self) -> int:
+        """The hub's time."""
+        return int(self.call(m.Advance(0)).value)
+
+    def run_for(self, seconds: float) -> None:
+        """Virtual time: let so much of it pass."""
+        self.advance(lambda: False, seconds)
+
+    def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
+        """Virtual time: let it pass until `ready()` or until `timeout` seconds of it are over; was it ready?"""
+        now_ns = self.now_ns()
+        end_ns = now_ns + (FOREVER_NS if timeout is None else round(timeout * 1e9))
+        while not ready() and now_ns < end_ns:
+            now_ns = int(self.call(m.Advance(end_ns - now_ns)).value)
+        return ready()
+
+    def close(self) -> None:
+        """Give back everything; a second time does nothing."""
+        if not self._closed:
+            for lease in self._open_leases():
+                with contextlib.suppress(HubLost, Unplugged):
+                    lease.close()
+            self._closed = True
+            self._watch.close()
+            self._link.close()
+
+    def __enter__(self) -> Hub:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        where = self.address or "in this process"
+        return f"<hub {where}, {self.time} time{', lost' if self.lost else ''}>"
+
+    # for its leases
+
+    def ask(self, request: m.Message) -> Answer:
+        """A reply and its descriptors; raises what the hub raised."""
+        if self._closed:
+            raise HubLost("this connection to the hub was closed")
+        return self._link.call(request)
+
+    def call(self, request: m.Message) -> Any:
+        """The reply of a request whose answer has no descriptors."""
+        return self.ask(request)[0]
+
+    def adopt(self, lease: Lease) -> None:
+        with self._lock:
+            self._leases[lease.handle] = lease
+
+    def forget(self, lease: Lease) -> None:
+        with self._lock:
+            self._leases.pop(lease.handle, None)
+
+    def _open_leases(self) -> list[Lease]:
+        with self._lock:
+            return list(self._leases.values())
+
+    def _notice(self, notice: m.Message | None) -> None:
+        if isinstance(notice, m.Gone):
+            for lease in self._open_leases():
+                if lease.handle in notice.handles:
+                    lease.end(Unplugged(notice.text))
+        elif notice is None:
+            for lease in self._open_leases():
+                lease.end(HubLost(f"{lease.name}: the hub is gone"))
+        if not isinstance(notice, m.Gone):
+            self._watch.changed()

@@ -1,0 +1,142 @@
+"""What a client holds on a LIN line: its control, and monitors that receive."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from canwire.boards.lin.modes import LinMode, LinMonitorMode, LinMonitorStatus
+from canwire.boards.lin.monitor import message_of_record
+from canwire.errors import NotInitialised
+from canwire.hub.handles.ends import RingEnd
+from canwire.hub.handles.lease import Lease
+from canwire.hub.protocol import messages as m
+from canwire.platform import EventDescriptor, close_descriptors
+from canwire.ring import Ring
+from canwire.values.lin.record import record_of_lin_frame
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.hub import Hub
+    from canwire.values.lin.event import LinEvent
+    from canwire.values.lin.frame import LinFrame
+    from canwire.values.lin.schedule import LinSchedule
+
+
+class LinControl(Lease):
+    """The one lease that may configure a LIN line and send on it."""
+
+    def __init__(self, hub: Hub, handle: int, board: int, line: int) -> None:
+        super().__init__(hub, handle, f"control of LIN line {line}")
+        self.board = board
+        self.line = line
+
+    def initialise(self, mode: LinMode) -> None:
+        """Reset the line and set it up; it is stopped then. Raises BadValue, Unsupported."""
+        self.ask(m.InitialiseLin(self.handle, mode))
+
+    def start(self) -> None:
+        """Take part in the bus; raises NotInitialised."""
+        self.ask(m.Start(self.handle))
+
+    def stop(self) -> None:
+        """Leave the bus once a frame on the wire is over; the response table stays."""
+        self.ask(m.Stop(self.handle))
+
+    def reset(self) -> None:
+        """Leave the bus at once, and forget settings and response table."""
+        self.ask(m.Reset(self.handle))
+
+    def send(self, frame: LinFrame) -> None:
+        """Master only: put a frame, or its header alone, on the bus as soon as it is free.
+
+        Raises WrongState (a slave, or not started), NotInitialised, and Busy while the one before is not over.
+        """
+        self.ask(m.WriteLin(self.handle, record_of_lin_frame(frame), True))
+
+    def respond(self, frame: LinFrame) -> None:
+        """Answer this header with this data from now on; at any time once the line is initialised."""
+        self.ask(m.WriteLin(self.handle, record_of_lin_frame(frame), False))
+
+    def wake_up(self) -> None:
+        """Send a wake-up pulse, as master or slave."""
+        self.ask(m.WakeLin(self.handle, False))
+
+    def go_to_sleep(self) -> None:
+        """Master only: send the go-to-sleep command."""
+        self.ask(m.WakeLin(self.handle, True))
+
+    def run_schedule(self, schedule: LinSchedule, rounds: int = 0) -> None:
+        """Master only: run this table in the hub, `rounds` times (0: for ever), in place of one that runs."""
+        self.ask(m.RunSchedule(self.handle, schedule, rounds))
+
+    def stop_schedule(self) -> None:
+        """End the table that runs, if one does."""
+        self.ask(m.RunSchedule(self.handle, None, 0))
+
+    def status(self) -> m.LinLineState:
+        """LinLineStatus in `status`, and who holds what."""
+        self.check()
+        return self.hub.lin_status(self.board, self.line)
+
+
+class Monitor(Lease):
+    """One client's receive queue on a LIN line: `set_up` makes it, `activate` connects it."""
+
+    def __init__(self, hub: Hub, handle: int, board: int, line: int) -> None:
+        super().__init__(hub, handle, f"monitor on LIN line {line}")
+        self.board = board
+        self.line = line
+        self._reading: RingEnd | None = None
+
+    def set_up(self, mode: LinMonitorMode) -> None:
+        """Make the queue, or make it anew (what was in it is gone); the monitor is inactive then."""
+        self.check()
+        reply, (memory, event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
+        self._drop_end()
+        ring = Ring.over(memory, reply.receive, exact=True)
+        close_descriptors(memory)
+        self._reading = RingEnd(self, ring, EventDescriptor.adopt(event), reads=True)
+
+    @property
+    def reading(self) -> RingEnd:
+        """The receiving end; raises NotInitialised before `set_up`."""
+        if self._reading is None:
+            self.check()
+            raise NotInitialised(f"{self.name}: set it up first")
+        return self._reading
+
+    def activate(self) -> None:
+        """From now on messages come, as far as the line runs."""
+        self.ask(m.Activate(self.handle, True))
+
+    def deactivate(self) -> None:
+        """No more; what waits in the queue stays."""
+        self.ask(m.Activate(self.handle, False))
+
+    def status(self) -> LinMonitorStatus:
+        status: LinMonitorStatus = self.ask(m.GetMonitorStatus(self.handle)).status
+        return status
+
+    def receive(self, timeout: float | None = 0) -> LinFrame | LinEvent | None:
+        """The oldest message, or None when none comes in `timeout` seconds (None: wait for ever)."""
+        end = self.reading
+        if not end.ring.fill():
+            self.check()
+            if timeout != 0:
+                end.wait(timeout)
+        record = end.ring.take_bytes()
+        end.touched()
+        return None if record is None else message_of_record(record)
+
+    def end(self, why: Exception) -> None:
+        super().end(why)
+        if self._reading is not None:
+            self._reading.wake()
+
+    def close(self) -> None:
+        super().close()
+        self._drop_end()
+
+    def _drop_end(self) -> None:
+        if self._reading is not None:
+            self._reading.close()
+        self._reading = None

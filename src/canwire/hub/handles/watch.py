@@ -1,0 +1,71 @@
+"""Events for changes of the list of boards."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING
+
+from canwire.hub.protocol import messages as m
+from canwire.platform import EventDescriptor
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.event import Event
+    from canwire.hub.handles.hub import Hub
+
+
+class BoardWatch:
+    """Passes notices of the hub on to any number of events: each change signals each event once."""
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub = hub
+        self._lock = threading.Lock()
+        self._watchers: list[Watcher] = []
+        self._asked = False
+
+    def assign(self, event: Event) -> None:
+        """Signal this event from now on; one that is signalled already counts once."""
+        if not self._asked:
+            self._asked = True
+            self._hub.call(m.Watch())
+        with self._lock:
+            if any(watcher.event is event for watcher in self._watchers):
+                return
+            watcher = Watcher(event)
+            self._watchers.append(watcher)
+        event.bind(watcher)
+
+    def unassign(self, event: Event) -> None:
+        """No longer; unknown ones are ignored."""
+        with self._lock:
+            found = [watcher for watcher in self._watchers if watcher.event is event]
+            self._watchers = [watcher for watcher in self._watchers if watcher.event is not event]
+        self._end(found)
+
+    def changed(self) -> None:
+        with self._lock:
+            for watcher in self._watchers:
+                watcher.descriptor.signal()
+
+    def close(self) -> None:
+        with self._lock:
+            found, self._watchers = self._watchers, []
+        self._end(found)
+
+    @staticmethod
+    def _end(watchers: list[Watcher]) -> None:
+        for watcher in watchers:
+            watcher.event.unbind(watcher)
+            watcher.descriptor.close()
+
+
+class Watcher:
+    """One event's signal (hub/handles/event.py)."""
+
+    advance = None
+
+    def __init__(self, event: Event) -> None:
+        self.event = event
+        self.descriptor = EventDescriptor()
+
+    def rearm(self) -> None:
+        """Every change signals anyway."""

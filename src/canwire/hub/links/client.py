@@ -1,0 +1,231 @@
+"""A link to a hub in another process: requests over its Unix socket, replies and notices back."""
+
+from __future__ import annotations
+
+import array
+import contextlib
+import itertools
+import os
+import socket
+import sys
+import threading
+import traceback
+import weakref
+from collections import deque
+from typing import Any
+
+from canwire import errors
+from canwire.errors import BadMessage, CanwireError, HubLost
+from canwire.hub.links.notices import Listener, Notices
+from canwire.hub.links.sockets import dial
+from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.messages import (
+    LARGEST_REPLY,
+    VERSION,
+    Failed,
+    Hello,
+    Inbox,
+    Message,
+    decode_reply,
+    encode_request,
+)
+from canwire.hub.protocol.pending import Pending
+from canwire.platform import close_descriptors
+
+_HELLO_TIMEOUT_S = 2.0
+_RECEIVED_AT_ONCE = 1 << 16
+_MOST_DESCRIPTORS = 64  # more than one message ever has
+_CLOSE_ON_EXEC = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
+
+
+class SocketLink:
+    """hub/protocol/link.py's Link over a socket. A thread of its own takes in replies and notices.
+
+    Raises HubLost if no hub listens at `address` or none answers within two seconds, BadMessage if it speaks
+    another version. A fork of this process cannot use it.
+    """
+
+    def __init__(self, address: str, name: str) -> None:
+        self.address = os.path.abspath(address)
+        self.time = ""
+        self._pid = os.getpid()
+        self._lock = threading.Lock()
+        self._sending = threading.Lock()
+        self._serials = itertools.count(1)
+        self._calls: dict[int, Pending[Answer]] = {}
+        self._notices = Notices()
+        self._descriptors: deque[int] = deque()
+        self._doorbell = -1
+        self._last_words = ""
+        self._lost = False
+        self._closed = False
+        self._socket = dial(self.address)
+        self._thread = threading.Thread(target=self._receive, name="canwire-client", daemon=True)
+        self._thread.start()
+        _OPEN.add(self)
+        try:
+            self._greet(name)
+        except BaseException:
+            self.close()
+            raise
+
+    def call(self, request: Message) -> Answer:
+        return self._ask(request).result()
+
+    def listen(self, listener: Listener) -> None:
+        self._notices.listen(listener)
+        if self._lost and not self._closed:
+            listener(None)
+
+    @property
+    def lost(self) -> bool:
+        return self._lost or self._pid != os.getpid()
+
+    @property
+    def doorbell(self) -> int:
+        return self._doorbell
+
+    def close(self) -> None:
+        """Hang up; the hub then takes back what was held. A second time does nothing."""
+        if self._pid != os.getpid():
+            self.leave_to_parent()
+            return
+        with self._lock:
+            closed, self._closed = self._closed, True
+        if closed:
+            return
+        self._notices.close()
+        _OPEN.discard(self)
+        self._hang_up()
+        self._thread.join()
+        if self._doorbell >= 0:
+            close_descriptors(self._doorbell)
+
+    def leave_to_parent(self) -> None:
+        """In a fork: let go of the connection, so that the hub sees it end with the process that made it."""
+        self._socket.close()
+
+    def _greet(self, name: str) -> None:
+        try:
+            welcome, descriptors = self._ask(Hello(VERSION, self._pid, name)).result(_HELLO_TIMEOUT_S)
+        except TimeoutError:
+            raise HubLost(f"{self.address}: somebody listens but does not answer; is it a hub?") from None
+        self.time = welcome.time
+        (self._doorbell,) = descriptors
+
+    def _ask(self, request: Message) -> Pending[Answer]:
+        self._check()
+        serial = next(self._serials)
+        message = encode_request(serial, request)
+        call: Pending[Answer] = Pending()
+        with self._lock:
+            if self._lost:
+                raise self._why()
+            self._calls[serial] = call
+        try:
+            with self._sending:
+                self._socket.sendall(message)
+        except OSError:
+            self._hang_up()  # the receiving thread finds out what else the hub said, and ends this call
+        return call
+
+    def _hang_up(self) -> None:
+        """Both ways: the receiving thread sees the end, too."""
+        with contextlib.suppress(OSError):  # the hub was quicker
+            self._socket.shutdown(socket.SHUT_RDWR)
+
+    def _check(self) -> None:
+        if self._pid != os.getpid():
+            raise CanwireError(
+                "this connection belongs to the process that was forked; connect anew in this one"
+            )
+
+    def _why(self) -> HubLost:
+        if self._closed:
+            return HubLost(f"the connection to the hub on {self.address} was closed")
+        said = f": {self._last_words}" if self._last_words else ""
+        return HubLost(
+            f"the hub on {self.address} is gone{said}; connect again and reopen boards by hardware id"
+        )
+
+    # the receiving thread
+
+    def _receive(self) -> None:
+        inbox = Inbox(LARGEST_REPLY)
+        try:
+            while data := self._receive_some():
+                for payload in inbox.feed(data):
+                    self._take(payload)
+        except OSError:
+            pass  # reset: the hub is gone just as well
+        except BadMessage:
+            traceback.print_exc(file=sys.stderr)
+        finally:
+            self._lose()
+            self._hang_up()
+            with self._sending:
+                self._socket.close()
+            close_descriptors(*self._descriptors)
+
+    def _receive_some(self) -> bytes:
+        """Bytes, b"" at the end; descriptors that came with them join the queue."""
+        data, ancillary, _, _ = self._socket.recvmsg(
+            _RECEIVED_AT_ONCE,
+            socket.CMSG_SPACE(_MOST_DESCRIPTORS * array.array("i").itemsize),
+            _CLOSE_ON_EXEC,
+        )
+        for level, kind, content in ancillary:
+            if level == socket.SOL_SOCKET and kind == socket.SCM_RIGHTS:
+                descriptors = array.array("i")
+                descriptors.frombytes(content[: len(content) - len(content) % descriptors.itemsize])
+                self._descriptors.extend(descriptors)
+        return data
+
+    def _take(self, payload: bytes) -> None:
+        serial, count, reply = decode_reply(payload)
+        if not 0 <= count <= len(self._descriptors):
+            raise BadMessage(f"a reply with {count} descriptors, {len(self._descriptors)} of them came")
+        descriptors = tuple(self._descriptors.popleft() for _ in range(count))
+        with self._lock:
+            call = self._calls.pop(serial, None)
+        if call is None:
+            close_descriptors(*descriptors)
+            if isinstance(reply, Failed):
+                self._last_words = reply.text
+            elif serial == 0:
+                self._notices.tell(reply)
+        elif isinstance(reply, Failed):
+            call.fail(raised(reply))
+        elif not call.settle((reply, descriptors)):
+            close_descriptors(*descriptors)
+
+    def _lose(self) -> None:
+        """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""
+        with self._lock:
+            before, self._lost = self._lost, True
+            calls, self._calls = list(self._calls.values()), {}
+        for call in calls:
+            call.fail(self._why())
+        if not before:
+            self._notices.tell(None)
+
+
+def raised(failure: Failed) -> CanwireError:
+    """The error that a Failed reply stands for; one that this version does not know is a CanwireError."""
+    kind: Any = getattr(errors, failure.error, None)
+    if not (isinstance(kind, type) and issubclass(kind, CanwireError)):
+        kind = CanwireError
+    error: CanwireError = kind.__new__(kind, failure.text)  # __init__ would word the text anew
+    return error
+
+
+_OPEN: weakref.WeakSet[SocketLink] = weakref.WeakSet()
+
+
+def _after_fork() -> None:
+    for link in list(_OPEN):
+        link.leave_to_parent()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)

@@ -1,0 +1,151 @@
+"""A link to a hub in this very process: the same calls, without a socket."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire.errors import CanwireError, HubError, HubLost
+from canwire.hub.links.notices import Listener, Notices
+from canwire.hub.owner.engine import VIRTUAL
+from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.messages import encode_request
+from canwire.hub.protocol.pending import Pending
+from canwire.platform import EventDescriptor, close_descriptors, duplicate
+from canwire.timeline import NEVER
+
+if TYPE_CHECKING:
+    from canwire.hub.owner.engine import Engine
+    from canwire.hub.owner.session import Session
+    from canwire.hub.protocol.messages import Message
+
+
+class LocalLink:
+    """hub/protocol/link.py's Link to an engine of this process, which outlives it; `released` is called at its close.
+
+    In virtual time an answer that takes time lets that time pass in the calling thread.
+    """
+
+    address = ""
+
+    def __init__(self, engine: Engine, name: str, released: Callable[[], object] | None = None) -> None:
+        self.time = engine.time
+        self._engine = engine
+        self._released = released
+        self._lock = threading.Lock()
+        self._notices = Notices()
+        self._calls: set[Pending[Answer]] = set()
+        self._closed = False
+        self._expelled = False
+        self._doorbell = EventDescriptor()
+        self._session = engine.call(lambda: self._open(name))
+
+    def call(self, request: Message) -> Answer:
+        if self._closed or self._expelled:
+            raise self._why()
+        encode_request(1, request)  # what no hub in another process would take, this one refuses alike
+        call: Pending[Answer] = Pending()
+        self._engine.call(lambda: self._ask(request, call))
+        if self.time == VIRTUAL:
+            self._engine.call(lambda: self._let_time_pass(request, call))
+        return call.result()
+
+    def listen(self, listener: Listener) -> None:
+        self._notices.listen(listener)
+        if self.lost and not self._closed:
+            listener(None)
+
+    @property
+    def lost(self) -> bool:
+        return self._closed or self._expelled or self._engine.closed
+
+    @property
+    def doorbell(self) -> int:
+        return self._doorbell.sender()
+
+    def close(self) -> None:
+        """Give back everything held; a second time does nothing."""
+        with self._lock:
+            closed, self._closed = self._closed, True
+        if closed:
+            return
+        self._notices.close()
+        if not self._engine.closed:
+            with contextlib.suppress(HubLost):  # closed this very moment: then it is given back already
+                self._engine.call(self._leave)
+        self._doorbell.close()
+        if self._released is not None:
+            self._released()
+
+    # in the engine's thread
+
+    def _open(self, name: str) -> Session:
+        session = self._engine.world.open_session(name, os.getpid(), self._notify, self._doorbell)
+        self._engine.watch(self._doorbell, self._rung)
+        self._engine.when_closed(self._lose)
+        return session
+
+    def _ask(self, request: Message, call: Pending[Answer]) -> None:
+        answer = self._session.handle(request)
+        if isinstance(answer, tuple):
+            self._settle(call, answer)
+        else:
+            self._calls.add(call)
+            answer.on_done(lambda outcome: self._settle(call, outcome))
+
+    def _settle(self, call: Pending[Answer], outcome: Answer | CanwireError) -> None:
+        self._calls.discard(call)
+        if isinstance(outcome, CanwireError):
+            call.fail(outcome)
+        else:
+            reply, descriptors = outcome
+            own = duplicate(descriptors)
+            if not call.settle((reply, own)):
+                close_descriptors(*own)
+        self._engine.world.timeline.halt()  # in virtual time no more of it passes than the answer took
+
+    def _let_time_pass(self, request: Message, call: Pending[Answer]) -> None:
+        world = self._engine.world
+        world.kick_all()
+        while not call.settled:
+            due_ns = world.timeline.next_ns()
+            if due_ns >= NEVER:
+                raise HubError(
+                    f"{type(request).__name__} would never end: nothing is left to happen on the buses of this hub"
+                )
+            world.timeline.run_until(due_ns)
+
+    def _rung(self) -> None:
+        self._doorbell.clear()
+        if not self._engine.attempt(lambda: self._engine.world.kick(self._session)):
+            self._expelled = True
+            self._leave()
+            self._notices.tell(None)
+
+    def _notify(self, notice: Message) -> None:
+        if self.time == VIRTUAL:  # after what is being done now, and not at some time in another thread
+            self._engine.post(lambda: self._notices.tell_here(notice))
+        else:
+            self._notices.tell(notice)
+
+    def _leave(self) -> None:
+        self._engine.unwatch(self._doorbell)
+        self._engine.forget(self._lose)
+        self._fail_calls()
+        self._engine.attempt(lambda: self._engine.world.close_session(self._session))
+
+    def _lose(self) -> None:
+        """The engine ends: whoever waits wakes up, listeners are told."""
+        self._fail_calls()
+        self._notices.tell(None)
+
+    def _fail_calls(self) -> None:
+        while self._calls:
+            self._calls.pop().fail(self._why())
+
+    def _why(self) -> HubLost:
+        what = "the connection to the hub" if self._closed else "the hub"
+        return HubLost(f"{what} in this process was closed")

@@ -1,0 +1,75 @@
+"""How a link passes on what its hub tells unasked."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from canwire.hub.protocol.messages import Message
+
+Listener = Callable[["Message | None"], None]
+
+
+class Notices:
+    """Tells every listener every notice, in order, on a thread that is there while there is something to tell.
+
+    So a listener may take its time, take locks and ask the hub. One that raises is shown on stderr.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._listeners: list[Listener] = []
+        self._waiting: deque[Message | None] = deque()
+        self._telling = False
+        self._closed = False
+
+    def listen(self, listener: Listener) -> None:
+        with self._lock:
+            self._listeners.append(listener)
+
+    def tell(self, notice: Message | None) -> None:
+        """Pass it on soon, from any thread; nothing once closed."""
+        if self._is_next(notice):
+            try:
+                threading.Thread(target=self._tell_all, name="canwire-notices", daemon=True).start()
+            except RuntimeError:  # the interpreter is on its way out and starts no threads
+                self._tell_all()
+
+    def tell_here(self, notice: Message | None) -> None:
+        """Pass it on in this very thread, unless another one does that already."""
+        if self._is_next(notice):
+            self._tell_all()
+
+    def close(self) -> None:
+        """Nobody is told anything any more."""
+        with self._lock:
+            self._closed = True
+            self._waiting.clear()
+
+    def _is_next(self, notice: Message | None) -> bool:
+        """Queue it; True if it is up to the caller to see that it is told."""
+        with self._lock:
+            if self._closed or not self._listeners:
+                return False
+            self._waiting.append(notice)
+            telling, self._telling = self._telling, True
+            return not telling
+
+    def _tell_all(self) -> None:
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    self._telling = False
+                    return
+                notice = self._waiting.popleft()
+                listeners = list(self._listeners)
+            for listener in listeners:
+                try:
+                    listener(notice)
+                except Exception:  # a listener's own mistake: the others still want to know
+                    traceback.print_exc(file=sys.stderr)

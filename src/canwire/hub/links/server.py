@@ -1,0 +1,77 @@
+"""The hub's end of its Unix socket: it lets clients in, each with a connection of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+from typing import TYPE_CHECKING
+
+from canwire.errors import BadValue, HubLost
+from canwire.hub.links.connection import Connection
+from canwire.hub.links.sockets import identity_of, listen_at, remove
+from canwire.hub.owner.engine import VIRTUAL
+
+if TYPE_CHECKING:
+    from canwire.hub.owner.engine import Engine
+
+_NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE)
+
+
+class Server:
+    """Listens at `path` (mode 0600) for an engine with a thread, from now until `close`.
+
+    Raises HubError if a living hub listens there; the socket of a dead one is replaced.
+    """
+
+    def __init__(self, engine: Engine, path: str) -> None:
+        if engine.time == VIRTUAL:
+            raise BadValue("virtual time is for hubs inside a process; a server has real or fast time")
+        self.path = os.path.abspath(path)
+        self._engine = engine
+        self._listener = listen_at(self.path)
+        self._identity = identity_of(self.path)
+        self._connections: set[Connection] = set()
+        self._spare = open(os.devnull)  # noqa: SIM115
+        self._closed = False
+        engine.when_closed(self._close)
+        engine.call(lambda: engine.watch(self._listener, self._accept))
+
+    def close(self) -> None:
+        """Hang up on everybody and remove the socket; a second time does nothing."""
+        if not self._engine.closed:
+            with contextlib.suppress(HubLost):  # it ends this very moment, and closes this on its way
+                self._engine.call(self._close)
+
+    def _close(self) -> None:
+        if self._closed:
+            return
+        self._closed = True
+        remove(self.path, self._identity)
+        self._engine.unwatch(self._listener)
+        self._engine.forget(self._close)
+        self._listener.close()
+        self._spare.close()
+        for connection in list(self._connections):
+            connection.close()
+
+    def _accept(self) -> None:
+        try:
+            caller, _ = self._listener.accept()
+        except OSError as error:
+            if error.errno in _NO_DESCRIPTORS:
+                self._turn_away()
+            return  # else it has gone already
+        connection = Connection(self._engine, caller, self._connections.discard)
+        self._connections.add(connection)
+        connection.open()
+
+    def _turn_away(self) -> None:
+        """No descriptors left: without this the caller would ring for ever."""
+        self._spare.close()
+        try:
+            caller, _ = self._listener.accept()
+            caller.close()
+        except OSError as error:
+            self._engine.report(error)
+        self._spare = open(os.devnull)  # noqa: SIM115

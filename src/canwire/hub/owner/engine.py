@@ -1,0 +1,282 @@
+"""What keeps a hub's world moving: one thread for its time, its input and everything asked of it."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from canwire.errors import BadValue, CanwireError, HubLost
+from canwire.hub.owner.pace import FastPace, RealPace
+from canwire.hub.protocol.pending import Pending
+from canwire.platform import EventDescriptor, Poller, sharpen_sleep
+
+if TYPE_CHECKING:
+    from canwire.hub.owner.world import World
+
+Result = TypeVar("Result")
+
+REAL, FAST, VIRTUAL = "real", "fast", "virtual"
+_PACES = {REAL: RealPace, FAST: FastPace}
+_AFTER_FAILURE_S = 0.01  # a bus that fails at every turn must not take the whole processor
+
+
+class HasFileno(Protocol):
+    def fileno(self) -> int: ...
+
+
+class Engine:
+    """Owns a world. In "real" and "fast" time one thread runs it; in "virtual" time whoever calls does, one at a time.
+
+    Everything that touches the world goes through `call` or `post`, or is a callback given to `watch`, and so has
+    the world to itself. A callback that raises is reported on stderr, once for each place, and counted in
+    `failures`; the engine goes on.
+    """
+
+    def __init__(self, world: World, time: str = REAL) -> None:
+        if time not in (*_PACES, VIRTUAL):
+            raise BadValue(f"time {time!r}: one of real, fast, virtual")
+        self.world = world
+        self.time = time
+        self.failures = 0
+        self._reported: set[str] = set()
+        self._posted: deque[Callable[[], object]] = deque()
+        self._when_closed: list[Callable[[], object]] = []
+        self._closed = False
+        self._pid = os.getpid()
+        self._lock = threading.RLock()  # in virtual time whoever has the world holds it
+        self._calls = 0
+        self._loop = None if time == VIRTUAL else _Loop(self, _PACES[time](world))
+        if self._loop is not None:
+            if world.reactor is not None:
+                world.reactor.attach(self)
+            self._loop.thread.start()
+
+    @property
+    def closed(self) -> bool:
+        """Nothing more happens here: closed, or this process is a fork of the engine's."""
+        return self._closed or self._pid != os.getpid()
+
+    def call(self, work: Callable[[], Result]) -> Result:
+        """Do something with the world; returns what that returns, raises what it raises, HubLost once closed."""
+        if self._loop is None:
+            return self._call_here(work)
+        if self.inside():
+            return work()
+        done: Pending[Result] = Pending()
+        self._hand_over(lambda: self._answer(work, done))
+        return done.result()
+
+    def post(self, work: Callable[[], object]) -> None:
+        """Do something with the world soon, after what is being done now; nothing once closed."""
+        if self.inside():
+            self._posted.append(work)
+        elif not self.closed:
+            self._hand_over(work)
+
+    def inside(self) -> bool:
+        """The calling thread is the engine's own."""
+        return self._loop is not None and threading.current_thread() is self._loop.thread
+
+    def watch(
+        self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
+    ) -> None:
+        """Call back whenever `source` is readable, or writable; again: in place of what was. Engine's thread only.
+
+        In virtual time nothing is watched: there whoever lets time pass looks at everything.
+        """
+        if self._loop is not None:
+            self._loop.watch(source, readable, writable)
+
+    def unwatch(self, source: HasFileno) -> None:
+        """No more, from this moment; unknown ones are ignored. To be called before `source` is closed."""
+        if self._loop is not None:
+            self._loop.unwatch(source)
+
+    def when_closed(self, callback: Callable[[], object]) -> None:
+        """Call back once nothing more will happen, in the engine's thread."""
+        self._when_closed.append(callback)
+
+    def forget(self, callback: Callable[[], object]) -> None:
+        """No callback at the end; unknown ones are ignored."""
+        if callback in self._when_closed:
+            self._when_closed.remove(callback)
+
+    def lateness_ns(self) -> list[int]:
+        """How late the last happenings were, in order; [] in virtual time."""
+        return [] if self._loop is None else list(self._loop.pace.lateness_ns)
+
+    def report(self, error: BaseException) -> None:
+        """Count a failure of the hub itself, and show it unless one from the same place was shown before."""
+        self.failures += 1
+        frames = traceback.extract_tb(error.__traceback__)
+        place = (
+            f"{type(error).__name__} at {frames[-1].filename}:{frames[-1].lineno}" if frames else repr(error)
+        )
+        if place not in self._reported:
+            self._reported.add(place)
+            text = "".join(traceback.format_exception(error))
+            print(f"canwire hub: a failure (reported once):\n{text}", file=sys.stderr, flush=True)
+
+    def close(self, *, tell: bool = True) -> None:
+        """Stop; what was asked before still gets done. A second time does nothing.
+
+        Without `tell` no `when_closed` callback is called: at a process's end nobody is left to be woken up.
+        """
+        if self.closed:
+            return
+        if not tell:
+            self._when_closed.clear()
+        if self._loop is None:
+            self._call_here(self.finish)
+        else:
+            with self._lock:  # once `finish` has had it, the loop closes what is signalled here
+                self._loop.stopping = True
+                if not self._closed:
+                    self._loop.wake.signal()
+            if not self.inside():
+                self._loop.thread.join()
+
+    # for the loop
+
+    @property
+    def busy(self) -> bool:
+        """Something posted waits."""
+        return bool(self._posted)
+
+    def attempt(self, work: Callable[[], object]) -> bool:
+        """Do it; False if it failed."""
+        try:
+            work()
+        except Exception as error:
+            self.report(error)
+            return False
+        return True
+
+    def run_posted(self) -> None:
+        """Do what was posted up to now; what that posts has to wait."""
+        for _ in range(len(self._posted)):
+            self.attempt(self._posted.popleft())
+
+    def finish(self) -> None:
+        """The end: whoever waits gets an answer, nobody is let in any more."""
+        with self._lock:
+            self._closed = True
+        while self._posted:
+            self.run_posted()
+        for callback in list(self._when_closed):
+            self.attempt(callback)
+
+    def _call_here(self, work: Callable[[], Result]) -> Result:
+        with self._lock:
+            self._check()
+            self._calls += 1
+            try:
+                return work()
+            finally:
+                while self._posted and self._calls == 1:
+                    self.run_posted()
+                self._calls -= 1
+
+    def _hand_over(self, work: Callable[[], object]) -> None:
+        with self._lock:
+            self._check()
+            self._posted.append(work)
+            if self._loop is None and self._calls == 0:
+                self._call_here(lambda: None)
+            elif self._loop is not None:
+                self._loop.wake.signal()
+
+    def _check(self) -> None:
+        if self._pid != os.getpid():
+            raise CanwireError("this hub belongs to the process that was forked; connect anew in this one")
+        if self._closed:
+            raise HubLost("the hub in this process was closed")
+
+    @staticmethod
+    def _answer(work: Callable[[], Result], done: Pending[Result]) -> None:
+        try:
+            done.settle(work())
+        except BaseException as error:
+            done.fail(error)
+
+
+class _Watched:
+    """What to call when a descriptor is ready; `active` until it is unwatched."""
+
+    def __init__(self, readable: Callable[[], object], writable: Callable[[], object] | None) -> None:
+        self.readable = readable
+        self.writable = writable
+        self.active = True
+
+
+class _Loop:
+    """The engine's thread: input, what was posted, then time."""
+
+    def __init__(self, engine: Engine, pace: RealPace) -> None:
+        self.pace = pace
+        self.stopping = False
+        self.wake = EventDescriptor()
+        self._engine = engine
+        self._poller = Poller()
+        self._watched: dict[int, _Watched] = {}
+        self.watch(self.wake, self.wake.clear)
+        self.thread = threading.Thread(target=self._run, name="canwire-hub", daemon=True)
+
+    def watch(
+        self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
+    ) -> None:
+        before = self._watched.get(source.fileno())
+        if before is not None:
+            before.active = False
+        self._watched[source.fileno()] = _Watched(readable, writable)
+        self._poller.watch(source.fileno(), Poller.READABLE | (Poller.WRITABLE if writable else 0))
+
+    def unwatch(self, source: HasFileno) -> None:
+        watched = self._watched.pop(source.fileno(), None)
+        if watched is not None:
+            watched.active = False
+            self._poller.unwatch(source.fileno())
+
+    def _run(self) -> None:
+        sharpen_sleep()
+        try:
+            timeout: float | None = 0.0
+            while not self.stopping:
+                timeout = self._turn(timeout)
+        finally:
+            self._engine.finish()
+            self._poller.close()
+            self.wake.close()
+
+    def _turn(self, timeout: float | None) -> float | None:
+        """Wait for input for so many seconds, handle it, let time go on; how long to wait next."""
+        engine = self._engine
+        found = self._poller.wait(0 if engine.busy else timeout)
+        ready = [(self._watched[descriptor], events) for descriptor, events in found]
+        try:
+            if ready or engine.busy:
+                self.pace.catch_up()
+        except Exception as error:
+            engine.report(error)
+        for watched, events in ready:
+            self._handle(watched, events)
+        engine.run_posted()
+        try:
+            return self.pace.run()
+        except Exception as error:
+            engine.report(error)
+            return _AFTER_FAILURE_S
+
+    def _handle(self, watched: _Watched, events: int) -> None:
+        try:
+            if watched.active and events & ~Poller.WRITABLE:
+                watched.readable()
+            if watched.active and watched.writable is not None and events & Poller.WRITABLE:
+                watched.writable()
+        except Exception as error:
+            self._engine.report(error)

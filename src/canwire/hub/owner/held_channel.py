@@ -1,0 +1,136 @@
+"""A client's channel as the hub holds it: queues in shared memory, a filter, and whether it is active."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from canwire.boards.can.channel import ALL_REQUESTS, Channel
+from canwire.boards.can.message_filter import FormatFilter, MessageFilter, message_filter
+from canwire.boards.can.modes import ChannelMode, ChannelStatus
+from canwire.errors import NotInitialised, WrongState
+from canwire.hub.owner.held import OnLine, Slot
+from canwire.hub.owner.shared_ring import SharedRing
+from canwire.platform import EventDescriptor
+from canwire.ring import rounded_capacity
+
+if TYPE_CHECKING:
+    from canwire.hub.owner.session import Session
+
+
+@dataclass
+class HeldChannel(OnLine):
+    """A client's channel: its queues once it is set up, its filter, and whether it is active."""
+
+    slot: Slot
+    holder: Session
+    exclusive: bool
+    channel: Channel | None = None
+    active: bool = False
+    filter: MessageFilter | None = None
+    _queues: list[SharedRing] = field(default_factory=list)
+
+    def set_up(self, mode: ChannelMode, doorbell: EventDescriptor | None) -> tuple[int, ...]:
+        """New queues in new memory; descriptors for the client: receive memory and event, [transmit ...].
+
+        Raises BadValue or BadFilter, and leaves everything as it was then.
+        """
+        size = mode.filter_size
+        chosen = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
+        capacities = (mode.receive, mode.transmit) if mode.transmit else (mode.receive,)
+        for capacity in capacities:
+            rounded_capacity(capacity)
+        self.activate(False)
+        self._forget_queues()
+        timeline = self.slot.can.line.timeline if self.holder.virtual else None
+        self._queues = [SharedRing.receiving(mode.receive, mode.exact, doorbell, timeline)]
+        if mode.transmit:
+            self._queues.append(SharedRing.transmitting(mode.transmit, mode.exact, doorbell, timeline))
+        self.channel = self._new_channel(mode)
+        self.channel.filter = self.filter = chosen
+        return tuple(descriptor for queue in self._queues for descriptor in queue.descriptors)
+
+    def _new_channel(self, mode: ChannelMode) -> Channel:
+        channel = Channel(
+            mode.receive,
+            mode.transmit,
+            frames=mode.frames,
+            events=frozenset(mode.events),
+            siblings=mode.siblings,
+            rings=(self._queues[0].ring, self._queues[1].ring if mode.transmit else None),
+        )
+        channel.untrusted = True
+        channel.prioritised = mode.prioritised
+        if mode.prioritised or mode.confirms:
+            channel.allowed = ALL_REQUESTS
+        channel.fd = mode.fd
+        self._take_time(channel, mode.ticks)
+        return channel
+
+    def activate(self, active: bool) -> None:
+        """Connect the queues to the line, or take them off it; raises NotInitialised before `set_up`."""
+        if self.channel is None:
+            if active:
+                raise NotInitialised(f"{self.slot.can.line.name}: set the channel up before activating it")
+            return
+        if active != self.active:
+            self.active = active
+            self.holder.channels_changed()
+            line = self.slot.can.line
+            if active:
+                self.channel.origin_ns = self.slot.can.origin_ns or 0
+                line.open(self.channel)
+                self.channel.transmit.arm()
+                line.kick()
+            else:
+                line.close(self.channel)
+
+    def format_filter(self, extended: bool) -> FormatFilter:
+        """Raises NotInitialised before `set_up`."""
+        if self.filter is None:
+            raise NotInitialised(f"{self.slot.can.line.name}: a channel has filters once it is set up")
+        return self.filter.of(extended)
+
+    def check_inactive(self) -> None:
+        if self.active:
+            raise WrongState(f"{self.slot.can.line.name}: deactivate the channel to change its filter")
+
+    def counted(self, name: str) -> int:
+        """One of the channel's counters; 0 before it is set up."""
+        return 0 if self.channel is None else int(getattr(self.channel, name))
+
+    def status(self) -> ChannelStatus:
+        channel = self.channel
+        if channel is None:
+            return ChannelStatus(False, 0, 0, 0, 0, 0, 0, 0)
+        waiting = channel.transmit.fill()
+        return ChannelStatus(
+            active=self.active,
+            accepted=int(channel.accepted),
+            lost=int(channel.lost),
+            sent=int(channel.sent) + waiting,
+            delivered=int(channel.delivered),
+            aborted=int(channel.aborted),
+            refused=int(channel.refused),
+            pending=int(channel.in_flight) + waiting,
+        )
+
+    def let_go(self) -> None:
+        """Give up what waits to be sent, and the memory."""
+        if self.channel is not None:
+            self.activate(False)
+            self.slot.can.line.cancel(self.channel)
+        self._forget_queues()
+        self.slot.channels.remove(self)
+
+    def _take_time(self, channel: Channel, ticks: bool) -> None:
+        if ticks:
+            capabilities = self.slot.can.info.capabilities
+            channel.tick_ns = capabilities.stamps.tick_ns
+            channel.delay_tick_ns = max(1, capabilities.delay.tick_ns)
+            channel.longest_delay = capabilities.delay.maximum
+
+    def _forget_queues(self) -> None:
+        for queue in self._queues:
+            queue.close()
+        self._queues, self.channel, self.filter = [], None, None

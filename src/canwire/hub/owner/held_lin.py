@@ -1,0 +1,98 @@
+"""Who holds what on a LIN line: one control, any number of monitors or a single exclusive one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from canwire.boards.lin.line import LinLine
+from canwire.boards.lin.modes import LinMonitorMode, LinMonitorStatus
+from canwire.boards.lin.monitor import LinMonitor
+from canwire.boards.lin.schedule import LinScheduler
+from canwire.errors import CanwireError, InUse, NotInitialised
+from canwire.hub.owner.held import LineSlot, OnLine
+from canwire.hub.owner.shared_ring import SharedRing
+from canwire.values.lin.schedule import LinSchedule
+
+if TYPE_CHECKING:
+    from canwire.hub.owner.session import Session
+
+
+class LinSlot(LineSlot):
+    """A LIN line with its holders; when the last of them goes, the line is reset."""
+
+    def __init__(self, board: int, lin: LinLine) -> None:
+        super().__init__(board, lin.name)
+        self.lin = lin
+        self.monitors: list[HeldMonitor] = []
+        self._scheduler: LinScheduler | None = None
+
+    @property
+    def exclusive(self) -> bool:
+        return any(monitor.exclusive for monitor in self.monitors)
+
+    def admit_monitor(self, exclusive: bool) -> None:
+        """Raise InUse for an exclusive monitor beside others, or any beside an exclusive one."""
+        if self.monitors and (exclusive or self.exclusive):
+            kind = "an exclusive monitor" if self.exclusive else f"{len(self.monitors)} monitors"
+            raise InUse(f"{self.name}: {kind} on it already, of {self.monitors[0].holder.name}")
+
+    def run_schedule(self, schedule: LinSchedule | None, rounds: int) -> None:
+        """Run this table in place of another one; None: end the one that runs."""
+        if self._scheduler is not None:
+            self._scheduler.stop()
+            self._scheduler = None
+        if schedule is not None:
+            self._scheduler = LinScheduler(self.lin, schedule)
+            self._scheduler.start(schedule.name, rounds=rounds or None)
+
+    def settle(self) -> None:
+        if self.control is None:
+            self.run_schedule(None, 0)
+            if not self.monitors:
+                self.lin.reset()
+
+    def close(self, why: CanwireError) -> None:
+        self.run_schedule(None, 0)
+        self.lin.close()
+
+
+@dataclass
+class HeldMonitor(OnLine):
+    """A client's monitor: its queue once it is set up."""
+
+    slot: LinSlot
+    holder: Session
+    exclusive: bool
+    monitor: LinMonitor | None = None
+    _queue: SharedRing | None = None
+
+    def set_up(self, mode: LinMonitorMode) -> tuple[int, ...]:
+        """A new queue in new memory; descriptors for the client: memory and event."""
+        self._forget()
+        timeline = self.slot.lin.timeline if self.holder.virtual else None
+        self._queue = SharedRing.receiving(mode.receive, mode.exact, self.holder.doorbell, timeline)
+        self.monitor = LinMonitor(mode, ring=self._queue.ring)
+        self.slot.lin.open(self.monitor)
+        return self._queue.descriptors
+
+    def activate(self, active: bool) -> None:
+        """Let messages in, or no more of them; raises NotInitialised before `set_up`."""
+        if self.monitor is not None:
+            self.slot.lin.activate(self.monitor, active)
+        elif active:
+            raise NotInitialised(f"{self.slot.name}: set the monitor up before activating it")
+
+    def status(self) -> LinMonitorStatus:
+        return LinMonitorStatus(False, 0, 0, 0) if self.monitor is None else self.monitor.status()
+
+    def let_go(self) -> None:
+        self._forget()
+        self.slot.monitors.remove(self)
+
+    def _forget(self) -> None:
+        if self.monitor is not None:
+            self.slot.lin.dismiss(self.monitor)
+        if self._queue is not None:
+            self._queue.close()
+        self.monitor = self._queue = None

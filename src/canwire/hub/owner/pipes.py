@@ -1,0 +1,91 @@
+"""FIFOs between any two clients: the hub makes their memory and sees that each end is open once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from canwire.errors import BadValue, InUse, NoSuchBoard, WrongState
+from canwire.hub.handles.fifo import FIFO, READER, WRITER
+from canwire.platform import EventDescriptor, close_descriptors, create_memory
+from canwire.ring import Ring, ring_size, rounded_capacity
+
+PAGE = 4096
+CONTROL = 24  # bytes of a VCI FIFO that are not the user's; source: VCI V4 manual (seed 004) 4
+_LARGEST = 0xFFFF
+
+
+@dataclass
+class Pipe:
+    """One FIFO, kept for as long as somebody refers to it."""
+
+    id: int
+    capacity: int
+    element_size: int
+    memory: int
+    reader_event: EventDescriptor
+    writer_event: EventDescriptor
+    ring: Ring
+    references: int = 0
+    ends: set[str] = field(default_factory=set)
+
+    def descriptors(self) -> tuple[int, ...]:
+        return (self.memory, self.reader_event.fileno(), self.writer_event.fileno())
+
+
+class Pipes:
+    """All FIFOs of a hub."""
+
+    def __init__(self) -> None:
+        self._pipes: dict[int, Pipe] = {}
+
+    def create(self, number: int, capacity: int, element_size: int) -> Pipe:
+        """A FIFO that fills whole pages (rulings 12); raises BadValue."""
+        for name, value in (("capacity", capacity), ("element size", element_size)):
+            if not 1 <= value <= _LARGEST:
+                raise BadValue(f"FIFO {name} {value}: 1 to {_LARGEST}")
+        capacity = page_capacity(capacity, element_size)
+        memory = create_memory(ring_size(rounded_capacity(capacity), element_size))
+        ring = Ring.over(memory, capacity, exact=True, record_size=element_size)
+        pipe = Pipe(number, capacity, element_size, memory, EventDescriptor(), EventDescriptor(), ring)
+        self._pipes[number] = pipe
+        return pipe
+
+    def open(self, number: int, role: str) -> Pipe:
+        """A reference more; raises NoSuchBoard, BadValue, or InUse for an end that is open."""
+        pipe = self._pipes.get(number)
+        if pipe is None:
+            raise NoSuchBoard(f"no FIFO {number}; it goes when nobody refers to it any more")
+        if role not in (FIFO, READER, WRITER):
+            raise BadValue(f"role {role!r} of a FIFO: {FIFO}, {READER} or {WRITER}")
+        if role != FIFO:
+            if role in pipe.ends:
+                raise InUse(f"FIFO {number}: its {role} is open already")
+            pipe.ends.add(role)
+        pipe.references += 1
+        return pipe
+
+    def close(self, pipe: Pipe, role: str) -> None:
+        """A reference less; with the last one it is gone."""
+        pipe.ends.discard(role)
+        pipe.references -= 1
+        if pipe.references == 0:
+            del self._pipes[pipe.id]
+            pipe.reader_event.close()
+            pipe.writer_event.close()
+            close_descriptors(pipe.memory)
+
+    def reset(self, pipe: Pipe) -> None:
+        """Drop what is in it; raises WrongState while an end is open."""
+        if pipe.ends:
+            raise WrongState(f"FIFO {pipe.id}: its {' and '.join(sorted(pipe.ends))} is open")
+        pipe.ring.clear()
+
+
+def page_capacity(capacity: int, element_size: int) -> int:
+    """Elements that fit the whole pages which `capacity` of them take, 65535 at most.
+
+    >>> page_capacity(32, 16)
+    254
+    """
+    pages = -(-(capacity * element_size + CONTROL) // PAGE)
+    return min(_LARGEST, (pages * PAGE - CONTROL) // element_size)

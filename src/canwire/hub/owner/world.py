@@ -1,0 +1,260 @@
+"""Everything a hub owns: time, buses, boards, FIFOs, and the sessions of its clients. No I/O, one thread at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from canwire.boards import catalogue
+from canwire.boards.board import Board, BoardLinLine
+from canwire.boards.can.connector import CanLine
+from canwire.boards.config.configuration import BusConfig, Config
+from canwire.boards.description import BoardInfo
+from canwire.boards.isa import IsaBus, IsaPlace
+from canwire.boards.outside import check_unused, identified, when_identified
+from canwire.bus.can.bus import CanBus
+from canwire.bus.lin.bit_level import FREE
+from canwire.bus.lin.bus import LinBus
+from canwire.bus.medium import one_way_delay_ps
+from canwire.errors import BadValue, NoSuchBoard, Unplugged, Unsupported
+from canwire.hub.owner.held import LineSlot, Slot
+from canwire.hub.owner.held_lin import LinSlot
+from canwire.hub.owner.pipes import Pipes
+from canwire.hub.owner.reactor import LaterReactor
+from canwire.hub.owner.session import Session
+from canwire.hub.protocol.messages import BoardsChanged, Message
+from canwire.platform import EventDescriptor
+from canwire.timeline import NEVER, Timeline
+from canwire.values.timing.bit_timing import BitTiming
+
+if TYPE_CHECKING:
+    from canwire.drivers.outside import Identity
+
+_UNHEALTHY_NS = 10_000_000
+_CLOCK_HZ = 80_000_000
+_SHORTEST_BITS = 20  # nothing on a bus fills a receive queue quicker: the shortest error frame
+_LONGEST_NAME, _LONGEST_NOTE, _MOST_NOTES = 64, 1024, 256
+_LOW_WATER = 4  # a queue with less than its capacity by this much free holds up fast time
+
+
+class World:
+    """What all sessions share."""
+
+    def __init__(self, config: Config, *, virtual: bool = False) -> None:
+        self.timeline = Timeline()
+        self.virtual = virtual
+        self.buses: dict[str, CanBus | LinBus] = {}
+        self.reactor = None if virtual else LaterReactor()
+        self.machine = catalogue.Machine(self.timeline, self.buses, IsaBus(), self.reactor)
+        self._can_buses: list[CanBus] = []
+        self.sessions: list[Session] = []
+        self.boards: dict[int, Board] = {}
+        self.slots: dict[tuple[int, int], Slot | LinSlot] = {}
+        self.pipes = Pipes()
+        self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
+        self.notes: dict[str, bytes] = {}
+        self._luid = 0
+        self._reserved = {board.serial for board in config.board}
+        for bus in config.bus:
+            self._add_bus(bus)
+        for board in config.board:
+            self.plug(
+                board.kind,
+                board.serial,
+                board.buses,
+                board.place,
+                real=board.access == "port",
+                port=board.port,
+            )
+
+    # sessions
+
+    def open_session(
+        self, name: str, pid: int, notify: Callable[[Message], None], doorbell: EventDescriptor | None
+    ) -> Session:
+        """A client has come; `notify` passes notices on to it."""
+        session = Session(self, f"{name} ({pid})", notify, doorbell)
+        self.sessions.append(session)
+        return session
+
+    def close_session(self, session: Session) -> None:
+        """It has gone, whatever it held is free again; a second time does nothing."""
+        if session in self.sessions:
+            self.sessions.remove(session)
+            session.close()
+
+    def kick(self, session: Session) -> None:
+        """This client wrote into its transmit queues, or read from a full receive queue."""
+        for line in session.sending_lines():
+            line.line.kick()
+
+    def kick_all(self) -> None:
+        for session in self.sessions:
+            self.kick(session)
+
+    # boards
+
+    def infos(self) -> tuple[BoardInfo, ...]:
+        """Every board, in the order of plugging."""
+        return tuple(board.info for board in self.boards.values())
+
+    def plug(
+        self,
+        kind: str,
+        serial: str = "",
+        buses: tuple[str, ...] = (),
+        place: IsaPlace | None = None,
+        *,
+        real: bool = False,
+        port: str = "",
+    ) -> BoardInfo:
+        """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken.
+
+        `place` and `real` are for ISA boards, `port` is for adapters (catalogue.build); raises InUse where another
+        board is.
+        """
+        if port:
+            check_unused(port, self.boards.values())
+        taken = {board.info.hardware_id for board in self.boards.values()}
+        if serial in taken:
+            raise BadValue(f"a board {serial} is plugged in already")
+        if not serial:
+            taken |= self._reserved
+            numbers = (f"HW{number:06}" for number in range(1, len(taken) + 2))
+            serial = next(number for number in numbers if number not in taken)
+        built = catalogue.build(
+            catalogue.kind(kind), self.next_luid(), serial, buses, self.machine, place, real=real, port=port
+        )
+        self.boards[built.info.id] = built
+        for number, slot in enumerate(built.lines):
+            self.slots[built.info.id, number] = (
+                LinSlot(built.info.id, slot.line)
+                if isinstance(slot, BoardLinLine)
+                else Slot(built.info.id, CanLine(slot))
+            )
+        when_identified(built, lambda identity: self._identified(built.info.id, identity))
+        self._changed()
+        return built.info
+
+    def unplug(self, hardware_id: str) -> None:
+        """Pull a board out: handles on it are dead, and their holders are told. Raises NoSuchBoard."""
+        board = next((b for b in self.boards.values() if b.info.hardware_id == hardware_id), None)
+        if board is None:
+            there = ", ".join(info.hardware_id for info in self.infos()) or "none"
+            raise NoSuchBoard(f"no board {hardware_id!r} to unplug; plugged in: {there}")
+        del self.boards[board.info.id]
+        text = f"board {hardware_id} ({board.info.kind}) was unplugged"
+        catalogue.pull(board, self.machine)
+        for number in range(len(board.lines)):
+            self.slots.pop((board.info.id, number)).close(Unplugged(text))
+        for session in list(self.sessions):
+            session.board_gone(board.info.id, text)
+        self._changed()
+
+    def board(self, board_id: int) -> Board:
+        """Raises NoSuchBoard."""
+        try:
+            return self.boards[board_id]
+        except KeyError:
+            raise NoSuchBoard(f"no board with id {board_id}; it may have been unplugged") from None
+
+    def line_slot(self, board_id: int, line: int) -> LineSlot:
+        """A line of any kind and who holds it; raises NoSuchBoard."""
+        board = self.board(board_id)
+        if (board_id, line) not in self.slots:
+            raise NoSuchBoard(f"{board.info.hardware_id} has lines 0 to {len(board.lines) - 1}, not {line}")
+        return self.slots[board_id, line]
+
+    def slot(self, board_id: int, line: int) -> Slot:
+        """A CAN line; raises NoSuchBoard, or Unsupported for a LIN line."""
+        found = self.line_slot(board_id, line)
+        if not isinstance(found, Slot):
+            raise Unsupported(f"{found.name} is a LIN line: it has no channels, filters and cyclic list")
+        return found
+
+    def lin_slot(self, board_id: int, line: int) -> LinSlot:
+        """A LIN line; raises NoSuchBoard, or Unsupported for a CAN line."""
+        found = self.line_slot(board_id, line)
+        if not isinstance(found, LinSlot):
+            raise Unsupported(f"{found.name} is a CAN line: it has no monitors and schedules")
+        return found
+
+    def short(self, name: str, shorted: bool) -> None:
+        """Short a CAN bus's two wires, or a LIN bus's one to ground; or take the short away. Raises NoSuchBoard."""
+        bus = self.buses.get(name)
+        if isinstance(bus, CanBus):
+            bus.short(shorted)
+        elif isinstance(bus, LinBus):
+            bus.short(0 if shorted else FREE)
+        else:
+            raise NoSuchBoard(f"no bus {name!r}; there are {', '.join(self.buses) or 'none'}")
+
+    def set_note(self, name: str, value: bytes) -> None:
+        """Keep a note for other programs, or take it away; raises BadValue for more than a hub keeps."""
+        if len(name) > _LONGEST_NAME or len(value) > _LONGEST_NOTE:
+            raise BadValue(
+                f"note {name[:20]!r}: names up to {_LONGEST_NAME} characters, {_LONGEST_NOTE} bytes each"
+            )
+        self.notes.pop(name, None)
+        if value:
+            if len(self.notes) >= _MOST_NOTES:
+                raise BadValue(f"note {name!r}: the hub keeps {_MOST_NOTES} already")
+            self.notes[name] = value
+
+    def next_luid(self) -> int:
+        """A number never given out before."""
+        self._luid += 1
+        return self._luid
+
+    # for the hub's pace
+
+    def healthy(self) -> bool:
+        """No bus spends its time repeating what nobody acknowledges: fast time may run ahead of the clock."""
+        for bus in self._can_buses:
+            if bus.busy():
+                last_ns = max(bus.tally.last_success_ns, bus.busy_since_ns())
+                if self.timeline.now_ns - last_ns >= _UNHEALTHY_NS:
+                    return False
+        return True
+
+    def stalled(self) -> bool:
+        """A receive queue is nearly full; its reader rings the doorbell when it has made room."""
+        found = False
+        for session in self.sessions:
+            for ring in session.receive_rings():
+                if ring.free() * _LOW_WATER < ring.capacity:
+                    ring.free_threshold = max(1, ring.capacity // 2)
+                    ring.arm_free()
+                    found = True
+        return found
+
+    def horizon_ns(self) -> int:
+        """Bus time that can pass before any receive queue could overflow; NEVER where nobody receives."""
+        room = [ring.free() for session in self.sessions for ring in session.receive_rings()]
+        if not room:
+            return NEVER
+        quickest = min((node.bit_ps for bus in self._can_buses for node in bus.nodes), default=1_000_000)
+        return max(1, min(room)) * _SHORTEST_BITS * quickest // 1000
+
+    def _add_bus(self, config: BusConfig) -> None:
+        if config.type == "lin":
+            self.buses[config.name] = LinBus(self.timeline, config.name)
+            return
+        bus = CanBus(self.timeline, config.name)
+        timing = BitTiming.for_bit_rate(config.usual_rate, clock_hz=_CLOCK_HZ)
+        bus.delay_ps = one_way_delay_ps(timing, config.length_m, config.node_delay_ns)
+        self.buses[config.name] = bus
+        self._can_buses.append(bus)
+
+    def _identified(self, board_id: int, identity: Identity) -> None:
+        """An adapter has told what it is."""
+        if board_id in self.boards:
+            board = self.boards[board_id]
+            self.boards[board_id] = replace(board, info=identified(board.info, identity))
+            self._changed()
+
+    def _changed(self) -> None:
+        for session in self.sessions:
+            if session.watching:
+                session.notify(BoardsChanged())

@@ -1,0 +1,76 @@
+"""Requests about a board's chips, and notes that programs leave for each other."""
+
+from __future__ import annotations
+
+from canwire.hub.protocol.message import Message
+from canwire.values.register import RegisterValue
+
+
+class GetRegisters(Message):
+    """-> Registers: those of a line's chip, read without side effects; none where the chip is an ideal one."""
+
+    board: int
+    line: int
+
+
+class OpenShare(Message):
+    """-> Opened. `share` says what others may do: 1 read, 2 write."""
+
+    board: int
+    line: int
+    read: bool
+    write: bool
+    share: int
+
+
+class ReadRegister(Message):
+    """Control -> Number, with what reading the register does"""
+
+    handle: int
+    address: int
+    reset_mode: bool
+
+
+class WriteRegister(Message):
+    """Control -> None"""
+
+    handle: int
+    address: int
+    value: int
+    reset_mode: bool
+
+
+class Sleep(Message):
+    """Control -> None: let the line's controller sleep, or wake it."""
+
+    handle: int
+    asleep: bool
+
+
+class HoldInterrupts(Message):
+    """-> None: keep the line's driver from serving its chip, or let it again."""
+
+    board: int
+    line: int
+    held: bool
+
+
+class SetNote(Message):
+    """-> None. A note lies at the hub until another takes its place; an empty one is taken away."""
+
+    name: str
+    value: bytes
+
+
+class GetNote(Message):
+    """-> Note, empty where there is none."""
+
+    name: str
+
+
+class Registers(Message):
+    values: tuple[RegisterValue, ...]
+
+
+class Note(Message):
+    value: bytes

@@ -1,0 +1,83 @@
+"""What a client asks about LIN lines, and what it gets back; messages.py has them among all others."""
+
+from __future__ import annotations
+
+from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
+from canwire.hub.protocol.message import Message
+from canwire.values.lin.schedule import LinSchedule
+
+# a client's requests; what each one is answered with stands behind it
+
+
+class GetLinStatus(Message):
+    """-> LinLineState"""
+
+    board: int
+    line: int
+
+
+class InitialiseLin(Message):
+    """Control of a LIN line -> None"""
+
+    handle: int
+    mode: LinMode
+
+
+class WriteLin(Message):
+    """Control of a LIN line -> None. `record` is a frame's (values/lin/record.py); not to `send` it means to answer
+    with it from now on."""
+
+    handle: int
+    record: bytes
+    send: bool
+
+
+class WakeLin(Message):
+    """Control of a LIN line -> None: a wake-up pulse; with `sleep` the go-to-sleep command instead."""
+
+    handle: int
+    sleep: bool
+
+
+class RunSchedule(Message):
+    """Control of a LIN line -> None. `rounds` 0 is for ever; without a `schedule` the one that runs ends."""
+
+    handle: int
+    schedule: LinSchedule | None
+    rounds: int
+
+
+class OpenMonitor(Message):
+    """-> Opened"""
+
+    board: int
+    line: int
+    exclusive: bool
+
+
+class SetUpMonitor(Message):
+    """Monitor -> ChannelOpened, with descriptors: receive memory, its event."""
+
+    handle: int
+    mode: LinMonitorMode
+
+
+class GetMonitorStatus(Message):
+    """Monitor -> MonitorState"""
+
+    handle: int
+
+
+# the hub's replies
+
+
+class LinLineState(Message):
+    """`control_holder` "" is nobody; `exclusive`: a monitor has the line for itself."""
+
+    status: LinLineStatus
+    control_holder: str
+    exclusive: bool
+
+
+class MonitorState(Message):
+    status: LinMonitorStatus

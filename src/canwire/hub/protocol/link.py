@@ -1,0 +1,40 @@
+"""The seam between a client's handles and its hub: in this process or behind a socket."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from canwire.hub.protocol.messages import Message
+
+Answer = tuple[Any, tuple[int, ...]]
+"""A reply and the descriptors that came with it; whoever takes it owns them."""
+
+
+class Link(Protocol):
+    """One client's connection.
+
+    `call` may be used from any thread; it raises what the hub raised, or HubLost once the hub is gone, within
+    200 ms and for calls that wait too. Notices come on a thread of the link's own, each listener is called
+    for every one; after the hub is gone, once more with None.
+    """
+
+    time: str  # "real", "fast" or "virtual"
+    address: str  # of the socket; "" in this process
+
+    def call(self, request: Message) -> Answer:
+        """Ask and wait for the answer."""
+
+    def listen(self, listener: Callable[[Message | None], None]) -> None:
+        """Pass on notices: BoardsChanged, Gone, None."""
+
+    @property
+    def lost(self) -> bool:
+        """The hub is gone."""
+
+    @property
+    def doorbell(self) -> int:
+        """The descriptor that tells the hub of frames in this client's transmit queues; the link keeps it."""
+
+    def close(self) -> None:
+        """Give back everything held; a second time does nothing."""

@@ -1,0 +1,488 @@
+"""What a client asks of its hub, and what it gets back, as values and as bytes.
+
+On the wire: a length (4 bytes, little-endian), then msgpack of [serial, message]. A client's first message is
+`Hello`; every request gets one `Reply` or `Failed` with its serial, in any order; serial 0 is a notice.
+Descriptors (memory, events) travel beside the reply that counts them. Lengths above the bounds, unknown
+messages and fields of a wrong type raise BadMessage, and whoever got them closes the connection.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import msgspec
+
+from canwire.boards.can.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
+from canwire.boards.description import BoardInfo
+from canwire.errors import BadMessage, BadValue
+from canwire.hub.protocol.board_messages import GetNote as GetNote
+from canwire.hub.protocol.board_messages import GetRegisters as GetRegisters
+from canwire.hub.protocol.board_messages import HoldInterrupts as HoldInterrupts
+from canwire.hub.protocol.board_messages import Note as Note
+from canwire.hub.protocol.board_messages import OpenShare as OpenShare
+from canwire.hub.protocol.board_messages import ReadRegister as ReadRegister
+from canwire.hub.protocol.board_messages import Registers as Registers
+from canwire.hub.protocol.board_messages import SetNote as SetNote
+from canwire.hub.protocol.board_messages import Sleep as Sleep
+from canwire.hub.protocol.board_messages import WriteRegister as WriteRegister
+from canwire.hub.protocol.lin_messages import GetLinStatus as GetLinStatus
+from canwire.hub.protocol.lin_messages import GetMonitorStatus as GetMonitorStatus
+from canwire.hub.protocol.lin_messages import InitialiseLin as InitialiseLin
+from canwire.hub.protocol.lin_messages import LinLineState as LinLineState
+from canwire.hub.protocol.lin_messages import MonitorState as MonitorState
+from canwire.hub.protocol.lin_messages import OpenMonitor as OpenMonitor
+from canwire.hub.protocol.lin_messages import RunSchedule as RunSchedule
+from canwire.hub.protocol.lin_messages import SetUpMonitor as SetUpMonitor
+from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
+from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
+from canwire.hub.protocol.message import Message as Message
+from canwire.values.timing.bit_timing import BitTiming
+
+VERSION = 1
+LARGEST_REQUEST = 1 << 16
+LARGEST_REPLY = 1 << 22
+LENGTH = struct.Struct("<I")
+
+
+# a client's requests; what each one is answered with stands behind it
+
+
+class Hello(Message):
+    """-> Welcome. `name` is shown to others where this client holds something."""
+
+    version: int
+    pid: int
+    name: str
+
+
+class ListBoards(Message):
+    """-> Boards"""
+
+
+class Watch(Message):
+    """-> None; from now on a BoardsChanged notice follows every change of the list."""
+
+
+class Plug(Message):
+    """-> BoardInfo. `serial` "" chooses one; `buses` names one bus a line, () takes the kind's default.
+
+    An ISA board goes where `base`, `irq` and `shared_irq` say, None as delivered. `port` is where an adapter is.
+    """
+
+    kind: str
+    serial: str
+    buses: tuple[str, ...]
+    base: int | None = None
+    irq: int | None = None
+    shared_irq: bool = False
+    port: str = ""
+
+
+class Unplug(Message):
+    """-> None"""
+
+    hardware_id: str
+
+
+class OpenLayer(Message):
+    """-> Opened. Any number of clients share one access layer of a board, two layers exclude each other."""
+
+    board: int
+    layer: str
+
+
+class OpenControl(Message):
+    """-> Opened. One at a time for each line."""
+
+    board: int
+    line: int
+
+
+class OpenChannel(Message):
+    """-> Opened"""
+
+    board: int
+    line: int
+    exclusive: bool
+
+
+class OpenScheduler(Message):
+    """-> Opened. One at a time for each line."""
+
+    board: int
+    line: int
+
+
+class Close(Message):
+    """-> None"""
+
+    handle: int
+
+
+class GetLineStatus(Message):
+    """-> LineState"""
+
+    board: int
+    line: int
+
+
+class Initialise(Message):
+    """Control -> None; deferred while the line looks for its bit rate."""
+
+    handle: int
+    mode: LineMode
+
+
+class Start(Message):
+    """Control -> None; with `abort_pending` everything queued on the line is given up before."""
+
+    handle: int
+    abort_pending: bool = False
+
+
+class Stop(Message):
+    """Control -> None, once the frame on the wire is over."""
+
+    handle: int
+
+
+class Reset(Message):
+    """Control -> None"""
+
+    handle: int
+
+
+class Detect(Message):
+    """Control -> Number: the place of the first rate (nominal, data or None) that the bus speaks."""
+
+    handle: int
+    candidates: tuple[tuple[BitTiming, BitTiming | None], ...]
+    timeout_ms: int
+    iso_fd: bool
+    low_speed: bool
+
+
+class GetFilterMode(Message):
+    """Control or channel -> Number"""
+
+    handle: int
+    extended: bool
+
+
+class SetFilterMode(Message):
+    """Control or channel -> Number: the mode before."""
+
+    handle: int
+    extended: bool
+    mode: int
+
+
+class SetAcceptanceFilter(Message):
+    """Control or channel -> None"""
+
+    handle: int
+    extended: bool
+    code: int
+    mask: int
+
+
+class ListIds(Message):
+    """Control or channel -> None; `add` False removes."""
+
+    handle: int
+    extended: bool
+    code: int
+    mask: int
+    add: bool
+
+
+class SetUpChannel(Message):
+    """Channel -> ChannelOpened, with descriptors: receive memory, its event, [transmit memory, its event]."""
+
+    handle: int
+    mode: ChannelMode
+
+
+class Activate(Message):
+    """Channel -> None"""
+
+    handle: int
+    active: bool
+
+
+class GetChannelStatus(Message):
+    """Channel -> ChannelState"""
+
+    handle: int
+
+
+class CancelQueued(Message):
+    """Channel -> Number of frames given up"""
+
+    handle: int
+
+
+class AddCyclic(Message):
+    """Scheduler -> Number: its index. `record` is the frame's 80 bytes, request bits included."""
+
+    handle: int
+    record: bytes
+    cycle: int
+    increment: int
+    byte_index: int
+    channel: int = 0  # of this client, whose own frames these are; 0: none's
+
+
+class ReplaceCyclic(Message):
+    """Scheduler -> None: another frame, in the same ticks."""
+
+    handle: int
+    index: int
+    record: bytes
+
+
+class StartInTurn(Message):
+    """Scheduler -> None: one after the other, `step` ticks apart, the first one in the next tick."""
+
+    handle: int
+    indices: tuple[int, ...]
+    counts: tuple[int, ...]
+    step: int
+
+
+class RemoveCyclic(Message):
+    """Scheduler -> None"""
+
+    handle: int
+    index: int
+
+
+class StartCyclic(Message):
+    """Scheduler -> None; `count` 0 is for ever."""
+
+    handle: int
+    index: int
+    count: int
+
+
+class StopCyclic(Message):
+    """Scheduler -> None"""
+
+    handle: int
+    index: int
+
+
+class RunScheduler(Message):
+    """Scheduler -> None: resume or suspend the task."""
+
+    handle: int
+    running: bool
+
+
+class ResetScheduler(Message):
+    """Scheduler -> None"""
+
+    handle: int
+
+
+class GetSchedulerStatus(Message):
+    """Scheduler -> SchedulerState"""
+
+    handle: int
+
+
+class CreateFifo(Message):
+    """-> FifoOpened (role "fifo"). Elements of `element_size` bytes, 1..65535; at least `capacity` of them."""
+
+    capacity: int
+    element_size: int
+
+
+class OpenFifo(Message):
+    """-> FifoOpened, with descriptors: memory, the reader's event, the writer's event. One reader, one writer."""
+
+    fifo: int
+    role: str
+
+
+class ResetFifo(Message):
+    """Fifo -> None; refused while a reader or writer is open."""
+
+    handle: int
+
+
+class CreateLuid(Message):
+    """-> Number, never given out before."""
+
+
+class Disturb(Message):
+    """-> None: short a bus's wires, or take the short away."""
+
+    bus: str
+    shorted: bool
+
+
+class Advance(Message):
+    """-> Number: the time in ns. Lets `span_ns` of virtual time pass, less if one of this client's events is
+    signalled first; in real and fast time it only tells the time."""
+
+    span_ns: int
+
+
+Request = (
+    Hello | ListBoards | Watch | Plug | Unplug | OpenLayer | OpenControl | OpenChannel | OpenScheduler | Close
+    | GetLineStatus | Initialise | Start | Stop | Reset | Detect | GetFilterMode | SetFilterMode
+    | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | AddCyclic
+    | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
+    | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
+    | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic
+    | StartInTurn | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
+)  # fmt: skip
+
+# the hub's replies
+
+
+class Done(Message):
+    """Nothing to tell."""
+
+
+class Number(Message):
+    value: int
+
+
+class Welcome(Message):
+    """`time` is "real", "fast" or "virtual"; one descriptor: the doorbell of this client's transmit queues."""
+
+    version: int
+    time: str
+
+
+class Boards(Message):
+    boards: tuple[BoardInfo, ...]
+
+
+class Plugged(Message):
+    board: BoardInfo
+
+
+class Opened(Message):
+    handle: int
+
+
+class ChannelOpened(Message):
+    """What a channel really got, in frames."""
+
+    receive: int
+    transmit: int
+
+
+class LineState(Message):
+    status: LineStatus
+
+
+class ChannelState(Message):
+    status: ChannelStatus
+
+
+class SchedulerState(Message):
+    status: CyclicStatus
+
+
+class FifoOpened(Message):
+    handle: int
+    fifo: int
+    capacity: int
+    element_size: int
+
+
+class Failed(Message):
+    """The request raised: name of a class in canwire.errors, and its text."""
+
+    error: str
+    text: str
+
+
+# the hub's notices
+
+
+class BoardsChanged(Message):
+    """A board came or went."""
+
+
+class Gone(Message):
+    """These handles are dead: their board was unplugged."""
+
+    handles: tuple[int, ...]
+    text: str
+
+
+Reply = (
+    Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
+    | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Failed | BoardsChanged | Gone
+)  # fmt: skip
+
+
+_encoder = msgspec.msgpack.Encoder()
+_requests = msgspec.msgpack.Decoder(tuple[int, Request])
+_replies = msgspec.msgpack.Decoder(tuple[int, int, Reply])
+
+
+def encode_request(serial: int, request: Message) -> bytes:
+    """Bytes to send; raises BadValue for what no hub would take: wrong types, numbers too large, too much."""
+    try:
+        message = _framed((serial, request), LARGEST_REQUEST)
+        decode_request(message[LENGTH.size :])
+    except (BadMessage, TypeError, OverflowError, RecursionError) as error:
+        raise BadValue(f"{type(request).__name__}: {error}") from None
+    return message
+
+
+def encode_reply(serial: int, reply: Message, descriptors: int = 0) -> bytes:
+    """Bytes to send; `descriptors` travel with them. Serial 0 makes a notice."""
+    return _framed((serial, descriptors, reply), LARGEST_REPLY)
+
+
+def decode_request(payload: bytes | bytearray | memoryview) -> tuple[int, Any]:
+    """Serial and request; raises BadMessage."""
+    try:
+        return _requests.decode(payload)
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise BadMessage(f"a request of {len(payload)} bytes: {error}") from None
+
+
+def decode_reply(payload: bytes | bytearray | memoryview) -> tuple[int, int, Any]:
+    """Serial, number of descriptors, reply; raises BadMessage."""
+    try:
+        return _replies.decode(payload)
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise BadMessage(f"a reply of {len(payload)} bytes: {error}") from None
+
+
+def _framed(message: Any, largest: int) -> bytes:
+    payload = _encoder.encode(message)
+    if len(payload) > largest:
+        raise BadMessage(f"a message of {len(payload)} bytes: {largest} at most")
+    return LENGTH.pack(len(payload)) + payload
+
+
+class Inbox:
+    """Bytes from a stream in, whole payloads out, however they were cut."""
+
+    def __init__(self, largest: int) -> None:
+        self._largest = largest
+        self._bytes = bytearray()
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Payloads that are complete now, in order; raises BadMessage for a length out of bounds."""
+        self._bytes += data
+        payloads = []
+        while len(self._bytes) >= LENGTH.size:
+            (length,) = LENGTH.unpack_from(self._bytes)
+            if not 0 < length <= self._largest:
+                raise BadMessage(f"a message of {length} bytes: 1 to {self._largest}")
+            if len(self._bytes) < LENGTH.size + length:
+                break
+            payloads.append(bytes(self._bytes[LENGTH.size : LENGTH.size + length]))
+            del self._bytes[: LENGTH.size + length]
+        return payloads

@@ -1,0 +1,43 @@
+"""How far an oscillator may be off: the conditions of a CAN bus (I, II) and a CAN FD bus (III to V).
+
+Source: VCI V4 manual (seed 004) 5.2.3, conditions 1 and 2; Bosch CAN FD specification 1.0;
+reference/can-protocol.md section 8.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from canwire.errors import BadTiming
+
+if TYPE_CHECKING:
+    from canwire.values.timing.bit_timing import BitTiming
+
+
+def condition_1(timing: BitTiming) -> Fraction:
+    """2 dF * 10 bits <= SJW: stuffing leaves at most 10 bits between two edges."""
+    return Fraction(timing.jump, 20 * timing.quanta)
+
+
+def condition_2(timing: BitTiming) -> Fraction:
+    """2 dF * (13 bits - PHASE2) <= min(PHASE1, PHASE2): error flags last up to 13 bits."""
+    return Fraction(min(timing.phase1, timing.tseg2), 2 * (13 * timing.quanta - timing.tseg2))
+
+
+def fd_conditions(nominal: BitTiming, data: BitTiming) -> dict[str, Fraction]:
+    """All five, "I" to "V"; raises BadTiming if the two phases do not share a clock."""
+    if data.clock_hz != nominal.clock_hz:
+        raise BadTiming(
+            f"nominal clock {nominal.clock_hz} Hz, data clock {data.clock_hz} Hz: not one controller"
+        )
+    ratio = Fraction(nominal.prescaler, data.prescaler)
+    to_nominal = (6 * data.quanta - data.tseg2) / ratio + 7 * nominal.quanta
+    to_data = (2 * nominal.quanta - nominal.tseg2) * ratio + data.tseg2 + 4 * data.quanta
+    return {
+        "I": condition_1(nominal),
+        "II": condition_2(nominal),
+        "III": condition_1(data),
+        "IV": min(data.phase1, data.tseg2) / (2 * to_nominal),
+        "V": (data.jump - (ratio - 1)) / (2 * to_data),
+    }

@@ -1,0 +1,250 @@
+"""ICanChannel and ICanChannel2: a program's own queues on a line.
+
+Source: VCI V4 manual (seed 004) 5.2.2, 6.6.5 and 6.6.6; rulings.md 6 and 12.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, Self, TypeVar
+from uuid import UUID
+
+from canwire import ChannelMode, FilterMode, Siblings
+from canwire.vci.arguments import UINT8, UINT16, UINT32, within
+from canwire.vci.bus_line import BusLine, LineObject
+from canwire.vci.can.control import CanControl2
+from canwire.vci.can.filters import FilterModes
+from canwire.vci.can.line import line_status, line_status2
+from canwire.vci.can.message import CanMsg, CanMsg2
+from canwire.vci.can.structures import CanChanStatus, CanChanStatus2
+from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS, Elements
+from canwire.vci.fifo.fifo import FifoEnd, FifoReader, FifoWriter
+from canwire.vci.fifo.size import whole_pages
+from canwire.vci.structures.constants import (
+    CAN_FILTER_EXCL,
+    CAN_FILTER_LOCK,
+    CAN_FILTER_SRRA,
+    CAN_MSGTYPE_ERROR,
+    CAN_MSGTYPE_INFO,
+    CAN_MSGTYPE_STATUS,
+    CAN_MSGTYPE_TIMEOVR,
+)
+from canwire.vci.structures.errors import (
+    VCI_E_ACCESSDENIED,
+    VCI_E_INVALID_STATE,
+    VCI_E_INVALIDARG,
+    VCI_E_NOT_INITIALIZED,
+    VciError,
+)
+from canwire.vci.structures.guids import IID_ICanChannel, IID_ICanChannel2, IID_IUnknown
+from canwire.vci.unknown import vci_call
+
+if TYPE_CHECKING:
+    from canwire import Filtered, HubChannel, RingEnd
+
+T = TypeVar("T", CanMsg, CanMsg2)
+_EVENTS = (CAN_MSGTYPE_INFO, CAN_MSGTYPE_ERROR, CAN_MSGTYPE_STATUS, CAN_MSGTYPE_TIMEOVR)
+
+
+class _Loads(NamedTuple):
+    """What both channels' statuses have in common."""
+
+    activated: bool
+    rx_overrun: bool
+    rx_fifo_load: int
+    tx_fifo_load: int
+
+
+class _Channel(LineObject, Generic[T]):
+    _form: Elements[T]
+
+    def __init__(self, line: BusLine, lease: HubChannel) -> None:
+        super().__init__(line)
+        self._lease = lease
+        self._initialized = self._sends = False
+        self._ends: dict[bool, FifoEnd[T]] = {}  # open ones: True for the reader, False for the writer
+
+    @classmethod
+    def open(cls, line: BusLine, *, exclusive: bool) -> Self:
+        """For the socket."""
+        lease = line.open_channel(exclusive=exclusive)
+        return cls(line.share(), lease)
+
+    @vci_call
+    def activate(self) -> None:
+        """Activate: from now on messages move between the FIFOs and the line, as far as that runs.
+
+        Raises VciNotInitialized before `initialize`.
+        """
+        self._check_initialized()
+        self._lease.activate()
+
+    @vci_call
+    def deactivate(self) -> None:
+        """Deactivate: no more; what waits in the FIFOs stays. Raises VciNotInitialized before `initialize`."""
+        self._check_initialized()
+        self._lease.deactivate()
+
+    @vci_call
+    def get_reader(self) -> FifoReader[T]:
+        """GetReader: the reading end of the receive FIFO.
+
+        Raises VciNotInitialized before `initialize`, VciAccessDenied while it is open.
+        """
+        self._check_free(reads=True)
+        reader = FifoReader(self._lease.reading, self._form, partial(self._give_back, True))
+        self._ends[True] = reader
+        return reader
+
+    @vci_call
+    def get_writer(self) -> FifoWriter[T]:
+        """GetWriter: the writing end of the transmit FIFO.
+
+        Raises VciNotInitialized before `initialize`, VciAccessDenied while it is open, VciInvalidState for a
+        channel that was initialised without a transmit FIFO.
+        """
+        self._check_free(reads=False)
+        if not self._sends:
+            raise VciError.of(VCI_E_INVALID_STATE, f"{self._lease.name} has no transmit FIFO")
+        writer = FifoWriter(self._lease.writing, self._form, partial(self._give_back, False))
+        self._ends[False] = writer
+        return writer
+
+    def _set_up(self, receive: int, transmit: int, mode: ChannelMode) -> None:
+        """New FIFOs; ends of the old ones are dead."""
+        self._lease.set_up(mode)
+        self._cut(f"{self._lease.name} was initialised anew")
+        self._initialized, self._sends = True, transmit > 0
+
+    def _loads(self) -> _Loads:
+        if not self._initialized:
+            return _Loads(False, False, 0, 0)
+        status = self._lease.status()
+        sent = _percent(self._lease.writing) if self._sends else 0
+        return _Loads(status.active, status.lost > 0, _percent(self._lease.reading), sent)
+
+    def _check(self) -> None:
+        super()._check()
+        self._lease.check()
+
+    def _check_initialized(self) -> None:
+        if not self._initialized:
+            raise VciError.of(VCI_E_NOT_INITIALIZED, f"{self._lease.name}: call initialize first")
+
+    def _check_free(self, *, reads: bool) -> None:
+        self._check_initialized()
+        if reads in self._ends:
+            what = "reader" if reads else "writer"
+            raise VciError.of(VCI_E_ACCESSDENIED, f"{self._lease.name}: its {what} is open; release it first")
+
+    def _give_back(self, reads: bool) -> None:
+        del self._ends[reads]
+
+    def _cut(self, why: str) -> None:
+        for end in self._ends.values():
+            end.cut(why)
+        self._ends.clear()
+
+    def _close(self) -> None:
+        self._cut(f"{self._lease.name} was released")
+        try:
+            self._lease.close()
+        finally:
+            super()._close()
+
+
+class CanChannel(_Channel[CanMsg]):
+    """ICanChannel: messages of up to 8 bytes (CanMsg), without a filter of its own.
+
+    It receives what the line's filters let through, and every message that any channel of the line sent with
+    srr, marked so. Source: manual 6.6.5.
+    """
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ICanChannel})
+    _form = CAN_MSGS
+
+    @vci_call
+    def initialize(self, rx_fifo_size: int, tx_fifo_size: int) -> None:
+        """Initialize: make the FIFOs, for at least so many messages; the channel is inactive then.
+
+        `rx_fifo_size` 1 to 65535, `tx_fifo_size` 0 to 65535, where 0 makes no transmit FIFO; both grow to whole
+        pages of memory. May be repeated: what stood in the FIFOs is gone then, and their ends are dead.
+        Raises VciInvalidArgument.
+        """
+        within("rx_fifo_size", rx_fifo_size, 1, UINT16)
+        within("tx_fifo_size", tx_fifo_size, 0, UINT16)
+        mode = _mode(rx_fifo_size, tx_fifo_size, CanMsg.SIZE, FilterMode.PASS, 0, Siblings.ALL)
+        self._set_up(rx_fifo_size, tx_fifo_size, mode)
+
+    @vci_call
+    def get_status(self) -> CanChanStatus:
+        """GetStatus: state of channel and line, at any time; `rx_overrun` stays until `initialize`."""
+        return CanChanStatus(line_status(self._line.status()), *self._loads())
+
+
+class CanChannel2(_Channel[CanMsg2], FilterModes):
+    """ICanChannel2: messages of up to 64 bytes (CanMsg2), with a filter of its own behind the line's.
+
+    Of messages sent with srr it receives its own, marked so and past the filter; with CAN_FILTER_SRRA those of
+    other channels of the line too, through the filter and unmarked. Filter calls raise VciNotInitialized before
+    `initialize`. Source: manual 6.6.6.
+    """
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ICanChannel2})
+    _form = CAN_MSG2S
+
+    @vci_call
+    def initialize(
+        self, rx_fifo_size: int, tx_fifo_size: int, filter_size: int = 0, filter_mode: int = FilterMode.PASS
+    ) -> None:
+        """Initialize: make the FIFOs, for at least so many messages, and the filters; inactive then.
+
+        `rx_fifo_size` from 1, `tx_fifo_size` from 0, where 0 makes no transmit FIFO; both grow to whole pages.
+        `filter_size` is how many identifiers the 29-bit list holds, 0 for no lists at all; `filter_mode` a
+        CAN_FILTER_ mode for both filters, with CAN_FILTER_SRRA if wanted. May be repeated as ICanChannel's.
+        Raises VciInvalidArgument.
+        """
+        within("rx_fifo_size", rx_fifo_size, 1, UINT32)
+        within("tx_fifo_size", tx_fifo_size, 0, UINT32)
+        within("filter_size", filter_size, 0, UINT32)
+        plain = within("filter_mode", filter_mode, 0, UINT8) & ~CAN_FILTER_SRRA
+        if not CAN_FILTER_LOCK <= plain <= CAN_FILTER_EXCL:
+            raise VciError.of(VCI_E_INVALIDARG, f"filter_mode {filter_mode:#04x}: a CAN_FILTER_ mode")
+        siblings = Siblings.AS_BUS if filter_mode & CAN_FILTER_SRRA else Siblings.OWN
+        mode = _mode(rx_fifo_size, tx_fifo_size, CanMsg2.SIZE, FilterMode(plain), filter_size, siblings)
+        self._set_up(rx_fifo_size, tx_fifo_size, mode)
+
+    @vci_call
+    def get_status(self) -> CanChanStatus2:
+        """GetStatus: state of channel and line, at any time; `rx_overrun` stays until `initialize`."""
+        return CanChanStatus2(line_status2(self._line.status()), *self._loads())
+
+    @vci_call
+    def get_control(self) -> CanControl2:
+        """GetControl: the control unit of the channel's line; raises VciAccessDenied while somebody has it."""
+        return CanControl2.open(self._line)
+
+    def _filters(self) -> Filtered:
+        self._check_initialized()
+        return self._lease
+
+
+def _mode(
+    receive: int, transmit: int, size: int, filter_mode: FilterMode, filter_size: int, siblings: Siblings
+) -> ChannelMode:
+    return ChannelMode(
+        receive=whole_pages(receive, size),
+        transmit=whole_pages(transmit, size) if transmit else 0,
+        exact=True,
+        ticks=True,
+        filter_mode=filter_mode,
+        filter_size=filter_size,
+        siblings=siblings,
+        events=_EVENTS,
+        fd=size == CanMsg2.SIZE,
+    )
+
+
+def _percent(end: RingEnd) -> int:
+    """How full a queue is, 0 to 100."""
+    return int(end.ring.fill() * 100 // end.ring.capacity)

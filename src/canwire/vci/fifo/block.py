@@ -1,0 +1,93 @@
+"""Elements in a FIFO's own memory, handed out without copying.
+
+Source: VCI V4 manual (seed 004) 4.1.1 and 4.1.2, figures 9 and 12.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeVar, overload
+
+from canwire.vci.structures.errors import VCI_E_INVHANDLE, VciError
+
+if TYPE_CHECKING:
+    import numpy
+
+    from canwire.vci.fifo.elements import Elements
+
+T = TypeVar("T")
+
+
+class FifoBlock(Sequence[T]):
+    """What AcquireRead or AcquireWrite points to: elements that lie in one piece, oldest first.
+
+    `block[i]` is a copy of an element; a writer's block takes `block[i] = element` too. The block is dead once its
+    interface reads, writes or releases anything, and then raises VciError with VCI_E_INVHANDLE; arrays and
+    memoryviews taken from it must not be used any longer either.
+    """
+
+    def __init__(self, cells: memoryview, form: Elements[T], *, writable: bool) -> None:
+        self._cells: memoryview | None = cells if writable else cells.toreadonly()
+        self._form = form
+        self._writable = writable
+        self._count = len(cells) // form.cell
+
+    @property
+    def memory(self) -> memoryview:
+        """The elements side by side: the FIFO's own memory, read-only for a reader.
+
+        The FIFOs of an ICanChannel and an ILinMonitor hold CANMSG and LINMSG apart from each other: for their
+        reader this is a copy, for a channel's writer it raises VciNotImplemented.
+        """
+        return self._form.compact(self._alive(), writable=self._writable)
+
+    @property
+    def records(self) -> numpy.ndarray:
+        """A numpy array over the FIFO's own memory: canmsg2_dtype(), canmsg_view_dtype() for an ICanChannel,
+        linmsg_view_dtype() for an ILinMonitor.
+
+        Elements of a FIFO made by `create_fifo` are rows of bytes. Needs canwire[arrays].
+        """
+        return self._form.records(self._alive())
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, index: int) -> T: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[T]: ...
+    def __getitem__(self, index: int | slice) -> T | list[T]:
+        if isinstance(index, slice):
+            return [self[at] for at in range(*index.indices(self._count))]
+        return self._form.load(self._cell(index))
+
+    def __setitem__(self, index: int, element: T) -> None:
+        cell = self._cell(index)
+        if not self._writable:
+            raise TypeError("a reader's block cannot be written")
+        cell[:] = self._form.store(element)
+
+    def settle(self, count: int) -> None:
+        """For its writer: look over the first `count` elements before the reader gets them."""
+        self._form.settle(self._alive()[: count * self._form.cell])
+
+    def end(self) -> None:
+        """The elements belong to somebody else from now on."""
+        cells, self._cells = self._cells, None
+        if cells is not None:
+            with contextlib.suppress(BufferError):  # arrays over it are the user's own risk
+                cells.release()
+
+    def _alive(self) -> memoryview:
+        if self._cells is None:
+            raise VciError.of(VCI_E_INVHANDLE, "this block of a FIFO was released; acquire another")
+        return self._cells
+
+    def _cell(self, index: int) -> memoryview:
+        cells, size = self._alive(), self._form.cell
+        at = index + self._count if index < 0 else index
+        if not 0 <= at < self._count:
+            raise IndexError(f"element {index} of {self._count}")
+        return cells[at * size : (at + 1) * size]

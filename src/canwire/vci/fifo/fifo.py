@@ -1,0 +1,297 @@
+"""FIFOs: what stands in them, and their two ends.
+
+Source: VCI V4 manual (seed 004) 4.1 and 6.4; rulings.md 8 and 12.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, overload
+from uuid import UUID
+
+from canwire import WrongState
+from canwire.vci.arguments import UINT32, within
+from canwire.vci.fifo.block import FifoBlock
+from canwire.vci.structures.errors import (
+    VCI_E_ACCESSDENIED,
+    VCI_E_INVALID_STATE,
+    VCI_E_INVHANDLE,
+    VCI_E_RXQUEUE_EMPTY,
+    VCI_E_TXQUEUE_FULL,
+    VciError,
+)
+from canwire.vci.structures.guids import (
+    IID_IFifoReader,
+    IID_IFifoWriter,
+    IID_IUnknown,
+    IID_IVciFifo,
+    IID_IVciFifo2,
+)
+from canwire.vci.translation import meaning
+from canwire.vci.unknown import Unknown, vci_call
+
+if TYPE_CHECKING:
+    from canwire import Event, Fifo, RingEnd
+    from canwire.vci.fifo.elements import Elements
+
+T = TypeVar("T")
+
+
+class VciFifo(Unknown):
+    """IVciFifo: a look at a FIFO from outside. Counts are numbers of elements. Source: manual 6.4.1."""
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciFifo})
+
+    def __init__(self, fifo: Fifo) -> None:
+        super().__init__()
+        self._fifo = fifo
+        self._ring = fifo.end_of_ring.ring
+
+    @vci_call
+    def get_capacity(self) -> int:
+        """GetCapacity: how many elements there is room for."""
+        return self._ring.capacity
+
+    @vci_call
+    def get_entry_size(self) -> int:
+        """GetEntrySize: bytes of an element."""
+        return self._ring.record_size
+
+    @vci_call
+    def get_free_count(self) -> int:
+        """GetFreeCount: elements that still fit."""
+        return self._ring.free()
+
+    @vci_call
+    def get_fill_count(self) -> int:
+        """GetFillCount: elements that wait to be read."""
+        return self._ring.fill()
+
+    @vci_call
+    def get_fill_level(self) -> int:
+        """GetFillLevel: how full it is, 0 to 100 percent."""
+        return self._ring.fill() * 100 // self._ring.capacity
+
+    def _check(self) -> None:
+        super()._check()
+        self._fifo.check()
+
+    def _close(self) -> None:
+        self._fifo.close()
+
+
+class VciFifo2(VciFifo):
+    """IVciFifo2: a look at a FIFO, which can empty it as well. Source: manual 6.4.1."""
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciFifo, IID_IVciFifo2})
+
+    @vci_call
+    def reset(self) -> None:
+        """Reset: throw away what waits; raises VciAccessDenied while a reader or writer is open."""
+        with meaning(VCI_E_ACCESSDENIED, WrongState):
+            self._fifo.reset()
+
+
+class FifoEnd(Unknown, Generic[T]):
+    """What IFifoReader and IFifoWriter share. One end is open once at a time.
+
+    Elements are `bytes`, CanMsg and CanMsg2 in a channel's FIFOs, or LinMsg in a monitor's. Source: manual 6.4.1.
+    """
+
+    def __init__(self, end: RingEnd, form: Elements[T], given_back: Callable[[], None]) -> None:
+        super().__init__()
+        self._end = end
+        self._ring = end.ring
+        self._form = form
+        self._given_back = given_back
+        self._mutex = threading.RLock()
+        self._block: FifoBlock[T] | None = None
+        self._event: Event | None = None
+        self._cut = ""
+
+    @vci_call
+    def lock(self) -> None:
+        """Lock: wait until no other thread holds the lock. It nests: each `lock` needs its `unlock`.
+
+        Threads that share an end call this before and `unlock` behind everything but `get_capacity` and
+        `get_entry_size`.
+        """
+        self._mutex.acquire()
+
+    @vci_call
+    def unlock(self) -> None:
+        """Unlock; raises VciInvalidState if the calling thread does not hold the lock."""
+        try:
+            self._mutex.release()
+        except RuntimeError as error:
+            raise VciError.of(VCI_E_INVALID_STATE, str(error)) from None
+
+    @vci_call
+    def assign_event(self, event: Event | None) -> None:
+        """AssignEvent: signal this event when the threshold is met; it replaces the one before, None removes it.
+
+        A reader's is signalled when an element is written and at least `threshold` of them wait then; a writer's
+        when one is taken and there is room for at least `threshold` then.
+        """
+        self._event = event
+        self._end.assign(event)
+
+    @vci_call
+    def set_threshold(self, threshold: int) -> None:
+        """SetThreshold: 1 to the capacity; what is beyond counts as the capacity, 0 as 1."""
+        self._end.threshold = within("threshold", threshold, 0, UINT32)
+
+    @vci_call
+    def get_threshold(self) -> int:
+        """GetThreshold: 1 from the beginning."""
+        return self._end.threshold
+
+    @vci_call
+    def get_capacity(self) -> int:
+        """GetCapacity: how many elements there is room for."""
+        return self._ring.capacity
+
+    @vci_call
+    def get_entry_size(self) -> int:
+        """GetEntrySize: bytes of an element; 16 for LINMSG, 20 for CANMSG, 80 for CANMSG2."""
+        return self._form.size
+
+    @vci_call
+    def get_fill_count(self) -> int:
+        """GetFillCount: elements that wait to be read."""
+        return self._ring.fill()
+
+    @vci_call
+    def get_free_count(self) -> int:
+        """GetFreeCount: elements that still fit."""
+        return self._ring.free()
+
+    def cut(self, why: str) -> None:
+        """For its channel: the FIFO is gone, so that every further call raises VciError with VCI_E_INVHANDLE."""
+        self._cut = why
+        self._drop_block()
+
+    def _check(self) -> None:
+        super()._check()
+        if self._cut:
+            raise VciError.of(VCI_E_INVHANDLE, self._cut)
+        self._end.lease.check()
+
+    def _close(self) -> None:
+        self._drop_block()
+        if not self._cut:
+            self._end.assign(None)
+            self._end.threshold = 1
+            self._given_back()
+
+    def _hand_out(self, cells: memoryview, *, writable: bool) -> tuple[FifoBlock[T], int]:
+        self._drop_block()
+        self._block = FifoBlock(cells, self._form, writable=writable)
+        return self._block, len(self._block)
+
+    def _acquired(self, count: int) -> FifoBlock[T] | None:
+        """What was handed out, if `count` of it may be released; raises VciInvalidArgument if not."""
+        within("count", count, 0, len(self._block) if self._block is not None else 0)
+        return self._block
+
+    def _drop_block(self) -> None:
+        if self._block is not None:
+            self._block.end()
+            self._block = None
+
+
+class FifoReader(FifoEnd[T]):
+    """IFifoReader: the end of a FIFO that elements are read from. Source: manual 4.1.1 and 6.4.1."""
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IFifoReader})
+
+    @overload
+    def get_data_entry(self, *, discard: Literal[False] = False) -> T: ...
+    @overload
+    def get_data_entry(self, *, discard: Literal[True]) -> None: ...
+    def get_data_entry(self, *, discard: bool = False) -> T | None:
+        """GetDataEntry: take the oldest element; with `discard` (C's null pointer) it is thrown away, for None.
+
+        Raises VciRxQueueEmpty if there is none.
+        """
+        record = self._take()
+        return None if discard else self._form.load(record)
+
+    @vci_call
+    def _take(self) -> bytes:
+        self._drop_block()
+        record = self._ring.take_bytes()
+        if record is None:
+            raise VciError.of(VCI_E_RXQUEUE_EMPTY, self._end.lease.name)
+        self._end.touched()
+        return record
+
+    @vci_call
+    def acquire_read(self) -> tuple[FifoBlock[T], int]:
+        """AcquireRead: the oldest elements as far as they lie in one piece, and how many those are.
+
+        Nothing is copied or taken; `release_read` does that. Where the FIFO's memory ends, the next call
+        gives the rest. Raises VciRxQueueEmpty if there is none.
+        """
+        blocks = self._ring.acquire(self._ring.capacity)
+        if not blocks:
+            raise VciError.of(VCI_E_RXQUEUE_EMPTY, self._end.lease.name)
+        return self._hand_out(blocks[0], writable=False)
+
+    @vci_call
+    def release_read(self, count: int) -> None:
+        """ReleaseRead: take so many elements of those acquired out of the FIFO, 0 for none; the others stay.
+
+        Raises VciInvalidArgument for more than `acquire_read` gave.
+        """
+        self._acquired(count)
+        self._drop_block()
+        if count:
+            self._ring.release(count)
+        self._end.touched()
+
+
+class FifoWriter(FifoEnd[T]):
+    """IFifoWriter: the end of a FIFO that elements are written to. Source: manual 4.1.2 and 6.4.1."""
+
+    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IFifoWriter})
+
+    @vci_call
+    def put_data_entry(self, data: Any) -> None:
+        """PutDataEntry: append an element: a structure, or bytes of the entry size.
+
+        Raises VciTxQueueFull if there is no room, VciInvalidArgument for something of another size.
+        """
+        cell = self._form.store(data)
+        self._drop_block()
+        if not self._ring.free():
+            raise VciError.of(VCI_E_TXQUEUE_FULL, self._end.lease.name)
+        self._ring.put_bytes(cell)
+        self._end.touched()
+
+    @vci_call
+    def acquire_write(self) -> tuple[FifoBlock[T], int]:
+        """AcquireWrite: the free elements as far as they lie in one piece, and how many those are.
+
+        What stood there before is still there. Raises VciTxQueueFull if there is none.
+        """
+        cells = self._ring.acquire_free(self._ring.capacity)
+        if not cells:
+            raise VciError.of(VCI_E_TXQUEUE_FULL, self._end.lease.name)
+        return self._hand_out(cells, writable=True)
+
+    @vci_call
+    def release_write(self, count: int) -> None:
+        """ReleaseWrite: let the reader have the first `count` elements of those acquired, 0 for none.
+
+        Raises VciInvalidArgument for more than `acquire_write` gave, and for a CANMSG with bits that need
+        ICanChannel2.
+        """
+        block = self._acquired(count)
+        if block is not None:
+            block.settle(count)
+        self._drop_block()
+        if count:
+            self._ring.commit(count)
+        self._end.touched()

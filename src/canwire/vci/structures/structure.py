@@ -1,0 +1,142 @@
+"""Packed C structures, each declared once.
+
+A structure is a class whose members say their C name and how they lie in memory; constructor,
+packing, comparison and text follow from that table.
+
+    @structure("CANINITLINE")
+    class CanInitLine(Structure):
+        op_mode: int = u8("bOpMode")
+        reserved: int = u8("bReserved")
+        bt_reg0: int = u8("bBtReg0")
+        bt_reg1: int = u8("bBtReg1")
+
+Source: VCI V4 headers (pshpack1.h: no padding; little-endian); reference/vci.md section 5.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import struct
+from collections.abc import Callable
+from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
+
+from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
+from canwire.vci.structures.members import Member
+
+MISFITS = (struct.error, TypeError, ValueError, AttributeError)
+
+
+class Structure:
+    """What all structures can. Members may be changed at any time; they are checked when packed.
+
+    `NAME` is the C name, `SIZE` in bytes, `FIELDS` the pairs of C name and Python name, with the
+    names that the manual uses besides. A constructor takes the members by name, or in their order
+    as a C initialiser does; what is left out is 0.
+    """
+
+    __slots__ = ()
+    NAME: ClassVar[str]
+    SIZE: ClassVar[int]
+    FIELDS: ClassVar[tuple[tuple[str, str], ...]]
+    _members: ClassVar[tuple[Member, ...]]
+    _layout: ClassVar[struct.Struct]
+    _encoders: ClassVar[tuple[tuple[str, Callable[[Any], Any] | None], ...]]
+    _decoders: ClassVar[tuple[tuple[str, Callable[[Any], Any] | None], ...]]
+
+    def __post_init__(self) -> None:
+        for member in self._members:
+            if member.complete is not None:
+                setattr(self, member.name, member.complete(getattr(self, member.name)))
+
+    def to_bytes(self) -> bytes:
+        """The structure as C has it in memory, `SIZE` bytes.
+
+        Raises VciInvalidArgument naming the first member that does not fit.
+        """
+        try:
+            return self._layout.pack(
+                *[
+                    encode(getattr(self, name)) if encode else getattr(self, name)
+                    for name, encode in self._encoders
+                ]
+            )
+        except MISFITS:
+            raise self._misfit() from None
+
+    @classmethod
+    def from_bytes(cls, data: bytes | bytearray | memoryview) -> Self:
+        """The structure in exactly `SIZE` bytes; raises VciInvalidArgument for any other number."""
+        made = cls.__new__(cls)
+        for (name, decode), item in zip(cls._decoders, cls._unpack(data), strict=True):
+            setattr(made, name, decode(item) if decode else item)
+        return made
+
+    @classmethod
+    def _unpack(cls, data: bytes | bytearray | memoryview) -> tuple[Any, ...]:
+        try:
+            return cls._layout.unpack(data)
+        except (struct.error, TypeError):
+            raise VciError(VCI_E_INVALIDARG, f"{cls.NAME} takes {cls.SIZE} bytes") from None
+
+    def copy(self) -> Self:
+        """A copy with nested structures and arrays of its own."""
+        return copy.deepcopy(self)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Structure) or other.NAME != self.NAME:
+            return NotImplemented
+        return all(getattr(self, one.name) == getattr(other, one.name) for one in self._members)
+
+    def __repr__(self) -> str:
+        """An expression; members that are 0 are left out."""
+        shown = [
+            f"{member.name}={member.show(value)}"
+            for member in self._members
+            if (value := getattr(self, member.name)) != member.default()
+        ]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def _misfit(self) -> VciError:
+        for member in self._members:
+            value = getattr(self, member.name)
+            try:
+                struct.pack(f"<{member.format}", member.encode(value) if member.encode else value)
+            except MISFITS:
+                place = f"{self.NAME}.{member.c_name} ({member.name})"
+                return VciError(VCI_E_INVALIDARG, f"{place} is {_brief(value)}: not {member.wants}")
+        return VciError(VCI_E_INVALIDARG, self.NAME)
+
+
+def _brief(value: object) -> str:
+    try:
+        return f"{value!r:.60}"
+    except ValueError:  # Python prints no whole number of thousands of digits
+        return "out of all range"
+
+
+S = TypeVar("S", bound=Structure)
+
+
+@dataclass_transform(eq_default=False)
+def structure(
+    c_name: str, *, init: bool = True, also: tuple[tuple[str, str], ...] = ()
+) -> Callable[[type[S]], type[S]]:
+    """Make a structure of a class with members; `also` are further C names and what they are here."""
+
+    def declare(cls: type[S]) -> type[S]:
+        made: Any = dataclasses.dataclass(init=init, eq=False, repr=False, slots=True)(cls)
+        members = [
+            dataclasses.replace(field.metadata["member"], name=field.name)
+            for field in dataclasses.fields(made)
+        ]
+        made.NAME = c_name
+        made.FIELDS = (*((one.c_name, one.name) for one in members), *also)
+        made._members = tuple(members)
+        made._encoders = tuple((one.name, one.encode) for one in members)
+        made._decoders = tuple((one.name, one.decode) for one in members)
+        made._layout = struct.Struct("<" + "".join(one.format for one in members))
+        made.SIZE = made._layout.size
+        return made
+
+    return declare

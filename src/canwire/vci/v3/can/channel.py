@@ -1,0 +1,70 @@
+"""ICanChannel: a program's own FIFOs on a line.
+
+Source: VCI V3 .NET manual (seed 002) 4.2.3; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+from uuid import UUID
+
+from canwire.vci.can import channel as can_channel
+from canwire.vci.structures.guids import IID_ICanControl
+from canwire.vci.v3.bus_socket import QueueSocket
+from canwire.vci.v3.can.reader_writer import CanMessageReader, CanMessageWriter
+from canwire.vci.v3.can.socket import CanSocket
+from canwire.vci.v3.can.status import CanChannelStatus
+from canwire.vci.v3.disposable import net_call
+
+
+class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
+    """ICanChannel. It is inactive, and without FIFOs until `initialize`: its calls raise ObjectDisposedException.
+
+    It receives what the line's filters let through, and every message that a channel of the line sent with
+    SelfReceptionRequest.
+    """
+
+    _control_iid: ClassVar[UUID] = IID_ICanControl
+
+    @net_call
+    def initialize(self, receive_fifo_size: int, transmit_fifo_size: int, exclusive: bool) -> None:
+        """Initialize: make the FIFOs, for at least so many messages; the channel is inactive then.
+
+        `receive_fifo_size` 1 to 65535, `transmit_fifo_size` 0 to 65535, where 0 makes none. An `exclusive` channel
+        has to be the only one of its line, and no other can be opened beside it. May be repeated: what was in the
+        FIFOs is gone then, their readers and writers are dead. Raises VciException, after which the channel is
+        not initialised if `exclusive` was to change.
+        """
+        self._be_exclusive(bool(exclusive))
+        self._queue.initialize(receive_fifo_size, transmit_fifo_size)
+        self._initialized = True
+
+    @net_call
+    def activate(self) -> None:
+        """Activate: from now on messages move between the FIFOs and the line, as far as that is started."""
+        self._initialized_queue().activate()
+
+    @net_call
+    def deactivate(self) -> None:
+        """Deactivate: no more; what is in the FIFOs stays."""
+        self._initialized_queue().deactivate()
+
+    @net_call
+    def get_message_reader(self) -> CanMessageReader:
+        """GetMessageReader: one at a time, until its `dispose`."""
+        return CanMessageReader(self._initialized_queue().get_reader())
+
+    @net_call
+    def get_message_writer(self) -> CanMessageWriter:
+        """GetMessageWriter: one at a time, until its `dispose`; none without a transmit FIFO."""
+        return CanMessageWriter(self._initialized_queue().get_writer())
+
+    @property
+    @net_call
+    def channel_status(self) -> CanChannelStatus:
+        """ChannelStatus."""
+        status = self._initialized_queue().get_status()
+        return CanChannelStatus(status.activated, status.rx_overrun, status.rx_fifo_load, status.tx_fifo_load)
+
+    def _make(self, exclusive: bool) -> can_channel.CanChannel:
+        return self._socket.create_channel(exclusive)

@@ -1,0 +1,213 @@
+"""CanMessage and CanCyclicTXMsg.
+
+Source: VCI V3 .NET manual (seed 002) 4.2.3.2, 4.2.3.3 and 4.2.5; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from typing import Self, overload
+
+from canwire.vci.arguments import UINT8, UINT16, UINT32
+from canwire.vci.can.message import CanCyclicTxMsg, CanMsg
+from canwire.vci.structures.constants import CAN_SDLC_MAX, CAN_SLEN_MAX
+from canwire.vci.v3.enums import (
+    V3_ERRORS,
+    CanCyclicTXIncMode,
+    CanCyclicTXStatus,
+    CanMsgAccReason,
+    CanMsgError,
+    CanMsgFrameType,
+)
+from canwire.vci.v3.errors import checked
+
+
+class _Flag:
+    """A bit of CANMSGINFO as True or False."""
+
+    __slots__ = ("bit",)
+
+    def __init__(self, bit: str) -> None:
+        self.bit = bit
+
+    @overload
+    def __get__(self, message: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, message: CanMessage, owner: type) -> bool: ...
+    def __get__(self, message: CanMessage | None, owner: type) -> Self | bool:
+        return self if message is None else bool(getattr(message.raw.msg_info, self.bit))
+
+    def __set__(self, message: CanMessage, value: bool) -> None:
+        setattr(message.raw.msg_info, self.bit, int(bool(value)))
+
+
+class CanMessage:
+    """A CAN message of up to 8 bytes; a new one is a data message of no bytes. `message[i]` is byte i, 0 to 7.
+
+    `self_reception_request`: the sender wants it back; on a received message: it came back. Also
+    `remote_transmission_request`, `extended_frame_format` (29 bits), `single_shot_mode` and `high_priority_msg`.
+    `raw` is V4's structure behind it. Properties raise ArgumentOutOfRangeException for what they do not take.
+    """
+
+    __slots__ = ("raw",)
+
+    self_reception_request = _Flag("srr")
+    remote_transmission_request = _Flag("rtr")
+    extended_frame_format = _Flag("ext")
+    single_shot_mode = _Flag("ssm")
+    high_priority_msg = _Flag("hpm")
+
+    def __init__(self) -> None:
+        self.raw = CanMsg()
+
+    @property
+    def time_stamp(self) -> int:
+        """TimeStamp, 32 bits. Received: ticks of TimeStampCounterDivisor / ClockFrequency seconds.
+
+        To send: how many ticks of DelayedTXTimerDivisor / ClockFrequency seconds at least after the message sent
+        before, 0 for at once.
+        """
+        return self.raw.time
+
+    @time_stamp.setter
+    def time_stamp(self, ticks: int) -> None:
+        self.raw.time = checked("time_stamp", ticks, UINT32)
+
+    @property
+    def identifier(self) -> int:
+        """Identifier, 11 or 29 bits; 0xFFFFFFFF of INFO, ERROR and STATUS, how many overruns of TIME_OVERRUN."""
+        return self.raw.msg_id
+
+    @identifier.setter
+    def identifier(self, identifier: int) -> None:
+        self.raw.msg_id = checked("identifier", identifier, UINT32)
+
+    @property
+    def frame_type(self) -> CanMsgFrameType:
+        """FrameType; only DATA is sent, lines refuse the rest and count it."""
+        return CanMsgFrameType(self.raw.msg_info.type)
+
+    @frame_type.setter
+    def frame_type(self, kind: int) -> None:
+        self.raw.msg_info.type = checked("frame_type", kind, max(CanMsgFrameType))
+
+    @property
+    def accept_reason(self) -> CanMsgAccReason:
+        """AcceptReason: which filter let it in."""
+        return CanMsgAccReason(self.raw.msg_info.afc)
+
+    @property
+    def possible_overrun(self) -> bool:
+        """PossibleOverrun: messages were lost just before this one."""
+        return bool(self.raw.msg_info.ovr)
+
+    @property
+    def data_length(self) -> int:
+        """DataLength: the data length code, which takes 0 to 8; a received one may be higher and means 8."""
+        return self.raw.msg_info.dlc
+
+    @data_length.setter
+    def data_length(self, length: int) -> None:
+        self.raw.msg_info.dlc = checked("data_length", length, CAN_SDLC_MAX)
+
+    def __getitem__(self, index: int) -> int:
+        return self.raw.ab_data[checked("index", index, CAN_SLEN_MAX - 1)]
+
+    def __setitem__(self, index: int, byte: int) -> None:
+        self.raw.ab_data[checked("index", index, CAN_SLEN_MAX - 1)] = checked("byte", byte, UINT8)
+
+    def clear(self) -> None:
+        """Clear: all zeros."""
+        self.raw = CanMsg()
+
+    def __eq__(self, other: object) -> bool:
+        return self.raw == other.raw if isinstance(other, CanMessage) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        raw = self.raw
+        kind = CanMsgFrameType(raw.msg_info.type).name.lower()
+        shown = raw.data if raw.msg_info.type == CanMsgFrameType.DATA else bytes(raw.ab_data)
+        return f"<{type(self).__name__} {kind} {raw.msg_id:#x} [{raw.msg_info.dlc}] {shown.hex(' ')}>"
+
+
+class CanCyclicTXMsg(CanMessage):
+    """A message that the cyclic list sends again and again; its `time_stamp` means nothing.
+
+    The list takes a copy: what is changed after AddMessage counts from the next AddMessage on. Two of them are
+    equal only if they are the same object.
+    """
+
+    __slots__ = ("_cycle_ticks", "_index", "_mode", "_status")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._cycle_ticks = 0
+        self._mode = CanCyclicTXIncMode.NO_INC
+        self._index = 0
+        self._status = CanCyclicTXStatus.EMPTY
+
+    @property
+    def status(self) -> CanCyclicTXStatus:
+        """Status as ICanScheduler.UpdateStatus found it last; EMPTY before the first start and off the list."""
+        return self._status
+
+    @property
+    def cycle_ticks(self) -> int:
+        """CycleTicks: 1 to MaxCyclicMessageTicks, of CyclicMessageTimerDivisor / ClockFrequency seconds each."""
+        return self._cycle_ticks
+
+    @cycle_ticks.setter
+    def cycle_ticks(self, ticks: int) -> None:
+        self._cycle_ticks = checked("cycle_ticks", ticks, UINT16)
+
+    @property
+    def auto_increment_mode(self) -> CanCyclicTXIncMode:
+        """AutoIncrementMode: what counts up after each transmission."""
+        return self._mode
+
+    @auto_increment_mode.setter
+    def auto_increment_mode(self, mode: int) -> None:
+        self._mode = CanCyclicTXIncMode(checked("auto_increment_mode", mode, max(CanCyclicTXIncMode)))
+
+    @property
+    def auto_increment_index(self) -> int:
+        """AutoIncrementIndex: the byte of the data that counts up, 0 to 7; of two bytes the low one."""
+        return self._index
+
+    @auto_increment_index.setter
+    def auto_increment_index(self, index: int) -> None:
+        self._index = checked("auto_increment_index", index, CAN_SLEN_MAX - 1)
+
+    def clear(self) -> None:
+        super().clear()
+        self._cycle_ticks = self._index = 0
+        self._mode = CanCyclicTXIncMode.NO_INC
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__  # type: ignore[assignment]
+
+    def told(self, status: int) -> None:
+        """For its list: this is its state now."""
+        self._status = CanCyclicTXStatus(status)
+
+    def structure(self) -> CanCyclicTxMsg:
+        """For its list: V4's structure of the same."""
+        made = CanCyclicTxMsg(
+            cycle_time=self._cycle_ticks,
+            incr_mode=self._mode,
+            byte_index=self._index,
+            msg_id=self.raw.msg_id,
+            msg_info=self.raw.msg_info,
+        )
+        made.ab_data = bytearray(self.raw.ab_data)
+        return made
+
+
+def received(raw: CanMsg, message: CanMessage | None = None) -> CanMessage:
+    """V4's message as V3's, in `message` if there is one: an error gets V3's number."""
+    made = CanMessage() if message is None else message
+    if raw.msg_info.type == CanMsgFrameType.ERROR:
+        raw.ab_data[0] = V3_ERRORS.get(raw.ab_data[0], CanMsgError.OTHER)
+    made.raw = raw
+    return made

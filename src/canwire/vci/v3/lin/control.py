@@ -1,0 +1,81 @@
+"""ILinControl: the control unit of a LIN line.
+
+Source: VCI V3 .NET manual (seed 002) 4.3.4; reference/vci.md section 7a; rulings.md 4.
+"""
+
+from __future__ import annotations
+
+from canwire.vci.lin import control as lin_control
+from canwire.vci.lin import structures as lin_structures
+from canwire.vci.lin.constants import LIN_BITRATE_UNDEF
+from canwire.vci.structures.errors import VCI_E_INVALIDARG
+from canwire.vci.structures.guids import IID_ILinControl
+from canwire.vci.v3.disposable import net_call
+from canwire.vci.v3.errors import ArgumentException
+from canwire.vci.v3.lin.init import LinInitLine
+from canwire.vci.v3.lin.message import LinMessage
+from canwire.vci.v3.lin.socket import LinSocket
+
+
+class LinControl(LinSocket):
+    """ILinControl. One program at a time may have it.
+
+    Undefined -> `init_line` -> offline -> `start_line` -> online -> `stop_line` or `reset_line` -> offline. Calls that
+    are wrong in a state raise VciException. Disposed, it leaves the line as it is for as long as anything else is open
+    on the line.
+    """
+
+    def _open_more(self) -> None:
+        self._control: lin_control.LinControl = self._open(IID_ILinControl)
+
+    @net_call
+    def init_line(self, init: LinInitLine) -> None:
+        """InitLine: reset the line and set it up; it is offline then.
+
+        Raises ArgumentException for a bit rate that no line has, LinBitrate.UNDEFINED among them, and VciException
+        naming the feature that the line lacks.
+        """
+        if not isinstance(init, LinInitLine):
+            raise ArgumentException(VCI_E_INVALIDARG, f"a LinInitLine belongs here, not {init!r:.60}")
+        self._control.init_line(init.structure())
+
+    @net_call
+    def start_line(self) -> None:
+        """StartLine: take part in the bus. Raises VciException before `init_line`."""
+        self._control.start_line()
+
+    @net_call
+    def stop_line(self) -> None:
+        """StopLine: leave the bus once the message being sent is through; response table and FIFOs stay."""
+        self._control.stop_line()
+
+    @net_call
+    def reset_line(self) -> None:
+        """ResetLine: leave the bus at once, breaking a message being sent, and empty the response table; FIFOs stay.
+
+        The line is offline then with the settings it had, for `start_line`; V4's is not initialised then. A bit rate
+        that was found stays.
+        """
+        settings = self._settings()
+        self._control.reset_line()
+        if settings is not None:
+            self._control.init_line(settings)
+
+    @net_call
+    def write_message(self, send: bool, message: LinMessage) -> None:
+        """WriteMessage: put a message on the bus as soon as that is free (`send`), or into the response table.
+
+        A master sends LinMessageType.DATA, with IdOnly its header alone, SLEEP and WAKEUP, a slave WAKEUP alone. It
+        does not wait until the message is through: until then the next call raises VciException with VCI_E_BUSY. The
+        table takes DATA for identifiers 0 to 63, at any time after `init_line`. Raises ArgumentException for other
+        types and identifiers.
+        """
+        if not isinstance(message, LinMessage):
+            raise ArgumentException(VCI_E_INVALIDARG, f"a LinMessage belongs here, not {message!r:.60}")
+        self._control.write_message(send, message.raw)
+
+    def _settings(self) -> lin_structures.LinInitLine | None:
+        status = self._control.get_line_status()
+        if status.bitrate == LIN_BITRATE_UNDEF:
+            return None
+        return lin_structures.LinInitLine(op_mode=status.op_mode, bitrate=status.bitrate)

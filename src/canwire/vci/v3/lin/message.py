@@ -1,0 +1,119 @@
+"""LinMessage.
+
+Source: VCI V3 .NET manual (seed 002) 4.3.3.1 and 4.3.4.2; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from canwire.vci.arguments import UINT8, UINT32
+from canwire.vci.lin.message import LinMsg
+from canwire.vci.v3.errors import checked
+from canwire.vci.v3.lin.enums import LinMessageType, LinMsgError
+
+_LONGEST = 8
+
+
+class LinMessage:
+    """A LIN message of up to 8 bytes; a new one is a data message of no bytes. `message[i]` is byte i, 0 to 7.
+
+    `raw` is V4's structure behind it. Properties raise ArgumentOutOfRangeException for what they do not take.
+    """
+
+    __slots__ = ("raw",)
+
+    def __init__(self) -> None:
+        self.raw = LinMsg()
+
+    @property
+    def time_stamp(self) -> int:
+        """TimeStamp, 32 bits. Received: ticks of TimeStampCounterDivisor / ClockFrequency seconds. To send: 0."""
+        return self.raw.time
+
+    @time_stamp.setter
+    def time_stamp(self, ticks: int) -> None:
+        self.raw.time = checked("time_stamp", ticks, UINT32)
+
+    @property
+    def prot_id(self) -> int:
+        """ProtId: the identifier, 0 to 63, with parity bits above it; 0xFF of a message about no frame."""
+        return self.raw.msg_info.pid
+
+    @prot_id.setter
+    def prot_id(self, identifier: int) -> None:
+        self.raw.msg_info.pid = checked("prot_id", identifier, UINT8)
+
+    @property
+    def message_type(self) -> LinMessageType:
+        """MessageType; only DATA, SLEEP and WAKEUP are sent."""
+        return LinMessageType(self.raw.msg_info.type)
+
+    @message_type.setter
+    def message_type(self, kind: int) -> None:
+        self.raw.msg_info.type = checked("message_type", kind, max(LinMessageType))
+
+    @property
+    def data_length(self) -> int:
+        """DataLength in bytes, which takes 0 to 8; of TIME_OVERRUN how often the counter ran over."""
+        return self.raw.msg_info.dlen
+
+    @data_length.setter
+    def data_length(self, length: int) -> None:
+        self.raw.msg_info.dlen = checked("data_length", length, _LONGEST)
+
+    @property
+    def possible_overrun(self) -> bool:
+        """PossibleOverrun: the receive FIFO was full after this message."""
+        return bool(self.raw.msg_info.ovr)
+
+    @property
+    def extended_crc(self) -> bool:
+        """ExtendedCrc: the checksum covers the identifier too, as of LIN 2.0."""
+        return bool(self.raw.msg_info.ecs)
+
+    @extended_crc.setter
+    def extended_crc(self, extended: bool) -> None:
+        self.raw.msg_info.ecs = bool(extended)
+
+    @property
+    def sender_of_response(self) -> bool:
+        """SenderOfResponse: the controller itself sent the response, from its table."""
+        return bool(self.raw.msg_info.sor)
+
+    @sender_of_response.setter
+    def sender_of_response(self, sender: bool) -> None:
+        self.raw.msg_info.sor = bool(sender)
+
+    @property
+    def id_only(self) -> bool:
+        """IdOnly: a master sends the header alone, and a slave answers with `data_length` bytes."""
+        return bool(self.raw.msg_info.ido)
+
+    @id_only.setter
+    def id_only(self, alone: bool) -> None:
+        self.raw.msg_info.ido = bool(alone)
+
+    def __getitem__(self, index: int) -> int:
+        return self.raw.ab_data[checked("index", index, _LONGEST - 1)]
+
+    def __setitem__(self, index: int, byte: int) -> None:
+        self.raw.ab_data[checked("index", index, _LONGEST - 1)] = checked("byte", byte, UINT8)
+
+    def __eq__(self, other: object) -> bool:
+        return self.raw == other.raw if isinstance(other, LinMessage) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        info = self.raw.msg_info
+        kind = LinMessageType(info.type)
+        shown = self.raw.data if kind is LinMessageType.DATA else bytes(self.raw.ab_data)
+        return f"<LinMessage {kind.name.lower()} {info.pid:#x} [{info.dlen}] {shown.hex(' ')}>"
+
+
+def received(raw: LinMsg, message: LinMessage | None = None) -> LinMessage:
+    """V4's message as V3's, in `message` if there is one: an error gets V3's number."""
+    made = LinMessage() if message is None else message
+    if raw.msg_info.type == LinMessageType.ERROR:
+        raw.ab_data[0] = LinMsgError(raw.ab_data[0])
+    made.raw = raw
+    return made

@@ -1,0 +1,17 @@
+"""ILinMessageReader: the end of a monitor that messages are read from.
+
+Source: VCI V3 .NET manual (seed 002) 3.1 and 4.3.3.1; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from canwire.vci.lin.message import LinMsg
+from canwire.vci.v3.lin.message import LinMessage, received
+from canwire.vci.v3.message_fifo import MessageReader
+
+
+class LinMessageReader(MessageReader[LinMsg, LinMessage]):
+    """ILinMessageReader: takes received messages out of the monitor's receive FIFO."""
+
+    def _received(self, raw: LinMsg, out: LinMessage | None = None) -> LinMessage:
+        return received(raw, out)

@@ -1,0 +1,76 @@
+"""ILinSocket: what a LIN line can do and how it is; the base of monitors and control units.
+
+Source: VCI V3 .NET manual (seed 002) 4.3.2; reference/vci.md section 7a.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+from uuid import UUID
+
+from canwire.vci.structures.guids import IID_ILinSocket
+from canwire.vci.v3.bus_socket import BusSocket
+from canwire.vci.v3.disposable import net_call
+from canwire.vci.v3.lin.enums import LinFeatures
+from canwire.vci.v3.lin.status import LinLineStatus
+
+if TYPE_CHECKING:
+    from canwire.vci.lin import socket as lin_socket
+    from canwire.vci.lin import structures as lin_structures
+
+
+class LinSocket(BusSocket):
+    """ILinSocket. Any number of programs may have one; it changes nothing.
+
+    A tick of a time stamp lasts `time_stamp_counter_divisor` / `clock_frequency` seconds.
+    """
+
+    _iid: ClassVar[UUID] = IID_ILinSocket
+    _socket: lin_socket.LinSocket
+
+    def _capabilities(self) -> lin_structures.LinCapabilities:
+        return self._socket.get_capabilities()
+
+    @property
+    @net_call
+    def line_status(self) -> LinLineStatus:
+        """LineStatus: settings, load and state of the controller now."""
+        return LinLineStatus.of(self._socket.get_line_status())
+
+    @property
+    @net_call
+    def features(self) -> LinFeatures:
+        """Features."""
+        return LinFeatures(self._capabilities().features)
+
+    @property
+    def supports_master_mode(self) -> bool:
+        """SupportsMasterMode: LinOperatingModes.MASTER."""
+        return LinFeatures.MASTER in self.features
+
+    @property
+    def supports_autorate(self) -> bool:
+        """SupportsAutorate: LinBitrate.AUTO_RATE, of a slave."""
+        return LinFeatures.AUTORATE in self.features
+
+    @property
+    def supports_error_frames(self) -> bool:
+        """SupportsErrorFrames: LinOperatingModes.ERRORS."""
+        return LinFeatures.ERR_FRAME in self.features
+
+    @property
+    def supports_bus_load_computation(self) -> bool:
+        """SupportsBusLoadComputation."""
+        return LinFeatures.BUSLOAD in self.features
+
+    @property
+    @net_call
+    def clock_frequency(self) -> int:
+        """ClockFrequency in Hz, of the time stamps."""
+        return self._capabilities().clock_freq
+
+    @property
+    @net_call
+    def time_stamp_counter_divisor(self) -> int:
+        """TimeStampCounterDivisor."""
+        return self._capabilities().tsc_divisor
