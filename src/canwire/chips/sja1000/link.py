@@ -1,6 +1,7 @@
 """The SJA1000's side towards the bus: frames in and out, errors, counters, captures.
 
-Sja1000 (controller.py) adds the side towards the processor. Source: data sheet 6.4; reference/sja1000.md sections 4 to 8.
+Sja1000 (controller.py) adds the side towards the processor. Source: data sheet 6.4; reference/sja1000.md sections
+4 to 8.
 
 Interpretations [INT] where the data sheet is silent:
 - A received frame is stored when its last EOF bit has passed, one bit later than the chip's last-but-one.
