@@ -9,8 +9,8 @@ from canwire.boards.can.modes import ChannelMode, LineMode
 from canwire.boards.config.configuration import BoardConfig, Config
 from canwire.errors import CanwireError, HubLost
 from canwire.hub.handles.channel import HubChannel
+from canwire.hub.handles.control import Control
 from canwire.hub.handles.hub import Hub
-from canwire.hub.handles.lease import Control
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
