@@ -103,7 +103,7 @@ from canwire.values.timing.limits import TimingLimits
 from canwire.version import __version__
 
 if TYPE_CHECKING:
-    from canwire.hub.connect import connect, default_address
+    from canwire.hub.connect import connect
     from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
@@ -115,6 +115,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.serve import serve
+    from canwire.hub.usual import default_address
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
 _LATER = {
@@ -130,7 +131,7 @@ _LATER = {
     "RingEnd": "handles.ends",
     "Scheduler": "handles.scheduler",
     "connect": "connect",
-    "default_address": "connect",
+    "default_address": "usual",
     "serve": "serve",
 }
 
