@@ -6,7 +6,8 @@ import os
 from collections.abc import Callable
 
 from canwire.boards.can.modes import ChannelMode, LineMode
-from canwire.boards.config.configuration import BoardConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig
 from canwire.errors import CanwireError, HubLost
 from canwire.hub.handles.channel import HubChannel
 from canwire.hub.handles.control import Control
