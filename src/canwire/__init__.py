@@ -103,31 +103,35 @@ from canwire.values.timing.limits import TimingLimits
 from canwire.version import __version__
 
 if TYPE_CHECKING:
-    from canwire.hub.connect import connect, default_address
+    from canwire.hub.connect import connect
     from canwire.hub.handles.channel import HubChannel
+    from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
     from canwire.hub.handles.event import Event
     from canwire.hub.handles.fifo import Fifo
+    from canwire.hub.handles.filtered import Filtered
     from canwire.hub.handles.hub import Hub
-    from canwire.hub.handles.lease import Control, Filtered, Lease, Scheduler
+    from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
+    from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.serve import serve
+    from canwire.hub.usual import default_address
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
 _LATER = {
-    "Control": "handles.lease",
+    "Control": "handles.control",
     "Event": "handles.event",
     "Fifo": "handles.fifo",
-    "Filtered": "handles.lease",
+    "Filtered": "handles.filtered",
     "Hub": "handles.hub",
     "HubChannel": "handles.channel",
     "Lease": "handles.lease",
     "LinControl": "handles.lin",
     "Monitor": "handles.lin",
     "RingEnd": "handles.ends",
-    "Scheduler": "handles.lease",
+    "Scheduler": "handles.scheduler",
     "connect": "connect",
-    "default_address": "connect",
+    "default_address": "usual",
     "serve": "serve",
 }
 

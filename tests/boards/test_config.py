@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from canwire import BadValue
 from canwire.boards import catalogue, figures
 from canwire.boards.board import CAN, BoardKind, Connector
-from canwire.boards.config.configuration import BoardConfig, BusConfig, Config, Option, options
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig, BusConfig, Option, options
 from canwire.boards.isa import IsaPlace
 from canwire.boards.kinds import KINDS, USUAL_BOARDS
 from canwire.errors import BadConfig

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.boards.inducan104 import COUPLER_DELAY_NS
 from canwire.boards.wiring import config_warnings, warnings
 from canwire.bus.medium import effective_length_m, longest_m, one_way_delay_ps

@@ -33,7 +33,8 @@ from canwire import (
     Unsupported,
 )
 from canwire.boards.can.modes import ChannelMode, FilterMode, FilterSetup, LineMode, LineStatus, Siblings
-from canwire.boards.config.configuration import BoardConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig
 from canwire.bus.can.faults import Faults
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send

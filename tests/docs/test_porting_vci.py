@@ -23,7 +23,8 @@ import pytest
 
 import canwire
 from canwire import Event, vci
-from canwire.boards.config.configuration import Config, options
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import options
 from canwire.commands import VERBS
 from canwire.vci import v3
 

@@ -6,11 +6,12 @@ import os
 from collections.abc import Callable
 
 from canwire.boards.can.modes import ChannelMode, LineMode
-from canwire.boards.config.configuration import BoardConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig
 from canwire.errors import CanwireError, HubLost
 from canwire.hub.handles.channel import HubChannel
+from canwire.hub.handles.control import Control
 from canwire.hub.handles.hub import Hub
-from canwire.hub.handles.lease import Control
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.entrance import open_session
 from canwire.hub.owner.world import World

@@ -23,7 +23,8 @@ from canwire import (
     Unsupported,
     WrongState,
 )
-from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig, BusConfig
 
 IN_MEMORY = runpy.run_path(str(Path(__file__).parent / "in_memory.py"))
 TIMING = BitTiming.from_btr(0x01, 0x1C)

@@ -31,14 +31,14 @@ from canwire import (
     errors,
 )
 from canwire.boards.config.configuration import Config
-from canwire.hub.links.client import SocketLink, raised
-from canwire.hub.links.connection import failed
 from canwire.hub.links.local import LocalLink
-from canwire.hub.links.server import Server
+from canwire.hub.links.unix_socket.client import SocketLink
+from canwire.hub.links.unix_socket.server import Server
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Link
 
 AGES = 20.0  # seconds; only a broken build waits that long

@@ -25,7 +25,8 @@ from canwire import (
     Unsupported,
     WrongState,
 )
-from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.bus.can.faults import Faults
 from canwire.chips.mcp2515 import register_map as m
 

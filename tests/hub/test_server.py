@@ -26,10 +26,10 @@ from hypothesis import strategies as st
 
 from canwire import CanwireError, HubError
 from canwire.boards.config.configuration import Config
-from canwire.hub.links import sockets
-from canwire.hub.links.outbox import Outbox
-from canwire.hub.links.server import Server
-from canwire.hub.links.sockets import somebody_listens
+from canwire.hub.links.unix_socket import sockets
+from canwire.hub.links.unix_socket.outbox import Outbox
+from canwire.hub.links.unix_socket.server import Server
+from canwire.hub.links.unix_socket.sockets import somebody_listens
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m

@@ -16,7 +16,8 @@ from canwire import BadValue, ErrorState, Event, Frame, Hub, InUse, NoSuchBoard,
 from canwire.boards import catalogue
 from canwire.boards.board import BoardKind, Connector
 from canwire.boards.can.modes import ChannelMode
-from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.boards.figures import USB_TO_CAN
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m

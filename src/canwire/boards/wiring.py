@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections import Counter
 
 from canwire.boards import catalogue
-from canwire.boards.config.configuration import BusConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BusConfig
 from canwire.bus.medium import effective_length_m, longest_m
 
 TERMINATION_OHM = (120, 180)

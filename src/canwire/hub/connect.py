@@ -12,17 +12,15 @@ from typing import TYPE_CHECKING
 from canwire.boards.config.configuration import Config
 from canwire.errors import BadValue
 from canwire.hub.handles.hub import Hub
-from canwire.hub.links.client import SocketLink
 from canwire.hub.links.local import LocalLink
-from canwire.hub.links.sockets import somebody_listens
+from canwire.hub.links.unix_socket.client import SocketLink
+from canwire.hub.links.unix_socket.sockets import somebody_listens
 from canwire.hub.owner.engine import REAL, VIRTUAL, Engine
 from canwire.hub.owner.world import World
-from canwire.platform import runtime_directory
+from canwire.hub.usual import default_address, usual_config
 
 if TYPE_CHECKING:
     from canwire.hub.protocol.link import Link
-
-_CONFIG_HERE = "canwire.toml"
 
 
 def connect(
@@ -52,21 +50,6 @@ def connect(
     if somebody_listens(usual):
         return _hub(SocketLink(usual, name))
     return _COMMON.connect(name)
-
-
-def default_address() -> str:
-    """This user's usual socket."""
-    return os.path.join(runtime_directory(), "canwire.sock")
-
-
-def usual_config(given: str | os.PathLike[str] | Config | None = None) -> Config:
-    """What was given, else CANWIRE_CONFIG's file, else canwire.toml here, else the default; raises BadConfig."""
-    if isinstance(given, Config):
-        return given
-    path = (
-        given or os.environ.get("CANWIRE_CONFIG") or (_CONFIG_HERE if os.path.exists(_CONFIG_HERE) else None)
-    )
-    return Config.default() if path is None else Config.load(os.fspath(path))
 
 
 def _fresh(time: str, config: str | os.PathLike[str] | Config | None, name: str) -> Hub:

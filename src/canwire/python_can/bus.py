@@ -208,7 +208,7 @@ class CanwireBus(can.BusABC):
         if modifier_callback is None:
             try:
                 ticks = self._place.info.capabilities.cyclic
-                task = HubTask(self._line_channel, ticks, messages, period, duration, fd=self._fd)
+                task = HubTask(self._hub, self._line_channel, ticks, messages, period, duration, fd=self._fd)
             except BadFrame as error:
                 raise can.CanOperationError(str(error)) from error
             except (LineError, BadValue) as error:

@@ -80,13 +80,13 @@ class Lists:
         self._lock = threading.Lock()
         self._held: dict[tuple[Hub, int, int], SharedList] = {}
 
-    def put(self, task: HubTask, records: list[bytes], cycle: int, owner: HubChannel) -> SharedList:
+    def put(self, task: HubTask, records: list[bytes], cycle: int, hub: Hub, owner: HubChannel) -> SharedList:
         """Put them on the list of the owner's line. Raises InUse, Unsupported, LineError, BadValue."""
-        key = owner.hub, owner.board, owner.line
+        key = hub, owner.board, owner.line
         with self._lock:
             held = self._held.get(key)
             if held is None or held.lease.over:
-                lease = owner.hub.open_scheduler(owner.board, owner.line)
+                lease = hub.open_scheduler(owner.board, owner.line)
                 lease.resume()
                 held = self._held[key] = SharedList(lease)
             try:
@@ -95,9 +95,9 @@ class Lists:
                 self._drop_unused(key, held)
             return held
 
-    def take_off(self, task: HubTask, owner: HubChannel) -> None:
+    def take_off(self, task: HubTask, hub: Hub, owner: HubChannel) -> None:
         """Off the list; the last one gives the list back, so that other programs can have it."""
-        key = owner.hub, owner.board, owner.line
+        key = hub, owner.board, owner.line
         with self._lock:
             held = self._held.get(key)
             if held is None:
@@ -126,6 +126,7 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
 
     def __init__(
         self,
+        hub: Hub,
         channel: HubChannel,
         ticks: Ticks,
         messages: Sequence[Message],
@@ -136,6 +137,7 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
     ) -> None:
         super().__init__(messages, period, duration)
         self.indices: list[int] = []
+        self._hub = hub
         self._channel = channel
         self._fd = fd
         self._step = _ticks_of(self.period_ns, ticks, len(self.messages))
@@ -156,7 +158,7 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
     def stop(self) -> None:
         """A second time does nothing; `start` begins anew."""
         with operating():
-            LISTS.take_off(self, self._channel)
+            LISTS.take_off(self, self._hub, self._channel)
 
     def modify_data(self, messages: Sequence[Message] | Message) -> None:
         """In the same ticks."""
@@ -174,7 +176,7 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
 
     def _put(self) -> None:
         records = [record_of(message, fd=self._fd) for message in self.messages]
-        self._list = LISTS.put(self, records, self._step * len(records), self._channel)
+        self._list = LISTS.put(self, records, self._step * len(records), self._hub, self._channel)
 
     def _counts(self) -> list[int | None]:
         """How often each message goes out, None: without end."""

@@ -20,7 +20,7 @@ from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import FD_DATA, FD_NOMINAL
 
 if TYPE_CHECKING:
-    from canwire.boards.config.configuration import BoardConfig, BusConfig, Config
+    from canwire.boards.config.tables import BoardConfig, BusConfig
 
 _INDUCAN104_ONLY = ("base", "irq", "shared_irq", "access")
 
@@ -28,16 +28,17 @@ _INDUCAN104_ONLY = ("base", "irq", "shared_irq", "access")
 class Check:
     """A whole file, `source` in messages; `run` raises BadConfig with the place."""
 
-    def __init__(self, config: Config, source: str) -> None:
-        self._config = config
+    def __init__(self, buses: Sequence[BusConfig], boards: Sequence[BoardConfig], source: str) -> None:
+        self._buses = buses
+        self._boards = boards
         self._source = source
 
     def run(self) -> None:
-        self._once([bus.name for bus in self._config.bus], "bus", "name")
-        self._once([board.serial for board in self._config.board], "board", "serial")
-        for index, bus in enumerate(self._config.bus):
+        self._once([bus.name for bus in self._buses], "bus", "name")
+        self._once([board.serial for board in self._boards], "board", "serial")
+        for index, bus in enumerate(self._buses):
             self._bus(f"bus[{index}]", bus)
-        for index, board in enumerate(self._config.board):
+        for index, board in enumerate(self._boards):
             self._board(f"board[{index}]", board)
             self._isa(index, board)
             self._port(index, board)
@@ -64,7 +65,7 @@ class Check:
             kind = catalogue.kind(board.kind)
         except NoSuchBoard as error:
             self._refuse(f"{place}.kind", str(error))
-        there = {bus.name: bus.type for bus in self._config.bus}
+        there = {bus.name: bus.type for bus in self._buses}
         self._accept(f"{place}.buses", lambda named: kind.bus_names(named, there), board.buses)
         for index, name in enumerate(kind.bus_names(board.buses, there)):
             where = f"{place}.buses[{index}]" if index < len(board.buses) else f"{place}.buses, left out"
@@ -93,13 +94,13 @@ class Check:
     def _port(self, index: int, board: BoardConfig) -> None:
         """An adapter's kind needs to know where it is, others are nowhere."""
         self._accept(f"board[{index}].port", lambda port: checked_port(board.kind, port), board.port)
-        for number, other in enumerate(self._config.board[:index]):
+        for number, other in enumerate(self._boards[:index]):
             if board.port and other.port == board.port:
                 self._refuse(f"board[{index}].port", f"{board.port!r} twice; board[{number}] has it too")
 
     def _apart(self, index: int, before: int) -> None:
         """Neither board is in the other's way."""
-        board, other = self._config.board[index], self._config.board[before]
+        board, other = self._boards[index], self._boards[before]
         mine, theirs = board.place, other.place
         if mine is None or theirs is None:
             return

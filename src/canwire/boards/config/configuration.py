@@ -13,127 +13,23 @@
     kind = "inducan104"
     base = 0x280
 
-Every option stands once, in the classes below: `options` lists them for documentation. A file without [[bus]] has
-the buses can0 and lin0, one without [[board]] no boards until somebody plugs them in; without a file there is
-the default world of rulings.md 30.
+Every option stands once, in tables.py beside this. A file without [[bus]] has the buses can0 and lin0, one without
+[[board]] no boards until somebody plugs them in; without a file there is the default world of rulings.md 30.
 """
 
 from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any
 
 import msgspec
-from msgspec import Meta
 
 from canwire.boards.config.check import Check
 from canwire.boards.config.complaint import complaint
-from canwire.boards.inducan104 import KIND as INDUCAN104
-from canwire.boards.inducan104 import checked_place
-from canwire.boards.isa import IsaPlace
+from canwire.boards.config.tables import TABLES, BoardConfig, BusConfig
 from canwire.boards.kinds import USUAL_BOARDS, USUAL_BUS, USUAL_LIN_BUS
 from canwire.errors import BadConfig
-
-
-class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """[[bus]]: the copper."""
-
-    name: Annotated[str, Meta(description="name of the bus: no blanks, parentheses or colons")]
-    type: Annotated[str, Meta(pattern="^(can|lin)$", description="can or lin")] = "can"
-    bit_rate: (
-        Annotated[
-            int,
-            Meta(
-                ge=1,
-                le=1_000_000,
-                description="bit/s that is usual there; left out, 500000 (can) or 19200 (lin)",
-            ),
-        ]
-        | None
-    ) = None
-    data_bit_rate: (
-        Annotated[int, Meta(ge=1, le=20_000_000, description="bit/s that is usual after the bit-rate switch")]
-        | None
-    ) = None
-    length_m: Annotated[
-        float, Meta(ge=0, le=10_000, description="length of the cable in metres; 0: ideal")
-    ] = 0.0
-    node_delay_ns: Annotated[
-        float,
-        Meta(ge=0, le=100_000, description="extra delay of every node in ns, 75 an opto-coupler; 0: ideal"),
-    ] = 0.0
-    termination_ohm: Annotated[
-        float,
-        Meta(
-            ge=0, le=1_000_000, description="resistor at each end of the cable in ohms; usual are 120 to 180"
-        ),
-    ] = 120.0
-
-    @property
-    def usual_rate(self) -> int:
-        """bit/s"""
-        return self.bit_rate or (500_000 if self.type == "can" else 19_200)
-
-
-class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """[[board]]: a board that is plugged in when the hub starts."""
-
-    kind: Annotated[
-        str,
-        Meta(
-            description="usb-to-can-fd, usb-to-can, inducan104, pc-i04, slcan, python-can, or a plug-in's kind"
-        ),
-    ]
-    serial: Annotated[
-        str,
-        Meta(description='hardware id: "HW" and 1 to 14 printable characters; left out, the hub chooses one'),
-    ] = ""
-    buses: Annotated[
-        tuple[str, ...], Meta(description="a bus for each of its lines; left out, the kind's usual ones")
-    ] = ()
-    base: (
-        Annotated[int, Meta(description="inducan104: its address, 0x100, 0x120 to 0x3E0; left out, 0x280")]
-        | None
-    ) = None
-    irq: (
-        Annotated[
-            int, Meta(description="inducan104: its interrupt line, 3, 4, 5, 7, 9, 10 or 11; left out, 5")
-        ]
-        | None
-    ) = None
-    shared_irq: Annotated[
-        bool, Meta(description="inducan104: others that say so too may use its interrupt line")
-    ] = False
-    access: Annotated[
-        str,
-        Meta(
-            pattern="^(simulated|port)$",
-            description="inducan104: simulated, or port for a real one, which takes rights to /dev/port",
-        ),
-    ] = "simulated"
-    port: Annotated[
-        str,
-        Meta(description="slcan: /dev/ttyUSB0, COM3 or socket://host:port; python-can: interface/channel"),
-    ] = ""
-
-    @property
-    def place(self) -> IsaPlace | None:
-        """Address and interrupt line of an inducan104, None of other kinds; raises BadValue for impossible ones."""
-        return checked_place(self.base, self.irq, self.shared_irq) if self.kind == INDUCAN104 else None
-
-
-_TABLES: dict[str, type[BusConfig | BoardConfig]] = {"bus": BusConfig, "board": BoardConfig}
-
-
-class Option(NamedTuple):
-    """An option as documentation shows it; `default` None where it must be given or has none."""
-
-    table: str
-    name: str
-    type: str
-    default: Any
-    help: str
 
 
 class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -169,11 +65,11 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         try:
             config = msgspec.convert(data, cls, strict=True)
         except msgspec.ValidationError as error:
-            tables = {name: kind.__struct_fields__ for name, kind in _TABLES.items()}
+            tables = {name: kind.__struct_fields__ for name, kind in TABLES.items()}
             raise BadConfig(f"{source}: {complaint(str(error), data, tables)}") from None
         if data and data.keys() <= {"candrv"}:  # a registry alone unplugs nothing
             config = msgspec.structs.replace(cls.default(), candrv=config.candrv)
-        Check(config, source).run()
+        Check(config.bus, config.board, source).run()
         return config
 
     @classmethod
@@ -181,22 +77,3 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         """The world without a file: a few boards, all on one bus (source: rulings.md 30)."""
         kinds = enumerate(USUAL_BOARDS, 1)
         return cls(board=tuple(BoardConfig(kind=name, serial=f"HW{number:06}") for number, name in kinds))
-
-
-def options() -> list[Option]:
-    """Every option of the file, in the order of the classes above."""
-    rows = []
-    for table, kind in _TABLES.items():
-        properties = msgspec.json.schema(kind)["$defs"][kind.__name__]["properties"]
-        for field in msgspec.structs.fields(kind):
-            shown = properties[field.name]
-            shown = {**shown, **next(iter(shown.get("anyOf", [])), {})}
-            default = None if field.required else field.default
-            rows.append(Option(table, field.name, _type_name(shown), default, shown["description"]))
-    return rows
-
-
-def _type_name(schema: dict[str, Any]) -> str:
-    if schema["type"] == "array":
-        return f"list of {schema['items']['type']}s"
-    return str(schema["type"])

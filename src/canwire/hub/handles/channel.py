@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from canwire.boards.can.modes import ChannelMode, ChannelStatus
 from canwire.errors import NotInitialised, QueueFull
 from canwire.hub.handles.ends import RingEnd
-from canwire.hub.handles.lease import Filtered
+from canwire.hub.handles.filtered import Filtered
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor, close_descriptors
 from canwire.ring import Ring
@@ -17,7 +17,7 @@ from canwire.values.frame import Frame, frame_of_record, record_to_send
 if TYPE_CHECKING:
     import numpy
 
-    from canwire.hub.handles.hub import Hub
+    from canwire.hub.handles.client import Client
 
 _PRIORITY_SHIFT = 32  # of the time word
 _KIND_AT = 12  # byte of a record: 0 for frames, an EventKind for events
@@ -30,7 +30,7 @@ class HubChannel(Filtered):
     `send` and their siblings do that for frames.
     """
 
-    def __init__(self, hub: Hub, handle: int, board: int, line: int) -> None:
+    def __init__(self, hub: Client, handle: int, board: int, line: int) -> None:
         super().__init__(hub, handle, f"channel on line {line}")
         self.board = board
         self.line = line

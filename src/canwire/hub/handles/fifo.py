@@ -12,7 +12,7 @@ from canwire.platform import EventDescriptor, close_descriptors
 from canwire.ring import Ring
 
 if TYPE_CHECKING:
-    from canwire.hub.handles.hub import Hub
+    from canwire.hub.handles.client import Client
 
 
 class Fifo(Lease):
@@ -21,7 +21,7 @@ class Fifo(Lease):
     It exists for as long as somebody refers to it. Each end is open once at a time.
     """
 
-    def __init__(self, hub: Hub, opened: m.FifoOpened, role: str, descriptors: tuple[int, ...]) -> None:
+    def __init__(self, hub: Client, opened: m.FifoOpened, role: str, descriptors: tuple[int, ...]) -> None:
         super().__init__(hub, opened.handle, f"FIFO {opened.fifo} ({role})")
         self.id = opened.fifo
         self.role = role

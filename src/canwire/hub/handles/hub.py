@@ -2,66 +2,41 @@
 
 from __future__ import annotations
 
-import contextlib
-import threading
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import LineStatus
 from canwire.boards.description import BoardInfo
-from canwire.errors import HubLost, NoSuchBoard, Unplugged
+from canwire.errors import NoSuchBoard
 from canwire.hub.handles.channel import HubChannel
+from canwire.hub.handles.client import Client
+from canwire.hub.handles.control import Control
 from canwire.hub.handles.fifo import Fifo
-from canwire.hub.handles.lease import Control, Lease, Scheduler
+from canwire.hub.handles.lease import Lease
 from canwire.hub.handles.lin import LinControl, Monitor
+from canwire.hub.handles.scheduler import Scheduler
 from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.roles import FIFO
-from canwire.platform import EventDescriptor
 from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from canwire.hub.handles.event import Event
-    from canwire.hub.protocol.link import Answer, Link
-
-FOREVER_NS = 1 << 62
+    from canwire.hub.protocol.link import Link
 
 
-class Hub:
+class Hub(Client):
     """A connection to the owner of the boards, in this process or another; `canwire.connect()` makes one.
 
     Calls may come from any thread. After the hub is gone every call raises HubLost; connect again then.
     """
 
     def __init__(self, link: Link) -> None:
-        self._link = link
-        self._lock = threading.Lock()
-        self._leases: dict[int, Lease] = {}
-        self._closed = False
-        self.doorbell = EventDescriptor.adopt(link.doorbell)
+        super().__init__(link)
         self._watch = BoardWatch(self)
-        link.listen(self._notice)
+        link.listen(self._watch.notice)
 
-    @property
-    def address(self) -> str:
-        """Of the socket; "" for a hub in this process."""
-        return self._link.address
-
-    @property
-    def time(self) -> str:
-        """How it passes: "real" with the clock, "fast" as quickly as buses work, "virtual" while somebody waits."""
-        return self._link.time
-
-    @property
-    def virtual(self) -> bool:
-        return self._link.time == "virtual"
-
-    @property
-    def lost(self) -> bool:
-        """The hub is gone, or this connection was closed."""
-        return self._closed or self._link.lost
+    def close(self) -> None:
+        super().close()
+        self._watch.close()
 
     # boards
 
@@ -117,10 +92,6 @@ class Hub:
 
     # lines
 
-    def line_status(self, board: int, line: int) -> LineStatus:
-        status: LineStatus = self.call(m.GetLineStatus(board, line)).status
-        return status
-
     def open_control(self, board: int, line: int) -> Control:
         """The one lease that configures a line; raises InUse naming its holder."""
         return Control(self, self.call(m.OpenControl(board, line)).handle, board, line)
@@ -134,11 +105,6 @@ class Hub:
         return Scheduler(self, self.call(m.OpenScheduler(board, line)).handle, board, line)
 
     # LIN lines
-
-    def lin_status(self, board: int, line: int) -> m.LinLineState:
-        """A LIN line as it is now, and who holds what on it; raises Unsupported for a CAN line."""
-        state: m.LinLineState = self.call(m.GetLinStatus(board, line))
-        return state
 
     def open_lin_control(self, board: int, line: int) -> LinControl:
         """The one lease that configures a LIN line and sends on it; raises InUse naming its holder."""
@@ -192,76 +158,3 @@ class Hub:
     def set_note(self, name: str, value: bytes) -> None:
         """Leave a note for other programs, in place of the one before; b"" takes it away."""
         self.call(m.SetNote(name, value))
-
-    def now_ns(self) -> int:
-        """The hub's time."""
-        return int(self.call(m.Advance(0)).value)
-
-    def run_for(self, seconds: float) -> None:
-        """Virtual time: let so much of it pass."""
-        self.advance(lambda: False, seconds)
-
-    def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
-        """Virtual time: let it pass until `ready()` or until `timeout` seconds of it are over; was it ready?"""
-        now_ns = self.now_ns()
-        end_ns = now_ns + (FOREVER_NS if timeout is None else round(timeout * 1e9))
-        while not ready() and now_ns < end_ns:
-            now_ns = int(self.call(m.Advance(end_ns - now_ns)).value)
-        return ready()
-
-    def close(self) -> None:
-        """Give back everything; a second time does nothing."""
-        if not self._closed:
-            for lease in self._open_leases():
-                with contextlib.suppress(HubLost, Unplugged):
-                    lease.close()
-            self._closed = True
-            self._watch.close()
-            self._link.close()
-
-    def __enter__(self) -> Hub:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def __repr__(self) -> str:
-        where = self.address or "in this process"
-        return f"<hub {where}, {self.time} time{', lost' if self.lost else ''}>"
-
-    # for its leases
-
-    def ask(self, request: m.Message) -> Answer:
-        """A reply and its descriptors; raises what the hub raised."""
-        if self._closed:
-            raise HubLost("this connection to the hub was closed")
-        return self._link.call(request)
-
-    def call(self, request: m.Message) -> Any:
-        """The reply of a request whose answer has no descriptors."""
-        return self.ask(request)[0]
-
-    def adopt(self, lease: Lease) -> None:
-        with self._lock:
-            self._leases[lease.handle] = lease
-
-    def forget(self, lease: Lease) -> None:
-        with self._lock:
-            self._leases.pop(lease.handle, None)
-
-    def _open_leases(self) -> list[Lease]:
-        with self._lock:
-            return list(self._leases.values())
-
-    def _notice(self, notice: m.Message | None) -> None:
-        if isinstance(notice, m.Gone):
-            for lease in self._open_leases():
-                if lease.handle in notice.handles:
-                    lease.end(Unplugged(notice.text))
-        elif notice is None:
-            for lease in self._open_leases():
-                lease.end(HubLost(f"{lease.name}: the hub is gone"))
-        if not isinstance(notice, m.Gone):
-            self._watch.changed()

@@ -15,7 +15,7 @@ from canwire.ring import Ring
 from canwire.values.lin.record import record_of_lin_frame
 
 if TYPE_CHECKING:
-    from canwire.hub.handles.hub import Hub
+    from canwire.hub.handles.client import Client
     from canwire.values.lin.event import LinEvent
     from canwire.values.lin.frame import LinFrame
     from canwire.values.lin.schedule import LinSchedule
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class LinControl(Lease):
     """The one lease that may configure a LIN line and send on it."""
 
-    def __init__(self, hub: Hub, handle: int, board: int, line: int) -> None:
+    def __init__(self, hub: Client, handle: int, board: int, line: int) -> None:
         super().__init__(hub, handle, f"control of LIN line {line}")
         self.board = board
         self.line = line
@@ -81,7 +81,7 @@ class LinControl(Lease):
 class Monitor(Lease):
     """One client's receive queue on a LIN line: `set_up` makes it, `activate` connects it."""
 
-    def __init__(self, hub: Hub, handle: int, board: int, line: int) -> None:
+    def __init__(self, hub: Client, handle: int, board: int, line: int) -> None:
         super().__init__(hub, handle, f"monitor on LIN line {line}")
         self.board = board
         self.line = line

@@ -9,15 +9,15 @@ from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor
 
 if TYPE_CHECKING:
+    from canwire.hub.handles.client import Client
     from canwire.hub.handles.event import Event
-    from canwire.hub.handles.hub import Hub
 
 
 class BoardWatch:
     """Passes notices of the hub on to any number of events: each change signals each event once."""
 
-    def __init__(self, hub: Hub) -> None:
-        self._hub = hub
+    def __init__(self, client: Client) -> None:
+        self._client = client
         self._lock = threading.Lock()
         self._watchers: list[Watcher] = []
         self._asked = False
@@ -26,7 +26,7 @@ class BoardWatch:
         """Signal this event from now on; one that is signalled already counts once."""
         if not self._asked:
             self._asked = True
-            self._hub.call(m.Watch())
+            self._client.call(m.Watch())
         with self._lock:
             if any(watcher.event is event for watcher in self._watchers):
                 return
@@ -41,10 +41,12 @@ class BoardWatch:
             self._watchers = [watcher for watcher in self._watchers if watcher.event is not event]
         self._end(found)
 
-    def changed(self) -> None:
-        with self._lock:
-            for watcher in self._watchers:
-                watcher.descriptor.signal()
+    def notice(self, notice: m.Message | None) -> None:
+        """Boards come and go with BoardsChanged; a hub that is gone (None) has none left."""
+        if not isinstance(notice, m.Gone):
+            with self._lock:
+                for watcher in self._watchers:
+                    watcher.descriptor.signal()
 
     def close(self) -> None:
         with self._lock:

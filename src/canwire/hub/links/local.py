@@ -9,10 +9,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire.errors import CanwireError, HubError, HubLost
-from canwire.hub.links.notices import Listener, Notices
+from canwire.hub.links.notices import Notices
 from canwire.hub.owner.engine import VIRTUAL
 from canwire.hub.owner.entrance import open_session
-from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.link import Answer, Listener
 from canwire.hub.protocol.messages import encode_request
 from canwire.hub.protocol.pending import Pending
 from canwire.platform import EventDescriptor, close_descriptors, duplicate

@@ -6,13 +6,11 @@ import sys
 import threading
 import traceback
 from collections import deque
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from canwire.hub.protocol.link import Listener
     from canwire.hub.protocol.messages import Message
-
-Listener = Callable[["Message | None"], None]
 
 
 class Notices:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from canwire.boards import catalogue
 from canwire.boards.board import Board, BoardLinLine
 from canwire.boards.can.connector import CanLine
-from canwire.boards.config.configuration import BusConfig, Config
+from canwire.boards.config.configuration import Config
+from canwire.boards.config.tables import BusConfig
 from canwire.boards.description import BoardInfo
 from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.outside import check_unused, identified, when_identified

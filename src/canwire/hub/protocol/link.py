@@ -10,6 +10,9 @@ from canwire.hub.protocol.messages import Message
 Answer = tuple[Any, tuple[int, ...]]
 """A reply and the descriptors that came with it; whoever takes it owns them."""
 
+Listener = Callable[[Message | None], None]
+"""Is told every notice, and None once the hub is gone."""
+
 
 class Link(Protocol):
     """One client's connection.
@@ -25,7 +28,7 @@ class Link(Protocol):
     def call(self, request: Message) -> Answer:
         """Ask and wait for the answer."""
 
-    def listen(self, listener: Callable[[Message | None], None]) -> None:
+    def listen(self, listener: Listener) -> None:
         """Pass on notices: BoardsChanged, Gone, None."""
 
     @property

@@ -7,25 +7,39 @@ reference/can-protocol.md section 8.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from canwire.errors import BadTiming
 
-if TYPE_CHECKING:
-    from canwire.values.timing.bit_timing import BitTiming
+
+class Phases(Protocol):
+    """What the conditions need of a bit timing: Phases's properties of the same names, lengths in quanta."""
+
+    @property
+    def clock_hz(self) -> int: ...
+    @property
+    def prescaler(self) -> int: ...
+    @property
+    def quanta(self) -> int: ...
+    @property
+    def phase1(self) -> int: ...
+    @property
+    def tseg2(self) -> int: ...
+    @property
+    def jump(self) -> int: ...
 
 
-def condition_1(timing: BitTiming) -> Fraction:
+def condition_1(timing: Phases) -> Fraction:
     """2 dF * 10 bits <= SJW: stuffing leaves at most 10 bits between two edges."""
     return Fraction(timing.jump, 20 * timing.quanta)
 
 
-def condition_2(timing: BitTiming) -> Fraction:
+def condition_2(timing: Phases) -> Fraction:
     """2 dF * (13 bits - PHASE2) <= min(PHASE1, PHASE2): error flags last up to 13 bits."""
     return Fraction(min(timing.phase1, timing.tseg2), 2 * (13 * timing.quanta - timing.tseg2))
 
 
-def fd_conditions(nominal: BitTiming, data: BitTiming) -> dict[str, Fraction]:
+def fd_conditions(nominal: Phases, data: Phases) -> dict[str, Fraction]:
     """All five, "I" to "V"; raises BadTiming if the two phases do not share a clock."""
     if data.clock_hz != nominal.clock_hz:
         raise BadTiming(

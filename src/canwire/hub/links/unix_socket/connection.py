@@ -9,15 +9,13 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-import msgspec
-
 from canwire.errors import BadMessage, CanwireError, HubError
-from canwire.hub.links.outbox import Outbox
+from canwire.hub.links.unix_socket.outbox import Outbox
 from canwire.hub.owner.entrance import open_session
+from canwire.hub.protocol.failure import failed, serial_in
 from canwire.hub.protocol.messages import (
     LARGEST_REQUEST,
     VERSION,
-    Failed,
     Hello,
     Inbox,
     Message,
@@ -115,7 +113,7 @@ class Connection:
         try:
             serial, request = decode_request(payload)
         except BadMessage as error:
-            self._refuse(_serial_in(payload), error)
+            self._refuse(serial_in(payload), error)
             return
         try:
             if serial < 1:
@@ -215,20 +213,3 @@ class Connection:
     def _guarded(self, work: Callable[[], object]) -> None:
         if not self._engine.attempt(work):
             self.close()
-
-
-def failed(error: CanwireError) -> Failed:
-    """An error as the client gets it: errors.py's class by its name, and the text."""
-    return Failed(type(error).__name__, str(error))
-
-
-def _serial_in(payload: bytes) -> int:
-    """The serial of a request that could not be understood, 0 if even that is unknown."""
-    try:
-        serial, _ = _ANY_REQUEST.decode(payload)
-    except (msgspec.MsgspecError, ValueError, RecursionError):
-        return 0
-    return max(0, serial)
-
-
-_ANY_REQUEST = msgspec.msgpack.Decoder(tuple[int, msgspec.Raw])

@@ -12,13 +12,12 @@ import threading
 import traceback
 import weakref
 from collections import deque
-from typing import Any
 
-from canwire import errors
 from canwire.errors import BadMessage, CanwireError, HubLost
-from canwire.hub.links.notices import Listener, Notices
-from canwire.hub.links.sockets import dial
-from canwire.hub.protocol.link import Answer
+from canwire.hub.links.notices import Notices
+from canwire.hub.links.unix_socket.sockets import dial
+from canwire.hub.protocol.failure import raised
+from canwire.hub.protocol.link import Answer, Listener
 from canwire.hub.protocol.messages import (
     LARGEST_REPLY,
     VERSION,
@@ -208,15 +207,6 @@ class SocketLink:
             call.fail(self._why())
         if not before:
             self._notices.tell(None)
-
-
-def raised(failure: Failed) -> CanwireError:
-    """The error that a Failed reply stands for; one that this version does not know is a CanwireError."""
-    kind: Any = getattr(errors, failure.error, None)
-    if not (isinstance(kind, type) and issubclass(kind, CanwireError)):
-        kind = CanwireError
-    error: CanwireError = kind.__new__(kind, failure.text)  # __init__ would word the text anew
-    return error
 
 
 _OPEN: weakref.WeakSet[SocketLink] = weakref.WeakSet()

@@ -8,8 +8,8 @@ import os
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, HubLost
-from canwire.hub.links.connection import Connection
-from canwire.hub.links.sockets import identity_of, listen_at, remove
+from canwire.hub.links.unix_socket.connection import Connection
+from canwire.hub.links.unix_socket.sockets import identity_of, listen_at, remove
 from canwire.hub.owner.engine import VIRTUAL
 
 if TYPE_CHECKING:

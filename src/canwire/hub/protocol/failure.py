@@ -1,0 +1,37 @@
+"""What went wrong with a request, for the client: an error of errors.py as a message and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+from canwire import errors
+from canwire.errors import CanwireError
+from canwire.hub.protocol.messages import Failed
+
+
+def failed(error: CanwireError) -> Failed:
+    """An error as the client gets it: errors.py's class by its name, and the text."""
+    return Failed(type(error).__name__, str(error))
+
+
+def raised(failure: Failed) -> CanwireError:
+    """The error that a Failed reply stands for; one that this version does not know is a CanwireError."""
+    kind: Any = getattr(errors, failure.error, None)
+    if not (isinstance(kind, type) and issubclass(kind, CanwireError)):
+        kind = CanwireError
+    error: CanwireError = kind.__new__(kind, failure.text)  # __init__ would word the text anew
+    return error
+
+
+def serial_in(payload: bytes) -> int:
+    """The serial of a request that could not be understood, 0 if even that is unknown."""
+    try:
+        serial, _ = _ANY_REQUEST.decode(payload)
+    except (msgspec.MsgspecError, ValueError, RecursionError):
+        return 0
+    return max(0, serial)
+
+
+_ANY_REQUEST = msgspec.msgpack.Decoder(tuple[int, msgspec.Raw])

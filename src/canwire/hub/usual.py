@@ -1,0 +1,25 @@
+"""Where a user's hub listens and what it consists of, as long as nobody says otherwise."""
+
+from __future__ import annotations
+
+import os
+
+from canwire.boards.config.configuration import Config
+from canwire.platform import runtime_directory
+
+_CONFIG_HERE = "canwire.toml"
+
+
+def default_address() -> str:
+    """This user's usual socket."""
+    return os.path.join(runtime_directory(), "canwire.sock")
+
+
+def usual_config(given: str | os.PathLike[str] | Config | None = None) -> Config:
+    """What was given, else CANWIRE_CONFIG's file, else canwire.toml here, else the default; raises BadConfig."""
+    if isinstance(given, Config):
+        return given
+    path = (
+        given or os.environ.get("CANWIRE_CONFIG") or (_CONFIG_HERE if os.path.exists(_CONFIG_HERE) else None)
+    )
+    return Config.default() if path is None else Config.load(os.fspath(path))
