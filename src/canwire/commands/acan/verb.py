@@ -21,7 +21,7 @@ from pathlib import Path
 
 from canwire import BadValue
 from canwire.commands.acan import programs as acan_programs
-from canwire.commands.hub_line import add_hub_argument
+from canwire.commands.shared_hub import add_hub_argument
 
 _TIMEOUT = "end after so much silence once stdin is at its end, where stdin or stdout is no terminal"
 _SEND = "send this first, written as the trace shows it: '00001001000 - 61 62'"

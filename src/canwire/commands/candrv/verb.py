@@ -21,7 +21,7 @@ from pathlib import Path
 
 from canwire.commands.candrv import programs as candrv_programs
 from canwire.commands.candrv import registry as candrv_registry
-from canwire.commands.hub_line import add_hub_argument
+from canwire.commands.shared_hub import add_hub_argument
 
 _DEVICE = "CID1:"
 _CONFIG = "the file with [candrv.CID1] (default: CANWIRE_CONFIG, or canwire.toml here)"
@@ -104,7 +104,7 @@ def _restart(arguments: argparse.Namespace) -> int:
     from contextlib import ExitStack
 
     from canwire.candrv import unload
-    from canwire.commands.hub_line import connected
+    from canwire.commands.shared_hub import connected
 
     with ExitStack() as closing:
         unload(connected(arguments, "candrv restart", closing), arguments.device)

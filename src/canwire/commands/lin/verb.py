@@ -20,13 +20,14 @@ from typing import TYPE_CHECKING
 from canwire import (
     BadValue,
     Busy,
+    LinePlace,
     LinErrorKind,
     LinEventKind,
     LinFrame,
     format_lin_frame,
     parse_lin_frame,
 )
-from canwire.commands.hub_line import Place, complain, connected, let_terminate
+from canwire.commands.console import complain, let_terminate
 from canwire.commands.lin.line import (
     Wish,
     add_lin_arguments,
@@ -38,6 +39,7 @@ from canwire.commands.lin.line import (
 )
 from canwire.commands.lin.show import Shown, loaded_network, opened_monitor
 from canwire.commands.lin.slots import described, parsed, with_delays
+from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire import Hub, LinControl, Monitor
@@ -146,7 +148,7 @@ class Sending:
     """One frame after the other; a monitor tells what became of each."""
 
     def __init__(
-        self, control: LinControl, monitor: Monitor, place: Place, shown: Shown, timeout_s: float
+        self, control: LinControl, monitor: Monitor, place: LinePlace, shown: Shown, timeout_s: float
     ) -> None:
         self._control = control
         self._monitor = monitor
@@ -189,7 +191,7 @@ class Sending:
         return f"nothing was heard in {self._timeout_s:g} s"
 
 
-def _why(error: LinErrorKind, place: Place) -> str:
+def _why(error: LinErrorKind, place: LinePlace) -> str:
     if error is LinErrorKind.SLNORE:
         return f"nobody answers on {place.info.bus or 'no bus'}"
     if error is LinErrorKind.NOBUS:
