@@ -9,14 +9,7 @@ import argparse
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import (
-    BadValue,
-    CanwireError,
-    InUse,
-    LinePlace,
-    LinLineStatus,
-    LinMode,
-)
+from canwire import BadValue, CanwireError, InUse, LinePlace, LinLineStatus, LinMode
 from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument, find_line
 
 if TYPE_CHECKING:
