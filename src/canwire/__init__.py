@@ -103,7 +103,9 @@ from canwire.values.timing.limits import TimingLimits
 from canwire.version import __version__
 
 if TYPE_CHECKING:
+    from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.connect import connect
+    from canwire.hub.finding import LinePlace, every_line, find_lines
     from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
@@ -116,6 +118,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address
+    from canwire.hub.wanted_mode import WantedMode, format_rates
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
 _LATER = {
@@ -127,12 +130,19 @@ _LATER = {
     "HubChannel": "handles.channel",
     "Lease": "handles.lease",
     "LinControl": "handles.lin",
+    "LinePlace": "finding",
     "Monitor": "handles.lin",
     "RingEnd": "handles.ends",
     "Scheduler": "handles.scheduler",
+    "WantedMode": "wanted_mode",
+    "bring_up": "bring_up",
     "connect": "connect",
     "default_address": "usual",
+    "every_line": "finding",
+    "find_lines": "finding",
+    "format_rates": "wanted_mode",
     "serve": "serve",
+    "start_line": "bring_up",
 }
 
 
@@ -217,6 +227,7 @@ __all__ = [
     "LineError",
     "LineInfo",
     "LineMode",
+    "LinePlace",
     "LineStatus",
     "LogLine",
     "Monitor",
@@ -240,19 +251,24 @@ __all__ = [
     "TimingRange",
     "Unplugged",
     "Unsupported",
+    "WantedMode",
     "WrongState",
     "__version__",
+    "bring_up",
     "connect",
     "core_mode",
     "decode_error_frame",
     "default_address",
     "dlc_to_length",
     "encode_error_frame",
+    "every_line",
+    "find_lines",
     "format_candump_line",
     "format_frame",
     "format_lin_frame",
     "format_lin_log_line",
     "format_log_line",
+    "format_rates",
     "format_slcan_frame",
     "frames_to_array",
     "length_to_dlc",
@@ -268,4 +284,5 @@ __all__ = [
     "record_dtype",
     "record_of_linmsg",
     "serve",
+    "start_line",
 ]

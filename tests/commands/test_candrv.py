@@ -22,7 +22,8 @@ from canwire.candrv.constants import CanbusEvent
 from canwire.candrv.event_queue import Event
 from canwire.commands import main
 from canwire.commands.candrv import attach as candrv_attach
-from canwire.commands.candrv.programs import PROGRAMS, shown
+from canwire.commands.candrv.programs import shown
+from canwire.commands.candrv.suite import PROGRAMS
 from canwire.commands.candrv.switches import Usage, parse
 
 LONG = 60.0  # seconds after which something that should happen never will

@@ -33,6 +33,7 @@ from canwire import (
     LineMode,
     LineStatus,
     NoSuchBoard,
+    WantedMode,
     connect,
     parse_log_line,
 )
@@ -41,8 +42,9 @@ from canwire.boards.config.configuration import Config
 from canwire.commands import dump as dump_module
 from canwire.commands import main
 from canwire.commands import send as send_module
-from canwire.commands.hub_line import Rates, bring_up, find_line, line_mode
+from canwire.commands.can_line import bring_up, line_mode
 from canwire.commands.send import Sending, format_text
+from canwire.commands.shared_hub import find_line
 
 COUNTERS = dict.fromkeys(
     ("tec", "rec", "last_error", "frames_sent", "frames_received", "errors", "arbitration_losses", "refused",
@@ -64,7 +66,7 @@ IDLE = LineStatus(
 MODE = LineMode(BitTiming.for_bit_rate(500_000), BitTiming.for_bit_rate(2_000_000), long_data=True)
 RUNNING = replace(IDLE, initialised=True, running=True, mode=MODE, state=0, control_holder="engine (1)")
 STOPPED = replace(IDLE, initialised=True, mode=MODE)
-ANY = Rates(None, None)
+ANY = WantedMode(None, None)
 
 
 class FakeControl:
@@ -120,7 +122,7 @@ class FakeHub:
     def place(self, name: str, *, to_send: bool = False) -> str:
         return find_line(self.as_hub, name, to_send=to_send).address
 
-    def bring_up(self, rates: Rates = ANY, line: str = "HW000001:0") -> list[object]:
+    def bring_up(self, rates: WantedMode = ANY, line: str = "HW000001:0") -> list[object]:
         with ExitStack() as closing:
             bring_up(self.as_hub, find_line(self.as_hub, line), rates, closing)
             return list(self.control.done)
@@ -201,12 +203,12 @@ def test_a_new_line_is_set_up_and_held(hub: FakeHub) -> None:
 
 def test_a_running_line_is_left_alone(hub: FakeHub) -> None:
     hub.states[1, 0] = [RUNNING]
-    for rates in (ANY, Rates(500_000, None), Rates(500_000, 2_000_000)):
+    for rates in (ANY, WantedMode(500_000, None), WantedMode(500_000, 2_000_000)):
         assert hub.bring_up(rates) == []
 
 
-@pytest.mark.parametrize("rates", [Rates(250_000, None), Rates(None, 4_000_000)])
-def test_whoever_comes_second_must_agree(hub: FakeHub, rates: Rates) -> None:
+@pytest.mark.parametrize("rates", [WantedMode(250_000, None), WantedMode(None, 4_000_000)])
+def test_whoever_comes_second_must_agree(hub: FakeHub, rates: WantedMode) -> None:
     hub.states[1, 0] = [RUNNING]
     with pytest.raises(BadValue) as raised:
         hub.bring_up(rates)
@@ -223,7 +225,7 @@ def test_a_line_that_somebody_set_up_and_left_is_started_as_it_is(hub: FakeHub) 
 
 def test_a_line_that_somebody_set_up_and_left_can_get_other_rates(hub: FakeHub) -> None:
     hub.states[1, 0] = [STOPPED]
-    mode, start = hub.bring_up(Rates(250_000, None))
+    mode, start = hub.bring_up(WantedMode(250_000, None))
     assert isinstance(mode, LineMode)
     assert mode.timing is not None
     assert (mode.timing.bit_rate, start) == (250_000, "start")
@@ -245,7 +247,7 @@ def test_somebody_else_was_quicker(hub: FakeHub) -> None:
 @pytest.mark.parametrize("kind", ["usb-to-can-fd", "usb-to-can"])
 def test_usual_rates_fit_every_board(kind: str, bit_rate: int) -> None:
     capabilities = catalogue.kind(kind).connectors[0].capabilities
-    mode = line_mode(capabilities, Rates(bit_rate, None))
+    mode = line_mode(capabilities, WantedMode(bit_rate, None))
     timing, registers = mode.timing, capabilities.nominal
     assert timing is not None
     assert (timing.bit_rate, timing.clock_hz) == (bit_rate, capabilities.clock_hz)
@@ -264,21 +266,23 @@ def test_usual_rates_fit_every_board(kind: str, bit_rate: int) -> None:
     [
         (
             "usb-to-can",
-            Rates(None, 2_000_000),
+            WantedMode(None, 2_000_000),
             BadValue,
             "--data-bit-rate 2000000: this line knows classic CAN only",
         ),
-        ("usb-to-can", Rates(499_999, None), BadTiming, "499999 bit/s cannot be made from 36000000 Hz"),
+        ("usb-to-can", WantedMode(499_999, None), BadTiming, "499999 bit/s cannot be made from 36000000 Hz"),
         (
             "usb-to-can-fd",
-            Rates(500_000, 17_000_000),
+            WantedMode(500_000, 17_000_000),
             BadTiming,
             "17000000 bit/s cannot be made from 80000000 Hz",
         ),
-        ("usb-to-can-fd", Rates(-1, None), BadTiming, "bit_rate -1: a whole number above 0"),
+        ("usb-to-can-fd", WantedMode(-1, None), BadTiming, "bit_rate -1: a whole number above 0"),
     ],
 )
-def test_rates_that_a_board_cannot_make(kind: str, rates: Rates, error: type[CanwireError], why: str) -> None:
+def test_rates_that_a_board_cannot_make(
+    kind: str, rates: WantedMode, error: type[CanwireError], why: str
+) -> None:
     with pytest.raises(error, match=re.escape(why)):
         line_mode(catalogue.kind(kind).connectors[0].capabilities, rates)
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntFlag
 
+from canwire.errors import BadTiming
+from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import TimingLimits
 
 
@@ -98,6 +100,22 @@ class Capabilities:
 
     def can(self, feature: int) -> bool:
         return self.features & feature == feature
+
+    def timing(self, bit_rate: int, sample_point: float | None = None) -> BitTiming:
+        """A sensible one for classic bits and the nominal phase, at the line's clock; raises BadTiming."""
+        return self._timing(self.nominal, TimingLimits.FD_NOMINAL.quanta_min, bit_rate, sample_point)
+
+    def data_timing(self, bit_rate: int, sample_point: float | None = None) -> BitTiming:
+        """The same for the data phase; raises BadTiming for a classic line as well."""
+        if self.data is None:
+            raise BadTiming(f"{bit_rate} bit/s for data: this line knows classic CAN only")
+        return self._timing(self.data, TimingLimits.FD_DATA.quanta_min, bit_rate, sample_point)
+
+    def _timing(
+        self, registers: TimingRange, quanta_min: int, bit_rate: int, sample_point: float | None
+    ) -> BitTiming:
+        limits = registers.limits(quanta_min=quanta_min)
+        return BitTiming.for_bit_rate(bit_rate, sample_point, clock_hz=self.clock_hz, limits=limits)
 
 
 NO_CAN = Capabilities(

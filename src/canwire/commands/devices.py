@@ -21,6 +21,7 @@ from canwire import (
     ErrorState,
     Feature,
     LineInfo,
+    LinePlace,
     LinErrorKind,
     LineStatus,
     LinFeature,
@@ -28,9 +29,11 @@ from canwire import (
     LinState,
     NoSuchBoard,
     Unplugged,
+    format_rates,
 )
-from canwire.commands.hub_line import Place, add_hub_argument, complain, rates_text
+from canwire.commands.console import complain
 from canwire.commands.lin.line import mode_text
+from canwire.commands.shared_hub import add_hub_argument
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -75,12 +78,12 @@ def boards_of(hub: Hub) -> Iterator[Found]:
     """Every board with the status of its lines; one that is pulled out meanwhile is left out."""
     for board in hub.boards():
         try:
-            yield board, [use_of(hub, Place(board, index)) for index in range(len(board.lines))]
+            yield board, [use_of(hub, LinePlace(board, index)) for index in range(len(board.lines))]
         except (NoSuchBoard, Unplugged):
             continue
 
 
-def use_of(hub: Hub, place: Place) -> Use:
+def use_of(hub: Hub, place: LinePlace) -> Use:
     """A line of either kind as it is."""
     if place.info.lin is None:
         return hub.line_status(place.board.id, place.line)
@@ -123,7 +126,7 @@ def line_cells(index: int, line: LineInfo, status: Use) -> tuple[str, ...]:
     return (
         *where,
         "shorted" if status.coupling_fault else state,
-        rates_text(status.mode),
+        format_rates(status.mode),
         f"TEC {status.tec}",
         f"REC {status.rec}",
         f"load {status.load:.1f} %",

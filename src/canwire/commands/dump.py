@@ -25,23 +25,17 @@ from canwire import (
     Frame,
     HubError,
     InUse,
+    LinePlace,
     LogLine,
     Siblings,
+    WantedMode,
     format_candump_line,
     format_log_line,
+    format_rates,
 )
-from canwire.commands.hub_line import (
-    Place,
-    Rates,
-    add_line_arguments,
-    bring_up,
-    complain,
-    connected,
-    find_line,
-    let_terminate,
-    rates_text,
-    status_of,
-)
+from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
+from canwire.commands.console import complain, let_terminate
+from canwire.commands.shared_hub import connected, find_line
 
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
@@ -76,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
         events = tuple(int(kind) for kind in _EVENTS) if arguments.errors else ()
         channel.set_up(ChannelMode(receive=_QUEUE, transmit=0, siblings=Siblings.EVERY, events=events))
-        told = _begun(hub, place, Rates(arguments.bit_rate, arguments.data_bit_rate), closing)
+        told = _begun(hub, place, wanted_by(arguments), closing)
         channel.activate()
         complain(told)
         dump = Dump(arguments, hub, place, channel)
@@ -90,7 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
 class Dump:
     """Lines of one channel on stdout."""
 
-    def __init__(self, arguments: argparse.Namespace, hub: Hub, place: Place, channel: HubChannel) -> None:
+    def __init__(
+        self, arguments: argparse.Namespace, hub: Hub, place: LinePlace, channel: HubChannel
+    ) -> None:
         self._channel = channel
         self._left: int | None = arguments.count
         self._timeout: float | None = arguments.timeout
@@ -134,10 +130,10 @@ class Dump:
         return found
 
 
-def _begun(hub: Hub, place: Place, rates: Rates, closing: ExitStack) -> str:
+def _begun(hub: Hub, place: LinePlace, wanted: WantedMode, closing: ExitStack) -> str:
     """Have the line running; where somebody else is about to start it, wait for that. Returns what to say of it."""
     try:
-        bring_up(hub, place, rates, closing)
+        bring_up(hub, place, wanted, closing)
     except InUse as error:
         return f"{place.address} on {place.info.bus} does not run yet ({error}); listening"
-    return f"{place.address} on {place.info.bus}: {rates_text(status_of(hub, place).mode)}; listening"
+    return f"{place.address} on {place.info.bus}: {format_rates(place.status(hub).mode)}; listening"

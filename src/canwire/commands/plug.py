@@ -12,7 +12,7 @@ import argparse
 from contextlib import ExitStack
 
 from canwire import BoardInfo
-from canwire.commands.hub_line import add_hub_argument, connected
+from canwire.commands.shared_hub import add_hub_argument, connected
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

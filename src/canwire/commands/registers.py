@@ -14,7 +14,8 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import BoardInfo, NoSuchBoard, RegisterValue, Unsupported
-from canwire.commands.hub_line import add_hub_argument, connected, let_terminate
+from canwire.commands.console import let_terminate
+from canwire.commands.shared_hub import add_hub_argument, connected
 
 if TYPE_CHECKING:
     from canwire import Hub

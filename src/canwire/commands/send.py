@@ -21,20 +21,14 @@ from canwire import (
     ErrorKind,
     ErrorState,
     Frame,
+    LinePlace,
     LineStatus,
     QueueFull,
     parse_frame,
 )
-from canwire.commands.hub_line import (
-    Place,
-    Rates,
-    add_line_arguments,
-    bring_up,
-    complain,
-    connected,
-    find_line,
-    status_of,
-)
+from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
+from canwire.commands.console import complain
+from canwire.commands.shared_hub import connected, find_line
 
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
@@ -72,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
         place = find_line(hub, arguments.line, to_send=True)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
         channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        bring_up(hub, place, Rates(arguments.bit_rate, arguments.data_bit_rate), closing)
+        bring_up(hub, place, wanted_by(arguments), closing)
         channel.activate()
         sending = Sending(hub, place, channel, arguments.timeout)
         sending.send(frames, arguments.count, arguments.gap)
@@ -82,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
 class Sending:
     """Frames on their way from one channel; `timeout_s` is how long it may get no further."""
 
-    def __init__(self, hub: Hub, place: Place, channel: HubChannel, timeout_s: float) -> None:
+    def __init__(self, hub: Hub, place: LinePlace, channel: HubChannel, timeout_s: float) -> None:
         self._hub = hub
         self._place = place
         self._channel = channel
@@ -106,7 +100,7 @@ class Sending:
         """Wait for the bus to take them; says what is missing and why, and gives up what still waits."""
         status = self._settled()
         if status.delivered < self._total:
-            why = self._why(status, status_of(self._hub, self._place))
+            why = self._why(status, self._place.status(self._hub))
             missing = self._total - self._given_up().delivered
             if missing:
                 complain(f"{self._place.address}: {missing} of {self._total} frames not delivered: {why}")

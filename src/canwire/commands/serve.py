@@ -24,7 +24,7 @@ import sys
 from collections.abc import Iterator
 
 import canwire
-from canwire.commands.hub_line import complain
+from canwire.commands.console import complain
 
 USUAL_LINK = "~/.canwire/ttyCANBUS0"
 

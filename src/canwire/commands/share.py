@@ -21,16 +21,21 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 import canwire
-from canwire import BadValue, BoardInfo, CanwireError, ErrorState, Event, ExtraMissing, Hub, HubLost
-from canwire.commands.hub_line import (
-    Place,
-    Rates,
-    add_hub_argument,
-    complain,
-    line_mode,
-    rates_text,
-    status_of,
+from canwire import (
+    BadValue,
+    BoardInfo,
+    CanwireError,
+    ErrorState,
+    Event,
+    ExtraMissing,
+    Hub,
+    HubLost,
+    LinePlace,
+    format_rates,
 )
+from canwire.commands.can_line import line_mode, wanted_by
+from canwire.commands.console import complain
+from canwire.commands.shared_hub import add_hub_argument
 
 KINDS = ("slcan", "slcan-fd", "python-can")
 PATIENCE_S = 3.0  # for an adapter to say what it is
@@ -110,9 +115,9 @@ def share(hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace)
 
 def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
     """Its line, for good: nobody has to hold it."""
-    rates = Rates(arguments.bit_rate, arguments.data_bit_rate)
-    mode = line_mode(board.lines[0].capabilities, rates)
-    if rates.data is None:
+    wanted = wanted_by(arguments)
+    mode = line_mode(board.lines[0].capabilities, wanted)
+    if wanted.data is None:
         mode = replace(mode, data_timing=None, long_data=False)
     with hub.open_control(board.id, 0) as control:
         control.initialise(replace(mode, listen_only=arguments.listen_only, persistent=True))
@@ -121,10 +126,10 @@ def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
 
 def introduction_of(hub: Hub, board: BoardInfo, deadline: float) -> str:
     """A board in one line, once its adapter has answered or the time is over."""
-    before, place = board.resources, Place(board, 0)
+    before, place = board.resources, LinePlace(board, 0)
     while True:
         board = hub.board(board.hardware_id)
-        status = status_of(hub, place)
+        status = place.status(hub)
         silent = board.resources == before and board.kind != "python-can"
         if not (silent or (status.running and status.state == ErrorState.STOPPED)):
             break
@@ -134,7 +139,7 @@ def introduction_of(hub: Hub, board: BoardInfo, deadline: float) -> str:
     said = ", ".join(f"{what} {which}" for what, which in board.resources if which)
     words = [board.hardware_id, board.kind, said]
     if status.running:
-        words.append(rates_text(status.mode))
+        words.append(format_rates(status.mode))
     if silent or (status.running and status.state == ErrorState.STOPPED):
         words.append("no adapter answers there; the hub waits for it")
     return "  ".join(words)

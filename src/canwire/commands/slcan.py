@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING
 
 import canwire
 from canwire import InUse
-from canwire.commands.hub_line import add_hub_argument, complain
+from canwire.commands.console import complain
+from canwire.commands.shared_hub import add_hub_argument
 from canwire.slcan import (
     DIALECTS,
     FileEeprom,

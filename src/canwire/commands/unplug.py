@@ -8,8 +8,8 @@ from __future__ import annotations
 import argparse
 from contextlib import ExitStack
 
-from canwire.commands.hub_line import add_hub_argument, connected
 from canwire.commands.plug import board_line
+from canwire.commands.shared_hub import add_hub_argument, connected
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -28,18 +28,18 @@ from canwire import (
     LineError,
     LineStatus,
     Siblings,
+    WantedMode,
 )
 from canwire.python_can.arguments import state_of, timings_of
 from canwire.python_can.clock import clock_of
 from canwire.python_can.errors import opening, operating
 from canwire.python_can.filters import LIST_SIZE, OPEN, planned
 from canwire.python_can.hubs import HUBS, program_name
-from canwire.python_can.line import bring_up, can_places, set_listening, status_of
+from canwire.python_can.line import can_places, line_of_channel, set_listening
 from canwire.python_can.messages import record_of
 from canwire.python_can.periodic import HubTask
 from canwire.python_can.receiver import Receiver
 from canwire.python_can.sender import Sender
-from canwire.python_can.wanted import Wanted
 
 log = logging.getLogger("can.canwire")
 
@@ -100,17 +100,16 @@ class CanwireBus(can.BusABC):
             self._control: Control | None = None
             self._leases: list[Lease] = []  # what is given back at the end
             try:
-                self._wanted = wanted = Wanted(
+                self._wanted = wanted = WantedMode(
                     bitrate or None,
                     data_bitrate or None,
                     *timings_of(timing),
                     fd=fd,
                     iso_fd=not fd_non_iso,
                     listen_only=state_of(state) is can.BusState.PASSIVE,
-                    exclusive=exclusive,
                     find_rate=auto_bitrate,
                 )
-                self._place, self._control = bring_up(self._hub, str(channel), wanted)
+                self._place, self._control = line_of_channel(self._hub, str(channel), wanted)
                 self._leases += [self._control] if self._control is not None else []
                 board, line = self._place.board.id, self._place.line
                 self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
@@ -234,7 +233,7 @@ class CanwireBus(can.BusABC):
         """The controller's state, error counters and last error, the bus load, losses, and who holds what."""
         with operating():
             self._line_channel.check()
-            return status_of(self._hub, self._place)
+            return self._place.status(self._hub)
 
     def channel_status(self) -> ChannelStatus:
         """This bus's own counters: what came, what was lost because it was not read, what was sent and given up."""

@@ -9,58 +9,55 @@ Who comes first sets a line up, with everything that it can; the others have to 
 
 from __future__ import annotations
 
-import re
-import time
+from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple
 
 from canwire import (
     BadValue,
-    BoardInfo,
     Control,
     ErrorState,
     Feature,
     Hub,
     InUse,
     LineError,
-    LineInfo,
+    LinePlace,
     LineStatus,
-    NoSuchBoard,
+    WantedMode,
+    bring_up,
+    every_line,
+    find_lines,
+    format_rates,
+    start_line,
 )
-from canwire.python_can.wanted import Wanted, at_clock, at_rates_of, line_mode, rates_text
 
+_CAN = "CAN"
 _PATIENCE_S = 2.0  # for whoever has the control of a line, and is about to start it
-_LOOK_S = 0.02
-_ADDRESS = re.compile(r"(.+):(\d{1,3})", re.DOTALL)
 
 
-class Place(NamedTuple):
-    """A line of a board."""
-
-    board: BoardInfo
-    line: int
-
-    @property
-    def info(self) -> LineInfo:
-        return self.board.lines[self.line]
-
-    @property
-    def address(self) -> str:
-        return f"{self.board.hardware_id}:{self.line}"
-
-
-def can_places(hub: Hub) -> list[Place]:
+def can_places(hub: Hub) -> list[LinePlace]:
     """Every CAN line there is."""
-    boards = hub.boards()
-    places = [Place(board, index) for board in boards for index in range(len(board.lines))]
-    return [place for place in places if place.info.bus_type == "CAN"]
+    return every_line(hub, _CAN)
 
 
-def set_listening(hub: Hub, place: Place, control: Control, wanted: Wanted) -> None:
+def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:
+    """The line that the channel means, running as wanted, and its control if this program has that.
+
+    Raises NoSuchBoard; InUse or BadValue where it runs otherwise, naming who has set it up, and how.
+    """
+    found = find_lines(hub, channel, _CAN)
+    place = found[0]
+    if place.info.bus == channel:
+        return _on_bus(hub, channel, found, wanted)
+    _check_able(place, wanted)
+    neighbours = [other for other in can_places(hub) if place.info.bus and other.info.bus == place.info.bus]
+    return place, _brought_up(hub, place, _as_others(_running(hub, neighbours), wanted))
+
+
+def set_listening(hub: Hub, place: LinePlace, control: Control, wanted: WantedMode) -> None:
     """Have the line only listen, or take part; one that is bus-off begins again."""
     _check_able(place, wanted)
-    status = status_of(hub, place)
-    mode = status.mode or line_mode(place.info.capabilities, wanted)
+    status = place.status(hub)
+    mode = status.mode or wanted.mode(place.info.capabilities)
     if status.mode is None or mode.listen_only != wanted.listen_only:
         control.initialise(replace(mode, listen_only=wanted.listen_only))
     elif status.running and status.state == ErrorState.BUS_OFF:
@@ -68,45 +65,9 @@ def set_listening(hub: Hub, place: Place, control: Control, wanted: Wanted) -> N
     control.start()
 
 
-def bring_up(hub: Hub, channel: str, wanted: Wanted) -> tuple[Place, Control | None]:
-    """The line that the channel means, running as wanted, and its control if this program has that.
-
-    Raises NoSuchBoard; InUse or BadValue where it runs otherwise, naming who has set it up, and how.
-    """
-    places = can_places(hub)
-    on_bus = [place for place in places if place.info.bus == channel]
-    if not on_bus:
-        place = _by_address(hub, channel, places)
-        _check_able(place, wanted)
-        neighbours = [other for other in places if place.info.bus and other.info.bus == place.info.bus]
-        return place, _brought_up(hub, place, _as_others(_running(hub, neighbours), wanted))
-    return _on_bus(hub, channel, on_bus, wanted)
-
-
-def status_of(hub: Hub, place: Place) -> LineStatus:
-    return hub.line_status(place.board.id, place.line)
-
-
-def _by_address(hub: Hub, name: str, places: list[Place]) -> Place:
-    found = _ADDRESS.fullmatch(name)
-    if found:
-        board = hub.board(found[1])
-        for place in places:
-            if place.board.id == board.id and place.line == int(found[2]):
-                return place
-    there = ", ".join(f"{place.address} (on {place.info.bus or 'no bus'})" for place in places) or "none"
-    raise NoSuchBoard(f"no CAN line or bus {name!r}; there are {there}")
-
-
-def _check_able(place: Place, wanted: Wanted) -> None:
-    capabilities = place.info.capabilities
-    if capabilities.data is None and (wanted.fd or wanted.data):
-        raise BadValue(f"{place.address} ({place.board.kind}) knows classic CAN only; leave fd out")
-    if wanted.listen_only and not capabilities.can(Feature.LISTEN_ONLY):
-        raise BadValue(f"{place.address} ({place.board.kind}) cannot only listen")
-
-
-def _on_bus(hub: Hub, bus: str, places: list[Place], wanted: Wanted) -> tuple[Place, Control | None]:
+def _on_bus(
+    hub: Hub, bus: str, places: list[LinePlace], wanted: WantedMode
+) -> tuple[LinePlace, Control | None]:
     """The first line there that nobody uses, at the rate of the others; else the least used one of those that run."""
     able = [place for place in places if place.info.capabilities.data is not None or not wanted.fd]
     if not able:
@@ -116,16 +77,15 @@ def _on_bus(hub: Hub, bus: str, places: list[Place], wanted: Wanted) -> tuple[Pl
         _check_rates(place, status, wanted)
     wanted = _as_others(running, wanted)
     for place in able:
-        status = status_of(hub, place)
-        if status.running or status.channels or status.control_holder:
-            continue
-        try:
-            control = hub.open_control(place.board.id, place.line)
-        except InUse:
-            continue
-        _start(control, place, wanted)
-        return place, control
-    shared = [(place, status_of(hub, place)) for place in able]
+        status = place.status(hub)
+        if not (status.running or status.channels or status.control_holder):
+            with suppress(InUse):  # somebody was quicker
+                return place, start_line(hub, place, wanted.mode(place.info.capabilities))
+    return _shared(hub, able, wanted)
+
+
+def _shared(hub: Hub, able: list[LinePlace], wanted: WantedMode) -> tuple[LinePlace, Control | None]:
+    shared = [(place, place.status(hub)) for place in able]
     shared.sort(key=lambda pair: (not pair[1].running, pair[1].channels))
     failure: LineError | BadValue | None = None
     for place, _ in shared:
@@ -137,89 +97,61 @@ def _on_bus(hub: Hub, bus: str, places: list[Place], wanted: Wanted) -> tuple[Pl
     raise failure
 
 
-def _running(hub: Hub, places: list[Place]) -> list[tuple[Place, LineStatus]]:
-    found = [(place, status_of(hub, place)) for place in places]
-    return [(place, status) for place, status in found if status.running]
-
-
-def _as_others(running: list[tuple[Place, LineStatus]], wanted: Wanted) -> Wanted:
-    """Rates that are left open are those of the bus."""
-    if not wanted.find_rate:
-        for _, status in running:
-            wanted = at_rates_of(status.mode, wanted)
-    return wanted
-
-
-def _brought_up(hub: Hub, place: Place, wanted: Wanted) -> Control | None:
-    """Start the line unless it runs; who starts it has its control."""
-    control = _control(hub, place)
-    status = status_of(hub, place)
-    try:
-        if status.running:
-            _check_agreement(place, status, wanted)
-            return control
-        if control is not None:
-            _start(control, place, wanted)
-            return control
-        status = _started_by_somebody(hub, place)
-        _check_agreement(place, status, wanted)
-    except BaseException:
-        if control is not None:
-            control.close()
-        raise
-    return None
-
-
-def _control(hub: Hub, place: Place) -> Control | None:
-    """The line's control if nobody has it."""
-    try:
-        return hub.open_control(place.board.id, place.line)
-    except InUse:
-        return None
-
-
-def _started_by_somebody(hub: Hub, place: Place) -> LineStatus:
-    """Whoever has the control is about to start it, or else InUse says who that is."""
-    end_s = time.monotonic() + _PATIENCE_S
-    while not (status := status_of(hub, place)).running:
-        if time.monotonic() >= end_s:
-            raise InUse(f"{place.address} does not run, and its control is held by {status.control_holder}")
-        time.sleep(_LOOK_S)
-    return status
-
-
-def _start(control: Control, place: Place, wanted: Wanted) -> None:
-    try:
-        control.initialise(line_mode(place.info.capabilities, wanted))
-        control.start()
-    except BaseException:
-        control.close()
-        raise
-
-
-def _check_rates(place: Place, status: LineStatus, wanted: Wanted) -> None:
-    mode = status.mode
-    if mode is None or mode.timing is None:
-        return
-    data = mode.data_timing.bit_rate if mode.data_timing is not None else None
-    same_data = wanted.data is None or data is None or wanted.data == data
-    if wanted.nominal in (None, mode.timing.bit_rate) and same_data:
-        return
-    asked = f"{wanted.nominal or mode.timing.bit_rate} bit/s"
-    asked += f", {wanted.data} after BRS" if wanted.data else ""
-    raise BadValue(
-        f"{asked} is not what {_described(place, status)}; leave the bit rates out, or ask for these"
+def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | None:
+    return bring_up(
+        hub,
+        place,
+        lambda _: wanted.mode(place.info.capabilities),
+        lambda status: _check_agreement(place, status, wanted),
+        claim=True,
+        patience_s=_PATIENCE_S,
     )
 
 
-def _check_agreement(place: Place, status: LineStatus, wanted: Wanted) -> None:
+def _running(hub: Hub, places: list[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
+    found = [(place, place.status(hub)) for place in places]
+    return [(place, status) for place, status in found if status.running]
+
+
+def _as_others(running: list[tuple[LinePlace, LineStatus]], wanted: WantedMode) -> WantedMode:
+    """Rates that are left open are those of the bus."""
+    if not wanted.find_rate:
+        for _, status in running:
+            wanted = wanted.at_rates_of(status.mode)
+    return wanted
+
+
+def _check_able(place: LinePlace, wanted: WantedMode) -> None:
+    capabilities = place.info.capabilities
+    if capabilities.data is None and (wanted.fd or wanted.data):
+        raise BadValue(f"{place.address} ({place.board.kind}) knows classic CAN only; leave fd out")
+    if wanted.listen_only and not capabilities.can(Feature.LISTEN_ONLY):
+        raise BadValue(f"{place.address} ({place.board.kind}) cannot only listen")
+
+
+def _check_rates(place: LinePlace, status: LineStatus, wanted: WantedMode) -> None:
+    """A line that has no rate yet, or none for data, agrees with any."""
+    mode = status.mode
+    if mode is None or mode.timing is None:
+        return
+    asked = wanted if mode.data_timing is not None else replace(wanted, data_bit_rate=None, data_timing=None)
+    if asked.rates_agree(mode):
+        return
+    rates = f"{wanted.nominal or mode.timing.bit_rate} bit/s"
+    rates += f", {wanted.data} after BRS" if wanted.data else ""
+    raise BadValue(
+        f"{rates} is not what {_described(place, status)}; leave the bit rates out, or ask for these"
+    )
+
+
+def _check_agreement(place: LinePlace, status: LineStatus, wanted: WantedMode) -> None:
     """Of a line that others use, too."""
     _check_rates(place, status, wanted)
     mode = status.mode
     if mode is None:
         return
-    asked = [at_clock(timing, place.info.capabilities) for timing in (wanted.timing, wanted.data_timing)]
-    if asked[0] not in (None, mode.timing) or asked[1] not in (None, mode.data_timing):
+    asked = wanted.at_clock(place.info.capabilities.clock_hz)
+    if asked.timing not in (None, mode.timing) or asked.data_timing not in (None, mode.data_timing):
         raise BadValue(f"this bit timing is not what {_described(place, status)}: {mode.timing}")
     if wanted.fd and not mode.long_data:
         raise BadValue(f"there is no CAN FD as {_described(place, status)}, for classic CAN")
@@ -230,7 +162,8 @@ def _check_agreement(place: Place, status: LineStatus, wanted: Wanted) -> None:
         raise InUse(f"it is not possible {what} while {_described(place, status)}")
 
 
-def _described(place: Place, status: LineStatus) -> str:
+def _described(place: LinePlace, status: LineStatus) -> str:
     where = f"{place.address} on {place.info.bus}" if place.info.bus else place.address
+    listening = ", listening only" if status.mode is not None and status.mode.listen_only else ""
     holder = status.control_holder or "a program that has left it"
-    return f"{where} runs at: {rates_text(status.mode)}, set by {holder}"
+    return f"{where} runs at: {format_rates(status.mode)}{listening}, set by {holder}"

@@ -22,7 +22,6 @@ from canwire import (
     Frame,
     LineMode,
     NoSuchBoard,
-    TimingRange,
 )
 from canwire.slcan.can_side import ACCEPT_ALL, TRANSMIT_QUEUE, Setup
 
@@ -41,7 +40,6 @@ _EVENTS = (
 _BATCH = 256
 _MAILBOXES = 4  # room for frames given up that the hub has not taken out yet
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filter is the only one
-_FEWEST_QUANTA = 8
 
 
 def plug_dongle(hub: Hub, dialect: Dialect, bus: str) -> BoardInfo:
@@ -138,9 +136,9 @@ class HubPort:
             raise BadTiming(f"{self.board.kind}: no acceptance registers")
         data = None
         if setup.data_timing is not None and capabilities.data is not None:
-            data = _converted(setup.data_timing, capabilities.clock_hz, capabilities.data)
+            data = _converted(setup.data_timing, capabilities.clock_hz, capabilities.data_timing)
         return LineMode(
-            _converted(setup.timing, capabilities.clock_hz, capabilities.nominal),
+            _converted(setup.timing, capabilities.clock_hz, capabilities.timing),
             data,
             long_data=data is not None,
             error_frames=True,
@@ -151,9 +149,6 @@ class HubPort:
         )
 
 
-def _converted(timing: BitTiming, clock_hz: int, registers: TimingRange) -> BitTiming:
+def _converted(timing: BitTiming, clock_hz: int, made: Callable[[int, float], BitTiming]) -> BitTiming:
     """The same rate and sample point by the board's clock."""
-    if timing.clock_hz == clock_hz:
-        return timing
-    limits = registers.limits(quanta_min=_FEWEST_QUANTA)
-    return BitTiming.for_bit_rate(timing.bit_rate, timing.sample_point, clock_hz=clock_hz, limits=limits)
+    return timing if timing.clock_hz == clock_hz else made(timing.bit_rate, timing.sample_point)

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, ExtraMissing
 from canwire.commands.acan.words import CLOCK_KHZ, RATE_KBPS, Words, machine, parsed
-from canwire.commands.hub_line import complain, connected, let_terminate
+from canwire.commands.console import complain, let_terminate
+from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire.acan import Driver

@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from canwire.commands.acan.term import CTRL_C, Printable
-from canwire.commands.hub_line import complain
+from canwire.commands.console import complain
 
 if TYPE_CHECKING:
     from canwire.commands.acan.spy import Spy

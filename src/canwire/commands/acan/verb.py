@@ -20,8 +20,8 @@ import argparse
 from pathlib import Path
 
 from canwire import BadValue
-from canwire.commands.acan import programs as acan_programs
-from canwire.commands.hub_line import add_hub_argument
+from canwire.commands.acan import programs
+from canwire.commands.shared_hub import add_hub_argument
 
 _TIMEOUT = "end after so much silence once stdin is at its end, where stdin or stdout is no terminal"
 _SEND = "send this first, written as the trace shows it: '00001001000 - 61 62'"
@@ -41,10 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "CANTERM",
             "[/C:KHZ] [/R:KBPS] [/I] [/E] [/L] LOCAL REMOTE",
             _term_options,
-            acan_programs.term,
+            programs.term,
         ),
-        ("wct", "WCT", "[/C:KHZ] [/R:KBPS]", _wct_options, acan_programs.wct),
-        ("spy", "CANSPY", "[/C:KHZ] [/R:KBPS]", _spy_options, acan_programs.spy),
+        ("wct", "WCT", "[/C:KHZ] [/R:KBPS]", _wct_options, programs.wct),
+        ("spy", "CANSPY", "[/C:KHZ] [/R:KBPS]", _spy_options, programs.spy),
         (
             "install",
             "say which board the driver serves",
@@ -108,8 +108,8 @@ def _install(arguments: argparse.Namespace) -> int:
     if arguments.ini is not None and arguments.words:
         raise BadValue("give /P: and /I:, or --ini, not both")
     if arguments.ini is not None:
-        return acan_programs.install(arguments, Installation.from_ini(arguments.ini.read_text("utf-8")))
-    return acan_programs.install(arguments, Installation.parse(arguments.words))
+        return programs.install(arguments, Installation.from_ini(arguments.ini.read_text("utf-8")))
+    return programs.install(arguments, Installation.parse(arguments.words))
 
 
 def _setup(arguments: argparse.Namespace) -> int:

@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, CanwireError, Unsupported
 from canwire.commands.candrv.work import work
-from canwire.commands.hub_line import complain, connected, let_terminate
+from canwire.commands.console import complain, let_terminate
+from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire.candrv.handle import Handle

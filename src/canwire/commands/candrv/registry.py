@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import TYPE_CHECKING
 
-from canwire.commands.hub_line import complain
+from canwire.commands.console import complain
 
 if TYPE_CHECKING:
     from canwire.candrv.registry.registry import RegistryStore

@@ -15,7 +15,7 @@ from contextlib import ExitStack
 from typing import IO, TYPE_CHECKING
 
 from canwire import CanwireError
-from canwire.commands.candrv.programs import (
+from canwire.commands.candrv.opening import (
     DEVICE_ERROR,
     MESSAGES,
     OK,

@@ -17,11 +17,11 @@ here.
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from pathlib import Path
 
-from canwire.commands.candrv import programs as candrv_programs
-from canwire.commands.candrv import registry as candrv_registry
-from canwire.commands.hub_line import add_hub_argument
+from canwire.commands.candrv import registry, suite
+from canwire.commands.shared_hub import add_hub_argument, connected
 
 _DEVICE = "CID1:"
 _CONFIG = "the file with [candrv.CID1] (default: CANWIRE_CONFIG, or canwire.toml here)"
@@ -33,10 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.description = __doc__
     verbs = parser.add_subparsers(metavar="program", required=True)
-    for name, program in candrv_programs.PROGRAMS.items():
+    for name, program in suite.PROGRAMS.items():
         sub = verbs.add_parser(name, help=program.help, add_help=False, prefix_chars=_NO_OPTIONS)
         sub.add_argument("words", nargs=argparse.REMAINDER)
-        sub.set_defaults(candrv_verb=candrv_programs.run, candrv_program=program)
+        sub.set_defaults(candrv_verb=suite.run, candrv_program=program)
     for name, what in (
         ("install", "register a device with the manual's defaults"),
         ("remove", "unregister it"),
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         sub = verbs.add_parser(name, help=what, description=what)
         sub.add_argument("device", nargs="?", default=_DEVICE, help=f"its name (default: {_DEVICE})")
         _add_config(sub)
-        sub.set_defaults(candrv_verb=getattr(candrv_registry, name))
+        sub.set_defaults(candrv_verb=getattr(registry, name))
     _add_registry(verbs.add_parser("registry", help="what devices are started with"))
     _add_restart(
         verbs.add_parser("restart", help="load a device's driver anew, with what the registry says now")
@@ -76,7 +76,7 @@ def _add_registry(parser: argparse.ArgumentParser) -> None:
             optional = "?" if word.startswith("[") else None
             sub.add_argument(word.strip("[]"), nargs=optional, metavar=word.strip("[]").upper())
         _add_config(sub)
-        sub.set_defaults(candrv_verb=getattr(candrv_registry, f"{name}_entries"))
+        sub.set_defaults(candrv_verb=getattr(registry, f"{name}_entries"))
 
 
 def _add_restart(sub: argparse.ArgumentParser) -> None:
@@ -101,10 +101,7 @@ def _add_attach(sub: argparse.ArgumentParser) -> None:
 
 
 def _restart(arguments: argparse.Namespace) -> int:
-    from contextlib import ExitStack
-
     from canwire.candrv import unload
-    from canwire.commands.hub_line import connected
 
     with ExitStack() as closing:
         unload(connected(arguments, "candrv restart", closing), arguments.device)
@@ -113,6 +110,6 @@ def _restart(arguments: argparse.Namespace) -> int:
 
 
 def _attach(arguments: argparse.Namespace) -> int:
-    from canwire.commands.candrv import attach as candrv_attach
+    from canwire.commands.candrv.attach import attach
 
-    return candrv_attach.attach(arguments)
+    return attach(arguments)

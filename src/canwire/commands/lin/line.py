@@ -1,4 +1,7 @@
-"""How the commands bring a LIN line to life; hub_line.py finds it."""
+"""How the verbs have a LIN line running.
+
+Other than a CAN line it is its master's: only that one needs the control for longer than a start.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,8 @@ import argparse
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import BadValue, CanwireError, InUse, LinLineStatus, LinMode
-from canwire.commands.hub_line import Place, add_hub_argument, find_line
+from canwire import BadValue, CanwireError, InUse, LinePlace, LinLineStatus, LinMode
+from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument, find_line
 
 if TYPE_CHECKING:
     from canwire import Hub, LinControl
@@ -29,24 +32,17 @@ class Wish(NamedTuple):
 
 def add_lin_arguments(parser: argparse.ArgumentParser) -> None:
     """LINE, --bit-rate, --hub."""
-    parser.add_argument(
-        "line", metavar="LINE", help="HW000001:2, usb-to-can-fd:2, or the name of a bus: lin0"
-    )
-    parser.add_argument(
-        "--bit-rate",
-        type=int,
-        metavar="BIT/S",
-        help=f"for a line that nobody started (default: {USUAL_BIT_RATE})",
-    )
+    add_line_argument(parser, "HW000001:2, usb-to-can-fd:2, or the name of a bus: lin0")
+    add_rate_argument(parser, "--bit-rate", "for a line that nobody started", USUAL_BIT_RATE)
     add_hub_argument(parser)
 
 
-def find_lin_line(hub: Hub, name: str, *, to_send: bool = False) -> Place:
+def find_lin_line(hub: Hub, name: str, *, to_send: bool = False) -> LinePlace:
     """The LIN line of that name; raises NoSuchBoard, or BadValue for a CAN line."""
     return find_line(hub, name, to_send=to_send, bus_type="LIN")
 
 
-def lin_status_of(hub: Hub, place: Place) -> LinLineStatus:
+def lin_status_of(hub: Hub, place: LinePlace) -> LinLineStatus:
     return hub.lin_status(place.board.id, place.line).status
 
 
@@ -58,7 +54,7 @@ def mode_text(status: LinLineStatus) -> str:
     return f"{'master' if status.mode.master else 'slave'}, {rate}"
 
 
-def begin_listening(hub: Hub, place: Place, wish: Wish) -> str:
+def begin_listening(hub: Hub, place: LinePlace, wish: Wish) -> str:
     """Have the line running unless somebody else is about to start it; returns what to say of it.
 
     The caller has a monitor on it, so it stays as it is after its control was given back: others may take that.
@@ -79,7 +75,7 @@ def begin_listening(hub: Hub, place: Place, wish: Wish) -> str:
     return f"{place.address} on {_bus(place)}: {mode_text(status)}; listening"
 
 
-def become_master(hub: Hub, place: Place, bit_rate: int | None, closing: ExitStack) -> LinControl:
+def become_master(hub: Hub, place: LinePlace, bit_rate: int | None, closing: ExitStack) -> LinControl:
     """The line's control, held until `closing`, and the line running as master.
 
     Raises InUse while somebody else has the control, BadValue if it runs with another bit rate.
@@ -108,10 +104,10 @@ def _suits(status: LinLineStatus, wish: Wish) -> bool:
     return status.mode is not None and wish.bit_rate in (None, status.mode.bit_rate)
 
 
-def _check_agreement(place: Place, status: LinLineStatus, wish: Wish) -> None:
+def _check_agreement(place: LinePlace, status: LinLineStatus, wish: Wish) -> None:
     if wish.bit_rate and wish.bit_rate != status.bit_rate and status.bit_rate:
         raise BadValue(f"{place.address} runs as {mode_text(status)}; leave --bit-rate out")
 
 
-def _bus(place: Place) -> str:
+def _bus(place: LinePlace) -> str:
     return place.info.bus or "no bus"

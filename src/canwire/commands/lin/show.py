@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from canwire import (
     BadFrame,
     HubError,
+    LinePlace,
     LinEvent,
     LinEventKind,
     LinFrame,
@@ -18,7 +19,6 @@ from canwire import (
     LinMonitorMode,
     format_lin_log_line,
 )
-from canwire.commands.hub_line import Place
 
 if TYPE_CHECKING:
     from canwire import Hub, Monitor
@@ -67,7 +67,7 @@ class Shown:
         return f"  {self._network.name_of(message.id)}: {signals}"
 
 
-def opened_monitor(hub: Hub, place: Place, closing: ExitStack, *, events: bool) -> Monitor:
+def opened_monitor(hub: Hub, place: LinePlace, closing: ExitStack, *, events: bool) -> Monitor:
     """An active one on this line."""
     monitor = closing.enter_context(hub.open_monitor(place.board.id, place.line))
     monitor.set_up(LinMonitorMode(receive=_QUEUE, events=tuple(map(int, _EVENTS)) if events else ()))

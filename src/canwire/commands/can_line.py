@@ -1,0 +1,59 @@
+"""How the verbs have a CAN line running; lin/line.py does a LIN line."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import canwire
+from canwire import BadValue, Capabilities, LineMode, LinePlace, LineStatus, WantedMode, format_rates
+from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+
+def add_line_arguments(parser: argparse.ArgumentParser) -> None:
+    """LINE, --bit-rate, --data-bit-rate, --hub."""
+    add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
+    add_rate_argument(parser, "--bit-rate", "for a line that nobody started", WantedMode.USUAL_BIT_RATE)
+    add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
+    add_hub_argument(parser)
+
+
+def wanted_by(arguments: argparse.Namespace) -> WantedMode:
+    """What --bit-rate and --data-bit-rate ask for."""
+    return WantedMode(arguments.bit_rate, arguments.data_bit_rate)
+
+
+def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode, closing: ExitStack) -> None:
+    """Start the line unless it runs, and hold its control until `closing`, so that nobody takes it away.
+
+    One that was set up with such rates is started as it is. Raises BadValue if it runs with other rates than those
+    asked for, InUse if somebody else is about to start it.
+    """
+
+    def mode_for(status: LineStatus) -> LineMode | None:
+        if status.initialised and wanted.rates_agree(status.mode):
+            return None
+        return line_mode(place.info.capabilities, wanted)
+
+    def check(status: LineStatus) -> None:
+        if not wanted.rates_agree(status.mode):
+            holder = f", set by {status.control_holder}" if status.control_holder else ""
+            raise BadValue(
+                f"{place.address} runs at {format_rates(status.mode)}{holder}; "
+                "leave --bit-rate and --data-bit-rate out"
+            )
+
+    control = canwire.bring_up(hub, place, mode_for, check)
+    if control is not None:
+        closing.enter_context(control)
+
+
+def line_mode(capabilities: Capabilities, wanted: WantedMode) -> LineMode:
+    """How the verbs set a line up: everything it can, errors reported. Raises BadTiming, BadValue."""
+    if capabilities.data is None and wanted.data is not None:
+        raise BadValue(f"--data-bit-rate {wanted.data}: this line knows classic CAN only; leave it out")
+    return wanted.mode(capabilities)

@@ -1,0 +1,54 @@
+"""CanTestSuite of the CANDRV manual, program by program: switches, output, log lines and exit codes are the manual's.
+
+Ours are a line on stderr with the cause of each error, and that what fails ends with 1: the manual's listings go on at
+the old rate, and forget messages that could not be written.
+Source: CANDRV manual (seed 000), 10.1 to 10.3.
+"""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+
+from canwire.commands.candrv.opening import DEVICE_ERROR, MESSAGES, USAGE, Failure, say
+from canwire.commands.candrv.programs import can_mon, can_read, can_write
+from canwire.commands.candrv.stress import can_send
+from canwire.commands.candrv.switches import Program, Usage, parse
+from canwire.commands.console import let_terminate
+
+_COMMON = (
+    ("d", "<dev>", "Device name (CID1:)"),
+    ("b", "<baud>", "Set baudrate"),
+    ("f", "<name>", "Log file name"),
+)
+_STRESS = (
+    ("n", "<num>", f"Messages of each thread ({MESSAGES})"),
+    ("c", "<num>", "Send channels (1)"),
+    ("t", "<num>", "Threads on each channel (1)"),
+)
+PROGRAMS = {
+    "write": Program(
+        "CanWrite", "CanWrite: send 1000 messages with increasing identifiers", _COMMON, can_write
+    ),
+    "read": Program("CanRead", "CanRead: show all events as ReadFile gives them", _COMMON, can_read),
+    "send": Program("CanSend", "CanSend: stress the driver", (*_COMMON, *_STRESS), can_send),
+    "mon": Program("CanMon", "CanMon: show all events of the binary interface", _COMMON, can_mon),
+}
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """One program with its words: 0, 1 or 2."""
+    program: Program = arguments.candrv_program
+    say(f"{program.name} V3.0")
+    try:
+        switches = parse(program, arguments.words)
+    except Usage as wrong:
+        say("\n".join(filter(None, (str(wrong), program.usage))))
+        return USAGE
+    with ExitStack() as closing:
+        let_terminate(closing)
+        try:
+            return program.body(switches, closing)
+        except Failure as failure:
+            say(str(failure))
+            return DEVICE_ERROR

@@ -1,0 +1,62 @@
+"""The hub that the verbs share with other programs, and its lines by the name on a command line."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import canwire
+from canwire import BadValue, HubError, LinePlace, find_lines
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+_VERBS = {"CAN": "`canwire dump` or `canwire send`", "LIN": "`canwire lin dump` or `canwire lin send`"}
+
+
+def add_hub_argument(parser: argparse.ArgumentParser) -> None:
+    """--hub, as every command has it that uses shared boards."""
+    parser.add_argument(
+        "--hub", metavar="ADDRESS", help="the hub's socket (default: CANWIRE_HUB, or this user's)"
+    )
+
+
+def add_line_argument(parser: argparse.ArgumentParser, examples: str) -> None:
+    """LINE."""
+    parser.add_argument("line", metavar="LINE", help=examples)
+
+
+def add_rate_argument(parser: argparse.ArgumentParser, option: str, help: str, usual: int) -> None:
+    """--bit-rate, or another option for one, in bit/s."""
+    parser.add_argument(option, type=int, metavar="BIT/S", help=f"{help} (default: {usual})")
+
+
+def connected(arguments: argparse.Namespace, verb: str, closing: ExitStack) -> Hub:
+    """The shared hub; raises HubError if there is none: boards of this process alone would be nobody's."""
+    hub: Hub = closing.enter_context(canwire.connect(arguments.hub, name=f"canwire {verb}"))
+    if not hub.address:
+        raise HubError(f"no hub is running that `{verb}` could share; `canwire serve` starts one")
+    return hub
+
+
+def find_line(hub: Hub, name: str, *, to_send: bool = False, bus_type: str = "CAN") -> LinePlace:
+    """The line of that name; by a bus's name the first one there, to send the first one that nobody configures.
+
+    Raises NoSuchBoard with the lines there are, BadValue for one of another type.
+    """
+    places = find_lines(hub, name)
+    place, there = places[0], places[0].info.bus_type
+    if there != bus_type:
+        raise BadValue(
+            f"{name}: {place.address} is a {there} line; use {_VERBS.get(there, 'something else')}"
+        )
+    if not to_send or len(places) == 1:
+        return place
+    return next((place for place in places if not _holder(hub, place)), place)
+
+
+def _holder(hub: Hub, place: LinePlace) -> str:
+    if place.info.lin is not None:
+        return hub.lin_status(place.board.id, place.line).control_holder
+    return place.status(hub).control_holder

@@ -1,0 +1,80 @@
+"""How a program has a CAN line running, beside others that use it already or are about to start it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from canwire.boards.can.modes import LineMode, LineStatus
+from canwire.errors import InUse
+
+if TYPE_CHECKING:
+    from canwire.hub.finding import LinePlace
+    from canwire.hub.handles.hub import Hub
+    from canwire.hub.handles.lease import Control
+
+_LOOK_S = 0.02
+
+
+def bring_up(
+    hub: Hub,
+    place: LinePlace,
+    mode_for: Callable[[LineStatus], LineMode | None],
+    check: Callable[[LineStatus], None],
+    *,
+    claim: bool = False,
+    patience_s: float = 0.0,
+) -> Control | None:
+    """Start the line unless it runs; its control if this program got that, None where somebody else started it.
+
+    `mode_for(status)` says how to set up a line that does not run, None: as it is. `check(status)` raises if one
+    that runs does not suit. `claim` takes the control of one that runs as well, if nobody has it. Whoever has the
+    control of one that does not run yet may take `patience_s` to start it; then InUse says who that is.
+    """
+    status = place.status(hub)
+    if status.running and not claim:
+        check(status)
+        return None
+    try:
+        control = hub.open_control(place.board.id, place.line)
+    except InUse as refusal:
+        check(_started_by_somebody(hub, place, refusal, patience_s))
+        return None
+    with ExitStack() as on_failure:
+        on_failure.enter_context(control)
+        status = place.status(hub)
+        if status.running:
+            check(status)
+        else:
+            _start(control, mode_for(status))
+        on_failure.pop_all()
+    return control
+
+
+def start_line(hub: Hub, place: LinePlace, mode: LineMode | None) -> Control:
+    """Take the line's control, set it up (None: it is as it should be) and start it.
+
+    Raises InUse while somebody has the control, and what `Control.initialise` and `Control.start` raise.
+    """
+    with ExitStack() as on_failure:
+        control = on_failure.enter_context(hub.open_control(place.board.id, place.line))
+        _start(control, mode)
+        on_failure.pop_all()
+    return control
+
+
+def _start(control: Control, mode: LineMode | None) -> None:
+    if mode is not None:
+        control.initialise(mode)
+    control.start()
+
+
+def _started_by_somebody(hub: Hub, place: LinePlace, refusal: InUse, patience_s: float) -> LineStatus:
+    end_s = time.monotonic() + patience_s
+    while not (status := place.status(hub)).running:
+        if time.monotonic() >= end_s:
+            raise refusal
+        time.sleep(_LOOK_S)
+    return status

@@ -1,0 +1,68 @@
+"""Lines of a hub by name.
+
+HW000001:0        line 0 of the board with that hardware id
+usb-to-can-fd:1   line 1 of the first board of that kind
+can0, lin0        every line on that bus
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire.boards.description import BoardInfo, LineInfo
+from canwire.errors import NoSuchBoard
+
+if TYPE_CHECKING:
+    from canwire.boards.can.modes import LineStatus
+    from canwire.hub.handles.hub import Hub
+
+_ADDRESS = re.compile(r"(.+):(\d{1,3})", re.DOTALL)
+
+
+class LinePlace(NamedTuple):
+    """A line of a board: `line` counts from 0."""
+
+    board: BoardInfo
+    line: int
+
+    @property
+    def info(self) -> LineInfo:
+        return self.board.lines[self.line]
+
+    @property
+    def address(self) -> str:
+        """The name that means this line alone: "HW000001:0"."""
+        return f"{self.board.hardware_id}:{self.line}"
+
+    def status(self, hub: Hub) -> LineStatus:
+        """A CAN line as it is now; raises Unplugged, HubLost."""
+        return hub.line_status(self.board.id, self.line)
+
+
+def every_line(hub: Hub, bus_type: str | None = None) -> list[LinePlace]:
+    """All lines there are, or only "CAN" or "LIN" ones, in the order of the boards."""
+    places = [LinePlace(board, line) for board in hub.boards() for line in range(len(board.lines))]
+    return [place for place in places if bus_type in (None, place.info.bus_type)]
+
+
+def find_lines(hub: Hub, name: str, bus_type: str | None = None) -> list[LinePlace]:
+    """What a name means among all lines, or only the "CAN" or "LIN" ones: those on that bus, else the one there.
+
+    At least one; raises NoSuchBoard with the lines there are.
+    """
+    places = every_line(hub, bus_type)
+    on_bus = [place for place in places if name and place.info.bus == name]
+    return on_bus or [_by_address(hub, name, places, bus_type)]
+
+
+def _by_address(hub: Hub, name: str, places: list[LinePlace], bus_type: str | None) -> LinePlace:
+    if found := _ADDRESS.fullmatch(name):
+        board, line = hub.board(found[1]), int(found[2])
+        if line >= len(board.lines):
+            raise NoSuchBoard(f"{name}: {board.hardware_id} has the lines 0 to {len(board.lines) - 1}")
+        if bus_type in (None, board.lines[line].bus_type):
+            return LinePlace(board, line)
+    there = ", ".join(f"{place.address} (on {place.info.bus or 'no bus'})" for place in places) or "none"
+    what = "line" if bus_type is None else f"{bus_type} line"
+    raise NoSuchBoard(f"no {what} or bus {name!r}; there are {there}")
