@@ -75,7 +75,7 @@ HUB_WITHOUT_CLOCKS = {
     "hub.owner.world",
 }
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
-SEAMS = {"drivers": {"driver", "lin_driver", "outside"}}
+SEAMS = {"drivers": {"driver", "lin_driver", "outside", "reporting"}}
 STRANGERS = [("chips", "drivers"), ("drivers", "chips")]
 CHIP_SEAMS = {"chips.host", "chips.registers"}
 TOUCH_CHIPS = {"boards.catalogue", "boards.can.line", "boards.lin.line", "boards.lin.splitter"}
