@@ -22,7 +22,7 @@ def levels_of(bus: LabLinBus, bits: int, bit_ps: int) -> str:
     changes = [(0, 1)]
     bus.wire.bits.capture = lambda at_ps, level: changes.append((at_ps, level))
     bus.wire.bitwise = True
-    bus._lab.run_until_idle()
+    bus.time.run_until_idle()
     samples = ""
     for k in range(bits):
         at_ps = k * bit_ps + bit_ps // 2

@@ -217,7 +217,7 @@ def test_expect_says_what_came_instead(lin_bus: LabLinBus) -> None:
     with pytest.raises(NotReceived, match="arrived where silence was expected"):
         master.expect_nothing(within=0.2)
     master.schedule.stop()
-    master.bus._lab.run_until_idle()
+    master.bus.time.run_until_idle()
     master.receive_many(9)
     master.expect_nothing(within=0.2)
     with pytest.raises(NotReceived, match="0 others, last: nothing"):

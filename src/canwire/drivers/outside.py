@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
 
-from canwire.bus.can.node import Mailbox
-from canwire.drivers.driver import Counters, Driver
+from canwire.drivers.driver import Counters
+from canwire.drivers.reporting import ReportingDriver
 from canwire.timeline import Timeline
 from canwire.values.event import ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame, frame_of_record
@@ -73,7 +73,7 @@ class Identity:
     firmware_version: tuple[int, int] = (0, 0)
 
 
-class OutsideDriver(Driver):
+class OutsideDriver(ReportingDriver):
     """A driver whose controller is an adapter that may come and go; one mailbox, whose frame waits for it.
 
     While the adapter is gone the line stays as it was set up and its state is STOPPED. A STATE event tells of the
@@ -81,8 +81,7 @@ class OutsideDriver(Driver):
     """
 
     def __init__(self, host: Host | None, timeline: Timeline, port: str) -> None:
-        box = Mailbox()
-        super().__init__(host, box, box)
+        super().__init__(host, lambda: timeline.now_ns)
         self.on_identified: Callable[[Identity], object] | None = None
         self.text = ""  # what went wrong last
         self.timeline = timeline
@@ -91,7 +90,6 @@ class OutsideDriver(Driver):
         self.state = ErrorState.ERROR_ACTIVE
         self._been = False
         self._tec = self._rec = 0
-        self._errors = self._losses = self._sent = self._received = self._last_error = 0
 
     def rejoin(self, at_ns: int) -> None:
         """Its plug is its own affair."""
@@ -102,16 +100,7 @@ class OutsideDriver(Driver):
 
     def counters(self) -> Counters:
         state = self.state if self.on_bus else ErrorState.STOPPED
-        return Counters(
-            self._tec,
-            self._rec,
-            state,
-            self._errors,
-            self._losses,
-            self._sent,
-            self._received,
-            self._last_error,
-        )
+        return self.counted(self._tec, self._rec, state)
 
     # for the drivers themselves
 
@@ -157,14 +146,8 @@ class OutsideDriver(Driver):
 
     def finished(self, sent: bool) -> None:
         """The mailbox's frame is in the adapter's queue, or was given up; the next one may come."""
-        if not self.normal.occupied:
-            return
-        self._sent += sent
-        self.settle(self.normal, sent, self.timeline.now_ns)
-
-    def fill(self) -> None:
-        if self.host is not None:
-            self.host.fill(self.timeline.now_ns)
+        if self.normal.occupied:
+            self.over(self.normal, sent)
 
     def frame(self) -> Frame:
         """The mailbox's, without what its sender asked for besides."""
@@ -172,18 +155,6 @@ class OutsideDriver(Driver):
         _, id, info = _HEAD.unpack_from(block)
         _HEAD.pack_into(block, 0, 0, id, info & _OF_FRAMES)
         return frame_of_record(block)
-
-    def tell(
-        self,
-        kind: EventKind,
-        error: ErrorKind = ErrorKind.NONE,
-        *,
-        bit: int = -1,
-        transmitting: bool = False,
-        code: int = 0,
-    ) -> None:
-        if self.host is not None:
-            self.host.event(int(kind), int(error), bit, transmitting, self.timeline.now_ns, code)
 
 
 class AdapterClock:

@@ -1,340 +1,131 @@
-"""A node on the bench: send, receive, look at its counters; with or without asyncio."""
+"""What a node on the bench is, whatever bus it is on: it has a name and hears frames; with or without asyncio."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable, Iterable
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator, Callable
+from typing import Generic, TypeVar
 
-from canwire.boards.can.channel import Channel
-from canwire.boards.can.line import Line
-from canwire.drivers.driver import Counters, Driver, LineSettings
-from canwire.errors import BadValue, BusOff, Closed, NotReceived, NotTransmitted
+from canwire.errors import Closed, NotReceived
 from canwire.lab.listening import Listening
-from canwire.lab.spans import LONGEST_NS, nanoseconds
+from canwire.lab.spans import nanoseconds
+from canwire.lab.time import LabTime
+from canwire.ring import Ring
 from canwire.timeline import NEVER
-from canwire.values.acceptance import Acceptance
-from canwire.values.event import BusEvent, ErrorState, EventKind
-from canwire.values.frame import Frame
-from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
 
-if TYPE_CHECKING:
-    import numpy
-
-    from canwire.lab.bench import Lab
-    from canwire.lab.bus import LabBus
-
-_EVENT_QUEUE = 4096
-_ALL_EVENTS = frozenset(int(kind) for kind in EventKind)
+FrameT = TypeVar("FrameT")
+BusT = TypeVar("BusT")
+_SHOWN = 5  # of the frames that came instead
 
 
-class LabNode:
-    """One controller with one channel. Made by `LabBus.node`."""
+class BenchNode(Generic[FrameT, BusT]):
+    """Hears what comes into `ring`, of which `take` gives the oldest frame, or None. Errors call it by `full_name`.
+
+    What it is on is a parameter of its type: buses make nodes and know them, nodes here know no bus.
+    """
 
     def __init__(
         self,
-        lab: Lab,
-        bus: LabBus,
+        time: LabTime,
+        bus: BusT,
         name: str,
-        line: Line,
-        settings: LineSettings,
-        acceptance: Acceptance | None,
-        self_reception: bool,
-        receives: bool,
-        receive_queue: int,
-        transmit_queue: int,
+        full_name: str,
+        ring: Ring,
+        take: Callable[[], FrameT | None],
     ) -> None:
-        self.name = name
+        self.time = time
         self.bus = bus
-        self.line = line
-        self.settings = settings
-        self._lab = lab
-        self._paced = lab.pacer is not None
-        self._flags = SELF_RECEPTION if self_reception else 0
+        self.name = name
+        self._full_name = full_name
+        self._ring = ring
+        self._take = take
         self._closed = False
-        self._channel = Channel(receive_queue, transmit_queue, frames=receives)
-        self._channel.set_acceptance(acceptance)
-        self._ring = self._channel.receive
-        self._events: Channel | None = None
-        line.controller.name = name
-        line.open(self._channel)
-
-    def begin(self) -> None:
-        """Configure and start; on a resting bus the node counts as having been there all along."""
-        self._driver.configure(self.settings)
-        self._driver.start(self._lab.timeline.now_ns, integrated=self.bus.wire.resting())
-
-    # sending
-
-    def send(
-        self, frame: Frame, *, single_shot: bool = False, high_priority: bool = False, delay_ns: int = 0
-    ) -> None:
-        """Queue a frame; it goes when the bus lets it.
-
-        `single_shot`: one attempt, given up on lost arbitration or error. `high_priority`: before the frame that
-        waits in the controller. `delay_ns`: not before this long after the node's previous frame.
-        Raises QueueFull, LineError (an FD frame on a classic line, a listen-only node), Closed.
-        """
-        flags = self._flags
-        if single_shot:
-            flags |= SINGLE_SHOT
-        if high_priority:
-            flags |= HIGH_PRIORITY
-        if self._closed:
-            raise Closed(f"node {self.name}")
-        if not 0 <= delay_ns <= LONGEST_NS:
-            raise BadValue(f"delay_ns {delay_ns}: from 0 to {LONGEST_NS}")
-        if self._paced:
-            with self._lab.touch():
-                self.line.send(self._channel, frame, flags, delay_ns)
-        else:
-            self.line.send(self._channel, frame, flags, delay_ns)
-        if self._lab._activity:
-            self._lab.active()
-
-    def send_many(self, frames: Iterable[Frame]) -> int:
-        """Queue frames in order; returns how many. Raises like `send`, what came before stays queued."""
-        count = 0
-        for frame in frames:
-            self.send(frame)
-            count += 1
-        return count
-
-    def send_array(self, records: numpy.ndarray) -> int:
-        """Queue records of numpy dtype `record_dtype()`, as from `receive_array`; their time is a delay in ns.
-
-        Returns how many fitted into the queue. Raises BadFrame for a record that is no frame of this line.
-        """
-        self._check_open()
-        with self._lab.touch():
-            count = self.line.send_records(self._channel, records, self._flags)
-        self._lab.active()
-        return count
-
-    async def send_async(
-        self, frame: Frame, *, single_shot: bool = False, high_priority: bool = False
-    ) -> int:
-        """Send and wait until the frame went through; returns when that was, in ns.
-
-        Raises NotTransmitted if it was given up, BusOff if the node left the bus. Cancelled, the frame
-        stays queued.
-        """
-        outcome: list[tuple[bool, int]] = []
-        self._check_open()
-        flags = (
-            CONFIRM
-            | self._flags
-            | (SINGLE_SHOT if single_shot else 0)
-            | (HIGH_PRIORITY if high_priority else 0)
-        )
-
-        def settle(delivered: bool, at_ns: int) -> None:
-            outcome.append((delivered, at_ns))
-            self._lab.active()
-
-        with self._lab.touch():
-            self.line.send(self._channel, frame, flags, 0)
-            self._channel.expect_outcome(high_priority, settle)
-        self._lab.active()
-        while not outcome:
-            if self.state is ErrorState.BUS_OFF:
-                raise BusOff(self.line.name)
-            await self._lab.turn(NEVER)
-        delivered, at_ns = outcome[0]
-        if not delivered:
-            raise NotTransmitted(self.line.name, frame, "single shot failed or it was cancelled")
-        return at_ns
-
-    def cancel(self) -> int:
-        """Give up everything queued, but for a frame on the wire; returns how many."""
-        with self._lab.touch():
-            return self.line.cancel(self._channel)
 
     # receiving
 
-    def receive(self, timeout: float | None = None) -> Frame | None:
+    def receive(self, timeout: float | None = None) -> FrameT | None:
         """The oldest frame received, or None.
 
         With a `timeout` in seconds, time passes until a frame arrives or the timeout is over.
         """
-        frame = self._ring.take_frame()
+        frame = self._take()
         if frame is None and self._closed:
             raise Closed(f"node {self.name}")
         if frame is None and timeout is not None:
-            self._wait(self._lab.now_ns + nanoseconds("timeout", timeout))
-            frame = self._ring.take_frame()
+            self._wait(self.time.now_ns + nanoseconds("timeout", timeout))
+            frame = self._take()
         return frame
 
-    def receive_many(self, limit: int) -> list[Frame]:
+    def receive_many(self, limit: int) -> list[FrameT]:
         """Up to `limit` frames, oldest first; takes only what is there."""
-        return self._ring.take_frames(limit)
+        frames: list[FrameT] = []
+        while len(frames) < limit and (frame := self._take()) is not None:
+            frames.append(frame)
+        return frames
 
-    def receive_array(self, limit: int | None = None) -> numpy.ndarray:
-        """Up to `limit` frames (None: all) as numpy records: time_ns, id, info, data. Needs canwire[arrays]."""
-        return self._ring.take_array(self._ring.capacity if limit is None else limit)
-
-    async def receive_async(self, timeout: float | None = None) -> Frame | None:
+    async def receive_async(self, timeout: float | None = None) -> FrameT | None:
         """The oldest frame, waiting for one; None after `timeout` seconds. Cancelled, it takes nothing."""
-        deadline_ns = NEVER if timeout is None else self._lab.now_ns + nanoseconds("timeout", timeout)
-        with self._listening(self._lab.active):
+        deadline_ns = NEVER if timeout is None else self.time.now_ns + nanoseconds("timeout", timeout)
+        with Listening(self._ring, self.time.active):
             while True:
                 self._check_open()
-                frame = self._ring.take_frame()
-                if frame is not None or self._lab.now_ns >= deadline_ns:
+                frame = self._take()
+                if frame is not None or self.time.now_ns >= deadline_ns:
                     return frame
-                await self._lab.turn(deadline_ns)
+                await self.time.turn(deadline_ns)
 
-    async def __aiter__(self) -> AsyncIterator[Frame]:
+    async def __aiter__(self) -> AsyncIterator[FrameT]:
         while not self._closed:
             frame = await self.receive_async()
             if frame is not None:
                 yield frame
 
-    def expect(self, id: int, *, within: float, extended: bool = False, data: bytes | None = None) -> Frame:
-        """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
-        deadline_ns = self._lab.now_ns + nanoseconds("within", within)
-        others: list[Frame] = []
-        while True:
-            frame = self.receive(max(0.0, (deadline_ns - self._lab.now_ns) / 1e9))
-            if frame is None:
-                break
-            if frame.id == id and frame.extended == extended and (data is None or frame.data == data):
-                return frame
-            others.append(frame)
-        came = ", ".join(repr(frame) for frame in others[-5:]) or "nothing"
-        raise NotReceived(
-            f"{self.line.name}: no frame {id:#x} within {within:g} s; {len(others)} others, last: {came}"
-        )
-
     def expect_nothing(self, *, within: float) -> None:
         """Let time pass; raises NotReceived if any frame arrives."""
         frame = self.receive(within)
         if frame is not None:
-            raise NotReceived(f"{self.line.name}: {frame!r} arrived where silence was expected")
-
-    def events(self, *kinds: EventKind) -> list[BusEvent]:
-        """What else happened to this node since the last call (errors, states, lost arbitration); all, or these kinds.
-
-        The first call starts the recording, so call it once before what you want to see.
-        """
-        if self._events is None:
-            self._events = Channel(_EVENT_QUEUE, 0, frames=False, events=_ALL_EVENTS)
-            with self._lab.touch():
-                self.line.open(self._events)
-        found = []
-        while (record := self._events.receive.take_bytes()) is not None:
-            event = BusEvent.from_record(record)
-            if not kinds or event.kind in kinds:
-                found.append(event)
-        return found
-
-    # state
-
-    @property
-    def counters(self) -> Counters:
-        return self._driver.counters()
-
-    @property
-    def state(self) -> ErrorState:
-        return self.line.driver.counters().state
-
-    @property
-    def tec(self) -> int:
-        """Transmit error counter, 0..256."""
-        return self.line.driver.counters().tec
-
-    @property
-    def rec(self) -> int:
-        """Receive error counter, 0..255."""
-        return self.line.driver.counters().rec
-
-    @property
-    def arbitration_losses(self) -> int:
-        return int(self.line.controller.arbitration_losses)
-
-    @property
-    def accepted(self) -> int:
-        """Frames that passed the filters: those read, those that wait, and those lost."""
-        return int(self._channel.accepted)
+            raise NotReceived(f"{self._full_name}: {frame!r} arrived where silence was expected")
 
     @property
     def waiting(self) -> int:
         """Frames received and not read."""
         return self._ring.fill()
 
-    @property
-    def lost(self) -> int:
-        """Frames that found the receive queue full."""
-        return self._channel.lost
+    def on_frames(self, callback: Callable[[], None] | None) -> None:
+        """Call back, within the bus's run, when the empty receive queue gets a frame; None ends it."""
+        self._ring.listener = callback
 
-    @property
-    def sent(self) -> int:
-        """Frames queued so far: those delivered, aborted and pending."""
-        return int(self._channel.sent)
-
-    @property
-    def delivered(self) -> int:
-        return int(self._channel.delivered)
-
-    @property
-    def aborted(self) -> int:
-        return int(self._channel.aborted)
-
-    @property
-    def pending(self) -> int:
-        return self._channel.pending()
-
-    def stop(self) -> None:
-        """Leave the bus at once; what is queued stays queued."""
-        with self._lab.touch():
-            self._driver.stop(self._lab.timeline.now_ns)
-
-    def start(self) -> None:
-        """Take part again, with counters at 0, after 11 recessive bits."""
-        self._check_open()
-        with self._lab.touch():
-            self._driver.start(self._lab.timeline.now_ns)
-
-    def restart(self) -> None:
-        """After bus-off: rejoin once 128 times 11 recessive bits have been seen."""
-        self._check_open()
-        with self._lab.touch():
-            self._driver.restart(self._lab.timeline.now_ns)
-
-    def reconfigure(self, settings: LineSettings) -> None:
-        """New timing or mode, effective at once."""
-        with self._lab.touch():
-            self._driver.configure(settings)
-            self.settings = settings
+    # taking part
 
     def close(self) -> None:
         """Leave the bus for good; a second time does nothing."""
         if not self._closed:
             self._closed = True
-            self._driver.stop(self._lab.timeline.now_ns)
-            self._lab.active()
+            self._leave()
+            self.time.active()
 
-    def on_frames(self, callback: Callable[[], None] | None) -> None:
-        """Call back, within the bus's run, when the empty receive queue gets a frame; None ends it."""
-        self._ring.listener = callback
+    def _leave(self) -> None:
+        """Off the bus, without holding the timeline: whoever closes the bus does."""
+        raise NotImplementedError
 
-    def on_events(self, callback: Callable[[], None] | None) -> None:
-        """The same for the queue of events, once `events` has been called."""
-        if self._events is not None:
-            self._events.receive.listener = callback
-
-    def __repr__(self) -> str:
-        return f"<node {self.line.name}: {self.state.name}, TEC {self.tec}, REC {self.rec}>"
-
-    @property
-    def _driver(self) -> Driver:
-        return self.line.driver
+    def _expect(self, wanted: Callable[[FrameT], bool], what: str, within: float) -> FrameT:
+        """The first frame that is `wanted`, dropping others; raises NotReceived, naming `what` did not come."""
+        deadline_ns = self.time.now_ns + nanoseconds("within", within)
+        others: list[FrameT] = []
+        while True:
+            frame = self.receive(max(0.0, (deadline_ns - self.time.now_ns) / 1e9))
+            if frame is None:
+                break
+            if wanted(frame):
+                return frame
+            others.append(frame)
+        came = ", ".join(map(repr, others[-_SHOWN:])) or "nothing"
+        raise NotReceived(
+            f"{self._full_name}: no frame {what} within {within:g} s; {len(others)} others, last: {came}"
+        )
 
     def _wait(self, deadline_ns: int) -> None:
-        with self._listening(self._lab.timeline.halt):
-            self._lab.advance(deadline_ns, lambda: self._ring.fill() > 0)
-
-    def _listening(self, callback: Callable[[], None]) -> Listening:
-        return Listening(self._ring, callback)
+        with Listening(self._ring, self.time.timeline.halt):
+            self.time.advance(deadline_ns, lambda: self._ring.fill() > 0)
 
     def _check_open(self) -> None:
         if self._closed:

@@ -30,9 +30,7 @@ class Confined(Sender):
         super().__init__(host, access, now)
         self._dozing = False  # sleep was asked for
         self._off = self._returning = False  # bus-off, until somebody asks; somebody has asked
-        self._state = ErrorState.ERROR_ACTIVE
         self._tec = self._rec = 0  # as of the last error
-        self._errors = self._received = self._last_error = 0
 
     def _reset(self) -> None:
         """Configuration mode at once."""
@@ -58,21 +56,15 @@ class Confined(Sender):
         flags = self._read(m.EFLG)
         state = self._state_now(flags)
         tec = 256 if state is ErrorState.BUS_OFF else self._read(m.TEC)
-        return Counters(
-            tec, self._read(m.REC), state,
-            self._errors, self._losses, self._sent, self._received, self._last_error,
-        )  # fmt: skip
+        return self.counted(tec, self._read(m.REC), state)
 
     def _state_now(self, flags: int) -> ErrorState:
         if not self.running:
             return ErrorState.STOPPED
         return ErrorState.BUS_OFF if self._off else _state_of(flags)
 
-    def _bus_error(self) -> None:
-        self._errors += 1
-        self._last_error = int(ErrorKind.OTHER)
-        sends = self._failed()
-        self._tell(EventKind.ERROR, ErrorKind.OTHER, transmitting=sends)
+    def _error(self) -> None:
+        self.bus_error(ErrorKind.OTHER, transmitting=self._failed())
 
     def _failed(self) -> bool:
         """A frame of the chip's own met the error: TXERR has just been set, or the counters look like it.
@@ -99,7 +91,7 @@ class Confined(Sender):
         self._chip.modify(m.CANINTF, m.INT_ERR, 0)
         for flag in (m.EFLG_RX0OVR, m.EFLG_RX1OVR):
             if flags & flag:
-                self._tell(EventKind.OVERRUN)
+                self.tell(EventKind.OVERRUN)
         self._state_changed(flags)
 
     def _state_changed(self, flags: int) -> None:
@@ -112,13 +104,13 @@ class Confined(Sender):
             if state is ErrorState.BUS_OFF:
                 self._go_off()
             else:
-                self._tell(EventKind.STATE)
+                self.tell(EventKind.STATE)
 
     def _go_off(self) -> None:
         """Bus-off: nothing is to be sent when the chip has recovered; frames stay in the mailboxes."""
         self._off, self._returning = True, False
         self._transmits = False
-        self._tell(EventKind.STATE)
+        self.tell(EventKind.STATE)
         if self._dozing:
             self._awake()
         self._review()
@@ -136,7 +128,7 @@ class Confined(Sender):
     def _back(self) -> None:
         self._off = self._returning = False
         self._state = ErrorState.ERROR_ACTIVE
-        self._tell(EventKind.STATE)
+        self.tell(EventKind.STATE)
 
 
 def _state_of(flags: int) -> ErrorState:

@@ -1,7 +1,7 @@
 """Driver of an MCP2515, through its instructions alone: a model's, or a real chip's.
 
-Whoever wires the chip's INT calls `service`. Each of the three transmit buffers has its mailbox; among those that
-are loaded the lowest identifier goes first, of equal ones the one that was loaded first.
+Each of the three transmit buffers has its mailbox; among those that are loaded the lowest identifier goes first, of
+equal ones the one that was loaded first.
 Source: DS20001801.
 
 What the chip does not tell:
@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.bus.can.node import Mailbox
 from canwire.chips.mcp2515 import register_map as m
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.mcp2515.access import Instructions
@@ -31,7 +30,6 @@ from canwire.values.register import RegisterValue
 if TYPE_CHECKING:
     from canwire.chips.host import Host
 
-_PASSES = 20  # through the interrupt flags in one go; the next interrupt takes up the rest
 _REQOP = 7 << m.REQOP_SHIFT
 _ANY_TX = m.INT_TX0 | m.INT_TX1 | m.INT_TX2
 _RX0, _RX1, _RECEIVED = m.INT_RX0, m.INT_RX1, m.INT_RX0 | m.INT_RX1
@@ -53,12 +51,10 @@ class Mcp2515Driver(Confined):
         super().__init__(host, access, now)
         self._peek = peek or access.read
         self._oscillator_hz = oscillator_hz
-        self._incoming = Mailbox()
+        self._pending = self._flags
         self._registers = dict(USUAL)
         self._enabled = USUAL[m.CANINTE]
         self._mode = m.NORMAL
-        self._asleep = False
-        self._servicing = self._held = False
 
     # settings
 
@@ -80,15 +76,15 @@ class Mcp2515Driver(Confined):
         self._off = False
         self._state = ErrorState.ERROR_ACTIVE
         self._operate()
-        self._tell(EventKind.STATE)
-        self._fill()
+        self.tell(EventKind.STATE)
+        self.fill()
 
     def stop(self, at_ns: int) -> None:
         was_running, self.running = self.running, False
         self._off = False
         self._reset()
         if was_running:
-            self._tell(EventKind.STATE)
+            self.tell(EventKind.STATE)
 
     def rejoin(self, at_ns: int) -> None:
         """After 11 recessive bits; the chip has no way to wait for them but one that clears its counters."""
@@ -118,10 +114,6 @@ class Mcp2515Driver(Confined):
             else:
                 self._awake()
 
-    def hold(self, held: bool) -> None:
-        self._held = held
-        self.service()
-
     def _reset(self) -> None:
         """Configuration mode at once; frames in the chip's buffers are gone, those in the mailboxes stay."""
         self._chip.reset()
@@ -147,7 +139,7 @@ class Mcp2515Driver(Confined):
         """A chip that was asked to sleep may do so by now."""
         if not self._asleep and self._read(m.CANSTAT) >> m.REQOP_SHIFT == m.SLEEP:
             self._asleep = True
-            self._tell(EventKind.SLEEPING)
+            self.tell(EventKind.SLEEPING)
 
     # what it says of itself
 
@@ -188,33 +180,22 @@ class Mcp2515Driver(Confined):
 
     # interrupts
 
-    def service(self) -> None:
-        """Serve the chip's interrupts until there are none; safe to call when there are none."""
-        if self._servicing or self._held:
-            return  # the loop below looks again, or `hold` does
-        self._servicing = True
-        try:
-            for _ in range(_PASSES):
-                flags = self._read(_CANINTF) & self._enabled
-                if not flags:
-                    break
-                self._serve(flags)
-        finally:
-            self._servicing = False
+    def _flags(self) -> int:
+        return self._read(_CANINTF) & self._enabled
 
     def _serve(self, flags: int) -> None:
         if flags & m.INT_WAK:
             self._chip.modify(_CANINTF, m.INT_WAK, 0)
             if self._dozing:
                 if not self._asleep:  # nobody has noticed
-                    self._tell(EventKind.SLEEPING)
+                    self.tell(EventKind.SLEEPING)
                 self._awake()
-                self._tell(EventKind.WOKEN)
+                self.tell(EventKind.WOKEN)
         if flags & (_RECEIVED | m.INT_MERR):
             self._review(False)  # what was lost was lost before
         if flags & m.INT_MERR:
             self._chip.modify(_CANINTF, m.INT_MERR, 0)
-            self._bus_error()
+            self._error()
         if flags & _RX0:
             self._receive(0)
         if flags & _RX1:

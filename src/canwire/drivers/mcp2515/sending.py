@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 from canwire.bus.can.node import Mailbox
 from canwire.chips.mcp2515 import register_map as m
-from canwire.drivers.driver import Driver
 from canwire.drivers.mcp2515.access import Instructions
 from canwire.drivers.mcp2515.frames import arbitration_key, frame_bytes
+from canwire.drivers.reporting import ChipDriver
 from canwire.errors import BadValue
-from canwire.values.event import ErrorKind, EventKind
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host
@@ -39,25 +38,18 @@ class TransmitBuffer:
         self.priority = 0
 
 
-class Sender(Driver):
+class Sender(ChipDriver):
     """Loads frames into the chip's buffers and learns what became of them."""
 
     def __init__(self, host: Host | None, access: Instructions, now: Callable[[], int]) -> None:
-        box = Mailbox()
-        super().__init__(host, box, box)
-        self.boxes = [box, *(Mailbox() for _ in range(m.TX_BUFFERS - 1))]
+        super().__init__(host, now, access.read)
+        self.boxes = [self.normal, *(Mailbox() for _ in range(m.TX_BUFFERS - 1))]
         self.several = True
         self._buffers = [TransmitBuffer(number, one) for number, one in enumerate(self.boxes)]
         self._chip = access
-        self._read = access.read
-        self._now = now
         self._bit_ns = 0
-        self._transmits = (
-            False  # the chip can be told to send: it is in normal or loop-back mode, or will be soon
-        )
         self._one_shot = False
         self._turn = 0
-        self._losses = self._sent = 0
 
     def wake(self, at_ns: int) -> None:
         """Something is to be sent: do not sleep."""
@@ -150,12 +142,7 @@ class Sender(Driver):
         if self._one_shot and not any(other.in_chip and other.box.single_shot for other in self._buffers):
             self._one_shot = False
             self._chip.modify(m.CANCTRL, m.CTRL_OSM, 0)
-        self._sent += delivered
-        self.settle(buffer.box, delivered, self._now())
-
-    def _fill(self) -> None:
-        if self.host is not None:
-            self.host.fill(self._now())
+        self.over(buffer.box, delivered)
 
     def _review(self, failed: bool = True) -> None:
         """Frames that lost arbitration, and those that the chip does not try any more; not those that `failed`."""
@@ -180,14 +167,7 @@ class Sender(Driver):
     def _look_for_loss(self, buffer: TransmitBuffer, control: int) -> None:
         if control & m.TX_MLOA and not buffer.lost:
             buffer.lost = True
-            self._losses += 1
-            self._tell(EventKind.ARBITRATION_LOST, transmitting=True)
-
-    def _tell(
-        self, kind: int, error: ErrorKind = ErrorKind.NONE, *, bit: int = -1, transmitting: bool = False
-    ) -> None:
-        if self.host is not None:
-            self.host.event(int(kind), int(error), bit, transmitting, self._now(), 0)
+            self.arbitration_lost()
 
 
 def _rank(buffer: TransmitBuffer) -> tuple[int, int]:

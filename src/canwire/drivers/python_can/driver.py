@@ -33,7 +33,6 @@ class PythonCanDriver(OutsideDriver, User):
         self._reactor = reactor
         self._setup: Setup | None = None
         self._adapter: Adapter | None = None
-        self._incoming = Mailbox()
         self._sending = self._complained = False
         self._last_ns = 0
         self._clock = AdapterClock()
@@ -166,9 +165,7 @@ class PythonCanDriver(OutsideDriver, User):
 
     def _error(self, id: int, data: bytes) -> None:
         if not self._kind.classes:
-            self._errors += 1
-            self._last_error = int(ErrorKind.OTHER)
-            self.tell(EventKind.ERROR, ErrorKind.OTHER)
+            self.bus_error(ErrorKind.OTHER)
             return
         try:
             event = decode_error_frame(id, data)
@@ -177,13 +174,11 @@ class PythonCanDriver(OutsideDriver, User):
         self._tec, self._rec = event.tec or self._tec, event.rec or self._rec
         if event.kind is EventKind.STATE:
             self.now_in(event.state)
-            return
-        if event.kind is EventKind.ERROR:
-            self._errors += 1
-            self._last_error = int(event.error)
+        elif event.kind is EventKind.ERROR:
+            self.bus_error(event.error, bit=event.bit, transmitting=event.transmitting)
         elif event.kind is EventKind.ARBITRATION_LOST:
-            self._losses += 1
+            self.arbitration_lost(event.bit, transmitting=event.transmitting)
         elif event.kind is EventKind.INFO:  # restarted
             self.now_in(ErrorState.ERROR_ACTIVE)
-            return
-        self.tell(event.kind, event.error, bit=event.bit, transmitting=event.transmitting)
+        else:
+            self.tell(event.kind, event.error, bit=event.bit, transmitting=event.transmitting)

@@ -1,32 +1,32 @@
 """Driver of an SJA1000 in PeliCAN mode, through its registers alone: a model's, or a real chip's.
 
-Whoever wires the chip's INT calls `service`. One frame is in the chip at a time; TIE is only set while one is, unless
-the settings' IER asks for it always. Source: SJA1000 data sheet 6.4; reference/sja1000.md.
+One frame is in the chip at a time; TIE is only set while one is, unless the settings' IER asks for it always.
+Source: SJA1000 data sheet 6.4; reference/sja1000.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire.bus.can.node import Mailbox
 from canwire.chips.sja1000 import register_map as m
-from canwire.drivers.driver import Counters, Driver, LineSettings
+from canwire.drivers.driver import Counters, LineSettings
+from canwire.drivers.reporting import ChipDriver
 from canwire.drivers.sja1000.chip import Chip
 from canwire.drivers.sja1000.error_code import error_kind
 from canwire.drivers.sja1000.frames import frame_bytes, take_frame
 from canwire.errors import WrongState
-from canwire.values.event import ErrorKind, ErrorState, EventKind
+from canwire.values.event import ErrorState, EventKind
 from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host
     from canwire.chips.registers import RegisterAccess
 
-_PASSES = 20  # through the interrupt register in one go; the next interrupt takes up the rest
 
-
-class Sja1000Driver(Driver):
+class Sja1000Driver(ChipDriver):
     """drivers/driver.py's seam over registers. `now` tells the time in ns, `peek` reads without side effects."""
 
     def __init__(
@@ -38,18 +38,11 @@ class Sja1000Driver(Driver):
         oscillator_hz: int = 16_000_000,
         peek: Callable[[int], int] | None = None,
     ) -> None:
-        box = Mailbox()
-        super().__init__(host, box, box)
-        self._read = access.read
+        super().__init__(host, now, access.read)
         self._write = access.write
+        self._pending = partial(access.read, m.IR)
         self._chip = Chip(access, oscillator_hz, peek)
-        self._now = now
-        self._incoming = Mailbox()
-        self._transmits = False  # the chip can be told to send: it is in operating mode
         self._in_chip = False  # the frame in the mailbox is in the chip's buffer too
-        self._servicing = self._held = self._asleep = False
-        self._state = ErrorState.ERROR_ACTIVE
-        self._errors = self._losses = self._sent = self._received = self._last_error = 0
 
     # settings
 
@@ -71,14 +64,14 @@ class Sja1000Driver(Driver):
         self._asleep = False
         self._state = ErrorState.ERROR_ACTIVE
         self._operate()
-        self._tell(EventKind.STATE)
-        self._fill()
+        self.tell(EventKind.STATE)
+        self.fill()
 
     def stop(self, at_ns: int) -> None:
         was_running, self.running = self.running, False
         self._enter_reset()
         if was_running:
-            self._tell(EventKind.STATE)
+            self.tell(EventKind.STATE)
 
     def restart(self, at_ns: int) -> None:
         if self.running and self._state is ErrorState.BUS_OFF and not self._transmits:
@@ -97,17 +90,13 @@ class Sja1000Driver(Driver):
             raise WrongState("a controller that takes no part in its bus has nothing to sleep from")
         if not self._asleep:
             self._asleep = True
-            self._tell(EventKind.SLEEPING)
+            self.tell(EventKind.SLEEPING)
             self._chip.sleep()
 
     def wake(self, at_ns: int) -> None:
         if self._asleep:
             self._chip.wake()
             self._woken()
-
-    def hold(self, held: bool) -> None:
-        self._held = held
-        self.service()
 
     def _enter_reset(self) -> None:
         """A frame in the chip's buffer is gone, that in the mailbox stays."""
@@ -124,17 +113,14 @@ class Sja1000Driver(Driver):
         if self._asleep:
             self._asleep = False
             self._chip.expect_transmit(self._in_chip)
-            self._tell(EventKind.WOKEN)
+            self.tell(EventKind.WOKEN)
 
     # what it says of itself
 
     def counters(self) -> Counters:
         off = self.running and self._state is ErrorState.BUS_OFF
         state = self._chip.state() if self.running else ErrorState.STOPPED
-        return Counters(
-            256 if off else self._read(m.TXERR), self._read(m.RXERR), state,
-            self._errors, self._losses, self._sent, self._received, self._last_error,
-        )  # fmt: skip
+        return self.counted(256 if off else self._read(m.TXERR), self._read(m.RXERR), state)
 
     def registers(self) -> list[RegisterValue]:
         return self._chip.registers()
@@ -194,42 +180,22 @@ class Sja1000Driver(Driver):
         if self._in_chip:
             self._chip.expect_transmit(False)
         self._in_chip = False
-        self._sent += delivered
-        self.settle(self.normal, delivered, self._now())
-
-    def _fill(self) -> None:
-        if self.host is not None:
-            self.host.fill(self._now())
+        self.over(self.normal, delivered)
 
     # interrupts
 
-    def service(self) -> None:
-        """Serve the chip's interrupts until there are none; safe to call when there are none."""
-        if self._servicing or self._held:
-            return  # the loop below looks again, or `hold` does
-        self._servicing = True
-        try:
-            for _ in range(_PASSES):
-                interrupts = self._read(m.IR)
-                if not interrupts:
-                    break
-                self._serve(interrupts)
-        finally:
-            self._servicing = False
-
     def _serve(self, interrupts: int) -> None:
         if interrupts & m.IR_ALI:
-            self._losses += 1
-            self._tell(EventKind.ARBITRATION_LOST, bit=self._read(m.ALC), transmitting=True)
+            self.arbitration_lost(self._read(m.ALC))
         if interrupts & m.IR_BEI:
-            self._bus_error(self._read(m.ECC))
+            self._capture(self._read(m.ECC))
         if interrupts & m.IR_WUI:
             self._woken()
         if interrupts & m.IR_RI:
             self._receive()
         if interrupts & m.IR_DOI:
             self._write(m.CMR, m.CMR_CDO)
-            self._tell(EventKind.OVERRUN)
+            self.tell(EventKind.OVERRUN)
         if interrupts & (m.IR_EI | m.IR_EPI):
             self._state_changed()
         if interrupts & m.IR_TI and self._in_chip:
@@ -237,12 +203,10 @@ class Sja1000Driver(Driver):
             if status & m.SR_TBS:
                 self._finished(bool(status & m.SR_TCS))
 
-    def _bus_error(self, code: int) -> None:
-        self._errors += 1
+    def _capture(self, code: int) -> None:
+        """The error code capture of a bus error."""
         sends = not code & m.ECC_RX
-        kind = error_kind(code)
-        self._last_error = int(kind)
-        self._tell(EventKind.ERROR, kind, code=code, transmitting=sends)
+        self.bus_error(error_kind(code), code=code, transmitting=sends)
         if sends and self._in_chip and self.normal.abort_on_error:
             self._write(m.CMR, m.CMR_AT)
 
@@ -253,7 +217,7 @@ class Sja1000Driver(Driver):
         self._state = state
         if state is ErrorState.BUS_OFF:
             self._transmits = self._in_chip = False  # the chip has gone into reset mode by itself
-        self._tell(EventKind.STATE)
+        self.tell(EventKind.STATE)
 
     def _receive(self) -> None:
         """Take every frame out of the FIFO."""
@@ -264,15 +228,3 @@ class Sja1000Driver(Driver):
             self._received += 1
             if host is not None:
                 host.received(box, self._now())
-
-    def _tell(
-        self,
-        kind: EventKind,
-        error: ErrorKind = ErrorKind.NONE,
-        *,
-        bit: int = -1,
-        transmitting: bool = False,
-        code: int = 0,
-    ) -> None:
-        if self.host is not None:
-            self.host.event(int(kind), int(error), bit, transmitting, self._now(), code)

@@ -52,7 +52,6 @@ class SlcanDriver(OutsideDriver):
         self._setup: Setup | None = None
         self._number: str | None = None
         self._strange = False
-        self._incoming = Mailbox()
         self._text: bytes | None = None
         self._connected = False
         self._flags = 0
@@ -189,12 +188,9 @@ class SlcanDriver(OutsideDriver):
             self._malformed = malformed
             self.trouble(Trouble.MALFORMED, f"{malformed} mangled lines")
         if value & _BUS_ERROR:
-            self._errors += 1
-            self._last_error = int(ErrorKind.OTHER)
-            self.tell(EventKind.ERROR, ErrorKind.OTHER, code=value)
+            self.bus_error(ErrorKind.OTHER, code=value)
         if value & _ARBITRATION_LOST:
-            self._losses += 1
-            self.tell(EventKind.ARBITRATION_LOST, transmitting=True)
+            self.arbitration_lost()
         if value & (_OVERRUN | _RX_FULL):
             self.tell(EventKind.OVERRUN)
         self.now_in(state_after(self.state, value))

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue
+from canwire.lab.can.bus import LabNode
 from canwire.lab.spans import nanoseconds
 from canwire.timeline import Timer
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame
-
-if TYPE_CHECKING:
-    from canwire.lab.node import LabNode
 
 
 class NodeScript:
@@ -43,7 +40,7 @@ class NodeScript:
 
     @property
     def now_ns(self) -> int:
-        return self.node._lab.timeline.now_ns
+        return self.node.time.timeline.now_ns
 
     def send(self, frame: Frame) -> None:
         self.node.send(frame)
@@ -57,8 +54,8 @@ class NodeScript:
 
     def after(self, seconds: float, callback: Callable[[], None] | None = None) -> Timer:
         """Call `callback` (or on_timer) once."""
-        lab = self.node._lab
-        return lab.at(lab.timeline.now_ns + nanoseconds("after", seconds), callback or self.on_timer)
+        time = self.node.time
+        return time.at(time.timeline.now_ns + nanoseconds("after", seconds), callback or self.on_timer)
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `LabBus.node` does it."""
@@ -73,7 +70,7 @@ class NodeScript:
     def _schedule(self) -> None:
         if not self._pump_due:
             self._pump_due = True
-            self.node._lab.timeline.at(self.now_ns, self._pump)
+            self.node.time.timeline.at(self.now_ns, self._pump)
 
     def _pump(self) -> None:
         self._pump_due = False
@@ -88,10 +85,10 @@ class Periodic:
     """A callback that comes again and again, without drift."""
 
     def __init__(self, node: LabNode, period_ns: int, callback: Callable[[], None]) -> None:
-        self._lab = node._lab
+        self._time = node.time
         self._period_ns = period_ns
         self._callback = callback
-        self._next_ns = self._lab.timeline.now_ns
+        self._next_ns = self._time.timeline.now_ns
         self._timer: Timer | None = None
         self._arm()
 
@@ -102,7 +99,7 @@ class Periodic:
 
     def _arm(self) -> None:
         self._next_ns += self._period_ns
-        self._timer = self._lab.at(self._next_ns, self._turn, background=True)
+        self._timer = self._time.at(self._next_ns, self._turn, background=True)
 
     def _turn(self) -> None:
         self._arm()

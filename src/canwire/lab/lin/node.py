@@ -1,62 +1,35 @@
-"""A LIN node on the bench: a master that asks, or a slave that answers; with or without asyncio."""
+"""A LIN node on the bench: a master that asks, or a slave that answers."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TypeVar
 
 from canwire.boards.lin.line import LinLine
 from canwire.boards.lin.modes import LinMode, LinMonitorMode
 from canwire.boards.lin.monitor import LinMonitor
-from canwire.boards.lin.schedule import LinScheduler
 from canwire.drivers.lin_driver import LinCounters, LinSettings
-from canwire.errors import BadValue, Closed, NotReceived, QueueFull, WrongState
-from canwire.lab.listening import Listening
-from canwire.lab.spans import nanoseconds
-from canwire.timeline import NEVER
+from canwire.errors import BadValue, QueueFull, WrongState
+from canwire.lab.lin.schedule import LabSchedule
+from canwire.lab.node import BenchNode
+from canwire.lab.time import LabTime
 from canwire.values.lin.event import LinEvent, LinEventKind, LinState
 from canwire.values.lin.frame import LinFrame, go_to_sleep_frame
 
-if TYPE_CHECKING:
-    from canwire.lab.bench import Lab
-    from canwire.lab.lin import LabLinBus
-
+BusT = TypeVar("BusT")
 Responses = Mapping[int, bytes | LinFrame]
 _EVENT_QUEUE = 4096
 _TRANSMIT_QUEUE = 16_384
 
 
-class LabSchedule(LinScheduler):
-    """boards/lin/schedule.py, on a timeline that may be paced."""
-
-    def __init__(self, lab: Lab, line: LinLine) -> None:
-        super().__init__(line, {})
-        self._lab = lab
-
-    def start(self, name: str | None = None, *, rounds: int | None = None) -> None:
-        with self._lab.touch():
-            super().start(name, rounds=rounds)
-
-    def stop(self) -> None:
-        with self._lab.touch():
-            super().stop()
-
-    def request(self, data: bytes, *, responses: int = 1) -> None:
-        with self._lab.touch():
-            super().request(data, responses=responses)
-
-
-class LabLinNode:
-    """One LIN controller with one queue of what it hears. Made by `LabLinBus.master` and `LabLinBus.slave`.
-
-    `schedule` is a master's: `start`, `stop`, `request` and the rest of it.
-    """
+class LinBenchNode(BenchNode[LinFrame, BusT]):
+    """What LabLinNode does: one controller with one queue of what it hears."""
 
     def __init__(
         self,
-        lab: Lab,
-        bus: LabLinBus,
+        time: LabTime,
+        bus: BusT,
         name: str,
         line: LinLine,
         settings: LinSettings,
@@ -64,19 +37,15 @@ class LabLinNode:
         self_reception: bool,
         receive_queue: int,
     ) -> None:
-        self.name = name
-        self.bus = bus
+        line.initialise(LinMode(settings.master, settings.bit_rate, errors=True), settings)
+        self._monitor = _opened(line, LinMonitorMode(receive_queue, own=self_reception, events=()), time)
+        super().__init__(time, bus, name, line.name, self._monitor.ring, self._heard)
         self.line = line
         self.settings = settings
-        self._lab = lab
+        self.schedule = LabSchedule(time, line)
         self._enhanced = enhanced
-        self._closed = False
         self._events: LinMonitor | None = None
         self._queue: deque[LinFrame | None] = deque()
-        line.initialise(LinMode(settings.master, settings.bit_rate, errors=True), settings)
-        self.schedule = LabSchedule(lab, line)
-        self._monitor = self._open(LinMonitorMode(receive_queue, own=self_reception, events=()))
-        self._ring = self._monitor.ring
 
     # sending
 
@@ -104,9 +73,9 @@ class LabLinNode:
         if self.settings.master:
             self._enqueue(None)
         else:
-            with self._lab.touch():
+            with self.time.touch():
                 self.line.wake_up()
-        self._lab.active()
+        self.time.active()
 
     def respond(
         self, id: int, data: bytes | LinFrame, *, enhanced: bool | None = None, once: bool = False
@@ -118,19 +87,19 @@ class LabLinNode:
         """
         self._check_open()
         frame = self._response(id, data, enhanced)
-        with self._lab.touch():
+        with self.time.touch():
             self.line.driver.respond(frame, once=once)
 
     def withdraw(self, id: int) -> None:
         """Answer this header no more."""
         self._check_open()
-        with self._lab.touch():
+        with self.time.touch():
             self.line.driver.withdraw(id)
 
     def subscribe(self, id: int, length: int) -> None:
         """Expect a frame of this length (1..8) behind this header; its absence is an error from now on."""
         self._check_open()
-        with self._lab.touch():
+        with self.time.touch():
             self.line.driver.subscribe(LinFrame(id).id, LinFrame(id, header_only=True, length=length).length)
 
     @property
@@ -140,66 +109,13 @@ class LabLinNode:
 
     # receiving
 
-    def receive(self, timeout: float | None = None) -> LinFrame | None:
-        """The oldest frame heard, or None.
-
-        With a `timeout` in seconds, time passes until a frame arrives or the timeout is over.
-        """
-        frame = self._take()
-        if frame is None and self._closed:
-            raise Closed(f"node {self.name}")
-        if frame is None and timeout is not None:
-            deadline_ns = self._lab.now_ns + nanoseconds("timeout", timeout)
-            with Listening(self._ring, self._lab.timeline.halt):
-                self._lab.advance(deadline_ns, lambda: self._ring.fill() > 0)
-            frame = self._take()
-        return frame
-
-    def receive_many(self, limit: int) -> list[LinFrame]:
-        """Up to `limit` frames, oldest first; takes only what is there."""
-        frames: list[LinFrame] = []
-        while len(frames) < limit and (frame := self._take()) is not None:
-            frames.append(frame)
-        return frames
-
-    async def receive_async(self, timeout: float | None = None) -> LinFrame | None:
-        """The oldest frame, waiting for one; None after `timeout` seconds. Cancelled, it takes nothing."""
-        deadline_ns = NEVER if timeout is None else self._lab.now_ns + nanoseconds("timeout", timeout)
-        with Listening(self._ring, self._lab.active):
-            while True:
-                self._check_open()
-                frame = self._take()
-                if frame is not None or self._lab.now_ns >= deadline_ns:
-                    return frame
-                await self._lab.turn(deadline_ns)
-
-    async def __aiter__(self) -> AsyncIterator[LinFrame]:
-        while not self._closed:
-            frame = await self.receive_async()
-            if frame is not None:
-                yield frame
-
     def expect(self, id: int, *, within: float, data: bytes | None = None) -> LinFrame:
         """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
-        deadline_ns = self._lab.now_ns + nanoseconds("within", within)
-        others: list[LinFrame] = []
-        while True:
-            frame = self.receive(max(0.0, (deadline_ns - self._lab.now_ns) / 1e9))
-            if frame is None:
-                break
-            if frame.id == id and (data is None or frame.data == data):
-                return frame
-            others.append(frame)
-        came = ", ".join(repr(frame) for frame in others[-5:]) or "nothing"
-        raise NotReceived(
-            f"{self.line.name}: no frame {id:#04x} within {within:g} s; {len(others)} others, last: {came}"
-        )
 
-    def expect_nothing(self, *, within: float) -> None:
-        """Let time pass; raises NotReceived if any frame arrives."""
-        frame = self.receive(within)
-        if frame is not None:
-            raise NotReceived(f"{self.line.name}: {frame!r} arrived where silence was expected")
+        def wanted(frame: LinFrame) -> bool:
+            return frame.id == id and (data is None or frame.data == data)
+
+        return self._expect(wanted, f"{id:#04x}", within)
 
     def events(self, *kinds: LinEventKind) -> list[LinEvent]:
         """What else happened to this node since the last call (errors, sleep, wake-up); all, or these kinds.
@@ -207,7 +123,7 @@ class LabLinNode:
         The first call starts the recording, so call it once before what you want to see.
         """
         if self._events is None:
-            self._events = self._open(LinMonitorMode(_EVENT_QUEUE, frames=False))
+            self._events = _opened(self.line, LinMonitorMode(_EVENT_QUEUE, frames=False), self.time)
         found = []
         while (event := self._events.take()) is not None:
             if isinstance(event, LinEvent) and (not kinds or event.kind in kinds):
@@ -218,11 +134,11 @@ class LabLinNode:
 
     @property
     def counters(self) -> LinCounters:
-        return self.line.driver.counters(self._lab.timeline.now_ns)
+        return self.line.driver.counters(self.time.timeline.now_ns)
 
     @property
     def state(self) -> LinState:
-        return self.line.controller.state(self._lab.timeline.now_ns)
+        return self.line.controller.state(self.time.timeline.now_ns)
 
     @property
     def bit_rate(self) -> int:
@@ -240,40 +156,20 @@ class LabLinNode:
         return self._monitor.accepted
 
     @property
-    def waiting(self) -> int:
-        """Frames heard and not read."""
-        return self._ring.fill()
-
-    @property
     def lost(self) -> int:
         """Frames that found the receive queue full."""
         return self._monitor.lost
 
     def stop(self) -> None:
         """Leave the bus at once; a schedule stops, and what is queued is given up."""
-        with self._lab.touch():
-            self.schedule.stop()
-            self._queue.clear()
-            self.line.leave()
+        with self.time.touch():
+            self._leave()
 
     def start(self) -> None:
         """Take part again, awake."""
         self._check_open()
-        with self._lab.touch():
+        with self.time.touch():
             self.line.start()
-
-    def close(self) -> None:
-        """Leave the bus for good; a second time does nothing."""
-        if not self._closed:
-            self._closed = True
-            self.schedule.stop()
-            self._queue.clear()
-            self.line.leave()
-            self._lab.active()
-
-    def on_frames(self, callback: Callable[[], None] | None) -> None:
-        """Call back, within the bus's run, when the empty receive queue gets a frame; None ends it."""
-        self._ring.listener = callback
 
     def set_up(
         self,
@@ -282,7 +178,7 @@ class LabLinNode:
         response_error: tuple[int, int] | None,
     ) -> None:
         """What `LabLinBus.slave` says of these; raises BadFrame for identifiers and lengths that cannot be."""
-        with self._lab.touch():
+        with self.time.touch():
             for id, length in subscribes.items():
                 self.subscribe(id, length)
             for event, id in events.items():
@@ -299,13 +195,12 @@ class LabLinNode:
 
     # inside
 
-    def _open(self, mode: LinMonitorMode) -> LinMonitor:
-        with self._lab.touch():
-            monitor = self.line.open(LinMonitor(mode))
-            self.line.activate(monitor)
-        return monitor
+    def _leave(self) -> None:
+        self.schedule.stop()
+        self._queue.clear()
+        self.line.leave()
 
-    def _take(self) -> LinFrame | None:
+    def _heard(self) -> LinFrame | None:
         message = self._monitor.take()
         return message if isinstance(message, LinFrame) else None
 
@@ -321,10 +216,10 @@ class LabLinNode:
     def _enqueue(self, item: LinFrame | None) -> None:
         if len(self._queue) >= _TRANSMIT_QUEUE:
             raise QueueFull(self.line.name, _TRANSMIT_QUEUE)
-        with self._lab.touch():
+        with self.time.touch():
             self._queue.append(item)
             self._send_next()
-        self._lab.active()
+        self.time.active()
 
     def _send_next(self) -> None:
         """Hand the next queued frame (None: a wake-up pulse) to the line, if that is free."""
@@ -336,6 +231,9 @@ class LabLinNode:
                 self.line.send(item)
         self.line.when_free = self._send_next if self._queue else None
 
-    def _check_open(self) -> None:
-        if self._closed:
-            raise Closed(f"node {self.name}")
+
+def _opened(line: LinLine, mode: LinMonitorMode, time: LabTime) -> LinMonitor:
+    with time.touch():
+        monitor = line.open(LinMonitor(mode))
+        line.activate(monitor)
+    return monitor

@@ -1,0 +1,1 @@
+"""The bench's CAN buses, their nodes, and what nodes do by themselves."""

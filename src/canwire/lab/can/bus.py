@@ -1,0 +1,167 @@
+"""A CAN bus on the bench, and the nodes it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Protocol
+
+from canwire.boards.catalogue import ideal_line, plug, sja1000_line
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.station import Tap
+from canwire.bus.medium import one_way_delay_ps
+from canwire.drivers.driver import LineSettings
+from canwire.errors import BadValue
+from canwire.lab.bus import BenchBus
+from canwire.lab.can.faults import LabFaults
+from canwire.lab.can.node import CanBenchNode
+from canwire.lab.recent import Recent
+from canwire.lab.time import LabTime
+from canwire.values.acceptance import Acceptance
+from canwire.values.frame import Frame, frame_of_record
+from canwire.values.timing.bit_timing import BitTiming
+
+Filters = Iterable[Sequence[int]] | Acceptance
+
+
+class LabNode(CanBenchNode["LabBus"]):
+    """One controller with one channel. Made by `LabBus.node`."""
+
+
+class Behaviour(Protocol):
+    """What a node does by itself: script.py has one to build on."""
+
+    def run_on(self, node: LabNode) -> None:
+        """Start on this node."""
+
+
+class LabBus(BenchBus[LabNode, Frame, CanBus]):
+    """One CAN bus; `faults` is what goes wrong on it."""
+
+    def __init__(
+        self,
+        time: LabTime,
+        name: str,
+        timing: BitTiming,
+        data_timing: BitTiming | None,
+        iso_fd: bool,
+        length_m: float,
+        node_delay_ns: float,
+        seed: int,
+    ) -> None:
+        super().__init__(time, name, CanBus(time.timeline, name))
+        self.wire.delay_ps = one_way_delay_ps(timing, length_m, node_delay_ns)
+        self.timing = timing
+        self.data_timing = data_timing
+        self.iso_fd = iso_fd
+        self.faults = LabFaults(time, self.wire, seed)
+
+    def node(
+        self,
+        name: str,
+        script: Behaviour | None = None,
+        *,
+        filters: Filters | None = None,
+        listen_only: bool = False,
+        self_reception: bool = False,
+        receives: bool = True,
+        bit_rate: int | None = None,
+        timing: BitTiming | None = None,
+        data_timing: BitTiming | None = None,
+        fd: bool = True,
+        iso_fd: bool | None = None,
+        oscillator_ppm: float = 0.0,
+        receive_queue: int = 16_384,
+        transmit_queue: int = 16_384,
+        controller: str = "fd",
+    ) -> LabNode:
+        """A new node, started, on the bus since before its first frame.
+
+        `controller` "sja1000" gives it that chip at 16 MHz with a driver that programs its registers, instead of the
+        ideal one; it knows classic CAN only, and joins the bus after 11 recessive bits, as chips do.
+
+        `filters` are (code, mask) pairs for 11-bit frames, (code, mask, True) for 29-bit ones; a mask bit of 1
+        must match; without filters everything arrives. `self_reception` returns its own frames to it.
+        `receives=False` makes a node that acknowledges but keeps nothing. Timing is the bus's unless given; `fd=False`
+        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames.
+        `script` is the node's behaviour: see NodeScript.
+        """
+        self._check_new(name)
+        nominal = timing or self.timing
+        if bit_rate is not None:
+            nominal = BitTiming.for_bit_rate(bit_rate, clock_hz=self.timing.clock_hz)
+        data = (data_timing or self.data_timing) if fd else None
+        iso = self.iso_fd if iso_fd is None else iso_fd
+        if controller not in ("fd", "sja1000"):
+            raise BadValue(f"controller {controller!r}: 'fd' or 'sja1000'")
+        chip = controller == "sja1000"
+        settings = LineSettings(
+            nominal, None if chip else data, iso, listen_only, 0.0 if chip else oscillator_ppm
+        )
+        acceptance = None
+        if filters is not None:
+            acceptance = filters if isinstance(filters, Acceptance) else Acceptance.from_filters(filters)
+        with self.time.touch():
+            if chip:
+                line = sja1000_line(f"{self.name}/{name}", self.time.timeline, ppm=oscillator_ppm)
+            else:
+                line = ideal_line(f"{self.name}/{name}", self.time.timeline)
+            node = LabNode(
+                self.time,
+                self,
+                name,
+                line,
+                settings,
+                acceptance,
+                self_reception,
+                receives,
+                receive_queue,
+                transmit_queue,
+            )
+            plug(line, self.wire)
+            node.begin(self.wire.resting())
+        self.nodes[name] = node
+        if script is not None:
+            script.run_on(node)
+        return node
+
+    @property
+    def frames(self) -> int:
+        """Frames that went through."""
+        return self.wire.tally.frames
+
+    @property
+    def error_frames(self) -> int:
+        return self.wire.tally.error_frames
+
+    def remember(self, limit: int) -> None:
+        """Keep the last `limit` frames of the wire for `recent`."""
+        self._tap = self.wire.tally.tap = RecentFrames(limit)
+
+    def stalled(self, after_ns: int) -> str | None:
+        """Why this bus has got no frame through for `after_ns` although it is busy, or None."""
+        for wire in (self.wire, *self.faults.islands()):
+            if wire.busy():
+                last_ns = max(wire.tally.last_success_ns, wire.busy_since_ns())
+                if self.time.now_ns - last_ns >= after_ns:
+                    return self._complaint(after_ns)
+        return None
+
+    def _complaint(self, after_ns: int) -> str:
+        waiting = [node for node in self.nodes.values() if node.pending]
+        what = "; ".join(
+            f"{node.name} ({node.state.name}, TEC {node.tec}) repeats its frame" for node in waiting
+        )
+        if not what:
+            what = "the bus is shorted" if self.wire.bits.shorted else "a chip repeats its frame"
+        return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what}"
+
+
+class RecentFrames(Recent[Frame], Tap):
+    """Those of a CAN bus, as records."""
+
+    def transmitted(self, node: Node, box: Mailbox, at_ns: int) -> None:
+        self.keep(node.name, box.record(), at_ns)
+
+    def frame(self, data: bytes, at_ns: int) -> Frame:
+        return frame_of_record(at_ns.to_bytes(8, "little") + data[8:])

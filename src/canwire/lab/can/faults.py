@@ -1,0 +1,64 @@
+"""What goes wrong on a bench's CAN bus: faults seen by its nodes, plugs that can be pulled, a short."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from canwire.boards.can.line import Line
+from canwire.boards.catalogue import plug, unplug
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Fault, Faults
+from canwire.bus.can.node import Node
+from canwire.lab.can.node import CanBenchNode
+from canwire.lab.islands import Islands
+from canwire.lab.time import LabTime
+
+
+class LabFaults(Faults):
+    """bus/can/faults.py, with nodes of the bench and with plugs that can be pulled."""
+
+    def __init__(self, time: LabTime, bus: CanBus, seed: int) -> None:
+        super().__init__(bus, seed)
+        self._time = time
+        self._home = bus
+        self._islands: Islands[Line, CanBus] = Islands(time, CanBus, plug, unplug)
+
+    def flip(
+        self,
+        *,
+        bit: int | str,
+        frame_id: int | None = None,
+        extended: bool | None = None,
+        times: int | None = 1,
+        seen_by: str | Node | CanBenchNode[Any] = "all",
+    ) -> Fault:
+        """Invert one bit of matching frames for `seen_by`: "all", "receivers", "sender" or one node."""
+        viewer = seen_by.line.controller if isinstance(seen_by, CanBenchNode) else seen_by
+        with self._time.touch():
+            return super().flip(bit=bit, frame_id=frame_id, extended=extended, times=times, seen_by=viewer)
+
+    def islands(self) -> list[CanBus]:
+        """The stubs of the nodes whose plug is pulled."""
+        return self._islands.stubs()
+
+    def disconnect(self, node: CanBenchNode[Any]) -> None:
+        """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
+        self._islands.pull(node.line, node.name)
+
+    def reconnect(self, node: CanBenchNode[Any]) -> None:
+        """Put the plug back; the node waits for 11 recessive bits, as after a start."""
+        self._islands.put_back(node.line, self._go_home)
+
+    def short(self) -> None:
+        """Short the wires: the bus is dominant until `clear_short`."""
+        with self._time.touch():
+            super().short()
+
+    def clear_short(self) -> None:
+        """Take the short away."""
+        with self._time.touch():
+            super().clear_short()
+
+    def _go_home(self, line: Line) -> None:
+        plug(line, self._home)
+        line.driver.rejoin(self._time.timeline.now_ns)

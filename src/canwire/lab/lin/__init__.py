@@ -1,0 +1,1 @@
+"""The bench's LIN buses and their nodes."""

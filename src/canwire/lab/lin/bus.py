@@ -1,0 +1,168 @@
+"""A LIN bus on the bench, and the nodes it makes: one master, and slaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from canwire.boards.catalogue import ideal_lin_line, plug_lin
+from canwire.bus.lin.bus import LinBus
+from canwire.bus.lin.node import LinNode, LinResponse
+from canwire.bus.lin.wire import LinTap
+from canwire.drivers.lin_driver import LinSettings
+from canwire.errors import BadValue
+from canwire.lab.bus import BenchBus
+from canwire.lab.lin.faults import LabLinFaults
+from canwire.lab.lin.node import LinBenchNode, Responses
+from canwire.lab.lin.schedule import Table, tables_of
+from canwire.lab.recent import Recent
+from canwire.lab.spans import nanoseconds
+from canwire.lab.time import LabTime
+from canwire.values.lin.frame import LinFrame
+from canwire.values.lin.record import TIME_SIZE, lin_frame_of_record
+from canwire.values.lin.timing import checked_rate
+
+_DEFAULT_QUEUE = 16_384
+
+
+class LabLinNode(LinBenchNode["LabLinBus"]):
+    """One LIN controller with one queue of what it hears. Made by `LabLinBus.master` and `LabLinBus.slave`.
+
+    `schedule` is a master's: `start`, `stop`, `request` and the rest of it.
+    """
+
+
+class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
+    """One LIN bus; `faults` is what goes wrong on it."""
+
+    def __init__(self, time: LabTime, name: str, bit_rate: int, sleep_after: float | None) -> None:
+        self.bit_rate = checked_rate(bit_rate)
+        idle_ns = None if sleep_after is None else nanoseconds("sleep_after", sleep_after)
+        if idle_ns == 0:
+            raise BadValue("sleep_after 0: a positive number of seconds, or None for never")
+        super().__init__(time, name, LinBus(time.timeline, name, idle_ns=idle_ns))
+        self.faults = LabLinFaults(time, self.wire)
+
+    def master(
+        self,
+        name: str = "master",
+        *,
+        schedule: Table | Mapping[str, Table] | None = None,
+        responses: Responses | None = None,
+        enhanced: bool = True,
+        rival: bool = False,
+        self_reception: bool = False,
+        oscillator_ppm: float = 0.0,
+        break_bits: int = 13,
+        delimiter_bits: int = 1,
+        header_space_bits: int = 0,
+        response_space_bits: int = 0,
+        byte_space_bits: int = 0,
+        receive_queue: int = _DEFAULT_QUEUE,
+    ) -> LabLinNode:
+        """The master, started. `schedule` runs from now on, the first one where there are several by name.
+
+        A schedule is a list of slots: LinSlot, an identifier (an unconditional frame with the usual delay), or
+        (identifier, seconds to the next slot). `responses` are the frames it publishes itself, their checksum
+        `enhanced` or classic. A second master is refused unless it says that it is a `rival`.
+        `self_reception` returns its own responses to it. Spaces are in bits. Raises BadValue, BadTiming.
+        """
+        others = [node.name for node in self.nodes.values() if node.settings.master]
+        if others and not rival:
+            raise BadValue(
+                f"{self.name}: {others[0]!r} is its master already, and a LIN bus has one; rival=True adds another"
+            )
+        settings = LinSettings(
+            master=True,
+            bit_rate=self.bit_rate,
+            oscillator_ppm=oscillator_ppm,
+            break_bits=break_bits,
+            delimiter_bits=delimiter_bits,
+            header_space_bits=header_space_bits,
+            response_space_bits=response_space_bits,
+            byte_space_bits=byte_space_bits,
+        )
+        tables = {} if schedule is None else tables_of(schedule)
+        node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
+        if tables:
+            node.schedule.add(tables)
+            node.schedule.start()
+        return node
+
+    def slave(
+        self,
+        name: str = "slave",
+        *,
+        responses: Responses | None = None,
+        subscribes: Mapping[int, int] | None = None,
+        events: Mapping[int, int] | None = None,
+        response_error: tuple[int, int] | None = None,
+        enhanced: bool = True,
+        self_reception: bool = False,
+        bit_rate: int | None = None,
+        oscillator_ppm: float = 0.0,
+        synchronises: bool = True,
+        response_space_bits: int = 0,
+        byte_space_bits: int = 0,
+        start_up: float = 0.0,
+        receive_queue: int = _DEFAULT_QUEUE,
+    ) -> LabLinNode:
+        """A slave, started: it answers with its `responses` by identifier and hears everything.
+
+        `subscribes` gives lengths of frames whose absence is an error to it. `events` gives for event-triggered
+        identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its error bit.
+        `bit_rate` 0 finds the rate on the bus; a slave that `synchronises` follows the master within 14 %, by an
+        oscillator that is off by `oscillator_ppm`. `start_up` (0 to 0.1 s) is how long it is deaf once
+        started or woken. Raises BadValue, BadTiming, BadFrame.
+        """
+        settings = LinSettings(
+            master=False,
+            bit_rate=self.bit_rate if bit_rate is None else bit_rate,
+            oscillator_ppm=oscillator_ppm,
+            synchronises=synchronises,
+            response_space_bits=response_space_bits,
+            byte_space_bits=byte_space_bits,
+            start_up_ns=nanoseconds("start_up", start_up),
+        )
+        node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
+        node.set_up(subscribes or {}, events or {}, response_error)
+        return node
+
+    @property
+    def frames(self) -> int:
+        """Responses that went through."""
+        return self.wire.wire.frames
+
+    def remember(self, limit: int) -> None:
+        """Keep the last `limit` frames of the wire for `recent`."""
+        self._tap = self.wire.wire.tap = RecentLinFrames(limit)
+
+    def _node(
+        self,
+        name: str,
+        settings: LinSettings,
+        responses: Responses | None,
+        enhanced: bool,
+        self_reception: bool,
+        receive_queue: int,
+    ) -> LabLinNode:
+        self._check_new(name)
+        with self.time.touch():
+            line = ideal_lin_line(f"{self.name}/{name}", self.time.timeline)
+            line.controller.name = name
+            node = LabLinNode(self.time, self, name, line, settings, enhanced, self_reception, receive_queue)
+            for id, data in (responses or {}).items():
+                node.respond(id, data)
+            plug_lin(line, self.wire)
+            line.start()
+        self.nodes[name] = node
+        return node
+
+
+class RecentLinFrames(Recent[LinFrame], LinTap):
+    """Those of a LIN bus, with who answered."""
+
+    def transmitted(self, node: LinNode, response: LinResponse, at_ns: int) -> None:
+        self.keep(node.name, response.tail, at_ns)
+
+    def frame(self, data: bytes, at_ns: int) -> LinFrame:
+        return lin_frame_of_record(at_ns.to_bytes(TIME_SIZE, "little") + data)

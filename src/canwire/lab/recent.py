@@ -1,0 +1,25 @@
+"""The last frames of a bus, with who sent them."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Generic, TypeVar
+
+FrameT = TypeVar("FrameT")
+
+
+class Recent(Generic[FrameT]):
+    """Keeps frames as the bytes they came in; `frame` of the kind of bus makes frames of them when asked."""
+
+    def __init__(self, limit: int) -> None:
+        self._kept: deque[tuple[str, bytes, int]] = deque(maxlen=limit)
+
+    def keep(self, sender: str, data: bytes, at_ns: int) -> None:
+        self._kept.append((sender, data, at_ns))
+
+    def frames(self) -> list[tuple[str, FrameT]]:
+        """Sender and frame, oldest first."""
+        return [(sender, self.frame(data, at_ns)) for sender, data, at_ns in self._kept]
+
+    def frame(self, data: bytes, at_ns: int) -> FrameT:
+        raise NotImplementedError

@@ -1,0 +1,166 @@
+"""Time on the bench: one timeline, as fast as it can or as the wall clock goes, and who waits for it."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
+
+from canwire.errors import BadValue, Closed, NotIdle
+from canwire.lab.spans import nanoseconds
+from canwire.pacing import Pacer
+from canwire.timeline import NEVER, Timeline, Timer
+
+if TYPE_CHECKING:
+    import asyncio  # 35 ms that only asyncio's users pay
+
+_CHUNK_NS = 100_000_000
+_UNSHARED: AbstractContextManager[None] = contextlib.nullcontext()
+
+
+class LabTime:
+    """What a bench's buses and nodes know of their bench; it knows none of them.
+
+    `pacer` is None in virtual time. `waiters` are the tasks that wait for something to happen, with their deadlines.
+    """
+
+    def __init__(self, time: str) -> None:
+        if time not in ("virtual", "real"):
+            raise BadValue(f"time {time!r}: 'virtual' or 'real'")
+        self.timeline = Timeline()
+        self.pacer = Pacer(self.timeline) if time == "real" else None
+        self.waiters: dict[asyncio.Future[None], int] = {}
+        self._closed = False
+
+    @property
+    def now_ns(self) -> int:
+        """Nanoseconds since the lab began."""
+        return self.timeline.now_ns if self.pacer is None else self.pacer.now_ns()
+
+    def run_for(self, seconds: float) -> None:
+        """Let this much time pass."""
+        self.run_until(self.now_ns + nanoseconds("seconds", seconds))
+
+    def run_until(self, time_ns: int) -> None:
+        """Let time pass until `time_ns`; everything due at that very moment happens too."""
+        self.check_open()
+        if self.pacer is None:
+            while not self.timeline.run_until(time_ns):
+                pass  # somebody's halt was not meant for us
+        else:
+            self.pacer.wait_until(time_ns)
+
+    def run_until_idle(self) -> None:
+        """Let time pass until no bus has anything to do and no timer waits (but for periodic ones).
+
+        Raises NotIdle when a bus has been busy for a second without getting a single frame through.
+        """
+        self.check_open()
+        if self.pacer is not None:
+            self.pacer.wait(lambda: self.timeline.idle() or self._stalled() is not None, None)
+        else:
+            while not self.timeline.run_until_idle(self.timeline.now_ns + _CHUNK_NS):
+                if self.timeline.next_ns() > self.timeline.now_ns + _CHUNK_NS:
+                    self.timeline.run_until(self.timeline.next_ns())
+                if self._stalled() is not None:
+                    break
+        stalled = self._stalled()
+        if stalled is not None:
+            raise NotIdle(stalled)
+
+    def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
+        """Call back at this time; a background timer does not keep the lab from being idle."""
+        self.check_open()
+        with self.touch():
+            return self.timeline.at(time_ns, callback, background=background)
+
+    def lateness_ns(self) -> list[int]:
+        """Real time only: how late each happening was handled."""
+        return [] if self.pacer is None else self.pacer.lateness_ns()
+
+    def close(self) -> None:
+        """End the lab; a second time does nothing."""
+        if not self._closed:
+            self._closed = True
+            self._leave()
+            if self.pacer is not None:
+                self.pacer.close()
+
+    def _stalled(self) -> str | None:
+        """What is busy and gets nowhere; whoever has buses knows."""
+        return None
+
+    def _leave(self) -> None:
+        """Whoever has buses closes them."""
+
+    # for buses and nodes
+
+    def touch(self) -> AbstractContextManager[None]:
+        """Hold the timeline still while it is changed, and let everybody know afterwards."""
+        return _UNSHARED if self.pacer is None else self._locked(self.pacer)
+
+    def advance(self, deadline_ns: int, ready: Callable[[], bool]) -> bool:
+        """Let time pass until `ready` or the deadline; nodes halt the timeline when something arrives."""
+        if self.pacer is not None:
+            return self.pacer.wait(ready, max(0.0, (deadline_ns - self.now_ns) / 1e9))
+        while not ready():
+            if self.timeline.run_until(deadline_ns):
+                return ready()
+        return True
+
+    async def turn(self, deadline_ns: int) -> None:
+        """Let other tasks have their turn; when none of them did anything, let the next thing happen."""
+        import asyncio
+
+        waiter = asyncio.get_running_loop().create_future()
+        self.waiters[waiter] = deadline_ns
+        try:
+            for _ in range(3):
+                await asyncio.sleep(0)
+                if waiter.done():
+                    return
+            await self._pass_time(waiter, min(self.waiters.values()))
+        finally:
+            self.waiters.pop(waiter, None)
+
+    def active(self) -> None:
+        """Something happened that a waiting task may be waiting for."""
+        if self.waiters:
+            for waiter in list(self.waiters):
+                waiter.get_loop().call_soon_threadsafe(_resolve, waiter)
+
+    def check_open(self) -> None:
+        """Raise Closed after `close`."""
+        if self._closed:
+            raise Closed("this lab")
+
+    async def _pass_time(self, waiter: asyncio.Future[None], deadline_ns: int) -> None:
+        import asyncio
+
+        if self.pacer is not None:
+            timeout = None if deadline_ns >= NEVER else max(0.0, (deadline_ns - self.now_ns) / 1e9)
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(waiter, timeout)
+            self.pacer.check()
+            return
+        due_ns = self.timeline.next_ns()
+        if due_ns > deadline_ns:
+            self.timeline.run_until(deadline_ns)
+        elif due_ns >= NEVER:
+            await waiter  # nothing will ever happen unless another task makes it
+        else:
+            self.timeline.run_until(due_ns)
+
+    @contextlib.contextmanager
+    def _locked(self, pacer: Pacer) -> Iterator[None]:
+        with pacer.lock:
+            pacer.check()
+            pacer.catch_up()
+            yield
+            pacer.wake()
+
+
+def _resolve(waiter: asyncio.Future[None]) -> None:
+    if not waiter.done():
+        waiter.set_result(None)
