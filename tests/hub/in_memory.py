@@ -12,6 +12,7 @@ from canwire.hub.handles.channel import HubChannel
 from canwire.hub.handles.hub import Hub
 from canwire.hub.handles.lease import Control
 from canwire.hub.owner.deferred import Deferred
+from canwire.hub.owner.entrance import open_session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
@@ -51,7 +52,7 @@ class InMemory:
         self._bell = EventDescriptor()
         self._listeners: list[Callable[[m.Message | None], None]] = []
         self._serial = 0
-        self.session = world.open_session(name, pid, self._note, self._bell)
+        self.session = open_session(world, name, pid, self._note, self._bell)
 
     @property
     def doorbell(self) -> int:

@@ -41,7 +41,7 @@ from canwire.boards import catalogue
 from canwire.boards.can.modes import ChannelMode, FilterMode, FilterSetup, LineMode, Siblings
 from canwire.boards.description import Feature
 from canwire.bus.can.faults import Faults
-from canwire.hub.owner.held import Slot
+from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.protocol import messages as m
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
@@ -402,6 +402,22 @@ def test_losses_are_counted_by_stage_and_shown_to_everybody(bench: Bench, hub: H
     assert (partner.status().refused, partner.status().sent) == (1, 6)
     line, other_line = (other.line_status(bench.board, number) for number in (0, 1))
     assert (line.lost, line.refused, other_line.lost, other_line.refused) == (3, 0, 0, 1)
+
+
+def test_of_two_channels_alike_the_one_that_is_closed_goes(bench: Bench, hub: Hub, other: Hub) -> None:
+    """Before they are set up they differ in nothing but their handles."""
+    bench.control(hub)
+    bench.control(other, 1)
+    stays, goes = (hub.open_channel(bench.board, 0) for _ in range(2))
+    goes.close()
+    stays.set_up(ChannelMode(2, 8))
+    stays.activate()
+    partner = bench.channel(other, 1)
+    for k in range(5):
+        partner.send(Frame(k))
+    hub.run_for(0.1)
+    assert stays.status().lost == 3
+    assert other.line_status(bench.board, 0).lost == 3
 
 
 @pytest.mark.conforms("PL-17")
@@ -1042,7 +1058,7 @@ def named(build: Callable[[int], m.Message]) -> str:
 def facts(bench: Bench) -> object:
     """What a request could have changed."""
     world = bench.world
-    lines = [slot.status() for slot in world.slots.values() if isinstance(slot, Slot)]
+    lines = [slot.status() for slot in world.slots.values() if isinstance(slot, CanSlot)]
     held = [sorted(session._held) for session in world.sessions]
     return world.infos(), lines, held, sorted(world.pipes._pipes)
 

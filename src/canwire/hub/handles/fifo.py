@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 from canwire.hub.handles.ends import RingEnd
 from canwire.hub.handles.lease import Lease
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.roles import WRITER
 from canwire.platform import EventDescriptor, close_descriptors
 from canwire.ring import Ring
 
 if TYPE_CHECKING:
     from canwire.hub.handles.hub import Hub
-
-FIFO, READER, WRITER = "fifo", "reader", "writer"
 
 
 class Fifo(Lease):

@@ -11,11 +11,12 @@ from canwire.boards.can.modes import LineStatus
 from canwire.boards.description import BoardInfo
 from canwire.errors import HubLost, NoSuchBoard, Unplugged
 from canwire.hub.handles.channel import HubChannel
-from canwire.hub.handles.fifo import FIFO, Fifo
+from canwire.hub.handles.fifo import Fifo
 from canwire.hub.handles.lease import Control, Lease, Scheduler
 from canwire.hub.handles.lin import LinControl, Monitor
 from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.roles import FIFO
 from canwire.platform import EventDescriptor
 from canwire.values.register import RegisterValue
 

@@ -13,6 +13,7 @@ import msgspec
 
 from canwire.errors import BadMessage, CanwireError, HubError
 from canwire.hub.links.outbox import Outbox
+from canwire.hub.owner.entrance import open_session
 from canwire.hub.protocol.messages import (
     LARGEST_REQUEST,
     VERSION,
@@ -142,7 +143,7 @@ class Connection:
         name = "".join(letter if letter.isprintable() else "?" for letter in hello.name[:_LONGEST_NAME])
         doorbell = EventDescriptor()
         try:
-            session = self._engine.world.open_session(name, pid, self._notify, doorbell)
+            session = open_session(self._engine.world, name, pid, self._notify, doorbell)
         except BaseException:
             doorbell.close()
             raise

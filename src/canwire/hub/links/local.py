@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from canwire.errors import CanwireError, HubError, HubLost
 from canwire.hub.links.notices import Listener, Notices
 from canwire.hub.owner.engine import VIRTUAL
+from canwire.hub.owner.entrance import open_session
 from canwire.hub.protocol.link import Answer
 from canwire.hub.protocol.messages import encode_request
 from canwire.hub.protocol.pending import Pending
@@ -83,7 +84,7 @@ class LocalLink:
     # in the engine's thread
 
     def _open(self, name: str) -> Session:
-        session = self._engine.world.open_session(name, os.getpid(), self._notify, self._doorbell)
+        session = open_session(self._engine.world, name, os.getpid(), self._notify, self._doorbell)
         self._engine.watch(self._doorbell, self._rung)
         self._engine.when_closed(self._lose)
         return session

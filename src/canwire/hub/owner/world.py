@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,13 +17,13 @@ from canwire.bus.lin.bit_level import FREE
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.medium import one_way_delay_ps
 from canwire.errors import BadValue, NoSuchBoard, Unplugged, Unsupported
-from canwire.hub.owner.held import LineSlot, Slot
-from canwire.hub.owner.held_lin import LinSlot
-from canwire.hub.owner.pipes import Pipes
+from canwire.hub.owner.held.can import CanSlot
+from canwire.hub.owner.held.lin import LinSlot
+from canwire.hub.owner.held.line import LineSlot
+from canwire.hub.owner.held.pipes import Pipes
 from canwire.hub.owner.reactor import LaterReactor
 from canwire.hub.owner.session import Session
-from canwire.hub.protocol.messages import BoardsChanged, Message
-from canwire.platform import EventDescriptor
+from canwire.hub.protocol.messages import BoardsChanged
 from canwire.timeline import NEVER, Timeline
 from canwire.values.timing.bit_timing import BitTiming
 
@@ -50,7 +49,7 @@ class World:
         self._can_buses: list[CanBus] = []
         self.sessions: list[Session] = []
         self.boards: dict[int, Board] = {}
-        self.slots: dict[tuple[int, int], Slot | LinSlot] = {}
+        self.slots: dict[tuple[int, int], CanSlot | LinSlot] = {}
         self.pipes = Pipes()
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
         self.notes: dict[str, bytes] = {}
@@ -69,14 +68,6 @@ class World:
             )
 
     # sessions
-
-    def open_session(
-        self, name: str, pid: int, notify: Callable[[Message], None], doorbell: EventDescriptor | None
-    ) -> Session:
-        """A client has come; `notify` passes notices on to it."""
-        session = Session(self, f"{name} ({pid})", notify, doorbell)
-        self.sessions.append(session)
-        return session
 
     def close_session(self, session: Session) -> None:
         """It has gone, whatever it held is free again; a second time does nothing."""
@@ -131,7 +122,7 @@ class World:
             self.slots[built.info.id, number] = (
                 LinSlot(built.info.id, slot.line)
                 if isinstance(slot, BoardLinLine)
-                else Slot(built.info.id, CanLine(slot))
+                else CanSlot(built.info.id, CanLine(slot))
             )
         when_identified(built, lambda identity: self._identified(built.info.id, identity))
         self._changed()
@@ -166,10 +157,10 @@ class World:
             raise NoSuchBoard(f"{board.info.hardware_id} has lines 0 to {len(board.lines) - 1}, not {line}")
         return self.slots[board_id, line]
 
-    def slot(self, board_id: int, line: int) -> Slot:
+    def can_slot(self, board_id: int, line: int) -> CanSlot:
         """A CAN line; raises NoSuchBoard, or Unsupported for a LIN line."""
         found = self.line_slot(board_id, line)
-        if not isinstance(found, Slot):
+        if not isinstance(found, CanSlot):
             raise Unsupported(f"{found.name} is a LIN line: it has no channels, filters and cyclic list")
         return found
 
@@ -208,6 +199,10 @@ class World:
         return self._luid
 
     # for the hub's pace
+
+    def look_anew(self) -> None:
+        """Somebody receives who did not, or the reverse: what was found about receive queues holds no longer."""
+        self.clear_until_ns = 0
 
     def healthy(self) -> bool:
         """No bus spends its time repeating what nobody acknowledges: fast time may run ahead of the clock."""

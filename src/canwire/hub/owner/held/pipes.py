@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from canwire.errors import BadValue, InUse, NoSuchBoard, WrongState
-from canwire.hub.handles.fifo import FIFO, READER, WRITER
+from canwire.hub.owner.held.held import Held
+from canwire.hub.protocol.roles import FIFO, READER, WRITER
 from canwire.platform import EventDescriptor, close_descriptors, create_memory
 from canwire.ring import Ring, ring_size, rounded_capacity
 
@@ -79,6 +80,18 @@ class Pipes:
         if pipe.ends:
             raise WrongState(f"FIFO {pipe.id}: its {' and '.join(sorted(pipe.ends))} is open")
         pipe.ring.clear()
+
+
+@dataclass(eq=False)
+class HeldPipe(Held):
+    """A reference to a FIFO, as its reader, its writer or neither."""
+
+    pipes: Pipes
+    pipe: Pipe
+    role: str
+
+    def let_go(self) -> None:
+        self.pipes.close(self.pipe, self.role)
 
 
 def page_capacity(capacity: int, element_size: int) -> int:

@@ -3,39 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from canwire.boards.lin.line import LinLine
 from canwire.boards.lin.modes import LinMonitorMode, LinMonitorStatus
 from canwire.boards.lin.monitor import LinMonitor
 from canwire.boards.lin.schedule import LinScheduler
-from canwire.errors import CanwireError, InUse, NotInitialised
-from canwire.hub.owner.held import LineSlot, OnLine
-from canwire.hub.owner.shared_ring import SharedRing
+from canwire.errors import CanwireError, NotInitialised
+from canwire.hub.owner.held.line import HeldQueue, LineSlot
+from canwire.hub.owner.held.shared_ring import SharedRing
 from canwire.values.lin.schedule import LinSchedule
-
-if TYPE_CHECKING:
-    from canwire.hub.owner.session import Session
 
 
 class LinSlot(LineSlot):
     """A LIN line with its holders; when the last of them goes, the line is reset."""
 
+    queue_noun = "monitor"
+
     def __init__(self, board: int, lin: LinLine) -> None:
         super().__init__(board, lin.name)
         self.lin = lin
-        self.monitors: list[HeldMonitor] = []
         self._scheduler: LinScheduler | None = None
-
-    @property
-    def exclusive(self) -> bool:
-        return any(monitor.exclusive for monitor in self.monitors)
-
-    def admit_monitor(self, exclusive: bool) -> None:
-        """Raise InUse for an exclusive monitor beside others, or any beside an exclusive one."""
-        if self.monitors and (exclusive or self.exclusive):
-            kind = "an exclusive monitor" if self.exclusive else f"{len(self.monitors)} monitors"
-            raise InUse(f"{self.name}: {kind} on it already, of {self.monitors[0].holder.name}")
 
     def run_schedule(self, schedule: LinSchedule | None, rounds: int) -> None:
         """Run this table in place of another one; None: end the one that runs."""
@@ -49,7 +36,7 @@ class LinSlot(LineSlot):
     def settle(self) -> None:
         if self.control is None:
             self.run_schedule(None, 0)
-            if not self.monitors:
+            if not self.queues:
                 self.lin.reset()
 
     def close(self, why: CanwireError) -> None:
@@ -57,13 +44,11 @@ class LinSlot(LineSlot):
         self.lin.close()
 
 
-@dataclass
-class HeldMonitor(OnLine):
+@dataclass(eq=False)
+class HeldMonitor(HeldQueue):
     """A client's monitor: its queue once it is set up."""
 
     slot: LinSlot
-    holder: Session
-    exclusive: bool
     monitor: LinMonitor | None = None
     _queue: SharedRing | None = None
 
@@ -77,7 +62,6 @@ class HeldMonitor(OnLine):
         return self._queue.descriptors
 
     def activate(self, active: bool) -> None:
-        """Let messages in, or no more of them; raises NotInitialised before `set_up`."""
         if self.monitor is not None:
             self.slot.lin.activate(self.monitor, active)
         elif active:
@@ -86,9 +70,9 @@ class HeldMonitor(OnLine):
     def status(self) -> LinMonitorStatus:
         return LinMonitorStatus(False, 0, 0, 0) if self.monitor is None else self.monitor.status()
 
-    def let_go(self) -> None:
+    def leave(self) -> None:
         self._forget()
-        self.slot.monitors.remove(self)
+        self.slot.queues.remove(self)
 
     def _forget(self) -> None:
         if self.monitor is not None:

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from canwire.boards.can.channel import ALL_REQUESTS, Channel
 from canwire.boards.can.message_filter import FormatFilter, MessageFilter, message_filter
 from canwire.boards.can.modes import ChannelMode, ChannelStatus
 from canwire.errors import NotInitialised, WrongState
-from canwire.hub.owner.held import OnLine, Slot
-from canwire.hub.owner.shared_ring import SharedRing
+from canwire.hub.owner.held.can import CanSlot
+from canwire.hub.owner.held.line import HeldQueue
+from canwire.hub.owner.held.shared_ring import SharedRing
 from canwire.platform import EventDescriptor
 from canwire.ring import rounded_capacity
 
-if TYPE_CHECKING:
-    from canwire.hub.owner.session import Session
 
-
-@dataclass
-class HeldChannel(OnLine):
+@dataclass(eq=False)
+class HeldChannel(HeldQueue):
     """A client's channel: its queues once it is set up, its filter, and whether it is active."""
 
-    slot: Slot
-    holder: Session
-    exclusive: bool
+    slot: CanSlot
     channel: Channel | None = None
     active: bool = False
     filter: MessageFilter | None = None
@@ -68,7 +63,6 @@ class HeldChannel(OnLine):
         return channel
 
     def activate(self, active: bool) -> None:
-        """Connect the queues to the line, or take them off it; raises NotInitialised before `set_up`."""
         if self.channel is None:
             if active:
                 raise NotInitialised(f"{self.slot.can.line.name}: set the channel up before activating it")
@@ -96,7 +90,6 @@ class HeldChannel(OnLine):
             raise WrongState(f"{self.slot.can.line.name}: deactivate the channel to change its filter")
 
     def counted(self, name: str) -> int:
-        """One of the channel's counters; 0 before it is set up."""
         return 0 if self.channel is None else int(getattr(self.channel, name))
 
     def status(self) -> ChannelStatus:
@@ -115,13 +108,13 @@ class HeldChannel(OnLine):
             pending=int(channel.in_flight) + waiting,
         )
 
-    def let_go(self) -> None:
+    def leave(self) -> None:
         """Give up what waits to be sent, and the memory."""
         if self.channel is not None:
             self.activate(False)
             self.slot.can.line.cancel(self.channel)
         self._forget_queues()
-        self.slot.channels.remove(self)
+        self.slot.queues.remove(self)
 
     def _take_time(self, channel: Channel, ticks: bool) -> None:
         if ticks:

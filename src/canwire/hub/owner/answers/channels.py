@@ -1,0 +1,52 @@
+"""What the hub answers about channels; monitors are activated alike."""
+
+from __future__ import annotations
+
+from canwire.errors import NoSuchBoard
+from canwire.hub.owner.answers.registry import DONE, Answers, opened
+from canwire.hub.owner.held.channel import HeldChannel
+from canwire.hub.owner.held.line import HeldQueue, OnLine
+from canwire.hub.owner.session import Session
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
+
+answers = Answers()
+
+
+@answers.to(m.OpenChannel)
+def _open_channel(request: m.OpenChannel, session: Session, world: World) -> Answer:
+    slot = world.can_slot(request.board, request.line)
+    slot.admit_queue(request.exclusive)
+    held = HeldChannel(slot, session, request.exclusive)
+    slot.queues.append(held)
+    return opened(session, held)
+
+
+@answers.to(m.SetUpChannel)
+def _set_up_channel(request: m.SetUpChannel, session: Session, world: World) -> Answer:
+    held = session.look_up(request.handle, HeldChannel)
+    descriptors = held.set_up(request.mode, session.doorbell)
+    assert held.channel is not None
+    transmit = held.channel.transmit.capacity if held.channel.sends else 0
+    return m.ChannelOpened(held.channel.receive.capacity, transmit), descriptors
+
+
+@answers.to(m.Activate)
+def _activate(request: m.Activate, session: Session, world: World) -> Answer:
+    held = session.look_up(request.handle, OnLine)
+    if not isinstance(held, HeldQueue):
+        raise NoSuchBoard(f"handle {request.handle} is neither a channel nor a monitor of {session.name}")
+    held.activate(request.active)
+    return DONE
+
+
+@answers.to(m.GetChannelStatus)
+def _get_channel_status(request: m.GetChannelStatus, session: Session, world: World) -> Answer:
+    return m.ChannelState(session.look_up(request.handle, HeldChannel).status()), ()
+
+
+@answers.to(m.CancelQueued)
+def _cancel_queued(request: m.CancelQueued, session: Session, world: World) -> Answer:
+    held = session.look_up(request.handle, HeldChannel)
+    return m.Number(0 if held.channel is None else held.slot.can.line.cancel(held.channel)), ()

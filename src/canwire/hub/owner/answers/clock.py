@@ -1,0 +1,36 @@
+"""What the hub answers about its time; in virtual time it passes here."""
+
+from __future__ import annotations
+
+from canwire.errors import HubError
+from canwire.hub.owner.answers.registry import Answers
+from canwire.hub.owner.session import Session
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
+from canwire.timeline import NEVER, Timeline
+
+_LARGEST_NS = 1 << 62
+
+answers = Answers()
+
+
+@answers.to(m.Advance)
+def _advance(request: m.Advance, session: Session, world: World) -> Answer:
+    timeline = world.timeline
+    if session.virtual and request.span_ns > 0:
+        timeline.at(timeline.now_ns, world.kick_all)  # as a happening, whose signals count
+        end_ns = timeline.now_ns + request.span_ns
+        if end_ns < _LARGEST_NS:
+            timeline.run_until(end_ns)
+        else:
+            _run_on(timeline)
+    return m.Number(timeline.now_ns), ()
+
+
+def _run_on(timeline: Timeline) -> None:
+    """Until somebody's event is signalled; raises HubError where that will never be."""
+    while (due_ns := timeline.next_ns()) < NEVER:
+        if not timeline.run_until(due_ns):
+            return
+    raise HubError("this would never end: nothing is left to happen on the buses of this hub")

@@ -1,0 +1,34 @@
+"""All that a hub answers; a new kind of request needs a function in one of these files, or a file of its own here."""
+
+from __future__ import annotations
+
+from canwire.hub.owner.answers import (
+    boards,
+    buses,
+    channels,
+    chips,
+    clock,
+    cyclic,
+    fifos,
+    filters,
+    leases,
+    lin,
+    lines,
+    notes,
+)
+from canwire.hub.owner.answers.registry import Answers
+
+ANSWERS = Answers(
+    boards.answers,
+    leases.answers,
+    lines.answers,
+    filters.answers,
+    channels.answers,
+    cyclic.answers,
+    lin.answers,
+    chips.answers,
+    buses.answers,
+    fifos.answers,
+    notes.answers,
+    clock.answers,
+)

@@ -1,0 +1,61 @@
+"""What the hub answers about the filters of CAN lines and channels."""
+
+from __future__ import annotations
+
+from canwire.boards.can.message_filter import FormatFilter
+from canwire.boards.can.modes import FilterMode
+from canwire.errors import BadFilter, WrongState
+from canwire.hub.owner.answers.lines import can_of
+from canwire.hub.owner.answers.registry import DONE, Answers
+from canwire.hub.owner.held.channel import HeldChannel
+from canwire.hub.owner.session import Session
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
+
+answers = Answers()
+
+
+@answers.to(m.GetFilterMode)
+def _get_filter_mode(request: m.GetFilterMode, session: Session, world: World) -> Answer:
+    return m.Number(_filter(session, request.handle, request.extended).mode), ()
+
+
+@answers.to(m.SetFilterMode)
+def _set_filter_mode(request: m.SetFilterMode, session: Session, world: World) -> Answer:
+    found = _filter(session, request.handle, request.extended, change=True)
+    if request.mode not in (
+        FilterMode.LOCK,
+        FilterMode.PASS,
+        FilterMode.INCLUSIVE,
+        FilterMode.EXCLUSIVE,
+    ):
+        raise BadFilter(f"filter mode {request.mode}: 1 lock, 2 pass, 3 inclusive, 4 exclusive")
+    before, found.mode = found.mode, request.mode
+    return m.Number(before), ()
+
+
+@answers.to(m.SetAcceptanceFilter)
+def _set_acceptance_filter(request: m.SetAcceptanceFilter, session: Session, world: World) -> Answer:
+    _filter(session, request.handle, request.extended, change=True).set_pattern(request.code, request.mask)
+    return DONE
+
+
+@answers.to(m.ListIds)
+def _list_ids(request: m.ListIds, session: Session, world: World) -> Answer:
+    found = _filter(session, request.handle, request.extended, change=True)
+    (found.add if request.add else found.remove)(request.code, request.mask)
+    return DONE
+
+
+def _filter(session: Session, handle: int, extended: bool, *, change: bool = False) -> FormatFilter:
+    """The filter of a control's line or of a channel; to `change` it, they must not be at work."""
+    held = session.look_up(handle, object)
+    if isinstance(held, HeldChannel):
+        if change:
+            held.check_inactive()
+        return held.format_filter(extended)
+    can = can_of(session, handle)
+    if change and can.running:
+        raise WrongState(f"{can.line.name}: stop the line to change its filter")
+    return can.format_filter(extended)

@@ -1,0 +1,90 @@
+"""What the hub answers about CAN lines; starting, stopping and resetting are LIN lines' too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from canwire.boards.can.connector import CanLine
+from canwire.boards.lin.line import LinLine
+from canwire.errors import CanwireError, Unsupported
+from canwire.hub.owner.answers.registry import DONE, Answers
+from canwire.hub.owner.deferred import Deferred
+from canwire.hub.owner.held.can import CanSlot
+from canwire.hub.owner.held.lin import LinSlot
+from canwire.hub.owner.held.line import HeldControl
+from canwire.hub.owner.session import Session
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
+
+answers = Answers()
+
+
+@answers.to(m.GetLineStatus)
+def _get_line_status(request: m.GetLineStatus, session: Session, world: World) -> Answer:
+    return m.LineState(world.can_slot(request.board, request.line).status()), ()
+
+
+@answers.to(m.Initialise)
+def _initialise(request: m.Initialise, session: Session, world: World) -> Deferred:
+    can = can_of(session, request.handle)
+    return _later(lambda done: can.initialise(request.mode, done), numbered=False)
+
+
+@answers.to(m.Start)
+def _start(request: m.Start, session: Session, world: World) -> Answer:
+    can = _commanded(session, request.handle)
+    if request.abort_pending and isinstance(can, CanLine):
+        can.abort_pending()
+    can.start()
+    return DONE
+
+
+@answers.to(m.Stop)
+def _stop(request: m.Stop, session: Session, world: World) -> Deferred:
+    return _later(_commanded(session, request.handle).stop, numbered=False)
+
+
+@answers.to(m.Reset)
+def _reset(request: m.Reset, session: Session, world: World) -> Answer:
+    _commanded(session, request.handle).reset()
+    return DONE
+
+
+@answers.to(m.Detect)
+def _detect(request: m.Detect, session: Session, world: World) -> Deferred:
+    can = can_of(session, request.handle)
+    return _later(
+        lambda done: can.detect(
+            request.candidates, request.timeout_ms, request.iso_fd, done, low_speed=request.low_speed
+        ),
+        numbered=True,
+    )
+
+
+def can_of(session: Session, handle: int) -> CanLine:
+    """The CAN line that this control is of; raises Unsupported for a LIN line's."""
+    slot = session.look_up(handle, HeldControl).slot
+    if not isinstance(slot, CanSlot):
+        raise Unsupported(f"{slot.name} is a LIN line: it has no bit timing, filters and detection")
+    return slot.can
+
+
+def _commanded(session: Session, handle: int) -> CanLine | LinLine:
+    """The line of either kind that this control is of."""
+    slot = session.look_up(handle, HeldControl).slot
+    return slot.lin if isinstance(slot, LinSlot) else can_of(session, handle)
+
+
+def _later(begin: Callable[[Callable[[int | CanwireError], None]], None], *, numbered: bool) -> Deferred:
+    """An answer once what `begin` starts is done."""
+    deferred = Deferred()
+
+    def done(result: int | CanwireError) -> None:
+        if isinstance(result, CanwireError):
+            deferred.settle(result)
+        else:
+            deferred.settle((m.Number(result), ()) if numbered else DONE)
+
+    begin(done)
+    return deferred

@@ -1,0 +1,27 @@
+"""What programs leave at the hub for each other, and numbers that nobody else has."""
+
+from __future__ import annotations
+
+from canwire.hub.owner.answers.registry import DONE, Answers
+from canwire.hub.owner.session import Session
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
+
+answers = Answers()
+
+
+@answers.to(m.CreateLuid)
+def _create_luid(request: m.CreateLuid, session: Session, world: World) -> Answer:
+    return m.Number(world.next_luid()), ()
+
+
+@answers.to(m.GetNote)
+def _get_note(request: m.GetNote, session: Session, world: World) -> Answer:
+    return m.Note(world.notes.get(request.name, b"")), ()
+
+
+@answers.to(m.SetNote)
+def _set_note(request: m.SetNote, session: Session, world: World) -> Answer:
+    world.set_note(request.name, request.value)
+    return DONE

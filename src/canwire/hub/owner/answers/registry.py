@@ -1,0 +1,63 @@
+"""Which function answers which kind of request; and what many answers look like."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from canwire.errors import BadMessage
+from canwire.hub.owner.deferred import Deferred
+from canwire.hub.owner.held.held import Held
+from canwire.hub.owner.session import Session
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
+
+Request = TypeVar("Request", bound=m.Message)
+Answering = Callable[[Request, Session, World], Answer | Deferred]
+
+DONE: Answer = (m.Done(), ())
+
+
+class Answers:
+    """Functions by the kind of request; made of nothing, or of others' together.
+
+    A function gets the request, the session that asks and the hub's world, and raises CanwireError.
+    """
+
+    def __init__(self, *parts: Answers) -> None:
+        self._functions: dict[type[m.Message], Answering[Any]] = {}
+        for part in parts:
+            for kind, function in part._functions.items():
+                self._add(kind, function)
+
+    def to(self, kind: type[Request]) -> Callable[[Answering[Request]], Answering[Request]]:
+        """Decorator: the function answers requests of this kind. Raises ValueError for a second one."""
+
+        def add(function: Answering[Request]) -> Answering[Request]:
+            self._add(kind, function)
+            return function
+
+        return add
+
+    def answer(self, request: m.Message, session: Session, world: World) -> Answer | Deferred:
+        """The answer to a request of this session; raises CanwireError."""
+        function = self._functions.get(type(request))
+        if function is None:
+            raise BadMessage(f"{type(request).__name__} is no request for a session")
+        return function(request, session, world)
+
+    @property
+    def kinds(self) -> frozenset[type[m.Message]]:
+        """Requests that have an answer here."""
+        return frozenset(self._functions)
+
+    def _add(self, kind: type[m.Message], function: Answering[Any]) -> None:
+        if kind in self._functions:
+            raise ValueError(f"{kind.__name__} has an answer already: {self._functions[kind].__name__}")
+        self._functions[kind] = function
+
+
+def opened(session: Session, held: Held) -> Answer:
+    """It is this session's from now on."""
+    return m.Opened(session.hold(held)), ()

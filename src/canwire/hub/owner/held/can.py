@@ -1,0 +1,89 @@
+"""Who holds what on a CAN line, but for its channels: the cyclic list, and shares as Win32 has them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from canwire.boards.can.connector import CanLine
+from canwire.boards.can.modes import LineStatus
+from canwire.boards.can.scheduler import CyclicList
+from canwire.boards.sharing import Share, Sharing
+from canwire.errors import CanwireError
+from canwire.hub.owner.held.held import Holder, Turn
+from canwire.hub.owner.held.line import LineSlot, OnLine
+
+
+class CanSlot(LineSlot):
+    """A CAN line with its holders; when the last of them goes, the line is reset."""
+
+    queue_noun = "channel"
+
+    def __init__(self, board: int, can: CanLine) -> None:
+        super().__init__(board, can.line.name)
+        self.can = can
+        self.scheduler: Holder | None = None
+        info = can.info
+        self.sharing = Sharing(can.line.name, info.receive_channels, info.send_channels)
+
+    def settle(self) -> None:
+        mode = self.can.mode
+        if mode is not None and mode.persistent:
+            return
+        users = (self.control, self.scheduler, *self.queues)
+        if not any(user is not None for user in users) and not len(self.sharing):
+            self.can.reset()
+
+    def close(self, why: CanwireError) -> None:
+        self.can.close(why)
+
+    def status(self) -> LineStatus:
+        can, driver = self.can, self.can.line.driver
+        counters = driver.counters()
+        return LineStatus(
+            initialised=can.mode is not None,
+            running=can.running,
+            mode=can.mode,
+            state=counters.state,
+            tec=counters.tec,
+            rec=counters.rec,
+            last_error=counters.last_error,
+            load=can.load(),
+            transmitting=any(box.occupied for box in driver.boxes),
+            coupling_fault=can.coupling_fault,
+            frames_sent=counters.frames_sent,
+            frames_received=counters.frames_received,
+            errors=counters.errors,
+            arbitration_losses=counters.arbitration_losses,
+            refused=sum(held.counted("refused") for held in self.queues),
+            lost=sum(held.counted("lost") for held in self.queues),
+            control_holder="" if self.control is None else self.control.name,
+            scheduler_holder="" if self.scheduler is None else self.scheduler.name,
+            channels=len(self.queues),
+            exclusive=self.exclusive,
+            time_ns=can.line.timeline.now_ns,
+        )
+
+
+@dataclass(eq=False)
+class HeldScheduler(OnLine):
+    """The lease on a line's cyclic list."""
+
+    turn = Turn.SCHEDULER
+    slot: CanSlot
+    cyclic: CyclicList
+
+    def leave(self) -> None:
+        self.cyclic.close()
+        self.slot.scheduler = None
+
+
+@dataclass(eq=False)
+class HeldShare(OnLine):
+    """A line that somebody has open for reading or writing."""
+
+    turn = Turn.SHARE
+    slot: CanSlot
+    share: Share
+
+    def leave(self) -> None:
+        self.slot.sharing.close(self.share)

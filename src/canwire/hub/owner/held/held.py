@@ -1,0 +1,49 @@
+"""What everything held has in common, and what it may ask of its holder. This file knows nobody."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import ClassVar, Protocol
+
+from canwire.platform import EventDescriptor
+
+
+class Holder(Protocol):
+    """A client, as what it holds sees it."""
+
+    name: str
+    virtual: bool
+    doorbell: EventDescriptor | None
+
+    def channels_changed(self) -> None:
+        """One was activated, deactivated or given back."""
+
+
+class Turn(IntEnum):
+    """The order in which a client's things are given back: first what sends by itself, so that nothing new is sent."""
+
+    SCHEDULER = 0
+    QUEUE = 1
+    CONTROL = 2
+    SHARE = 3
+    REFERENCE = 4
+
+
+class Held:
+    """Anything that a handle stands for."""
+
+    turn: ClassVar[Turn] = Turn.REFERENCE
+
+    def is_on(self, board: int) -> bool:
+        """It dies with this board."""
+        return False
+
+    def let_go(self) -> None:
+        """Given back: others may have it. Without more, nobody was kept away by it."""
+
+
+class Gone(Held):
+    """What a handle stands for whose board was pulled out."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text

@@ -1,0 +1,92 @@
+"""Who holds what on a line of any kind: one control, any number of queues or a single exclusive one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from canwire.errors import CanwireError, InUse
+from canwire.hub.owner.held.held import Held, Holder, Turn
+
+
+class LineSlot:
+    """A line of a board: who holds its control, and the queues on it, which are channels (CAN) or monitors (LIN)."""
+
+    queue_noun: ClassVar[str]
+
+    def __init__(self, board: int, name: str) -> None:
+        self.board = board
+        self.name = name
+        self.control: Holder | None = None
+        self.queues: list[HeldQueue] = []
+
+    @property
+    def exclusive(self) -> bool:
+        """A queue has the line for itself."""
+        return any(queue.exclusive for queue in self.queues)
+
+    def admit(self, what: str, holder: Holder | None) -> None:
+        """Raise InUse if somebody holds it."""
+        if holder is not None:
+            raise InUse(f"{self.name}: {what} is held by {holder.name}")
+
+    def admit_queue(self, exclusive: bool) -> None:
+        """Raise InUse for an exclusive queue beside others, or any beside an exclusive one."""
+        if self.queues and (exclusive or self.exclusive):
+            noun = self.queue_noun
+            there = f"an exclusive {noun}" if self.exclusive else f"{len(self.queues)} {noun}s"
+            raise InUse(f"{self.name}: {there} on it already, of {self.queues[0].holder.name}")
+
+    def settle(self) -> None:
+        """Somebody let go: nobody left means nobody's settings (VCI V4 manual 5.2.3, closing the control unit)."""
+        raise NotImplementedError
+
+    def close(self, why: CanwireError) -> None:
+        """The board is gone; whoever waits gets this error."""
+        raise NotImplementedError
+
+
+class OnLine(Held):
+    """Something held on a line."""
+
+    slot: LineSlot
+
+    def is_on(self, board: int) -> bool:
+        return board == self.slot.board
+
+    def let_go(self) -> None:
+        self.leave()
+        self.slot.settle()
+
+    def leave(self) -> None:
+        """Its place on the line is free; the line settles afterwards."""
+        raise NotImplementedError
+
+
+@dataclass(eq=False)
+class HeldControl(OnLine):
+    """The lease on a line's control, CAN or LIN."""
+
+    turn = Turn.CONTROL
+    slot: LineSlot
+
+    def leave(self) -> None:
+        self.slot.control = None
+
+
+@dataclass(eq=False)
+class HeldQueue(OnLine):
+    """A client's queue, or queues, on a line."""
+
+    turn = Turn.QUEUE
+    slot: LineSlot
+    holder: Holder
+    exclusive: bool
+
+    def activate(self, active: bool) -> None:
+        """Connect it to the line, or take it off; raises NotInitialised before it was set up."""
+        raise NotImplementedError
+
+    def counted(self, name: str) -> int:
+        """One of its counters; 0 before it is set up, and where it has none of that name."""
+        return 0

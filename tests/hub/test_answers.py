@@ -1,0 +1,41 @@
+"""Every kind of request has one answer."""
+
+from __future__ import annotations
+
+import pytest
+
+from canwire.boards.config.configuration import Config
+from canwire.errors import BadMessage
+from canwire.hub.owner.answers.everything import ANSWERS
+from canwire.hub.owner.answers.registry import DONE, Answers
+from canwire.hub.owner.entrance import open_session
+from canwire.hub.owner.session import Session
+from canwire.hub.owner.world import World
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
+
+
+def test_every_request_but_the_links_own_hello_has_an_answer() -> None:
+    assert frozenset(m.Request.__args__) - {m.Hello} == ANSWERS.kinds
+
+
+def test_a_request_without_an_answer_says_so() -> None:
+    world = World(Config.default(), virtual=True)
+    session = open_session(world, "one", 1, lambda notice: None, None)
+    with pytest.raises(BadMessage, match="Hello is no request for a session"):
+        session.handle(m.Hello(m.VERSION, 1, "again"))
+
+
+def test_two_answers_to_one_request_are_refused() -> None:
+    one, two = Answers(), Answers()
+
+    @one.to(m.Watch)
+    def watch(request: m.Watch, session: Session, world: World) -> Answer:
+        return DONE
+
+    two.to(m.Watch)(watch)
+    with pytest.raises(ValueError, match="Watch has an answer already: watch"):
+        one.to(m.Watch)(watch)
+    with pytest.raises(ValueError, match="Watch has an answer already: watch"):
+        Answers(one, two)
+    assert Answers(one).kinds == {m.Watch}
