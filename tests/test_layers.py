@@ -186,7 +186,7 @@ IMPORTS = [found for name, path in MODULES.items() for found in imports_of(name,
 
 
 def complaints(wrong: list[Import]) -> str:
-    return "\n".join(map(str, wrong))
+    return "\n".join(dict.fromkeys(map(str, wrong)))
 
 
 def test_every_file_has_its_place() -> None:
