@@ -13,14 +13,12 @@ import re
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parent.parent
+import name_map
+from name_map import NO_NAME, ROOT, Missing, Name, names_of_page, ordered
+
 PAGE = ROOT / "docs" / "candrv-map.md"
-SEEDS = ROOT.parent / "shared" / "seeds"
 MANUAL = "000_c4a7ca42d189c1e6.txt"
-NO_NAME = "no name"
-ROW = re.compile(r"^\| `([^`]+)` \| ([a-z ]+) \| (.*) \|$")
 KINDS = ["function", "parameter", "structure", "field", "constant", "error", "type", "event word"]
 KINDS += ["registry entry", "program", "switch", "file", NO_NAME]
 HEAD = """# The names of CANDRV, and where they are here
@@ -28,20 +26,7 @@ HEAD = """# The names of CANDRV, and where they are here
 Written by `python docs/candrv_map.py` from the text of the CANDRV manual (seed 000): change that, not this page.
 {total} names.
 
-| name | kind | in canwire |
-|---|---|---|
 """
-
-
-class Name(NamedTuple):
-    """A name of the manual."""
-
-    kind: str
-    text: str
-
-
-class Missing(LookupError):
-    """Names without counterparts."""
 
 
 # reading the manual
@@ -70,7 +55,7 @@ def names_of_manual(seeds: Path) -> list[Name]:
         *_entries(raw),
         *_programs(text),
     }
-    return sorted(found, key=_order)
+    return ordered(found, KINDS)
 
 
 def repaired(raw: str) -> str:
@@ -211,38 +196,10 @@ def counterpart(name: Name) -> str:
 # the page
 
 
-def _order(name: Name) -> tuple[int, str, str]:
-    return KINDS.index(name.kind), name.text.lower(), name.text
-
-
-def names_of_page(text: str) -> list[Name]:
-    """The names as the page lists them."""
-    return [Name(row[2], row[1]) for line in text.splitlines() if (row := ROW.match(line))]
-
-
 def page(names: Iterable[Name]) -> str:
     """The page for these names; raises Missing with all that have no counterpart."""
-    rows, missing = [], []
-    for name in names:
-        try:
-            rows.append(f"| `{name.text}` | {name.kind} | {counterpart(name)} |\n")
-        except Missing as error:
-            missing.append(str(error))
-    if missing:
-        raise Missing("\n".join(missing))
-    return HEAD.format(total=len(rows)) + "".join(rows)
-
-
-def main() -> int:
-    seeds = Path(sys.argv[1]) if len(sys.argv) > 1 else SEEDS
-    names = names_of_manual(seeds) if seeds.is_dir() else names_of_page(PAGE.read_text(encoding="utf-8"))
-    try:
-        PAGE.write_text(page(names), encoding="utf-8")
-    except Missing as missing:
-        print(missing, file=sys.stderr)
-        return 1
-    return 0
+    return name_map.page(HEAD, names, counterpart)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(name_map.write(PAGE, names_of_manual, names_of_page, page))

@@ -16,16 +16,14 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import name_map
 from canwire import vci
 from canwire.vci import v3
+from name_map import NO_NAME, ROOT, ROW, TABLE, Missing, counterparts
 
-ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "vci-map.md"
-SEEDS = ROOT.parent / "shared" / "seeds"
 V4_MANUAL, V3_MANUAL = "004_3482d6bb25e02c49.txt", "002_49fc4c60c6d60e35.txt"
 V4, V3 = "V4, the C++ manual (seed 004)", "V3, the .NET manual (seed 002)"
-NO_NAME = "no name"
-ROW = re.compile(r"^\| `([^`]+)` \| ([a-z ]+) \| (.*) \|$")
 KINDS = ["function", "interface", "method", "structure", "field", "constant", "macro", "error code"]
 KINDS += ["type", "member", "parameter", NO_NAME]
 HEAD = """# The names of VCI, and where they are here
@@ -242,10 +240,6 @@ def _v3_kind(word: str) -> str:
 # finding counterparts
 
 
-class Missing(LookupError):
-    """A name without a counterpart."""
-
-
 def counterpart(name: Name) -> str:
     """What stands in the page's third column; raises Missing."""
     found = _v4(name) if name.manual == V4 else _v3(name)
@@ -439,18 +433,12 @@ def names_of_page(text: str) -> list[Name]:
 
 def page(names: list[Name]) -> str:
     """The page for these names; raises Missing with all that have no counterpart."""
-    rows, missing = [], []
-    for name in names:
-        try:
-            rows.append((name, counterpart(name)))
-        except Missing as error:
-            missing.append(str(error))
-    missing += _untold(names)
-    if missing:
-        raise Missing("\n".join(missing))
+    rows = counterparts(names, counterpart)
+    if untold := _untold(names):
+        raise Missing("\n".join(untold))
     lines = [HEAD.format(total=len(rows))]
     for manual in (V4, V3):
-        lines += [f"## {manual}", "", "| name | kind | in canwire |", "|---|---|---|"]
+        lines += [f"## {manual}", "", *TABLE.splitlines()]
         lines += [
             f"| `{name.text}` | {_shown_kind(name, found)} | {found} |"
             for name, found in rows
@@ -505,16 +493,5 @@ def _untold(names: list[Name]) -> list[str]:
     ]
 
 
-def main() -> int:
-    seeds = Path(sys.argv[1]) if len(sys.argv) > 1 else SEEDS
-    names = names_of_manuals(seeds) if seeds.is_dir() else names_of_page(PAGE.read_text(encoding="utf-8"))
-    try:
-        PAGE.write_text(page(names), encoding="utf-8")
-    except Missing as missing:
-        print(missing, file=sys.stderr)
-        return 1
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(name_map.write(PAGE, names_of_manuals, names_of_page, page))

@@ -1,23 +1,23 @@
 """docs/conformance.md says what the markers say, and the markers name behaviours that exist."""
 
-import runpy
 from pathlib import Path
 
+from docs import conformance
+
 ROOT = Path(__file__).resolve().parent.parent
-CONFORMANCE = runpy.run_path(str(ROOT / "docs" / "conformance.py"))
 PAGE = ROOT / "docs" / "conformance.md"
 
 
 def test_the_page_is_what_the_markers_say() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    assert CONFORMANCE["page"](text) == text, "run: python docs/conformance.py"
+    assert conformance.page(text) == text, "run: python docs/conformance.py"
 
 
 def test_every_marker_names_a_behaviour() -> None:
     known = {
         match[1]
         for line in PAGE.read_text(encoding="utf-8").splitlines()
-        if (match := CONFORMANCE["ROW"].match(line))
+        if (match := conformance.ROW.match(line))
     }
     assert len(known) == 352
-    assert set(CONFORMANCE["marked_tests"]()) <= known
+    assert set(conformance.marked_tests()) <= known

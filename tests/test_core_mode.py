@@ -5,18 +5,16 @@ from __future__ import annotations
 import hashlib
 import os
 import random
-import runpy
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 import canwire
 from canwire import core
+from tests.uncompiled import load_uncompiled
 
 pytestmark = pytest.mark.core
 
-load_uncompiled = runpy.run_path(str(Path(__file__).parent / "uncompiled.py"))["load_uncompiled"]
 FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 

@@ -31,6 +31,7 @@ from canwire.acan.constants import (
     TBS_SC,
 )
 from canwire.acan.structures import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB
+from tests.acan.bench import Peer, Virtual
 
 LONG = 30  # seconds after which something that should happen never will
 USUAL = {"hi_clk": 16_000, "hi_rat": 250, "hi_ts1": 11, "hi_ts2": 5, "hi_sjw": 3, "hi_msi": 1}
@@ -153,7 +154,7 @@ def test_hardware_fields_that_cannot_be_answer_false(library: Any, fields: dict[
 
 
 @pytest.mark.conforms("AC-17", "AC-25", "AC-26", "AC-29", "AC-30")
-def test_messages_come_in_order_with_their_bits_aligned(on_bus: Any, peer: Any) -> None:
+def test_messages_come_in_order_with_their_bits_aligned(on_bus: Any, peer: Peer) -> None:
     tb = block()
     assert on_bus.ACAN_Register(tb)
     peer.send(Frame(0x123, b"ab"), Frame(0x12345678, extended=True), Frame(0x7FF, remote=True, dlc=4))
@@ -168,7 +169,7 @@ def test_messages_come_in_order_with_their_bits_aligned(on_bus: Any, peer: Any) 
 
 
 @pytest.mark.conforms("AC-29")
-def test_a_full_fifo_shows_in_the_status_word(on_bus: Any, peer: Any) -> None:
+def test_a_full_fifo_shows_in_the_status_word(on_bus: Any, peer: Peer) -> None:
     small, done = block(wRMBSize=2, wCount=1), block(idTable=[ACANID(0x1FFFFFFF, 9 << 18, IDA_NOTIFY)])
     assert on_bus.ACAN_Register(small)
     assert on_bus.ACAN_Register(done)
@@ -181,7 +182,7 @@ def test_a_full_fifo_shows_in_the_status_word(on_bus: Any, peer: Any) -> None:
 
 
 @pytest.mark.conforms("AC-25")
-def test_notification_by_callback_with_the_block(on_bus: Any, peer: Any) -> None:
+def test_notification_by_callback_with_the_block(on_bus: Any, peer: Peer) -> None:
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     tb = block(hEvent=None, bNotType=TBNT_EVENT, cbNotification=calls.put, dwRefData=5)
     assert on_bus.ACAN_Register(tb)
@@ -190,7 +191,7 @@ def test_notification_by_callback_with_the_block(on_bus: Any, peer: Any) -> None
 
 
 @pytest.mark.conforms("AC-25")
-def test_notification_by_callback_with_the_reference(on_bus: Any, peer: Any) -> None:
+def test_notification_by_callback_with_the_reference(on_bus: Any, peer: Peer) -> None:
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     tb = block(bNotType=TBNT_CALLBACK, cbNotification=calls.put, dwRefData=0x1234)
     assert on_bus.ACAN_Register(tb)
@@ -199,7 +200,7 @@ def test_notification_by_callback_with_the_reference(on_bus: Any, peer: Any) -> 
 
 
 @pytest.mark.conforms("AC-25")
-def test_notification_by_posted_message(on_bus: Any, peer: Any) -> None:
+def test_notification_by_posted_message(on_bus: Any, peer: Peer) -> None:
     window: queue.SimpleQueue[Any] = queue.SimpleQueue()
     tb = block(bNotType=TBNT_POSTMESSAGE, hwnd=window, nMsg=0x400, dwRefData=7)
     assert on_bus.ACAN_Register(tb)
@@ -208,7 +209,7 @@ def test_notification_by_posted_message(on_bus: Any, peer: Any) -> None:
 
 
 @pytest.mark.conforms("AC-31")
-def test_messages_are_sent(on_bus: Any, peer: Any) -> None:
+def test_messages_are_sent(on_bus: Any, peer: Peer) -> None:
     messages = [
         raw(0x123, b"abc"),
         ACANMB(0x1234567, FF_EXTENDED, 8, b"12345678"),
@@ -233,7 +234,7 @@ def test_sending_is_refused_when_no_buffer_is_left(library: Any) -> None:
 
 
 @pytest.mark.conforms("AC-32")
-def test_priority_0_comes_back(on_bus: Any, peer: Any) -> None:
+def test_priority_0_comes_back(on_bus: Any, peer: Peer) -> None:
     tb = block()
     assert on_bus.ACAN_Register(tb)
     assert on_bus.ACAN_SendMessage(raw(0x10), 1)
@@ -243,7 +244,7 @@ def test_priority_0_comes_back(on_bus: Any, peer: Any) -> None:
 
 
 @pytest.mark.conforms("AC-23", "AC-24")
-def test_channels_work_in_an_applications_memory(on_bus: Any, peer: Any) -> None:
+def test_channels_work_in_an_applications_memory(on_bus: Any, peer: Peer) -> None:
     memory = on_bus.ACAN_AllocFixedMemory(8)
     receiving = ACANID(0x1FFFFFFF, 0x20 << 18, IDA_NOTIFY | IDA_CHANRCV, 4, lpAddress=memory)
     sending = ACANID(0x1FFFFFFF, 0x21 << 18, IDA_CHANSND, 8, lpAddress=memory)
@@ -304,7 +305,7 @@ def test_an_invalid_buffer_answers_minus_1(library: Any, buffer: Any) -> None:
 
 
 @pytest.mark.conforms("AC-30", "AC-36")
-def test_messages_may_lie_packed_in_fixed_memory(on_bus: Any, peer: Any) -> None:
+def test_messages_may_lie_packed_in_fixed_memory(on_bus: Any, peer: Peer) -> None:
     fifo, buffer = (on_bus.ACAN_AllocFixedMemory(4 * ACANMBSZ) for _ in range(2))
     tb = block(lpRMB=fifo, wRMBSize=4, lpBuf=buffer, wCount=4)
     assert on_bus.ACAN_Register(tb)
@@ -344,7 +345,7 @@ def test_exit_cleans_up_what_an_application_left(on_bus: Any, hub: canwire.Hub) 
     assert on_bus.ACAN_Register(tb)
 
 
-def test_in_virtual_time_acknowledging_looks_at_what_has_come(virtual: Any) -> None:
+def test_in_virtual_time_acknowledging_looks_at_what_has_come(virtual: Virtual) -> None:
     api.use(virtual.hub)
     assert api.ACAN_Init() == 0x0100
     tb, peer = block(), virtual.peer()

@@ -16,6 +16,8 @@ from canwire.acan.hard_config import HardConfig
 from canwire.acan.identifiers import acan_word
 from canwire.acan.install import DriverAbsent
 from canwire.acan.task_block import TaskBlock
+from tests.acan.bench import Arrived, Peer, Virtual
+from tests.hubs import Connect
 
 ALL = (Filter.any(),)
 LONG = 30  # seconds after which something that should happen never will
@@ -51,7 +53,7 @@ def test_configuring_leaves_the_bus_and_bus_control_tells_the_state_before(drive
 
 @pytest.mark.conforms("AC-14", "AC-15")
 def test_the_configuration_is_every_programs_and_outlives_the_one_that_made_it(
-    hub: canwire.Hub, connect: Any, second: Driver
+    hub: canwire.Hub, connect: Connect, second: Driver
 ) -> None:
     config = HardConfig(rate_kbps=125, interrupts=0xFF)
     with open_driver(hub) as first:
@@ -64,7 +66,7 @@ def test_the_configuration_is_every_programs_and_outlives_the_one_that_made_it(
 
 
 @pytest.mark.conforms("AC-11", "AC-13", "AC-19")
-def test_the_chip_is_programmed_as_the_manual_says(virtual: Any) -> None:
+def test_the_chip_is_programmed_as_the_manual_says(virtual: Virtual) -> None:
     machine, broadcast = 5 << 18, 7 << 18
     config = HardConfig(machine, broadcast, 0, broadcast, 16_000, 250, 11, 5, 3, 1, 0x6A, 0)
     virtual.driver.configure(config)
@@ -87,7 +89,7 @@ def test_what_the_controller_cannot_do_never_reaches_it(driver: Driver) -> None:
 
 @pytest.mark.conforms("AC-17", "AC-20", "AC-21")
 def test_frames_go_both_ways_and_reach_every_block_that_wants_them(
-    running: Driver, peer: Any, arrived: Any
+    running: Driver, peer: Peer, arrived: Arrived
 ) -> None:
     blocks = [TaskBlock(ALL), TaskBlock([Filter.one(0x101)]), TaskBlock([Filter.one(0x102)])]
     for block in blocks:
@@ -104,7 +106,9 @@ def test_frames_go_both_ways_and_reach_every_block_that_wants_them(
 
 
 @pytest.mark.conforms("AC-21")
-def test_a_frame_reaches_several_programs(running: Driver, second: Driver, peer: Any, arrived: Any) -> None:
+def test_a_frame_reaches_several_programs(
+    running: Driver, second: Driver, peer: Peer, arrived: Arrived
+) -> None:
     blocks = [running.register(TaskBlock(ALL)), second.register(TaskBlock(ALL))]
     peer.send(Frame(5))
     assert [arrived(block, 1) for block in blocks] == [[Frame(5)], [Frame(5)]]
@@ -112,7 +116,7 @@ def test_a_frame_reaches_several_programs(running: Driver, second: Driver, peer:
 
 @pytest.mark.conforms("AC-19")
 def test_the_hardware_filter_lets_machine_and_broadcast_through(
-    driver: Driver, peer: Any, arrived: Any
+    driver: Driver, peer: Peer, arrived: Arrived
 ) -> None:
     driver.configure(
         HardConfig(machine_id=acan_word(3), machine_mask=acan_word(7), broadcast_mask=acan_word(7))
@@ -124,7 +128,7 @@ def test_the_hardware_filter_lets_machine_and_broadcast_through(
 
 
 @pytest.mark.conforms("AC-23")
-def test_a_channel_is_written_without_its_application(running: Driver, peer: Any, arrived: Any) -> None:
+def test_a_channel_is_written_without_its_application(running: Driver, peer: Peer, arrived: Arrived) -> None:
     variable, done = bytearray(4), TaskBlock(ALL)
     running.register(TaskBlock([Filter.one(0x20, actions=Action.CHANRCV, variable=variable)]))
     running.register(done)
@@ -143,7 +147,7 @@ def request(id: int, length: int = 8, extended: bool = False) -> bytes:
 
 
 @pytest.mark.conforms("AC-24")
-def test_a_channel_answers_where_the_request_says(running: Driver, peer: Any) -> None:
+def test_a_channel_answers_where_the_request_says(running: Driver, peer: Peer) -> None:
     variable = bytearray(b"value")
     running.register(TaskBlock([Filter.one(0x20, actions=Action.CHANSND, variable=variable)]))
     peer.send(Frame(0x20, request(0x300)))
@@ -154,7 +158,7 @@ def test_a_channel_answers_where_the_request_says(running: Driver, peer: Any) ->
 
 
 @pytest.mark.conforms("AC-24")
-def test_an_answer_may_address_a_channel_on_this_machine(running: Driver, second: Driver, peer: Any) -> None:
+def test_an_answer_may_address_a_channel_on_this_machine(running: Driver, second: Driver, peer: Peer) -> None:
     source, here, there = bytearray(b"12345678"), bytearray(8), bytearray(8)
     running.register(TaskBlock([Filter.one(0x20, actions=Action.CHANSND, variable=source)]))
     notified = Action.CHANRCV | Action.NOTIFY
@@ -168,7 +172,9 @@ def test_an_answer_may_address_a_channel_on_this_machine(running: Driver, second
 
 
 @pytest.mark.conforms("AC-32")
-def test_priority_0_is_heard_at_home_too(running: Driver, second: Driver, peer: Any, arrived: Any) -> None:
+def test_priority_0_is_heard_at_home_too(
+    running: Driver, second: Driver, peer: Peer, arrived: Arrived
+) -> None:
     blocks = [running.register(TaskBlock(ALL)), second.register(TaskBlock(ALL))]
     running.send(Frame(0x10, b"quiet"), 1)
     running.send(Frame(0x11, b"loud"), 0)
@@ -188,7 +194,7 @@ def test_other_priorities_are_refused(driver: Driver, priority: Any) -> None:
 
 
 @pytest.mark.conforms("AC-31")
-def test_what_is_queued_goes_by_priority_first_come_first_served(virtual: Any) -> None:
+def test_what_is_queued_goes_by_priority_first_come_first_served(virtual: Virtual) -> None:
     peer = virtual.peer()
     virtual.driver.send(Frame(0x7FF))
     virtual.hub.run_for(0.00001)
@@ -206,7 +212,7 @@ def test_only_a_full_queue_refuses(driver: Driver) -> None:
 
 
 @pytest.mark.conforms("AC-16")
-def test_going_on_the_bus_gives_up_what_was_queued_before(driver: Driver, peer: Any) -> None:
+def test_going_on_the_bus_gives_up_what_was_queued_before(driver: Driver, peer: Peer) -> None:
     driver.configure(HardConfig())
     driver.send(Frame(1))
     driver.bus_on()
@@ -215,7 +221,7 @@ def test_going_on_the_bus_gives_up_what_was_queued_before(driver: Driver, peer: 
 
 
 @pytest.mark.conforms("AC-33")
-def test_a_lone_node_gives_up_at_the_first_bus_error(virtual: Any) -> None:
+def test_a_lone_node_gives_up_at_the_first_bus_error(virtual: Virtual) -> None:
     block = virtual.driver.register(TaskBlock(conditions=0xFF))
     for count in range(1, 4):
         virtual.driver.send(Frame(count))
@@ -228,7 +234,7 @@ def test_a_lone_node_gives_up_at_the_first_bus_error(virtual: Any) -> None:
 
 
 @pytest.mark.conforms("AC-16", "AC-34")
-def test_bus_off_is_told_and_bus_on_begins_anew(virtual: Any, arrived: Any) -> None:
+def test_bus_off_is_told_and_bus_on_begins_anew(virtual: Virtual, arrived: Arrived) -> None:
     peer, driver = virtual.peer(), virtual.driver
     block = driver.register(TaskBlock(ALL, conditions=0xFF))
     virtual.faults.inject("bit", frame_id=1, times=None)
@@ -258,7 +264,7 @@ def test_bus_off_is_told_and_bus_on_begins_anew(virtual: Any, arrived: Any) -> N
 
 
 @pytest.mark.conforms("AC-27", "AC-28")
-def test_a_lost_arbitration_is_told_with_its_bit(virtual: Any) -> None:
+def test_a_lost_arbitration_is_told_with_its_bit(virtual: Virtual) -> None:
     peer, driver = virtual.peer(), virtual.driver
     driver.configure(HardConfig(interrupts=0xFF))
     driver.bus_on()
@@ -273,7 +279,7 @@ def test_a_lost_arbitration_is_told_with_its_bit(virtual: Any) -> None:
 
 
 @pytest.mark.conforms("AC-13", "AC-27")
-def test_what_the_interrupt_enable_register_leaves_out_is_not_told(virtual: Any) -> None:
+def test_what_the_interrupt_enable_register_leaves_out_is_not_told(virtual: Virtual) -> None:
     peer, driver = virtual.peer(), virtual.driver
     block = driver.register(TaskBlock(conditions=0xFF))
     peer.send(Frame(0x0F0))
@@ -294,7 +300,7 @@ def test_what_the_interrupt_enable_register_leaves_out_is_not_told(virtual: Any)
 
 
 @pytest.mark.conforms("AC-25", "AC-26")
-def test_a_callback_runs_once_until_it_is_acknowledged(running: Driver, peer: Any, arrived: Any) -> None:
+def test_a_callback_runs_once_until_it_is_acknowledged(running: Driver, peer: Peer, arrived: Arrived) -> None:
     threads: list[int] = []
     called = threading.Semaphore(0)
 
@@ -317,7 +323,7 @@ def test_a_callback_runs_once_until_it_is_acknowledged(running: Driver, peer: An
 
 
 @pytest.mark.conforms("AC-25")
-def test_an_event_is_set(running: Driver, peer: Any) -> None:
+def test_an_event_is_set(running: Driver, peer: Peer) -> None:
     event = canwire.Event()
     running.register(TaskBlock(ALL, notify=event))
     peer.send(Frame(1))
@@ -327,7 +333,7 @@ def test_an_event_is_set(running: Driver, peer: Any) -> None:
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_callback_that_fails_is_reported_and_the_service_goes_on(
-    running: Driver, peer: Any, monkeypatch: pytest.MonkeyPatch, arrived: Any
+    running: Driver, peer: Peer, monkeypatch: pytest.MonkeyPatch, arrived: Arrived
 ) -> None:
     reported: list[Any] = []
     monkeypatch.setattr(threading, "excepthook", reported.append)
@@ -344,7 +350,7 @@ def test_a_callback_that_fails_is_reported_and_the_service_goes_on(
     assert [what.exc_type for what in reported] == [RuntimeError]
 
 
-def test_iterating_ends_when_the_block_is_deregistered(running: Driver, peer: Any) -> None:
+def test_iterating_ends_when_the_block_is_deregistered(running: Driver, peer: Peer) -> None:
     block = running.register(TaskBlock(ALL))
     peer.send(Frame(1), Frame(2))
     found = []
@@ -356,7 +362,7 @@ def test_iterating_ends_when_the_block_is_deregistered(running: Driver, peer: An
 
 
 @pytest.mark.conforms("AC-35")
-def test_a_deregistered_block_gets_nothing_more(running: Driver, peer: Any, arrived: Any) -> None:
+def test_a_deregistered_block_gets_nothing_more(running: Driver, peer: Peer, arrived: Arrived) -> None:
     with running.register(TaskBlock(ALL)) as block, running.register(TaskBlock(ALL)) as other:
         assert running.blocks == (block, other)
         running.deregister(block)
@@ -369,7 +375,7 @@ def test_a_deregistered_block_gets_nothing_more(running: Driver, peer: Any, arri
     assert not other.registered
 
 
-def test_a_driver_may_be_closed_by_a_callback(hub: canwire.Hub, peer: Any) -> None:
+def test_a_driver_may_be_closed_by_a_callback(hub: canwire.Hub, peer: Peer) -> None:
     driver = open_driver(hub)
     driver.configure(HardConfig())
     driver.bus_on()
@@ -388,7 +394,7 @@ def test_a_driver_may_be_closed_by_a_callback(hub: canwire.Hub, peer: Any) -> No
 
 
 def test_two_drivers_of_one_connection_are_two_programs(
-    running: Driver, hub: canwire.Hub, peer: Any, arrived: Any
+    running: Driver, hub: canwire.Hub, peer: Peer, arrived: Arrived
 ) -> None:
     with open_driver(hub) as other, other.register(TaskBlock(ALL)) as block:
         peer.send(Frame(1))
@@ -440,7 +446,7 @@ def test_a_line_set_up_by_another_dialect_is_shown_from_its_registers(
     assert (config.rate_kbps, config.ts1, config.ts2) == (500, 14, 2)
 
 
-def test_a_pulled_board_ends_every_wait(hub: canwire.Hub, connect: Any) -> None:
+def test_a_pulled_board_ends_every_wait(hub: canwire.Hub, connect: Connect) -> None:
     helper, board = connect("somebody with a hand"), ("inducan104", "HW000104", ("can0",))
     helper.unplug("HW000104")
     with pytest.raises(DriverAbsent):
@@ -468,7 +474,7 @@ def test_a_pulled_board_ends_every_wait(hub: canwire.Hub, connect: Any) -> None:
 
 
 @pytest.mark.conforms("AC-27")
-def test_answers_that_find_no_room_are_told_as_missing_buffers(virtual: Any) -> None:
+def test_answers_that_find_no_room_are_told_as_missing_buffers(virtual: Virtual) -> None:
     peer, driver = virtual.peer(), virtual.driver
     driver.register(TaskBlock([Filter.one(0x20, actions=Action.CHANSND, variable=bytearray(8))]))
     block = driver.register(TaskBlock(conditions=Condition.NOBUFF))
@@ -481,7 +487,7 @@ def test_answers_that_find_no_room_are_told_as_missing_buffers(virtual: Any) -> 
 
 
 @pytest.mark.conforms("AC-27")
-def test_frames_that_nobody_fetched_in_time_are_told_as_missing_buffers(virtual: Any) -> None:
+def test_frames_that_nobody_fetched_in_time_are_told_as_missing_buffers(virtual: Virtual) -> None:
     peer, driver = virtual.peer(), virtual.driver
     block = driver.register(TaskBlock(ALL, conditions=Condition.NOBUFF, size=1))
     for _ in range(6):
@@ -495,7 +501,7 @@ def test_frames_that_nobody_fetched_in_time_are_told_as_missing_buffers(virtual:
     assert block.acknowledge().conditions == Condition.NOBUFF
 
 
-def test_virtual_time_passes_while_somebody_waits(virtual: Any) -> None:
+def test_virtual_time_passes_while_somebody_waits(virtual: Virtual) -> None:
     peer, block = virtual.peer(), virtual.driver.register(TaskBlock(ALL))
     before_ns = virtual.hub.now_ns()
     assert not block.wait(0.5)

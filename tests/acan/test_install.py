@@ -18,6 +18,7 @@ from canwire import BadText, BadValue, InUse
 from canwire.acan.driver import open_driver
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent, Installation, find_line, install, setup, uninstall
+from tests.hubs import Connect
 
 SJA1000, OTHER = 5, 0x0A
 LONG = 60  # seconds after which something that should happen never will
@@ -191,7 +192,7 @@ def test_uninstalling_frees_the_line_unless_somebody_uses_it() -> None:
 
 
 @pytest.mark.conforms("AC-05", "AC-07", "AC-09")
-def test_installation_on_a_hub_is_every_programs(hub: canwire.Hub, connect: Any) -> None:
+def test_installation_on_a_hub_is_every_programs(hub: canwire.Hub, connect: Connect) -> None:
     other = connect("second program")
     with open_driver(hub) as driver:
         driver.configure(HardConfig())

@@ -13,6 +13,7 @@ from canwire import Frame, acan
 from canwire.acan import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB, Action, HardConfig
 from canwire.acan.int2d import Int2d, find_driver
 from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
+from tests.acan.bench import Peer
 
 api = importlib.import_module("canwire.acan.api")
 
@@ -104,7 +105,7 @@ def test_what_is_configured_is_read_back(program: Program) -> None:
 
 
 @pytest.mark.conforms("AC-38")
-def test_a_received_message_arrives_in_memory(program: Program, peer: Any) -> None:
+def test_a_received_message_arrives_in_memory(program: Program, peer: Peer) -> None:
     program.start()
     peer.send(Frame(0x123, b"data"))
     seen = program.wait()
@@ -123,7 +124,7 @@ def test_a_received_message_arrives_in_memory(program: Program, peer: Any) -> No
 
 
 @pytest.mark.conforms("AC-38")
-def test_a_sent_message_arrives_at_others(program: Program, peer: Any) -> None:
+def test_a_sent_message_arrives_at_others(program: Program, peer: Peer) -> None:
     program.start()
     program.memory.write(MESSAGE, ACANMB(0x1234_5678, acan.FF_EXTENDED, 2, b"hi").pack())
     assert program.call(acan.ACAN_SEND, MESSAGE, CL=1).AX == 1

@@ -19,6 +19,7 @@ from canwire.acan.filters import Filter
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent
 from canwire.acan.task_block import TaskBlock
+from tests.hubs import Served
 
 LONG = 30  # seconds after which something that should happen never will
 PROGRAM = """
@@ -72,7 +73,7 @@ for frame in block:
 
 
 @pytest.mark.conforms("AC-21", "AC-32")
-def test_programs_of_one_machine_hear_the_bus_and_each_other(mortal_hub: Any, program: Any) -> None:
+def test_programs_of_one_machine_hear_the_bus_and_each_other(mortal_hub: Served, program: Any) -> None:
     address, _ = mortal_hub
     with canwire.connect(address) as hub, open_driver(hub) as driver:
         driver.configure(HardConfig())
@@ -85,7 +86,7 @@ def test_programs_of_one_machine_hear_the_bus_and_each_other(mortal_hub: Any, pr
 
 
 @pytest.mark.conforms("AC-24")
-def test_a_program_that_does_nothing_answers_through_its_channel(mortal_hub: Any, program: Any) -> None:
+def test_a_program_that_does_nothing_answers_through_its_channel(mortal_hub: Served, program: Any) -> None:
     address, _ = mortal_hub
     body = """
 variable = bytearray(b"state")
@@ -108,7 +109,7 @@ sys.stdin.read()
 
 @pytest.mark.conforms("AC-14", "AC-35")
 def test_a_program_that_dies_leaves_the_line_running_and_nothing_behind(
-    mortal_hub: Any, program: Any
+    mortal_hub: Served, program: Any
 ) -> None:
     address, _ = mortal_hub
     body = """
@@ -128,7 +129,7 @@ sys.stdin.read()
             driver.configure(HardConfig())
 
 
-def test_waits_end_when_the_hub_dies(mortal_hub: Any) -> None:
+def test_waits_end_when_the_hub_dies(mortal_hub: Served) -> None:
     address, process = mortal_hub
     with canwire.connect(address) as hub, open_driver(hub) as driver:
         block = driver.register(TaskBlock([Filter.any()]))
@@ -154,7 +155,7 @@ def test_waits_end_when_the_hub_dies(mortal_hub: Any) -> None:
 
 
 @pytest.mark.conforms("AC-09")
-def test_functions_answer_failure_once_the_hub_is_gone(mortal_hub: Any) -> None:
+def test_functions_answer_failure_once_the_hub_is_gone(mortal_hub: Served) -> None:
     address, process = mortal_hub
     with canwire.connect(address) as hub:
         api.use(hub)
@@ -171,7 +172,7 @@ def test_functions_answer_failure_once_the_hub_is_gone(mortal_hub: Any) -> None:
 
 @pytest.mark.conforms("AC-09")
 def test_without_a_hub_the_usual_one_is_used_and_left_again(
-    mortal_hub: Any, monkeypatch: pytest.MonkeyPatch
+    mortal_hub: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CANWIRE_HUB", mortal_hub[0])
     with canwire.connect() as hub:

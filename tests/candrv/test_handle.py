@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 import canwire
@@ -16,12 +14,10 @@ from canwire.candrv.ioctl import control
 from canwire.candrv.registry.registry import RegistryStore
 from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER
 from canwire.candrv.writing import PartialWrite
+from tests.candrv.bench import Bench
 
 RECEIVED, TRANSMITTED, ABORTED = CanbusEvent.RECEIVED, CanbusEvent.TRANSMITTED, CanbusEvent.ABORTED
 FRAME_NS = 111_000  # about, at 1 Mbit/s with eight bytes
-
-
-Bench = Any  # conftest.py's
 
 
 def events(handle: Handle) -> list[Event]:

@@ -23,8 +23,8 @@ from canwire.candrv.structures import (
     CAN_TIME,
     CAN_TRANSMIT_DATA,
 )
+from tests.candrv.bench import Bench
 
-Bench = Any  # conftest.py's
 RECEIVED, TRANSMITTED = CanbusEvent.RECEIVED, CanbusEvent.TRANSMITTED
 
 

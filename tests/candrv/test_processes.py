@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import pytest
 
@@ -14,6 +13,7 @@ from canwire.candrv.errors import CandrvError
 from canwire.candrv.handle import Handle
 from canwire.candrv.ioctl import control
 from canwire.candrv.registry.registry import RegistryStore
+from tests.candrv.bench import Peer
 
 LONG = 30
 
@@ -37,7 +37,7 @@ def next_event(handle: Handle) -> int:
     return handle.read_event().event
 
 
-def test_messages_go_to_the_bus_not_to_each_other(handle: Handle, second: Handle, peer: Any) -> None:
+def test_messages_go_to_the_bus_not_to_each_other(handle: Handle, second: Handle, peer: Peer) -> None:
     handle.write("11 0 1 1\n")
     second.write("12 0 1 2\n")
     assert {frame.id for frame in peer.received(2)} == {0x11, 0x12}
@@ -67,7 +67,7 @@ def test_a_change_is_told_to_every_program_and_holds_for_it(handle: Handle, seco
 
 
 @pytest.mark.conforms("FS-44")
-def test_a_mode_set_elsewhere_counts_at_once(handle: Handle, second: Handle, peer: Any) -> None:
+def test_a_mode_set_elsewhere_counts_at_once(handle: Handle, second: Handle, peer: Peer) -> None:
     control(second, ControlCode.SET_CAN_MODE, b"\1\0\0\0")
     handle.write("12 0 0\n")
     frame = peer.receive()
@@ -75,7 +75,7 @@ def test_a_mode_set_elsewhere_counts_at_once(handle: Handle, second: Handle, pee
 
 
 @pytest.mark.conforms("FS-57")
-def test_virtualize_joins_programs(handle: Handle, second: Handle, peer: Any) -> None:
+def test_virtualize_joins_programs(handle: Handle, second: Handle, peer: Peer) -> None:
     command(second, Command.VIRTUALIZE_ON)
     handle.write("11 0 1 1\n")
     assert next_event(second) == CanbusEvent.RECEIVED
@@ -89,7 +89,7 @@ def test_virtualize_joins_programs(handle: Handle, second: Handle, peer: Any) ->
 
 
 @pytest.mark.conforms("FS-52")
-def test_standby_is_everybodys(handle: Handle, second: Handle, peer: Any) -> None:
+def test_standby_is_everybodys(handle: Handle, second: Handle, peer: Peer) -> None:
     command(handle, Command.ENTER_STANDBY)
     assert next_event(second) == CanbusEvent.ENTERING_STANDBY
     peer.send(Frame(1))
@@ -128,7 +128,7 @@ def test_programs_that_configure_at_once_wait_for_each_other(handle: Handle, sec
     assert handle.device.state().rate == 500_000
 
 
-def test_a_line_that_another_dialect_set_up_is_used_as_it_is(hub: canwire.Hub, peer: Any) -> None:
+def test_a_line_that_another_dialect_set_up_is_used_as_it_is(hub: canwire.Hub, peer: Peer) -> None:
     board = hub.board("HW000104").id
     timing = BitTiming.for_bit_rate(1_000_000, clock_hz=8_000_000)
     with hub.open_control(board, 0) as held:

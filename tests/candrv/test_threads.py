@@ -15,6 +15,8 @@ from canwire.candrv.constants import CanbusEvent, Win32Error
 from canwire.candrv.errors import CandrvError
 from canwire.candrv.handle import Handle
 from canwire.candrv.registry.registry import RegistryStore
+from tests.candrv.bench import Bench, Peer
+from tests.hubs import Served
 
 LONG = 30
 
@@ -61,7 +63,9 @@ def timeouts(handle: Handle, read: int, write: int) -> None:
 
 
 @pytest.mark.conforms("FS-20")
-def test_readers_share_the_events_and_lose_none(registry: RegistryStore, hub: canwire.Hub, peer: Any) -> None:
+def test_readers_share_the_events_and_lose_none(
+    registry: RegistryStore, hub: canwire.Hub, peer: Peer
+) -> None:
     registry.set("CID1", "EventQueueSize", 5000)
     count, threads, got = 2000, Threads(), []
     with candrv.open(hub=hub, write=False) as handle:
@@ -84,7 +88,7 @@ def test_readers_share_the_events_and_lose_none(registry: RegistryStore, hub: ca
 
 @pytest.mark.conforms("FS-20")
 @pytest.mark.parametrize("mode", [7, 6])
-def test_writers_share_a_handle(registry: RegistryStore, hub: canwire.Hub, peer: Any, mode: int) -> None:
+def test_writers_share_a_handle(registry: RegistryStore, hub: canwire.Hub, peer: Peer, mode: int) -> None:
     registry.set("CID1", "TxMode", mode)
     registry.set("CID1", "EventQueueSize", 5000)
     threads, each = Threads(), 100
@@ -135,7 +139,7 @@ def test_closing_releases_a_writer_in_single_message_mode(registry: RegistryStor
 
 
 @pytest.mark.conforms("FS-21")
-def test_closing_at_any_moment(hub: canwire.Hub, peer: Any) -> None:
+def test_closing_at_any_moment(hub: canwire.Hub, peer: Peer) -> None:
     for turn in range(10):
         handle, threads = candrv.open(hub=hub), Threads()
         handle.accept_all()
@@ -193,7 +197,7 @@ def test_an_abort_lets_writers_go_on(hub: canwire.Hub) -> None:
     handle.close()
 
 
-def test_a_mask_lets_who_waits_look_again(hub: canwire.Hub, peer: Any) -> None:
+def test_a_mask_lets_who_waits_look_again(hub: canwire.Hub, peer: Peer) -> None:
     with candrv.open(hub=hub) as handle:
         handle.mask = 0
         threads, got = Threads(), []
@@ -206,7 +210,7 @@ def test_a_mask_lets_who_waits_look_again(hub: canwire.Hub, peer: Any) -> None:
         assert got == [CanbusEvent.RECEIVED]
 
 
-def test_the_hub_dies(mortal_hub: tuple[str, Any]) -> None:
+def test_the_hub_dies(mortal_hub: Served) -> None:
     address, process = mortal_hub
     with canwire.connect(address) as hub:
         handle, threads = candrv.open(hub=hub), Threads()
@@ -218,7 +222,7 @@ def test_the_hub_dies(mortal_hub: tuple[str, Any]) -> None:
         handle.close()
 
 
-def test_the_board_is_pulled_out(mortal_hub: tuple[str, Any]) -> None:
+def test_the_board_is_pulled_out(mortal_hub: Served) -> None:
     with canwire.connect(mortal_hub[0]) as hub:
         handle, threads = candrv.open(hub=hub), Threads()
         for call in (handle.read_event, handle.read_text):
@@ -232,7 +236,7 @@ def test_the_board_is_pulled_out(mortal_hub: tuple[str, Any]) -> None:
         handle.close()
 
 
-def test_threads_in_virtual_time_have_their_own_timeouts(bench: Any) -> None:
+def test_threads_in_virtual_time_have_their_own_timeouts(bench: Bench) -> None:
     """Whoever waits lets time pass, for the others too, and nobody sleeps beyond his own."""
     handle, threads, over = bench.open(), Threads(), []
 
@@ -248,7 +252,7 @@ def test_threads_in_virtual_time_have_their_own_timeouts(bench: Any) -> None:
     assert all(came >= asked for asked, came in over)
 
 
-def test_a_handle_that_nobody_reads_may_send_for_ever(bench: Any) -> None:
+def test_a_handle_that_nobody_reads_may_send_for_ever(bench: Bench) -> None:
     handle = bench.open()
     assert bench.peer
     for turn in range(20):
@@ -263,7 +267,7 @@ def test_a_handle_that_nobody_reads_may_send_for_ever(bench: Any) -> None:
     assert handle.read_event().lost == 20 * 90 - 200
 
 
-def test_outcomes_that_the_channel_had_no_room_for(bench: Any) -> None:
+def test_outcomes_that_the_channel_had_no_room_for(bench: Bench) -> None:
     """Only with a bus that outruns everybody: nobody waits for them, and what follows is told again."""
     handle = bench.open()
     for n in range(50):

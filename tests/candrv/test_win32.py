@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
@@ -58,6 +57,7 @@ from canwire.candrv.win32 import (
     WaitCommEvent,
     WriteFile,
 )
+from tests.candrv.bench import Peer
 
 EVERYTHING = CAN_ACCEPTANCE_FILTER(0, 0xFFFF_FFFF)
 
@@ -82,7 +82,7 @@ def opened(access: int = GENERIC_READ | GENERIC_WRITE, share: int = 3) -> int:
 
 
 @pytest.mark.conforms("FS-15", "FS-23", "FS-26")
-def test_can_write_and_can_read(peer: Any) -> None:
+def test_can_write_and_can_read(peer: Peer) -> None:
     """CanWrite sets the rate through a handle of its own, CanRead prints what comes."""
     query = CreateFile("CID1:", 0, 0, None, OPEN_EXISTING, 0, None)
     rate = bytearray((1_000_000).to_bytes(4, "little"))
@@ -107,7 +107,7 @@ def test_can_write_and_can_read(peer: Any) -> None:
 
 
 @pytest.mark.conforms("FS-47", "FS-48")
-def test_binary_forms_go_in_and_out_as_structures(peer: Any) -> None:
+def test_binary_forms_go_in_and_out_as_structures(peer: Peer) -> None:
     handle = opened()
     message = CAN_TRANSMIT_DATA(0, 0x123, 0, 2, b"\x11\x22")
     assert DeviceIoControl(handle, IOCTL_CAN_WRITE_TRANSMIT_DATA, message, message.SIZE, None, 0, None, None)
@@ -124,7 +124,7 @@ def test_binary_forms_go_in_and_out_as_structures(peer: Any) -> None:
 
 
 @pytest.mark.conforms("FS-25")
-def test_malformed_text_says_how_much_was_used(peer: Any) -> None:
+def test_malformed_text_says_how_much_was_used(peer: Peer) -> None:
     handle, written = opened(GENERIC_WRITE), [0]
     text = b"1 0 0\nxyz 9\n"
     assert not WriteFile(handle, text, len(text), written, None)
@@ -134,7 +134,7 @@ def test_malformed_text_says_how_much_was_used(peer: Any) -> None:
 
 
 @pytest.mark.conforms("FS-28")
-def test_a_small_buffer(peer: Any) -> None:
+def test_a_small_buffer(peer: Peer) -> None:
     handle, read = opened(GENERIC_READ), [7]
     peer.send(Frame(1))
     assert not ReadFile(handle, bytearray(5), 5, read)
@@ -160,7 +160,7 @@ def test_timeouts() -> None:
 
 
 @pytest.mark.conforms("FS-32", "FS-36")
-def test_masks_and_waiting(peer: Any) -> None:
+def test_masks_and_waiting(peer: Peer) -> None:
     handle, mask, event = opened(), [0], [0]
     assert GetCommMask(handle, mask)
     assert mask == [0x7FF]

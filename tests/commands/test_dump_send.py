@@ -45,6 +45,7 @@ from canwire.commands import send as send_module
 from canwire.commands.can_line import bring_up, line_mode
 from canwire.commands.send import Sending, format_text
 from canwire.commands.shared_hub import find_line
+from tests.hubs import serving
 
 COUNTERS = dict.fromkeys(
     ("tec", "rec", "last_error", "frames_sent", "frames_received", "errors", "arbitration_losses", "refused",
@@ -454,13 +455,7 @@ def test_a_pulled_board_ends_it(served: Served, dump: StartDump, capsys: pytest.
 
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
 def test_the_hubs_end_ends_it(tmp_path: Path, end: signal.Signals) -> None:
-    address = str(tmp_path / "hub.sock")
-    hub = subprocess.Popen(
-        [sys.executable, "-m", "canwire", "serve", "--socket", address], stdout=subprocess.PIPE, text=True
-    )
-    with hub:
-        assert hub.stdout is not None
-        assert hub.stdout.readline().startswith("canwire hub on ")
+    with serving(tmp_path, time="real") as (address, hub):
         listening = Dump(Served(address), "can0")
         hub.send_signal(end)
         status, lines, told = listening.end()

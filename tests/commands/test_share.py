@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import os
-import runpy
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import canwire
-from canwire import BadValue, ErrorState, Frame
+from canwire import BadValue, ChannelMode, ErrorState, Frame
 from canwire.commands import main
 from canwire.commands.share import parse_spec
-
-DRIVERS = Path(__file__).parent.parent / "drivers"
-FAKE = runpy.run_path(str(DRIVERS / "fake_dongle.py"))
-BENCH = runpy.run_path(str(DRIVERS / "outside_bench.py"))
+from tests.drivers.slcan_dongle.fake_dongle import FakeDongle
 
 
 @pytest.fixture
-def dongle(tmp_path: Path) -> Iterator[Any]:
-    made = FAKE["FakeDongle"](tmp_path / "ttyCANBUS0")
+def dongle(tmp_path: Path) -> Iterator[FakeDongle]:
+    made = FakeDongle(tmp_path / "ttyCANBUS0")
     yield made
     made.vanish()
 
@@ -33,7 +28,7 @@ def dongle(tmp_path: Path) -> Iterator[Any]:
 @pytest.mark.realtime
 @pytest.mark.conforms("CT-14", "PL-02", "PL-13")
 def test_adapters_come_to_a_running_hub(
-    hub_address: str, dongle: Any, capsys: pytest.CaptureFixture[str]
+    hub_address: str, dongle: FakeDongle, capsys: pytest.CaptureFixture[str]
 ) -> None:
     specs = [str(dongle.link), "python-can:virtual/canwire-test-share"]
     assert main(["share", *specs, "--hub", hub_address]) == 0
@@ -50,7 +45,7 @@ def test_adapters_come_to_a_running_hub(
 
 @pytest.mark.realtime
 def test_a_line_may_be_started_for_good(
-    hub_address: str, dongle: Any, capsys: pytest.CaptureFixture[str]
+    hub_address: str, dongle: FakeDongle, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["share", str(dongle.link), "--bit-rate", "125000", "--hub", hub_address]) == 0
 
@@ -60,7 +55,7 @@ def test_a_line_may_be_started_for_good(
         board = hub.board("slcan")
         assert hub.line_status(board.id, 0).state == ErrorState.ERROR_ACTIVE
         channel = hub.open_channel(board.id, 0)
-        channel.set_up(BENCH["ChannelMode"](64, 64))
+        channel.set_up(ChannelMode(64, 64))
         channel.activate()
         channel.send(Frame(0x123))
         dongle.wait_for(b"t1230")
@@ -69,13 +64,13 @@ def test_a_line_may_be_started_for_good(
 
 
 @pytest.mark.realtime
-def test_listen_only_is_one_argument(hub_address: str, dongle: Any) -> None:
+def test_listen_only_is_one_argument(hub_address: str, dongle: FakeDongle) -> None:
     assert main(["share", str(dongle.link), "--listen-only", "--hub", hub_address]) == 0
     dongle.wait_for(b"L")
     assert b"O" not in dongle.lines
 
 
-def test_all_or_none(hub_address: str, dongle: Any, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_or_none(hub_address: str, dongle: FakeDongle, capsys: pytest.CaptureFixture[str]) -> None:
     with canwire.connect(hub_address) as hub:
         before = hub.boards()
         assert main(["share", str(dongle.link), "/dev/no such port", "--hub", hub_address]) == 2
@@ -85,7 +80,7 @@ def test_all_or_none(hub_address: str, dongle: Any, capsys: pytest.CaptureFixtur
 
 @pytest.mark.realtime
 def test_a_silent_adapter_is_waited_for(
-    hub_address: str, dongle: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    hub_address: str, dongle: FakeDongle, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("canwire.commands.share.PATIENCE_S", 0.1)
     dongle.answer = lambda line: None
@@ -95,7 +90,7 @@ def test_a_silent_adapter_is_waited_for(
 
 @pytest.mark.realtime
 @pytest.mark.conforms("PL-02")
-def test_a_hub_of_its_own_where_none_runs(tmp_path: Path, dongle: Any) -> None:
+def test_a_hub_of_its_own_where_none_runs(tmp_path: Path, dongle: FakeDongle) -> None:
     address = str(tmp_path / "own.sock")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "CANWIRE_HUB": address}
     process = subprocess.Popen(
@@ -112,7 +107,7 @@ def test_a_hub_of_its_own_where_none_runs(tmp_path: Path, dongle: Any) -> None:
         with canwire.connect(address) as hub:
             board = hub.board("slcan")
             channel = hub.open_channel(board.id, 0)
-            channel.set_up(BENCH["ChannelMode"](64, 64))
+            channel.set_up(ChannelMode(64, 64))
             channel.activate()
             dongle.say(b"t1231AB\r")
             assert channel.receive(20) == Frame(0x123, b"\xab")

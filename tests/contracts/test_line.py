@@ -10,10 +10,8 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import runpy
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -39,10 +37,10 @@ from canwire.bus.can.faults import Faults
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
+from tests.hub import in_memory
 
 pytestmark = pytest.mark.core
 
-IN_MEMORY = runpy.run_path(str(Path(__file__).parent.parent / "hub" / "in_memory.py"))
 KINDS = ("usb-to-can", "pc-i04", "inducan104", "picocom1")
 MCP2515 = "picocom1"
 TIMING = BitTiming.for_bit_rate(500_000, clock_hz=8_000_000)
@@ -62,7 +60,7 @@ class Bench:
             BoardConfig(kind=kind, serial="HW000001"),
             BoardConfig(kind="usb-to-can", serial="HW000002"),
         )
-        self.bench = IN_MEMORY["Bench"](Config(bus=Config.default().bus, board=boards))
+        self.bench = in_memory.Bench(Config(bus=Config.default().bus, board=boards))
         self.world = self.bench.world
         self.hub = self.bench.hub()
         self.kind = kind

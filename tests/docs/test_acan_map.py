@@ -5,33 +5,32 @@ from __future__ import annotations
 import importlib
 import inspect
 import re
-import runpy
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import name_map
 from canwire import acan
+from docs import acan_map
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-MAP: dict[str, Any] = runpy.run_path(str(ROOT / "docs" / "acan_map.py"))
-TEXT: str = MAP["PAGE"].read_text(encoding="utf-8")
-ROWS = [row for line in TEXT.splitlines() if (row := MAP["ROW"].match(line))]
+TEXT: str = acan_map.PAGE.read_text(encoding="utf-8")
+ROWS = [row for line in TEXT.splitlines() if (row := name_map.ROW.match(line))]
 PLACES = sorted({place for row in ROWS for place in re.findall(r"`([^`]+)`", row[3])})
 MODULE = re.compile(r"canwire\.(?:commands\.\w+|acan(?:\.[a-z]\w*)?)")
-with_manual = pytest.mark.skipif(not MAP["SEEDS"].is_dir(), reason="the manual is not here")
+with_manual = pytest.mark.skipif(not name_map.SEEDS.is_dir(), reason="the manual is not here")
 
 
 def test_the_page_is_what_the_script_writes() -> None:
-    names = MAP["names_of_page"](TEXT)
+    names = acan_map.names_of_page(TEXT)
     assert len(names) == len(ROWS) > 200
-    assert MAP["page"](names) == TEXT, "run: python docs/acan_map.py"
+    assert acan_map.page(names) == TEXT, "run: python docs/acan_map.py"
 
 
 @with_manual
 @pytest.mark.conforms("AC-37")
 def test_the_page_has_every_name_of_the_manual() -> None:
-    assert MAP["page"](MAP["names_of_manual"](MAP["SEEDS"])) == TEXT, "run: python docs/acan_map.py"
+    assert acan_map.page(acan_map.names_of_manual(name_map.SEEDS)) == TEXT, "run: python docs/acan_map.py"
 
 
 @pytest.mark.conforms("AC-37")
@@ -39,7 +38,7 @@ def test_every_row_names_a_counterpart_or_says_why_not() -> None:
     for row in ROWS:
         said = (
             "`" in row[3]
-            or row[2] == MAP["NO_NAME"]
+            or row[2] == name_map.NO_NAME
             or row[3] in {"the thing itself", "calling convention of C"}
         )
         assert said, row[0]
@@ -99,7 +98,7 @@ def test_the_other_way_round_nothing_is_made_up() -> None:
 @with_manual
 def test_the_script_reads_all_signatures() -> None:
     """Counted another way: one signature for each function, ACANAPI before its name."""
-    text = (MAP["SEEDS"] / MAP["MANUAL"]).read_text(encoding="utf-8")
+    text = (name_map.SEEDS / acan_map.MANUAL).read_text(encoding="utf-8")
     functions = [row for row in ROWS if row[2] == "function"]
     assert len(re.findall(r"ACANAPI ACAN_", text)) == len(functions) == 15
     assert len(re.findall(r"# ?ACAN_[A-Z_]+.*\(", text)) + 1 == len(
@@ -130,8 +129,8 @@ def test_the_script_reads_all_signatures() -> None:
     ],
 )
 def test_a_name_without_counterpart_stops_the_script(kind: str, text: str) -> None:
-    with pytest.raises(MAP["Missing"], match=re.escape(text)):
-        MAP["page"]([*MAP["names_of_page"](TEXT), MAP["Name"](kind, text)])
+    with pytest.raises(name_map.Missing, match=re.escape(text)):
+        acan_map.page([*acan_map.names_of_page(TEXT), name_map.Name(kind, text)])
 
 
 @with_manual
@@ -146,9 +145,9 @@ def test_a_name_without_counterpart_stops_the_script(kind: str, text: str) -> No
     ],
 )
 def test_a_name_new_in_the_manual_is_found(before: str, after: str, missing: str, tmp_path: Path) -> None:
-    text = (MAP["SEEDS"] / MAP["MANUAL"]).read_text(encoding="utf-8")
+    text = (name_map.SEEDS / acan_map.MANUAL).read_text(encoding="utf-8")
     assert before in text or re.sub(" ;", ";", before) in text
     changed = text.replace(before if before in text else re.sub(" ;", ";", before), after, 1)
-    (tmp_path / MAP["MANUAL"]).write_text(changed, encoding="utf-8")
-    with pytest.raises(MAP["Missing"], match=re.escape(missing)):
-        MAP["page"](MAP["names_of_manual"](tmp_path))
+    (tmp_path / acan_map.MANUAL).write_text(changed, encoding="utf-8")
+    with pytest.raises(name_map.Missing, match=re.escape(missing)):
+        acan_map.page(acan_map.names_of_manual(tmp_path))

@@ -5,23 +5,22 @@ from __future__ import annotations
 import importlib
 import inspect
 import re
-import runpy
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import name_map
 from canwire import candrv
 from canwire.candrv.registry.settings import ROWS as ENTRIES
 from canwire.candrv.text import WORDS
+from docs import candrv_map
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-MAP: dict[str, Any] = runpy.run_path(str(ROOT / "docs" / "candrv_map.py"))
-TEXT: str = MAP["PAGE"].read_text(encoding="utf-8")
-ROWS = [row for line in TEXT.splitlines() if (row := MAP["ROW"].match(line))]
+TEXT: str = candrv_map.PAGE.read_text(encoding="utf-8")
+ROWS = [row for line in TEXT.splitlines() if (row := name_map.ROW.match(line))]
 PLACES = sorted({place for row in ROWS for place in re.findall(r"`([^`]+)`", row[3])})
 MODULE = re.compile(r"canwire\.candrv(?:\.[a-z]\w*)?")
-with_manual = pytest.mark.skipif(not MAP["SEEDS"].is_dir(), reason="the manual is not here")
+with_manual = pytest.mark.skipif(not name_map.SEEDS.is_dir(), reason="the manual is not here")
 
 
 def named(*kinds: str) -> list[str]:
@@ -29,15 +28,17 @@ def named(*kinds: str) -> list[str]:
 
 
 def test_the_page_is_what_the_script_writes() -> None:
-    names = MAP["names_of_page"](TEXT)
+    names = candrv_map.names_of_page(TEXT)
     assert len(names) == len(ROWS) > 200
-    assert MAP["page"](names) == TEXT, "run: python docs/candrv_map.py"
+    assert candrv_map.page(names) == TEXT, "run: python docs/candrv_map.py"
 
 
 @with_manual
 @pytest.mark.conforms("FS-13")
 def test_the_page_has_every_name_of_the_manual() -> None:
-    assert MAP["page"](MAP["names_of_manual"](MAP["SEEDS"])) == TEXT, "run: python docs/candrv_map.py"
+    assert candrv_map.page(candrv_map.names_of_manual(name_map.SEEDS)) == TEXT, (
+        "run: python docs/candrv_map.py"
+    )
 
 
 @pytest.mark.conforms("FS-13")
@@ -61,7 +62,7 @@ def source_of_commands() -> str:
     """All files of the command; skipped while it is not there yet."""
     command = pytest.importorskip("canwire.commands.candrv.verb")
     folder = Path(command.__file__ or "").parent
-    return "".join(path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*candrv*.py")))
+    return "".join(path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.py")))
 
 
 def exists(place: str) -> bool:
@@ -111,7 +112,7 @@ def test_the_other_way_round_nothing_is_made_up() -> None:
 @with_manual
 def test_the_script_reads_all_of_them() -> None:
     """Counted another way."""
-    text = (MAP["SEEDS"] / MAP["MANUAL"]).read_text(encoding="utf-8")
+    text = (name_map.SEEDS / candrv_map.MANUAL).read_text(encoding="utf-8")
     listed = text[text.index("Function Description ") : text.index("Table 8:")]
     assert len(re.findall(r"^\w+\(\) ", listed, re.MULTILINE)) == 10
     assert len(named("function")) == 10 + 2  # GetLastError, CTL_CODE
@@ -142,8 +143,8 @@ def test_the_script_reads_all_of_them() -> None:
     ],
 )
 def test_a_name_without_counterpart_stops_the_script(kind: str, text: str) -> None:
-    with pytest.raises(MAP["Missing"], match=re.escape(text)):
-        MAP["page"]([*MAP["names_of_page"](TEXT), MAP["Name"](kind, text)])
+    with pytest.raises(name_map.Missing, match=re.escape(text)):
+        candrv_map.page([*candrv_map.names_of_page(TEXT), name_map.Name(kind, text)])
 
 
 @with_manual
@@ -165,13 +166,13 @@ def test_a_name_without_counterpart_stops_the_script(kind: str, text: str) -> No
 def test_a_name_new_in_the_manual_is_found(
     before: str, after: str, missing: str | None, tmp_path: Path
 ) -> None:
-    text = (MAP["SEEDS"] / MAP["MANUAL"]).read_text(encoding="utf-8")
+    text = (name_map.SEEDS / candrv_map.MANUAL).read_text(encoding="utf-8")
     place = re.search(r"\s+".join(map(re.escape, before.split(" "))), text) if " " in before else None
     found = place[0] if place else before
     assert found in text
-    (tmp_path / MAP["MANUAL"]).write_text(text.replace(found, after, 1), encoding="utf-8")
+    (tmp_path / candrv_map.MANUAL).write_text(text.replace(found, after, 1), encoding="utf-8")
     if missing is None:
-        assert MAP["Name"]("parameter", "WriteFile(lpColour)") in MAP["names_of_manual"](tmp_path)
+        assert name_map.Name("parameter", "WriteFile(lpColour)") in candrv_map.names_of_manual(tmp_path)
         return
-    with pytest.raises(MAP["Missing"], match=re.escape(missing)):
-        MAP["page"](MAP["names_of_manual"](tmp_path))
+    with pytest.raises(name_map.Missing, match=re.escape(missing)):
+        candrv_map.page(candrv_map.names_of_manual(tmp_path))

@@ -9,8 +9,6 @@ import argparse
 import contextlib
 import importlib
 import re
-import subprocess
-import sys
 import threading
 import tomllib
 from collections.abc import Callable, Iterator
@@ -30,6 +28,7 @@ from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
+from tests.hubs import connected, embedded, serving
 
 GUIDE = Path(__file__).resolve().parent.parent.parent / "docs" / "porting-acan.md"
 BLOCK = re.compile(r"^(?:<!-- sample: (\S+) -->\n)?```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -69,15 +68,8 @@ def fenced(language: str) -> list[str]:
 @pytest.fixture(scope="module")
 def hub_process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Socket of `canwire serve`."""
-    home = tmp_path_factory.mktemp("hub")
-    (home / "canwire.toml").write_text(CONFIG)
-    command = [sys.executable, "-m", "canwire", "serve", "--time", "fast", "--socket", str(home / "hub.sock")]
-    command += ["--config", str(home / "canwire.toml")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline().startswith("canwire hub on")
-        yield str(home / "hub.sock")
-        process.terminate()
+    with serving(tmp_path_factory.mktemp("hub"), CONFIG) as (address, _):
+        yield address
 
 
 @pytest.fixture(params=["embedded", "process"])
@@ -91,10 +83,9 @@ def connect(
             monkeypatch.setenv("CANWIRE_HUB", address)
             yield lambda: closing.enter_context(canwire.connect(address))
         else:
-            engine = Engine(World(Config.parse(CONFIG)), "fast")
-            closing.callback(engine.close)
-            monkeypatch.setattr(canwire, "connect", lambda: Hub(LocalLink(engine, "sample")))
-            yield lambda: closing.enter_context(Hub(LocalLink(engine, "test")))
+            engine = closing.enter_context(embedded(CONFIG))
+            monkeypatch.setattr(canwire, "connect", lambda: connected(engine, "sample"))
+            yield lambda: closing.enter_context(connected(engine, "test"))
 
 
 @pytest.fixture

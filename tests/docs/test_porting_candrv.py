@@ -10,8 +10,6 @@ import argparse
 import importlib
 import re
 import shlex
-import subprocess
-import sys
 import threading
 import tomllib
 from collections.abc import Callable, Iterator
@@ -28,6 +26,7 @@ from canwire.candrv import CanbusEvent, win32
 from canwire.candrv.constants import GENERIC_READ, GENERIC_WRITE, OPEN_EXISTING, ControlCode
 from canwire.candrv.registry.registry import RegistryStore, Settings
 from canwire.commands import VERBS
+from tests.hubs import serving
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 GUIDE = ROOT / "docs" / "porting-candrv.md"
@@ -82,14 +81,7 @@ def hub(
 
 def served(home: Path, closing: ExitStack) -> str:
     """Socket of `canwire serve`."""
-    (home / "hub.toml").write_text(CONFIG)
-    command = [sys.executable, "-m", "canwire", "serve", "--time", "fast", "--socket", str(home / "hub.sock")]
-    command += ["--config", str(home / "hub.toml")]
-    process = closing.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
-    closing.callback(process.terminate)
-    assert process.stdout is not None
-    assert process.stdout.readline().startswith("canwire hub on")
-    return str(home / "hub.sock")
+    return closing.enter_context(serving(home, CONFIG)).address
 
 
 def opened(device: str, *, read: bool = True) -> candrv.Handle:

@@ -27,6 +27,7 @@ from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import options
 from canwire.commands import VERBS
 from canwire.vci import v3
+from tests.hubs import serving
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 GUIDE, README = ROOT / "docs" / "porting-vci.md", ROOT / "README.md"
@@ -73,15 +74,8 @@ def run(name: str) -> Any:
 @pytest.fixture(scope="module")
 def hub_process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Socket of `canwire serve`."""
-    home = tmp_path_factory.mktemp("hub")
-    (home / "canwire.toml").write_text(CONFIG)
-    command = [sys.executable, "-m", "canwire", "serve", "--time", "fast", "--socket", str(home / "hub.sock")]
-    command += ["--config", str(home / "canwire.toml")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline().startswith("canwire hub on")
-        yield str(home / "hub.sock")
-        process.terminate()
+    with serving(tmp_path_factory.mktemp("hub"), CONFIG) as (address, _):
+        yield address
 
 
 @pytest.fixture(params=["embedded", "process"])

@@ -5,35 +5,34 @@ from __future__ import annotations
 import importlib
 import inspect
 import re
-import runpy
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-MAP: dict[str, Any] = runpy.run_path(str(ROOT / "docs" / "vci_map.py"))
-TEXT: str = MAP["PAGE"].read_text(encoding="utf-8")
-ROWS = [row for line in TEXT.splitlines() if (row := MAP["ROW"].match(line))]
-with_manuals = pytest.mark.skipif(not MAP["SEEDS"].is_dir(), reason="the manuals are not here")
+import name_map
+from docs import vci_map
+
+TEXT: str = vci_map.PAGE.read_text(encoding="utf-8")
+ROWS = [row for line in TEXT.splitlines() if (row := name_map.ROW.match(line))]
+with_manuals = pytest.mark.skipif(not name_map.SEEDS.is_dir(), reason="the manuals are not here")
 
 
 def test_the_page_is_what_the_script_writes() -> None:
-    names = MAP["names_of_page"](TEXT)
+    names = vci_map.names_of_page(TEXT)
     assert len(names) == len(ROWS) > 800
-    assert MAP["page"](names) == TEXT, "run: python docs/vci_map.py"
+    assert vci_map.page(names) == TEXT, "run: python docs/vci_map.py"
 
 
 @with_manuals
 @pytest.mark.conforms("X3-42", "X4-48")
 def test_the_page_has_every_name_of_the_manuals() -> None:
-    assert MAP["page"](MAP["names_of_manuals"](MAP["SEEDS"])) == TEXT, "run: python docs/vci_map.py"
+    assert vci_map.page(vci_map.names_of_manuals(name_map.SEEDS)) == TEXT, "run: python docs/vci_map.py"
 
 
 @pytest.mark.conforms("X3-42", "X4-48")
 def test_every_counterpart_exists() -> None:
     for row in ROWS:
-        if row[2] != MAP["NO_NAME"]:
+        if row[2] != name_map.NO_NAME:
             places = re.findall(r"`([^`]+)`", row[3])
             assert places or row[3] == "what is asked for, returned", row[0]
             for place in places:
@@ -65,9 +64,9 @@ def under(path: str, module: str) -> bool:
 @with_manuals
 def test_the_script_reads_all_signatures_and_structures() -> None:
     """Counted another way: by the manual's own headings in its table of contents."""
-    text = (MAP["SEEDS"] / MAP["V4_MANUAL"]).read_text(encoding="utf-8")
+    text = (name_map.SEEDS / vci_map.V4_MANUAL).read_text(encoding="utf-8")
     contents = text[: text.rindex("\n1 Benutzerführung\n")]
-    names = {name.text for name in MAP["names_of_manuals"](MAP["SEEDS"])}
+    names = {name.text for name in vci_map.names_of_manuals(name_map.SEEDS)}
     titles = re.findall(r"^[67](?:\.\d+)+\s+(\w+?)\.*\s+\d+$", contents, re.MULTILINE)
     assert len(titles) == 61
     assert {title for title in titles if f"IUnknown::{title}" not in names} <= names
@@ -88,12 +87,12 @@ def test_the_script_reads_all_signatures_and_structures() -> None:
     ],
 )
 def test_a_name_without_counterpart_stops_the_script(manual: str, kind: str, text: str) -> None:
-    name = MAP["Name"](MAP[manual], kind, text)
-    with pytest.raises(MAP["Missing"], match=text):
-        MAP["page"]([*MAP["names_of_page"](TEXT), name])
+    name = vci_map.Name(getattr(vci_map, manual), kind, text)
+    with pytest.raises(name_map.Missing, match=text):
+        vci_map.page([*vci_map.names_of_page(TEXT), name])
 
 
 def test_a_field_that_the_manual_does_not_have_stops_the_script() -> None:
-    names = [name for name in MAP["names_of_page"](TEXT) if name.text != "CANMSG.dwTime"]
-    with pytest.raises(MAP["Missing"], match=r"CanMsg.time \(dwTime\) is no field"):
-        MAP["page"](names)
+    names = [name for name in vci_map.names_of_page(TEXT) if name.text != "CANMSG.dwTime"]
+    with pytest.raises(name_map.Missing, match=r"CanMsg.time \(dwTime\) is no field"):
+        vci_map.page(names)

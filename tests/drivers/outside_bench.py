@@ -26,7 +26,7 @@ TIMING = BitTiming.from_btr(0x00, 0x1C)
 EVENTS = tuple(int(kind) for kind in EventKind)
 
 
-def hub(time: str = "real") -> Hub:
+def fresh_hub(time: str = "real") -> Hub:
     """A fresh one without boards, in this process."""
     return canwire.connect(time=time, config=Config())
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import runpy
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -25,8 +23,8 @@ from canwire import (
 )
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
+from tests.hub.in_memory import Bench
 
-IN_MEMORY = runpy.run_path(str(Path(__file__).parent / "in_memory.py"))
 TIMING = BitTiming.from_btr(0x01, 0x1C)
 WORLD = Config(
     bus=(BusConfig(name="can0"),),
@@ -43,7 +41,7 @@ EVENTS = tuple(
 
 @pytest.fixture
 def bench() -> Iterator[Any]:
-    made = IN_MEMORY["Bench"](WORLD)
+    made = Bench(WORLD)
     yield made
     made.close()
 

@@ -14,6 +14,7 @@ import pytest
 
 import canwire
 from canwire.errors import InUse
+from tests.hubs import serving
 
 TIMING = canwire.BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
 PATIENCE_S = 20.0
@@ -42,13 +43,8 @@ while True:
 @pytest.fixture
 def address(tmp_path: Path) -> Iterator[str]:
     """Of a hub in a process of its own."""
-    path = str(tmp_path / "hub.sock")
-    command = [sys.executable, "-m", "canwire", "serve", "--socket", path, "--time", "fast"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
+    with serving(tmp_path) as (path, _):
         yield path
-        process.terminate()
 
 
 @contextlib.contextmanager

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import runpy
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,8 +27,8 @@ from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.bus.can.faults import Faults
 from canwire.chips.mcp2515 import register_map as m
+from tests.hub import in_memory
 
-IN_MEMORY = runpy.run_path(str(Path(__file__).parent / "in_memory.py"))
 BOARDS = ("picocom1", "picocom2", "picocom4", "picomod3")
 TIMING = BitTiming.from_btr(0x01, 0x1C)
 EVENTS = tuple(
@@ -48,7 +46,7 @@ class Bench:
             BoardConfig(kind=kind, serial="HW000001"),
             BoardConfig(kind="usb-to-can", serial="HW000002"),
         )
-        self.made = IN_MEMORY["Bench"](Config(bus=(BusConfig(name="can0"),), board=boards))
+        self.made = in_memory.Bench(Config(bus=(BusConfig(name="can0"),), board=boards))
         self.hub: Hub = self.made.hub("one")
         self.world = self.made.world
         self.board, self.other_board = (self.hub.board(name).id for name in ("HW000001", "HW000002"))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import runpy
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -48,10 +46,8 @@ from canwire.hub.protocol import messages as m
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import CONFIRM, SELF_RECEPTION
+from tests.hub.in_memory import CLASSIC, DATA, FD, NOMINAL, Bench
 
-IN_MEMORY = runpy.run_path(str(Path(__file__).parent / "in_memory.py"))
-CLASSIC, FD, NOMINAL, DATA = (IN_MEMORY[name] for name in ("CLASSIC", "FD", "NOMINAL", "DATA"))
-Bench = Any  # tests/hub/in_memory.py's
 FRAME_NS = 2_000  # a bit of 500 kbit/s
 NONE = (0x80000000, 0xFFFFFFFF)  # CAN_ACC_CODE_NONE, CAN_ACC_MASK_NONE
 QUEUES = ChannelMode(64, 64)
@@ -59,7 +55,7 @@ QUEUES = ChannelMode(64, 64)
 
 @pytest.fixture
 def bench() -> Iterator[Bench]:
-    made = IN_MEMORY["Bench"]()
+    made = Bench()
     yield made
     made.close()
 

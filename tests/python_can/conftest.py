@@ -6,44 +6,24 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import canwire
 from canwire.python_can import CanwireBus
+from tests.hubs import Served, serving
+from tests.python_can.programs import Open, Program
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-LONG = 30  # seconds after which something that should happen never will
-
-Program = Callable[..., subprocess.Popen[str]]
-Open = Callable[..., CanwireBus]
-
-
-class Served:
-    """`canwire serve` with the usual boards."""
-
-    def __init__(self, home: Path, time: str) -> None:
-        self.address = str(home / "hub.sock")
-        command = [sys.executable, "-m", "canwire", "serve", "--time", time, "--socket", self.address]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout is not None
-        assert "canwire hub on" in self.process.stdout.readline()
-
-    def close(self) -> None:
-        self.process.terminate()
-        self.process.wait(LONG)
-        assert self.process.stdout is not None
-        self.process.stdout.close()
 
 
 @pytest.fixture
 def served(tmp_path: Path) -> Iterator[Served]:
     """A hub in real time for this test alone."""
-    made = Served(tmp_path, "real")
-    yield made
-    made.close()
+    with serving(tmp_path, time="real") as made:
+        yield made
 
 
 @pytest.fixture

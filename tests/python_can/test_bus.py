@@ -12,6 +12,8 @@ import pytest
 import canwire
 from canwire import BitTiming, LineMode
 from canwire.python_can import CanwireBus
+from tests.hubs import Served
+from tests.python_can.programs import Open
 
 LONG = 30
 
@@ -21,7 +23,7 @@ def message(id: int = 0x123, data: bytes = b"\1\2", **more: Any) -> can.Message:
 
 
 @pytest.mark.conforms("PL-13", "PL-15")
-def test_messages_with_the_time_that_they_had_on_the_bus(open_bus: Any) -> None:
+def test_messages_with_the_time_that_they_had_on_the_bus(open_bus: Open) -> None:
     a, b = open_bus(bitrate=500_000), open_bus()
     a.send(message())
     got = b.recv(LONG)
@@ -33,7 +35,7 @@ def test_messages_with_the_time_that_they_had_on_the_bus(open_bus: Any) -> None:
 
 
 @pytest.mark.conforms("PL-16")
-def test_own_messages_come_back_once_they_went_through(open_bus: Any) -> None:
+def test_own_messages_come_back_once_they_went_through(open_bus: Open) -> None:
     a, b = open_bus(receive_own_messages=True), open_bus()
     a.send(message())
     own, got = a.recv(LONG), b.recv(LONG)
@@ -42,7 +44,7 @@ def test_own_messages_come_back_once_they_went_through(open_bus: Any) -> None:
 
 
 @pytest.mark.conforms("PL-13")
-def test_programs_on_one_line_hear_each_other(open_bus: Any) -> None:
+def test_programs_on_one_line_hear_each_other(open_bus: Open) -> None:
     open_bus("usb-to-can:0")  # acknowledges
     a = open_bus("HW000001:0", receive_own_messages=True)
     b, c = open_bus("HW000001:0"), open_bus("HW000001:0", can_filters=[{"can_id": 0x200, "can_mask": 0x7FF}])
@@ -61,7 +63,7 @@ def test_programs_on_one_line_hear_each_other(open_bus: Any) -> None:
 
 @pytest.mark.conforms("PL-13")
 @pytest.mark.parametrize("channel", ["can0", "HW000001:0"])
-def test_who_comes_first_sets_the_rate(open_bus: Any, channel: str) -> None:
+def test_who_comes_first_sets_the_rate(open_bus: Open, channel: str) -> None:
     open_bus(channel, bitrate=250_000)
     with pytest.raises(can.CanInitializationError, match=r"HW000001:0 .*250000 bit/s.*set by python-can: "):
         open_bus(channel, bitrate=500_000)
@@ -69,14 +71,14 @@ def test_who_comes_first_sets_the_rate(open_bus: Any, channel: str) -> None:
     assert open_bus(channel, bitrate=250_000).state is can.BusState.ACTIVE
 
 
-def test_more_buses_than_lines_share_them(open_bus: Any) -> None:
+def test_more_buses_than_lines_share_them(open_bus: Open) -> None:
     buses = [open_bus() for _ in range(7)]
     assert len({str(bus).split(": ")[1] for bus in buses}) == 6
     buses[0].send(message())
     assert [bus.recv(LONG).arbitration_id for bus in buses[1:]] == [0x123] * 6
 
 
-def test_can_fd(open_bus: Any) -> None:
+def test_can_fd(open_bus: Open) -> None:
     a, b = (open_bus(fd=True, data_bitrate=4_000_000) for _ in range(2))
     classic = open_bus("HW000001:1")
     assert (a.protocol, classic.protocol) == (can.CanProtocol.CAN_FD, can.CanProtocol.CAN_20)
@@ -91,7 +93,7 @@ def test_can_fd(open_bus: Any) -> None:
         open_bus("usb-to-can:0", fd=True)
 
 
-def test_bit_timings_at_the_clock_of_the_line(open_bus: Any) -> None:
+def test_bit_timings_at_the_clock_of_the_line(open_bus: Open) -> None:
     timing = can.BitTiming.from_sample_point(8_000_000, 250_000, 75)
     bus = open_bus("usb-to-can-fd:0", timing=timing)
     found = bus.line_status().mode.timing
@@ -102,7 +104,7 @@ def test_bit_timings_at_the_clock_of_the_line(open_bus: Any) -> None:
 
 
 @pytest.mark.conforms("PL-20")
-def test_the_rate_is_found_on_the_bus(open_bus: Any) -> None:
+def test_the_rate_is_found_on_the_bus(open_bus: Open) -> None:
     a, b = open_bus(bitrate=125_000), open_bus()
     task = a.send_periodic(message(), 0.002)
     found = open_bus("usb-to-can:0", auto_bitrate=True)
@@ -112,7 +114,7 @@ def test_the_rate_is_found_on_the_bus(open_bus: Any) -> None:
 
 
 @pytest.mark.conforms("PL-19")
-def test_listening_only_is_one_parameter(open_bus: Any) -> None:
+def test_listening_only_is_one_parameter(open_bus: Open) -> None:
     a = open_bus("HW000001:0")
     quiet = open_bus("HW000001:1", state=can.BusState.PASSIVE)
     assert quiet.state is can.BusState.PASSIVE
@@ -129,14 +131,14 @@ def test_listening_only_is_one_parameter(open_bus: Any) -> None:
         quiet.state = can.BusState.ERROR
 
 
-def test_who_does_not_have_the_control_cannot_change_the_state(open_bus: Any) -> None:
+def test_who_does_not_have_the_control_cannot_change_the_state(open_bus: Open) -> None:
     open_bus("HW000001:0")
     with pytest.raises(can.CanOperationError, match="held by python-can"):
         open_bus("HW000001:0").state = can.BusState.PASSIVE
 
 
 @pytest.mark.conforms("PL-18")
-def test_error_counters_and_error_frames(open_bus: Any) -> None:
+def test_error_counters_and_error_frames(open_bus: Open) -> None:
     alone = open_bus("HW000001:0", error_frames=True)
     states = open_bus("HW000001:0")
     silent = open_bus("HW000001:0", error_frames=False)
@@ -152,7 +154,7 @@ def test_error_counters_and_error_frames(open_bus: Any) -> None:
     assert silent.recv(0) is None
 
 
-def test_backpressure(open_bus: Any) -> None:
+def test_backpressure(open_bus: Open) -> None:
     alone = open_bus("HW000001:0", tx_fifo_size=4)
     for _ in range(5):  # one is in the controller
         alone.send(message(), timeout=0.5)
@@ -164,14 +166,14 @@ def test_backpressure(open_bus: Any) -> None:
     alone.send(message(), timeout=0)
 
 
-def test_exclusive(open_bus: Any) -> None:
+def test_exclusive(open_bus: Open) -> None:
     with open_bus("HW000001:0", exclusive=True), pytest.raises(can.CanInitializationError, match="exclusive"):
         open_bus("HW000001:0")
     with open_bus("HW000001:0"), pytest.raises(can.CanInitializationError, match="1 channels"):
         open_bus("HW000001:0", exclusive=True)
 
 
-def test_what_is_not_there(open_bus: Any) -> None:
+def test_what_is_not_there(open_bus: Open) -> None:
     for name in ("can9", "HW000001:2", "HW000009:0", "pcan:0"):
         with pytest.raises(can.CanInitializationError, match="no"):
             open_bus(name)
@@ -179,7 +181,7 @@ def test_what_is_not_there(open_bus: Any) -> None:
         CanwireBus("can0", hub="/nowhere/hub.sock")
 
 
-def test_shutdown(open_bus: Any) -> None:
+def test_shutdown(open_bus: Open) -> None:
     a, b = open_bus(), open_bus()
     for k in range(500):
         a.send(message(k))
@@ -191,7 +193,7 @@ def test_shutdown(open_bus: Any) -> None:
             use()
 
 
-def test_filters_may_change(open_bus: Any) -> None:
+def test_filters_may_change(open_bus: Open) -> None:
     a = open_bus()
     early = open_bus(can_filters=[{"can_id": 0x100, "can_mask": 0x700, "extended": False}])
     late = open_bus()
@@ -213,7 +215,7 @@ def test_filters_may_change(open_bus: Any) -> None:
     assert heard(late)[-5:] == [0x100, 0x1FF, 0x200, 0x12345678, 0x7FE]
 
 
-def test_unplugged_and_hub_lost(served: Any, open_bus: Any) -> None:
+def test_unplugged_and_hub_lost(served: Served, open_bus: Open) -> None:
     a, b = open_bus("HW000001:0"), open_bus("usb-to-can:0")
     with canwire.connect(served.address) as hub:
         hub.unplug("HW000001")
@@ -230,7 +232,7 @@ def test_unplugged_and_hub_lost(served: Any, open_bus: Any) -> None:
     b.shutdown()
 
 
-def test_a_notifier_with_an_event_loop(open_bus: Any) -> None:
+def test_a_notifier_with_an_event_loop(open_bus: Open) -> None:
     a, b = open_bus(), open_bus()
 
     async def listen() -> list[int]:
@@ -247,7 +249,7 @@ def test_a_notifier_with_an_event_loop(open_bus: Any) -> None:
     assert asyncio.run(listen()) == [*range(300), 0x7FF]
 
 
-def test_an_event_loop_is_told_once_that_the_hub_is_gone(served: Any, open_bus: Any) -> None:
+def test_an_event_loop_is_told_once_that_the_hub_is_gone(served: Served, open_bus: Open) -> None:
     bus = open_bus()
     failures: list[Any] = []
 
@@ -272,7 +274,7 @@ def test_virtual_time_passes_while_one_waits(hub: canwire.Hub) -> None:
         assert b.timestamp_error == float("inf")
 
 
-def test_a_line_that_others_set_up(served: Any, open_bus: Any) -> None:
+def test_a_line_that_others_set_up(served: Served, open_bus: Open) -> None:
     with canwire.connect(served.address, name="somebody") as hub:
         board = hub.board("HW000001").id
         with hub.open_control(board, 0) as control:

@@ -13,6 +13,8 @@ from can.broadcastmanager import ThreadBasedCyclicSendTask
 import canwire
 from canwire.python_can import CanwireBus
 from canwire.python_can.periodic import HubTask
+from tests.hubs import Served
+from tests.python_can.programs import Open
 
 LONG = 30
 
@@ -120,7 +122,7 @@ def test_finished_tasks_make_room(pair: Any) -> None:
         assert receiver.recv(1).data[0] == k
 
 
-def test_what_does_not_fit_a_thread_sends(open_bus: Any, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_does_not_fit_a_thread_sends(open_bus: Open, caplog: pytest.LogCaptureFixture) -> None:
     a, b = open_bus(), open_bus()
     tasks = [
         a.send_periodic(message(1), 1 / 3),
@@ -134,7 +136,7 @@ def test_what_does_not_fit_a_thread_sends(open_bus: Any, caplog: pytest.LogCaptu
     assert b.recv(LONG) is not None
 
 
-def test_another_program_s_list(open_bus: Any, served: Any, caplog: pytest.LogCaptureFixture) -> None:
+def test_another_program_s_list(open_bus: Open, served: Served, caplog: pytest.LogCaptureFixture) -> None:
     a, b = open_bus("HW000001:0"), open_bus("HW000001:1")
     with canwire.connect(served.address, name="somebody") as hub:
         lease = hub.open_scheduler(hub.board("HW000001").id, 0)

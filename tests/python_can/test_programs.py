@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import subprocess
-from typing import Any
 
 import pytest
+
+from tests.python_can.programs import Program
 
 LONG = 30
 
@@ -17,7 +18,7 @@ def ended(process: subprocess.Popen[str]) -> str:
 
 
 @pytest.mark.conforms("PL-01")
-def test_request_and_answer(program: Any) -> None:
+def test_request_and_answer(program: Program) -> None:
     answering = program("""
 import can
 with can.Bus(interface="canwire", channel="can0", bitrate=250000) as bus:
@@ -63,7 +64,7 @@ bus.shutdown()
 
 
 @pytest.mark.conforms("PL-01", "PL-13")
-def test_several_programs_with_filters_of_their_own(program: Any) -> None:
+def test_several_programs_with_filters_of_their_own(program: Program) -> None:
     listeners = [program(LISTENER.format(id=id)) for id in range(1, 6)]  # more than there are lines
     sending = program(
         """
@@ -82,7 +83,7 @@ with can.Bus(interface="canwire", channel="can0") as bus:
 
 
 @pytest.mark.conforms("PL-01", "PL-13")
-def test_a_program_that_asks_for_another_rate_is_told_who_is_there(program: Any) -> None:
+def test_a_program_that_asks_for_another_rate_is_told_who_is_there(program: Program) -> None:
     first = program("""
 import can, sys
 with can.Bus(interface="canwire", channel="can0", bitrate=125000) as bus:

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from canwire import BadValue, BusEvent, ErrorState, EventKind, Frame, LineError
 from canwire.slcan import CANABLE, DIALECTS, FileEeprom, MemoryEeprom, Settings, State
-
-from .conftest import Bench
+from tests.slcan.bench import Bench
 
 FULL = Frame(0x100, bytes(8))
 

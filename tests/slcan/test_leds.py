@@ -8,8 +8,7 @@ import pytest
 
 from canwire import BusEvent, ErrorState, EventKind, Frame
 from canwire.slcan import Leds, Red, Settings
-
-from .conftest import Bench
+from tests.slcan.bench import Bench
 
 MS = 1_000_000
 

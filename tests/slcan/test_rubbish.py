@@ -10,8 +10,7 @@ import pytest
 from canwire import core_mode
 from canwire.slcan import DIALECTS, Settings
 from canwire.slcan.settings import OUTPUT_SIZE
-
-from .conftest import Bench
+from tests.slcan.bench import Bench
 
 COUNT = 10_000_000 if core_mode() == "compiled" else 500_000
 BLOCK = 4096

@@ -16,8 +16,7 @@ import serial
 
 from canwire import BadValue, Event, Frame, InUse
 from canwire.slcan import Dongle, PtyWire, SerialWire, Service, TcpWire, Wire
-
-from .conftest import FakeCan
+from tests.slcan.bench import FakeCan
 
 PATIENCE_S = 20.0
 

@@ -2,7 +2,7 @@
 
 A program is a row of steps: `HW` hardware reset (Intel), `P` the same and W31=0x80, `Wn=v` write, `Rn=v` or `Rn&m=v`
 read and compare, `bits n` so many recessive bits pass. Those that need other nodes stand in
-tests/chips/test_sja1000_bus.py under their numbers. There: T1.. data sheet tables, 6.x its sections, OC freecores/can.
+tests/chips/sja1000/test_bus.py under their numbers. There: T1.. data sheet tables, 6.x its sections, OC freecores/can.
 """
 
 from __future__ import annotations

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import runpy
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,8 +10,7 @@ from canwire.errors import BadFilter
 from canwire.values.acceptance import Acceptance, frame_key, list_key
 from canwire.values.acceptance_orders import candrv, mcp2515, sja1000_basic, sja1000_dual, sja1000_single, vci
 from canwire.values.frame import Frame
-
-VECTORS = runpy.run_path(str(Path(__file__).parent.parent / "tables" / "sja1000_acceptance.py"))["VECTORS"]
+from tests.tables.sja1000_acceptance import VECTORS
 
 
 @st.composite

@@ -11,6 +11,8 @@ import pytest
 
 import canwire
 from canwire import vci
+from tests.hubs import Connect, Served
+from tests.vci.programs import Program
 
 FD_BOARD, CLASSIC_BOARD = "HW000001", "HW000002"
 NEW_BOARD = "HW777777"
@@ -92,7 +94,7 @@ def test_luids_are_unique(hub: canwire.Hub) -> None:
 
 
 @pytest.mark.conforms("X3-01")
-def test_the_list_describes_every_board(program: Any) -> None:
+def test_the_list_describes_every_board(program: Program) -> None:
     with program.manager.enum_devices() as devices:
         first, second = devices.next(10)
     assert (first.hardware_id, second.hardware_id) == (FD_BOARD, CLASSIC_BOARD)
@@ -106,7 +108,7 @@ def test_the_list_describes_every_board(program: Any) -> None:
 
 
 @pytest.mark.conforms("X4-05", "X3-04")
-def test_going_through_the_list(program: Any) -> None:
+def test_going_through_the_list(program: Program) -> None:
     with program.manager.enum_devices() as devices:
         assert hardware_ids(devices.next(1)) == [FD_BOARD]
         assert hardware_ids(devices.next(5)) == [CLASSIC_BOARD]
@@ -129,7 +131,7 @@ def test_going_through_the_list(program: Any) -> None:
 
 
 @pytest.mark.conforms("X4-05", "X3-04")
-def test_looks_through_the_list_are_independent(program: Any) -> None:
+def test_looks_through_the_list_are_independent(program: Program) -> None:
     with program.manager.enum_devices() as one, program.manager.enum_devices() as other:
         assert hardware_ids(one.next(1)) == hardware_ids(other.next(1)) == [FD_BOARD]
         one.reset()
@@ -138,7 +140,7 @@ def test_looks_through_the_list_are_independent(program: Any) -> None:
 
 
 @pytest.mark.conforms("X3-02")
-def test_boards_come_and_go(program: Any, new_board: Any) -> None:
+def test_boards_come_and_go(program: Program, new_board: Any) -> None:
     with program.manager.enum_devices() as devices:
         assert len(devices.next(10)) == 2
         new_board()
@@ -149,7 +151,7 @@ def test_boards_come_and_go(program: Any, new_board: Any) -> None:
 
 
 @pytest.mark.conforms("X3-03", "X4-05")
-def test_an_event_comes_with_each_change(program: Any, new_board: Any, event: canwire.Event) -> None:
+def test_an_event_comes_with_each_change(program: Program, new_board: Any, event: canwire.Event) -> None:
     other = canwire.Event()
     with program.manager.enum_devices() as one, program.manager.enum_devices() as two:
         one.assign_event(event)
@@ -170,7 +172,7 @@ def test_an_event_comes_with_each_change(program: Any, new_board: Any, event: ca
 
 
 @pytest.mark.conforms("X4-06")
-def test_opening_a_device(program: Any) -> None:
+def test_opening_a_device(program: Program) -> None:
     with program.manager.enum_devices() as devices:
         for info in devices:
             with program.manager.open_device(info.vci_object_id) as device:
@@ -231,7 +233,7 @@ def test_a_device_by_its_class(hub: canwire.Hub, new_board: Any) -> None:
         (CLASSIC_BOARD, [vci.vci_bus_ctrl(vci.VCI_BUS_CAN, vci.CAN_CTRL_BXCAN)] * 2),
     ],
 )
-def test_equipment(program: Any, board: str, types: list[int]) -> None:
+def test_equipment(program: Program, board: str, types: list[int]) -> None:
     caps = program.device(board).get_device_caps()
     features = program.bal(board).get_features()
     assert caps.bus_ctrl_count == features.bus_socket_count == len(types)
@@ -243,7 +245,7 @@ def test_equipment(program: Any, board: str, types: list[int]) -> None:
 
 
 @pytest.mark.conforms("X3-05")
-def test_the_bal_opens_by_two_names_and_for_everybody(program: Any, other_program: Any) -> None:
+def test_the_bal_opens_by_two_names_and_for_everybody(program: Program, other_program: Program) -> None:
     device = program.device()
     for iid in (vci.IID_IBalObject, vci.IID_IUnknown):
         with device.open_component(vci.CLSID_VCIBAL, iid) as bal:
@@ -256,7 +258,7 @@ def test_the_bal_opens_by_two_names_and_for_everybody(program: Any, other_progra
 
 
 @pytest.mark.conforms("X3-05")
-def test_another_layer_of_the_board_keeps_the_bal_away(program: Any, other_program: Any) -> None:
+def test_another_layer_of_the_board_keeps_the_bal_away(program: Program, other_program: Program) -> None:
     device = program.device()
     board = other_program.hub.board(FD_BOARD).id
     with other_program.hub.open_layer(board, "another"), pytest.raises(vci.VciAccessDenied):
@@ -268,7 +270,7 @@ def test_another_layer_of_the_board_keeps_the_bal_away(program: Any, other_progr
 
 @pytest.mark.conforms("X3-05")
 @pytest.mark.parametrize("iid", [vci.IID_ICanSocket, vci.IID_ICanControl2, vci.IID_ICanScheduler])
-def test_the_bal_stays_open_for_what_was_opened_from_it(program: Any, iid: Any) -> None:
+def test_the_bal_stays_open_for_what_was_opened_from_it(program: Program, iid: Any) -> None:
     board = program.hub.board(FD_BOARD).id
     bal = program.device().open_component(vci.CLSID_VCIBAL, vci.IID_IBalObject)
     opened = bal.open_socket(0, iid)
@@ -286,7 +288,7 @@ def test_the_bal_stays_open_for_what_was_opened_from_it(program: Any, iid: Any) 
 
 
 @pytest.mark.conforms("X3-06")
-def test_connectors_have_numbers(program: Any) -> None:
+def test_connectors_have_numbers(program: Program) -> None:
     bal = program.bal()
     for number in (0, 1):
         with bal.open_socket(number, vci.IID_ICanSocket2) as socket:
@@ -298,7 +300,7 @@ def test_connectors_have_numbers(program: Any) -> None:
 
 
 @pytest.mark.conforms("X3-06")
-def test_connectors_have_interfaces(program: Any) -> None:
+def test_connectors_have_interfaces(program: Program) -> None:
     bal = program.bal()
     kinds = {
         vci.IID_ICanSocket: vci.CanSocket,
@@ -322,7 +324,7 @@ def test_connectors_have_interfaces(program: Any) -> None:
 
 
 @pytest.mark.conforms("X3-07")
-def test_sockets_are_for_everybody(program: Any, other_program: Any) -> None:
+def test_sockets_are_for_everybody(program: Program, other_program: Program) -> None:
     control = program.start(0)
     sockets = [one.open(vci.IID_ICanSocket2) for one in (program, other_program, program, other_program)]
     for socket in sockets:
@@ -339,7 +341,7 @@ def test_sockets_are_for_everybody(program: Any, other_program: Any) -> None:
 
 @pytest.mark.conforms("X3-35")
 def test_a_board_pulled_out_says_so_on_every_handle(
-    program: Any, new_board: Any, event: canwire.Event
+    program: Program, new_board: Any, event: canwire.Event
 ) -> None:
     new_board()
     device, bal = program.device(NEW_BOARD), program.bal(NEW_BOARD)
@@ -377,7 +379,7 @@ def test_a_board_pulled_out_says_so_on_every_handle(
 
 
 @pytest.mark.conforms("X3-35")
-def test_plugged_in_again_it_is_found_by_its_hardware_id(program: Any, new_board: Any) -> None:
+def test_plugged_in_again_it_is_found_by_its_hardware_id(program: Program, new_board: Any) -> None:
     first = new_board()
     with program.manager.enum_devices() as devices:
         old = devices.next(3)[-1].vci_object_id
@@ -393,7 +395,7 @@ def test_plugged_in_again_it_is_found_by_its_hardware_id(program: Any, new_board
 
 @pytest.mark.conforms("X3-35")
 def test_when_the_hub_dies_every_handle_is_disconnected(
-    mortal_program: Any, mortal_hub: Any, event: canwire.Event
+    mortal_program: Program, mortal_hub: Served, event: canwire.Event
 ) -> None:
     program, (_, process) = mortal_program, mortal_hub
     device, bal, port = program.device(), program.bal(), program.port(0)
@@ -420,7 +422,7 @@ def test_when_the_hub_dies_every_handle_is_disconnected(
 
 
 @pytest.mark.conforms("X3-35")
-def test_after_closing_the_connection_every_handle_is_dead(connect: Any) -> None:
+def test_after_closing_the_connection_every_handle_is_dead(connect: Connect) -> None:
     hub = connect("short-lived")
     manager = vci.VciDeviceManager(hub)
     with manager.enum_devices() as devices:

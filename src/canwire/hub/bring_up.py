@@ -12,8 +12,8 @@ from canwire.errors import InUse
 
 if TYPE_CHECKING:
     from canwire.hub.finding import LinePlace
-    from canwire.hub.handles.hub import Hub
     from canwire.hub.handles.control import Control
+    from canwire.hub.handles.hub import Hub
 
 _LOOK_S = 0.02
 

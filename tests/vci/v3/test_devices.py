@@ -9,6 +9,7 @@ import pytest
 
 from canwire import vci
 from canwire.vci import v3
+from tests.vci.v3.programs import NetProgram
 
 BOARDS = ["HW000001", "HW000002"]
 LONG_MS = 30_000
@@ -147,7 +148,7 @@ def test_what_was_got_from_them_outlives_manager_list_and_device(hub: Any) -> No
 
 @pytest.mark.conforms("X3-05")
 def test_programs_share_the_access_layer_and_no_other_layer_opens_beside_it(
-    net: Any, other_net: Any, hub: Any
+    net: NetProgram, other_net: NetProgram, hub: Any
 ) -> None:
     board = hub.board("HW000001").id
     with net.bal() as one, other_net.bal() as other:
@@ -162,7 +163,7 @@ def test_programs_share_the_access_layer_and_no_other_layer_opens_beside_it(
 
 
 @pytest.mark.conforms("X3-06")
-def test_the_access_layer_lists_the_connectors(net: Any) -> None:
+def test_the_access_layer_lists_the_connectors(net: NetProgram) -> None:
     bal = net.bal()
     assert bal.firmware_version.major >= 1
     assert [(one.bus_port, one.bus_type, one.bus_name) for one in bal.resources] == [
@@ -178,7 +179,7 @@ def test_the_access_layer_lists_the_connectors(net: Any) -> None:
 
 @pytest.mark.conforms("X3-06")
 @pytest.mark.parametrize("kind", [v3.CanSocket, v3.CanChannel, v3.CanControl, v3.CanScheduler])
-def test_sockets_open_on_every_connector_of_their_bus_and_on_no_other(net: Any, kind: Any) -> None:
+def test_sockets_open_on_every_connector_of_their_bus_and_on_no_other(net: NetProgram, kind: Any) -> None:
     bal = net.bal()
     for port in (0, 1):
         with bal.open_socket(port, kind) as socket:
@@ -194,7 +195,7 @@ def test_sockets_open_on_every_connector_of_their_bus_and_on_no_other(net: Any, 
 
 @pytest.mark.conforms("X3-06")
 @pytest.mark.parametrize("kind", [int, v3.BalObject, "ICanSocket", None])
-def test_other_interfaces_are_not_implemented(net: Any, kind: Any) -> None:
+def test_other_interfaces_are_not_implemented(net: NetProgram, kind: Any) -> None:
     with pytest.raises(v3.NotImplementedException):
         net.bal().open_socket(0, kind)
 
@@ -203,7 +204,7 @@ def test_other_interfaces_are_not_implemented(net: Any, kind: Any) -> None:
 
 
 @pytest.mark.conforms("X3-07")
-def test_any_number_of_programs_look_at_a_line(net: Any, other_net: Any) -> None:
+def test_any_number_of_programs_look_at_a_line(net: NetProgram, other_net: NetProgram) -> None:
     sockets = [one.open(v3.CanSocket) for one in (net, net, other_net)]
     control = net.control(mode=v3.CanOperatingModes.STANDARD | v3.CanOperatingModes.LISTEN_ONLY)
     for socket in sockets:
@@ -220,7 +221,7 @@ def test_any_number_of_programs_look_at_a_line(net: Any, other_net: Any) -> None
 
 
 @pytest.mark.conforms("X3-07")
-def test_a_socket_tells_what_the_line_can(net: Any) -> None:
+def test_a_socket_tells_what_the_line_can(net: NetProgram) -> None:
     socket = net.open(v3.CanSocket)
     assert socket.controller_type is v3.CanCtrlType.IFI_CAN_FD
     assert socket.bus_coupling == v3.CanBusCouplings.HIGH_SPEED
@@ -240,14 +241,14 @@ def test_a_socket_tells_what_the_line_can(net: Any) -> None:
 
 
 @pytest.mark.conforms("X3-07")
-def test_a_classic_line_has_no_can_fd(net: Any) -> None:
+def test_a_classic_line_has_no_can_fd(net: NetProgram) -> None:
     socket = net.open(v3.CanSocket, board="HW000002")
     assert v3.CanFeatures.CAN_FD not in socket.features
     assert socket.controller_type is v3.CanCtrlType.BXCAN
 
 
 @pytest.mark.conforms("X3-25", "X3-30", "X3-34")
-def test_ticks_follow_from_clock_and_divisors(net: Any, hub: Any) -> None:
+def test_ticks_follow_from_clock_and_divisors(net: NetProgram, hub: Any) -> None:
     facts = hub.board("HW000001").lines[0].capabilities
     socket = net.open(v3.CanSocket)
     clock = socket.clock_frequency
@@ -260,7 +261,7 @@ def test_ticks_follow_from_clock_and_divisors(net: Any, hub: Any) -> None:
     assert socket.cyclic_message_time_divisor == socket.cyclic_message_timer_divisor
 
 
-def test_a_disposed_socket_tells_nothing(net: Any) -> None:
+def test_a_disposed_socket_tells_nothing(net: NetProgram) -> None:
     socket = net.open(v3.CanSocket)
     socket.dispose()
     for name in ("line_status", "clock_frequency", "features", "supports_remote_frames"):

@@ -16,6 +16,7 @@ from canwire.vci.v3 import (
     ICanMessageReader,
     ICanMessageWriter,
 )
+from tests.vci.v3.programs import NetProgram
 
 LONG_MS = 30_000
 
@@ -75,7 +76,7 @@ def auto_init_line(control: ICanControl) -> None:
 
 
 @pytest.fixture
-def ends(net: Any) -> Any:
+def ends(net: NetProgram) -> Any:
     """A writer on one line, a reader on the other, and a way to wait until so many messages are there."""
     net.start(0)
     net.start(1)
@@ -128,7 +129,7 @@ def test_the_names_of_the_manual_s_text(ends: Any) -> None:
 
 
 @pytest.mark.conforms("X3-12")
-def test_auto_init_line(net: Any, cyclic: Any) -> None:
+def test_auto_init_line(net: NetProgram, cyclic: Any) -> None:
     for port, board in ((1, "HW000001"), (1, "HW000002")):
         net.start(port, board, bitrate=CanBitrate.CIA_250_KBIT)
     scheduler = net.open(CanScheduler, 1)

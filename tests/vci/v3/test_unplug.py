@@ -8,12 +8,14 @@ import pytest
 
 from canwire import vci
 from canwire.vci import v3
+from tests.vci.programs import Virtual
+from tests.vci.v3.programs import NetProgram
 
 BOARD = "HW888888"
 
 
 @pytest.fixture
-def pulled(net: Any, hub: Any) -> Any:
+def pulled(net: NetProgram, hub: Any) -> Any:
     """Uses of every kind of object on a board that is not there any more."""
     hub.plug("usb-to-can-fd", BOARD)
     bal, device = net.bal(BOARD), net.device(BOARD)
@@ -49,7 +51,9 @@ def test_every_object_says_that_the_board_is_gone(pulled: Any) -> None:
 
 
 @pytest.mark.conforms("X3-35")
-def test_the_board_opens_again_by_its_hardware_id(pulled: Any, net: Any, hub: Any, message: Any) -> None:
+def test_the_board_opens_again_by_its_hardware_id(
+    pulled: Any, net: NetProgram, hub: Any, message: Any
+) -> None:
     hub.plug("usb-to-can-fd", BOARD)
     try:
         net.start(0, BOARD)
@@ -64,7 +68,7 @@ def test_the_board_opens_again_by_its_hardware_id(pulled: Any, net: Any, hub: An
         hub.unplug(BOARD)
 
 
-def test_a_lost_hub_is_another_error(virtual: Any, virtual_net: Any) -> None:
+def test_a_lost_hub_is_another_error(virtual: Virtual, virtual_net: NetProgram) -> None:
     control, port = virtual_net.start(), virtual_net.port()
     virtual.engine.close()
     for use in (control.stop_line, port.reader.read_message, lambda: control.line_status):
@@ -73,7 +77,7 @@ def test_a_lost_hub_is_another_error(virtual: Any, virtual_net: Any) -> None:
         assert raised.value.code == vci.VCI_E_DISCONNECTED
 
 
-def test_with_its_connection_a_program_disposes_everything(net: Any, hub: Any) -> None:
+def test_with_its_connection_a_program_disposes_everything(net: NetProgram, hub: Any) -> None:
     control, port = net.start(), net.port()
     hub.close()
     for use in (control.stop_line, port.reader.read_message, lambda: control.line_status):

@@ -1,0 +1,109 @@
+"""Hubs to test on, reached in every way there is: embedded in this process, and served by a process of its own.
+
+Whoever tests on all of them writes `hub_process, mortal_hub, connect = fixtures(CONFIG)` into a conftest.py. One more
+way to reach a hub is a name in WAYS and a branch of `reached`.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import canwire
+from canwire.boards.config.configuration import Config
+from canwire.hub.handles.hub import Hub
+from canwire.hub.links.local import LocalLink
+from canwire.hub.owner.engine import Engine
+from canwire.hub.owner.world import World
+
+WAYS = ("embedded", "process")
+LONG_S = 30  # after which something that should happen never will
+
+Connect = Callable[[str], canwire.Hub]  # a connection of this name; each stands for a program of its own
+
+
+class Served(NamedTuple):
+    """A hub in a process of its own: its socket, and that process."""
+
+    address: str
+    process: subprocess.Popen[str]
+
+
+@contextmanager
+def serving(home: Path, config: str = "", *, time: str = "fast") -> Iterator[Served]:
+    """`canwire serve` with this configuration (none: the usual boards), its files in a directory of its own."""
+    address = str(home / "hub.sock")
+    command = [sys.executable, "-m", "canwire", "serve", "--time", time, "--socket", address]
+    if config:
+        (home / "hub.toml").write_text(config)
+        command += ["--config", str(home / "hub.toml")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        assert "canwire hub on" in process.stdout.readline()
+        yield Served(address, process)
+    finally:
+        process.terminate()
+        process.wait(LONG_S)
+        process.stdout.close()
+
+
+@contextmanager
+def embedded(config: str, *, time: str = "fast") -> Iterator[Engine]:
+    """What a hub in this process consists of; in "virtual" time it stands still while nobody waits."""
+    with closing(Engine(World(Config.parse(config), virtual=time == "virtual"), time)) as engine:
+        yield engine
+
+
+def connected(engine: Engine, name: str = "program") -> canwire.Hub:
+    """A program's connection to a hub in this process."""
+    return Hub(LocalLink(engine, name))
+
+
+@contextmanager
+def reached(way: str, config: str, served: Callable[[], str]) -> Iterator[Connect]:
+    """Makes connections to one hub, which are closed in the end; `served` starts it, if need be, and has its socket."""
+    with ExitStack() as stack:
+        if way == "process":
+            address = served()
+
+            def connect(name: str) -> canwire.Hub:
+                return stack.enter_context(canwire.connect(address, name=name))
+        else:
+            assert way == "embedded", way
+            engine = stack.enter_context(embedded(config))
+
+            def connect(name: str) -> canwire.Hub:
+                return stack.enter_context(connected(engine, name))
+
+        yield connect
+
+
+def fixtures(config: str) -> tuple[object, object, object]:
+    """`hub_process`, `mortal_hub` and `connect` for a conftest.py, on hubs of this configuration."""
+
+    @pytest.fixture(scope="session")
+    def hub_process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+        """Socket of a hub that all tests of this run share; what a test leaves behind goes with its connections."""
+        with serving(tmp_path_factory.mktemp("hub"), config) as (address, _):
+            yield address
+
+    @pytest.fixture
+    def mortal_hub(tmp_path: Path) -> Iterator[Served]:
+        """A hub for this test alone, with its process."""
+        with serving(tmp_path, config) as made:
+            yield made
+
+    @pytest.fixture(params=WAYS)
+    def connect(request: pytest.FixtureRequest) -> Iterator[Connect]:
+        """Makes connections to one hub; each stands for a program of its own."""
+        with reached(request.param, config, lambda: str(request.getfixturevalue("hub_process"))) as made:
+            yield made
+
+    return hub_process, mortal_hub, connect
