@@ -61,7 +61,7 @@ def source_of_commands() -> str:
     """All files of the command; skipped while it is not there yet."""
     command = pytest.importorskip("canwire.commands.candrv.verb")
     folder = Path(command.__file__ or "").parent
-    return "".join(path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*candrv*.py")))
+    return "".join(path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.py")))
 
 
 def exists(place: str) -> bool:
