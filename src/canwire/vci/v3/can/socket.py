@@ -48,18 +48,6 @@ class CanSocket(BusSocket):
 
     @property
     @net_call
-    def clock_frequency(self) -> int:
-        """ClockFrequency in Hz, of all three timers."""
-        return self._capabilities().clock_freq
-
-    @property
-    @net_call
-    def time_stamp_counter_divisor(self) -> int:
-        """TimeStampCounterDivisor."""
-        return self._capabilities().tsc_divisor
-
-    @property
-    @net_call
     def cyclic_message_timer_divisor(self) -> int:
         """CyclicMessageTimerDivisor."""
         return self._capabilities().cms_divisor
