@@ -68,10 +68,10 @@ SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
 MAY_LOCK = {
     "vci.fifo.fifo",
     "acan.service",
-    "candrv.device",
+    "candrv.device.device",
     "candrv.program",
-    "candrv.waiting",
-    "candrv.writing",
+    "candrv.handle.waiting",
+    "candrv.handle.writing",
 }
 # VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; any thread may use a CANDRV handle
 OUTSIDE_WORLD = {  # real adapters: their I/O alone

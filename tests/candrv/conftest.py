@@ -21,7 +21,7 @@ from canwire import BitTiming, ChannelMode, Frame, LineMode, candrv
 from canwire.boards.config.configuration import Config
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.faults import Faults
-from canwire.candrv.handle import Handle
+from canwire.candrv import Handle
 from canwire.candrv.registry.registry import RegistryStore
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink

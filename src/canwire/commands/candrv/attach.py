@@ -24,7 +24,7 @@ from canwire.commands.candrv.work import work
 from canwire.commands.hub_line import complain, connected, let_terminate
 
 if TYPE_CHECKING:
-    from canwire.candrv.handle import Handle
+    from canwire.candrv import Handle
 
 _LARGEST_READ = 4096
 _LONGEST_LINE = 1000  # characters; more without an end is no message

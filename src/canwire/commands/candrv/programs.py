@@ -25,8 +25,8 @@ from canwire.commands.hub_line import complain, connected, let_terminate
 
 if TYPE_CHECKING:
     from canwire import Hub
+    from canwire.candrv import Handle
     from canwire.candrv.event_queue import Event
-    from canwire.candrv.handle import Handle
 
 MESSAGES = 1000
 READ_BUFFER = 100  # characters, as CanRead has it; the longest event takes fewer
