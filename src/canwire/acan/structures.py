@@ -190,7 +190,7 @@ class ACANTB(Structure):
     @classmethod
     def unpack_head(cls, data: bytes | bytearray | memoryview) -> Self:
         """Without its filters: exactly `ACANTBSZ` bytes."""
-        return super().unpack(data)
+        return super(ACANTB, cls).unpack(data)  # noqa: UP008 - record() makes the class anew, with slots
 
 
 ACANHISZ = ACANHI.SIZE

@@ -1,24 +1,19 @@
-"""LINMSG, and its numpy dtypes.
+"""LIN messages: LINMSG.
 
 Source: VCI V4 manual (seed 004) 7.4.6; lintype.h of VCI 4.1; reference/vci.md section 5.
 """
 
 from __future__ import annotations
 
-from functools import cache
-from typing import TYPE_CHECKING, Self, Unpack
+from typing import Self, Unpack
 
 from canwire.packed.kinds import limited
-from canwire.vci.can.dtypes import load_numpy
 from canwire.vci.lin.constants import LIN_MSGTYPE_DATA, LIN_MSGTYPE_TMOVR
 from canwire.vci.lin.msg_info import LinInfoBits, LinMsgInfo
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
 from canwire.vci.structures.info_bits import info_member, shown_bits
 from canwire.vci.structures.members import data_field, u32
 from canwire.vci.structures.structure import Structure, structure
-
-if TYPE_CHECKING:
-    import numpy
 
 _ROOM = 8
 
@@ -101,22 +96,3 @@ def _fitting(data: bytes) -> bytes:
         return limited(data, _ROOM)
     except (TypeError, ValueError):
         raise VciError(VCI_E_INVALIDARG, f"LINMSG.abData takes {_ROOM} bytes") from None
-
-
-@cache
-def linmsg_dtype() -> numpy.dtype[numpy.void]:
-    """LINMSG: dwTime (ticks), uMsgInfo, abData[8]; 16 bytes."""
-    return load_numpy().dtype([("dwTime", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", _ROOM)])
-
-
-@cache
-def linmsg_view_dtype() -> numpy.dtype[numpy.void]:
-    """LINMSG's fields where the 80-byte records of a monitor's FIFO have them."""
-    return load_numpy().dtype(
-        {
-            "names": ["dwTime", "uMsgInfo", "abData"],
-            "formats": ["<u4", "<u4", ("u1", _ROOM)],
-            "offsets": [0, 12, 16],
-            "itemsize": 80,
-        }
-    )

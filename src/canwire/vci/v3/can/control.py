@@ -17,9 +17,9 @@ from canwire.vci.structures.errors import VCI_E_INVALIDARG, VCI_E_TIMEOUT, VciTi
 from canwire.vci.structures.guids import IID_ICanControl
 from canwire.vci.v3.bus_socket import ControlSocket
 from canwire.vci.v3.can.bitrate import CanBitrate
+from canwire.vci.v3.can.enums import CanOperatingModes
 from canwire.vci.v3.can.socket import CanSocket
 from canwire.vci.v3.disposable import net_call
-from canwire.vci.v3.enums import CanOperatingModes
 from canwire.vci.v3.errors import ArgumentException, VciException, checked
 
 _NOTHING_HEARD = -1

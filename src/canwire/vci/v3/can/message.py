@@ -10,7 +10,7 @@ from typing import Self, overload
 from canwire.vci.arguments import UINT16, UINT32
 from canwire.vci.can.message import CanCyclicTxMsg, CanMsg
 from canwire.vci.structures.constants import CAN_SDLC_MAX
-from canwire.vci.v3.enums import (
+from canwire.vci.v3.can.enums import (
     V3_ERRORS,
     CanCyclicTXIncMode,
     CanCyclicTXStatus,

@@ -11,9 +11,9 @@ from uuid import UUID
 from canwire.vci.structures.constants import CAN_FEATURE_EXTDATA, CAN_FEATURE_FASTDATA
 from canwire.vci.structures.guids import IID_ICanSocket, IID_ICanSocket2
 from canwire.vci.v3.bus_socket import BusSocket
+from canwire.vci.v3.can.enums import CanBusCouplings, CanCtrlType, CanFeatures
 from canwire.vci.v3.can.status import CanLineStatus
 from canwire.vci.v3.disposable import net_call
-from canwire.vci.v3.enums import CanBusCouplings, CanCtrlType, CanFeatures
 
 if TYPE_CHECKING:
     from canwire.vci.can import socket as can_socket
