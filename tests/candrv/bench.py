@@ -10,7 +10,7 @@ import canwire
 from canwire import BitTiming, ChannelMode, Frame, LineMode, candrv
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.faults import Faults
-from canwire.candrv.handle import Handle
+from canwire.candrv import Handle
 from canwire.candrv.registry.registry import RegistryStore
 from canwire.hub.owner.engine import Engine
 from tests.hubs import LONG_S, connected

@@ -13,7 +13,7 @@ import pytest
 
 import canwire
 from canwire import candrv
-from canwire.candrv.handle import Handle
+from canwire.candrv import Handle
 from canwire.candrv.registry.registry import RegistryStore
 from tests.candrv.bench import BOARD, Bench, Peer
 from tests.hubs import Connect, embedded, fixtures

@@ -6,14 +6,14 @@ import pytest
 
 import canwire
 from canwire import Frame, candrv
+from canwire.candrv import Handle
 from canwire.candrv.constants import CanbusEvent, CanMode, Command, ControlCode, FrameFormat, Win32Error
 from canwire.candrv.errors import CandrvError
 from canwire.candrv.event_queue import Event
-from canwire.candrv.handle import Handle
+from canwire.candrv.handle.writing import PartialWrite
 from canwire.candrv.ioctl import control
 from canwire.candrv.registry.registry import RegistryStore
 from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER
-from canwire.candrv.writing import PartialWrite
 from tests.candrv.bench import Bench
 
 RECEIVED, TRANSMITTED, ABORTED = CanbusEvent.RECEIVED, CanbusEvent.TRANSMITTED, CanbusEvent.ABORTED

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from canwire import Frame
+from canwire.candrv import Handle
 from canwire.candrv import constants as c
 from canwire.candrv.constants import CanbusEvent, Command, ControlCode, Win32Error
 from canwire.candrv.errors import CandrvError
 from canwire.candrv.event_queue import Event
-from canwire.candrv.handle import Handle
 from canwire.candrv.ioctl import CODES, control
 from canwire.candrv.registry.registry import RegistryStore
 from canwire.candrv.structures import (

@@ -8,9 +8,9 @@ import pytest
 
 import canwire
 from canwire import BitTiming, Frame, LineMode, candrv
+from canwire.candrv import Handle
 from canwire.candrv.constants import CanbusEvent, Command, ControlCode, Win32Error
 from canwire.candrv.errors import CandrvError
-from canwire.candrv.handle import Handle
 from canwire.candrv.ioctl import control
 from canwire.candrv.registry.registry import RegistryStore
 from tests.candrv.bench import Peer

@@ -11,9 +11,9 @@ import pytest
 
 import canwire
 from canwire import Frame, candrv
+from canwire.candrv import Handle
 from canwire.candrv.constants import CanbusEvent, Win32Error
 from canwire.candrv.errors import CandrvError
-from canwire.candrv.handle import Handle
 from canwire.candrv.registry.registry import RegistryStore
 from tests.candrv.bench import Bench, Peer
 from tests.hubs import Served

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from canwire import Event
-from canwire.candrv.waiting import WaitingRoom
+from canwire.candrv.handle.waiting import WaitingRoom
 
 LONG = 30  # seconds after which something that should happen never will
 ready: list[bool] = []

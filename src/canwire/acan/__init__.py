@@ -6,17 +6,7 @@ Source: INduCAN104 manual (seed 001).
 from __future__ import annotations
 
 from canwire.acan import constants as _constants
-from canwire.acan.constants import *  # noqa: F403
-from canwire.acan.driver import Driver
-from canwire.acan.driver import open_driver as open
-from canwire.acan.filters import Filter
-from canwire.acan.hard_config import HardConfig
-from canwire.acan.identifiers import BROADCAST, MachineField, acan_word, plain_identifier
-from canwire.acan.install import DriverAbsent, Installation
-from canwire.acan.int2d import Int2d, find_driver
-from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
-from canwire.acan.services import Services
-from canwire.acan.structure import (
+from canwire.acan.c_types import (
     ACANCBFN,
     BOOL,
     BYTE,
@@ -28,6 +18,16 @@ from canwire.acan.structure import (
     UINT,
     WORD,
 )
+from canwire.acan.constants import *  # noqa: F403
+from canwire.acan.driver import Driver
+from canwire.acan.driver import open_driver as open
+from canwire.acan.filters import Filter
+from canwire.acan.hard_config import HardConfig
+from canwire.acan.identifiers import BROADCAST, MachineField, acan_word, plain_identifier
+from canwire.acan.install import DriverAbsent, Installation
+from canwire.acan.int2d import Int2d, find_driver
+from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
+from canwire.acan.services import Services
 from canwire.acan.structures import (
     ACANHI,
     ACANHISZ,

@@ -15,7 +15,7 @@ import dataclasses
 from typing import Self
 
 from canwire import BadValue
-from canwire.acan.structure import (
+from canwire.acan.c_types import (
     ACANCBFN,
     BYTE,
     DWORD,
@@ -24,17 +24,28 @@ from canwire.acan.structure import (
     HWND,
     LPBYTE,
     LPVOID,
+    ONE_BYTE,
     REFERENCE,
     TWO_BYTES,
     UINT,
     WORD,
-    Structure,
-    Unsigned,
-    lay_out,
 )
+from canwire.packed.layout import Misfit
+from canwire.packed.record import Record, record
 
 
-@dataclasses.dataclass(slots=True)
+class Structure(Record):
+    """What all of them can. A field takes only what fits it: assigning anything else raises BadValue."""
+
+    __slots__ = ()
+
+    def assign(self, other: Self) -> None:
+        """Take over every field of another one, as C's `*this = *other` does."""
+        for field in dataclasses.fields(other):  # type: ignore[arg-type]
+            setattr(self, field.name, getattr(other, field.name))
+
+
+@record()
 class ACANHI(Structure):
     """Hardware configuration: machine and broadcast filters, clock (kHz), rate (kbit/s), bit timing (quanta).
 
@@ -74,10 +85,13 @@ class ACANHI(Structure):
 
 
 def _byte(name: str, value: int) -> int:
-    return int(Unsigned("B", 1).checked(f"ACANHI.{name}", value))
+    try:
+        return int(ONE_BYTE.fit(value))
+    except Misfit as misfit:
+        raise BadValue(f"ACANHI.{name}{misfit}") from None
 
 
-@dataclasses.dataclass(slots=True)
+@record()
 class ACANMB(Structure):
     """A message. `dwID` has the identifier's first bit in bit 28, whatever its format: see identifiers.py.
 
@@ -90,7 +104,7 @@ class ACANMB(Structure):
     bData: EIGHT_BYTES = bytes(8)
 
 
-@dataclasses.dataclass(slots=True)
+@record()
 class ACANID(Structure):
     """A filter: a message passes if `dwID & dwAnd ^ dwXor` is 0. `bAction` Action flags say what happens then.
 
@@ -109,7 +123,7 @@ class ACANID(Structure):
         return word & self.dwAnd == self.dwXor
 
 
-@dataclasses.dataclass(slots=True, eq=False)
+@record(eq=False)
 class ACANTB(Structure):
     """A Task Block: what an application wants to hear of, where to put it, how to tell.
 
@@ -176,11 +190,8 @@ class ACANTB(Structure):
     @classmethod
     def unpack_head(cls, data: bytes | bytearray | memoryview) -> Self:
         """Without its filters: exactly `ACANTBSZ` bytes."""
-        return super(ACANTB, cls).unpack(data)
+        return super(ACANTB, cls).unpack(data)  # noqa: UP008 - record() makes the class anew, with slots
 
-
-for _structure in (ACANHI, ACANMB, ACANID, ACANTB):
-    lay_out(_structure)
 
 ACANHISZ = ACANHI.SIZE
 ACANMBSZ = ACANMB.SIZE

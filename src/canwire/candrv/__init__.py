@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING
 
 from canwire.candrv import constants as _constants
 from canwire.candrv.constants import *  # noqa: F403
-from canwire.candrv.device import Device, unload
+from canwire.candrv.device.device import Device, unload
 from canwire.candrv.errors import CandrvError, format_error, translated
 from canwire.candrv.event_queue import Event, EventQueue
 from canwire.candrv.filters import Filter
-from canwire.candrv.handle import Handle
+from canwire.candrv.handle.handle import Handle
+from canwire.candrv.handle.writing import PartialWrite
 from canwire.candrv.program import program_hub
 from canwire.candrv.properties import Controller, controller_of
 from canwire.candrv.registry.registry import RegistryStore, Settings
@@ -53,7 +54,6 @@ from canwire.candrv.text import (
     format_message,
     parse_event,
 )
-from canwire.candrv.writing import PartialWrite
 
 if TYPE_CHECKING:
     from canwire import Hub

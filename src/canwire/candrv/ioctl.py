@@ -25,7 +25,7 @@ from canwire.candrv.structures import (
 )
 
 if TYPE_CHECKING:
-    from canwire.candrv.handle import Handle
+    from canwire.candrv.handle.handle import Handle
 
 _DWORD = struct.Struct("<I")
 

@@ -11,7 +11,7 @@ from canwire.candrv.errors import CandrvError
 
 if TYPE_CHECKING:
     from canwire import Hub
-    from canwire.candrv.handle import Handle
+    from canwire.candrv.handle.handle import Handle
 
 _FIRST_HANDLE, _STEP = 0x100, 4  # Windows' own are multiples of four, too
 

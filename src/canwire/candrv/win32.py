@@ -34,12 +34,12 @@ from canwire.candrv.constants import (
     ControlCode,
     Win32Error,
 )
-from canwire.candrv.device import Device
+from canwire.candrv.device.device import Device
 from canwire.candrv.errors import CandrvError, as_candrv, translated
-from canwire.candrv.handle import Handle
+from canwire.candrv.handle.handle import Handle
+from canwire.candrv.handle.writing import PartialWrite
 from canwire.candrv.program import PROGRAM
 from canwire.candrv.structures import COMMTIMEOUTS, Structure
-from canwire.candrv.writing import PartialWrite
 
 if TYPE_CHECKING:
     from canwire import Hub

@@ -46,8 +46,10 @@ from canwire.vci.fifo.block import FifoBlock
 from canwire.vci.fifo.fifo import FifoReader, FifoWriter, VciFifo, VciFifo2
 from canwire.vci.lin.constants import *  # noqa: F403
 from canwire.vci.lin.control import LinControl
-from canwire.vci.lin.message import LinMsg, LinMsgInfo, linmsg_dtype, linmsg_view_dtype
+from canwire.vci.lin.dtypes import linmsg_dtype, linmsg_view_dtype
+from canwire.vci.lin.message import LinMsg
 from canwire.vci.lin.monitor import LinMonitor
+from canwire.vci.lin.msg_info import LinMsgInfo
 from canwire.vci.lin.socket import LinSocket
 from canwire.vci.lin.structures import LinCapabilities, LinInitLine, LinLineStatus, LinMonitorStatus
 from canwire.vci.server import (

@@ -1,6 +1,6 @@
 """One connector of a board, and the access layer that all its interfaces keep open.
 
-Source: VCI V4 manual (seed 004) chapter 5 and 5.1.
+Source: VCI V4 manual (seed 004) chapter 5.
 """
 
 from __future__ import annotations
@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Self
 
 from canwire import NoSuchBoard, Unsupported
 from canwire.vci.controller_types import VCI_BUS_CAN, VCI_BUS_LIN, VCI_BUS_RES, vci_bus_ctrl
-from canwire.vci.structures.devices import BalSocketInfo, VciId
 from canwire.vci.structures.errors import VCI_E_DEVICE_NOT_CONNECTED
 from canwire.vci.translation import meaning
-from canwire.vci.unknown import Unknown, vci_call
 
 if TYPE_CHECKING:
     from canwire import (
@@ -117,40 +115,6 @@ class BusLine:
     def _plugged() -> AbstractContextManager[None]:
         """The board was there once: where the hub does not know it any more, it was pulled out."""
         return meaning(VCI_E_DEVICE_NOT_CONNECTED, NoSuchBoard)
-
-
-class LineObject(Unknown):
-    """An interface of a connector; it owns the share of the access layer that it was opened with."""
-
-    def __init__(self, line: BusLine) -> None:
-        super().__init__()
-        self._line = line
-
-    def _check(self) -> None:
-        super()._check()
-        self._line.layer.check()
-
-    def _close(self) -> None:
-        self._line.layer.close()
-
-
-class SocketObject(LineObject):
-    """What ICanSocket and ILinSocket have in common."""
-
-    @classmethod
-    def open(cls, line: BusLine) -> Self:
-        """For the BAL: any number of programs may have one."""
-        return cls(line.share())
-
-    @vci_call
-    def get_socket_info(self) -> BalSocketInfo:
-        """GetSocketInfo: the connector's identifier, type and number from 0."""
-        line = self._line
-        return BalSocketInfo(
-            object_id=VciId(line.number + 1 << 32 | line.board.id & 0xFFFF_FFFF),
-            bus_type=bus_ctrl_of(line.info),
-            socket_no=line.number,
-        )
 
 
 def bus_of(line: LineInfo) -> int:

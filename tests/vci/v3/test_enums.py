@@ -7,7 +7,7 @@ from enum import Enum
 import pytest
 
 from canwire.vci import v3
-from canwire.vci.v3.enums import V3_ERRORS
+from canwire.vci.v3.can.enums import V3_ERRORS
 
 VALUES: dict[type[Enum], dict[str, int]] = {
     v3.VciBusType: {"UNKNOWN": 0, "CAN": 1, "LIN": 2, "FLEX_RAY": 3, "K_LINE": 4},

@@ -25,7 +25,7 @@ from canwire.commands.console import complain, let_terminate
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
-    from canwire.candrv.handle import Handle
+    from canwire.candrv import Handle
 
 _LARGEST_READ = 4096
 _LONGEST_LINE = 1000  # characters; more without an end is no message

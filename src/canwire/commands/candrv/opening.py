@@ -18,7 +18,7 @@ from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire import Hub
-    from canwire.candrv.handle import Handle
+    from canwire.candrv import Handle
 
 MESSAGES = 1000  # of CanWrite, and of CanSend by default
 OK, DEVICE_ERROR, USAGE = 0, 1, 2

@@ -19,8 +19,8 @@ from canwire.commands.candrv.switches import Switches
 from canwire.commands.candrv.work import work
 
 if TYPE_CHECKING:
+    from canwire.candrv import Handle
     from canwire.candrv.event_queue import Event
-    from canwire.candrv.handle import Handle
 
 READ_BUFFER = 100  # characters, as CanRead has it; the longest event takes fewer
 

@@ -31,7 +31,7 @@ from canwire.commands.candrv.work import work
 from canwire.commands.progress import Progress
 
 if TYPE_CHECKING:
-    from canwire.candrv.handle import Handle
+    from canwire.candrv import Handle
 
 FIRST_ID = 0x100
 WRITE_TIMEOUT_MS = 1000  # a message that finds no room for so long is an error

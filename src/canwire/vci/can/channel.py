@@ -6,20 +6,21 @@ Source: VCI V4 manual (seed 004) 5.2.2, 6.6.5 and 6.6.6; rulings.md 6 and 12.
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Self, TypeVar
 from uuid import UUID
 
 from canwire import ChannelMode, FilterMode, Siblings
 from canwire.vci.arguments import UINT8, UINT16, UINT32, within
-from canwire.vci.bus_line import BusLine, LineObject
+from canwire.vci.bus_line import BusLine
 from canwire.vci.can.control import CanControl2
 from canwire.vci.can.filters import FilterModes
 from canwire.vci.can.line import line_status, line_status2
 from canwire.vci.can.message import CanMsg, CanMsg2
 from canwire.vci.can.structures import CanChanStatus, CanChanStatus2
-from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS, Elements
-from canwire.vci.fifo.fifo import FifoEnd, FifoReader, FifoWriter
+from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS
+from canwire.vci.fifo.fifo import FifoWriter
 from canwire.vci.fifo.size import whole_pages
+from canwire.vci.line_objects import QueueObject, fifo_load
 from canwire.vci.structures.constants import (
     CAN_FILTER_EXCL,
     CAN_FILTER_LOCK,
@@ -30,39 +31,23 @@ from canwire.vci.structures.constants import (
     CAN_MSGTYPE_TIMEOVR,
 )
 from canwire.vci.structures.errors import (
-    VCI_E_ACCESSDENIED,
     VCI_E_INVALID_STATE,
     VCI_E_INVALIDARG,
-    VCI_E_NOT_INITIALIZED,
     VciError,
 )
 from canwire.vci.structures.guids import IID_ICanChannel, IID_ICanChannel2, IID_IUnknown
 from canwire.vci.unknown import vci_call
 
 if TYPE_CHECKING:
-    from canwire import Filtered, HubChannel, RingEnd
+    from canwire import Filtered, HubChannel
 
 T = TypeVar("T", CanMsg, CanMsg2)
 _EVENTS = (CAN_MSGTYPE_INFO, CAN_MSGTYPE_ERROR, CAN_MSGTYPE_STATUS, CAN_MSGTYPE_TIMEOVR)
 
 
-class _Loads(NamedTuple):
-    """What both channels' statuses have in common."""
-
-    activated: bool
-    rx_overrun: bool
-    rx_fifo_load: int
-    tx_fifo_load: int
-
-
-class _Channel(LineObject, Generic[T]):
-    _form: Elements[T]
-
-    def __init__(self, line: BusLine, lease: HubChannel) -> None:
-        super().__init__(line)
-        self._lease = lease
-        self._initialized = self._sends = False
-        self._ends: dict[bool, FifoEnd[T]] = {}  # open ones: True for the reader, False for the writer
+class _Channel(QueueObject[T]):
+    _lease: HubChannel
+    _sends = False  # it has a transmit FIFO
 
     @classmethod
     def open(cls, line: BusLine, *, exclusive: bool) -> Self:
@@ -71,86 +56,27 @@ class _Channel(LineObject, Generic[T]):
         return cls(line.share(), lease)
 
     @vci_call
-    def activate(self) -> None:
-        """Activate: from now on messages move between the FIFOs and the line, as far as that runs.
-
-        Raises VciNotInitialized before `initialize`.
-        """
-        self._check_initialized()
-        self._lease.activate()
-
-    @vci_call
-    def deactivate(self) -> None:
-        """Deactivate: no more; what waits in the FIFOs stays. Raises VciNotInitialized before `initialize`."""
-        self._check_initialized()
-        self._lease.deactivate()
-
-    @vci_call
-    def get_reader(self) -> FifoReader[T]:
-        """GetReader: the reading end of the receive FIFO.
-
-        Raises VciNotInitialized before `initialize`, VciAccessDenied while it is open.
-        """
-        self._check_free(reads=True)
-        reader = FifoReader(self._lease.reading, self._form, partial(self._give_back, True))
-        self._ends[True] = reader
-        return reader
-
-    @vci_call
     def get_writer(self) -> FifoWriter[T]:
         """GetWriter: the writing end of the transmit FIFO.
 
         Raises VciNotInitialized before `initialize`, VciAccessDenied while it is open, VciInvalidState for a
         channel that was initialised without a transmit FIFO.
         """
-        self._check_free(reads=False)
+        self._check_free("writer")
         if not self._sends:
             raise VciError.of(VCI_E_INVALID_STATE, f"{self._lease.name} has no transmit FIFO")
-        writer = FifoWriter(self._lease.writing, self._form, partial(self._give_back, False))
-        self._ends[False] = writer
+        writer = FifoWriter(self._lease.writing, self._form, partial(self._give_back, "writer"))
+        self._ends["writer"] = writer
         return writer
 
-    def _set_up(self, receive: int, transmit: int, mode: ChannelMode) -> None:
-        """New FIFOs; ends of the old ones are dead."""
+    def _set_up(self, mode: ChannelMode) -> None:
         self._lease.set_up(mode)
-        self._cut(f"{self._lease.name} was initialised anew")
-        self._initialized, self._sends = True, transmit > 0
+        self._made_anew()
+        self._sends = mode.transmit > 0
 
-    def _loads(self) -> _Loads:
-        if not self._initialized:
-            return _Loads(False, False, 0, 0)
-        status = self._lease.status()
-        sent = _percent(self._lease.writing) if self._sends else 0
-        return _Loads(status.active, status.lost > 0, _percent(self._lease.reading), sent)
-
-    def _check(self) -> None:
-        super()._check()
-        self._lease.check()
-
-    def _check_initialized(self) -> None:
-        if not self._initialized:
-            raise VciError.of(VCI_E_NOT_INITIALIZED, f"{self._lease.name}: call initialize first")
-
-    def _check_free(self, *, reads: bool) -> None:
-        self._check_initialized()
-        if reads in self._ends:
-            what = "reader" if reads else "writer"
-            raise VciError.of(VCI_E_ACCESSDENIED, f"{self._lease.name}: its {what} is open; release it first")
-
-    def _give_back(self, reads: bool) -> None:
-        del self._ends[reads]
-
-    def _cut(self, why: str) -> None:
-        for end in self._ends.values():
-            end.cut(why)
-        self._ends.clear()
-
-    def _close(self) -> None:
-        self._cut(f"{self._lease.name} was released")
-        try:
-            self._lease.close()
-        finally:
-            super()._close()
+    def _loads(self) -> tuple[bool, bool, int, int]:
+        """What both channels' statuses have behind the line's."""
+        return *self._state(), fifo_load(self._lease.writing) if self._sends else 0
 
 
 class CanChannel(_Channel[CanMsg]):
@@ -174,7 +100,7 @@ class CanChannel(_Channel[CanMsg]):
         within("rx_fifo_size", rx_fifo_size, 1, UINT16)
         within("tx_fifo_size", tx_fifo_size, 0, UINT16)
         mode = _mode(rx_fifo_size, tx_fifo_size, CanMsg.SIZE, FilterMode.PASS, 0, Siblings.ALL)
-        self._set_up(rx_fifo_size, tx_fifo_size, mode)
+        self._set_up(mode)
 
     @vci_call
     def get_status(self) -> CanChanStatus:
@@ -212,7 +138,7 @@ class CanChannel2(_Channel[CanMsg2], FilterModes):
             raise VciError.of(VCI_E_INVALIDARG, f"filter_mode {filter_mode:#04x}: a CAN_FILTER_ mode")
         siblings = Siblings.AS_BUS if filter_mode & CAN_FILTER_SRRA else Siblings.OWN
         mode = _mode(rx_fifo_size, tx_fifo_size, CanMsg2.SIZE, FilterMode(plain), filter_size, siblings)
-        self._set_up(rx_fifo_size, tx_fifo_size, mode)
+        self._set_up(mode)
 
     @vci_call
     def get_status(self) -> CanChanStatus2:
@@ -243,8 +169,3 @@ def _mode(
         events=_EVENTS,
         fd=size == CanMsg2.SIZE,
     )
-
-
-def _percent(end: RingEnd) -> int:
-    """How full a queue is, 0 to 100."""
-    return int(end.ring.fill() * 100 // end.ring.capacity)

@@ -10,7 +10,7 @@ from uuid import UUID
 
 from canwire import BadTiming
 from canwire.vci.arguments import UINT8, UINT16, instance, within
-from canwire.vci.bus_line import BusLine, LineObject
+from canwire.vci.bus_line import BusLine
 from canwire.vci.can.filters import FilterLists, FilterModes
 from canwire.vci.can.line import (
     check_coupling,
@@ -29,6 +29,7 @@ from canwire.vci.can.structures import (
     CanLineStatus2,
 )
 from canwire.vci.can.timing import timing_of_btp, timing_of_registers
+from canwire.vci.line_objects import ControlObject
 from canwire.vci.structures.constants import (
     CAN_BTP_TABLE_SIZE,
     CAN_EXMODE_FASTDATA,
@@ -47,34 +48,14 @@ Table = TypeVar("Table", CanBtrTable, CanBtpTable)
 Candidates = list[tuple["BitTiming", "BitTiming | None"]]
 
 
-class _Control(LineObject, FilterLists):
-    def __init__(self, line: BusLine, lease: Control) -> None:
-        super().__init__(line)
-        self._lease = lease
+class _Control(ControlObject, FilterLists):
+    _lease: Control
 
     @classmethod
     def open(cls, line: BusLine) -> Self:
         """For the BAL and for channels: one program at a time may have it."""
         lease = line.open_control()
         return cls(line.share(), lease)
-
-    @vci_call
-    def reset_line(self) -> None:
-        """ResetLine: leave the bus at once, breaking a frame being sent; the line is not initialised then.
-
-        The filters' lists are empty, their modes those of `init_line`; FIFOs keep what is in them.
-        """
-        self._lease.reset()
-
-    @vci_call
-    def start_line(self) -> None:
-        """StartLine: take part in the bus. Raises VciNotInitialized before `init_line`."""
-        self._lease.start()
-
-    @vci_call
-    def stop_line(self) -> None:
-        """StopLine: leave the bus once the frame being sent is through; filters and FIFOs stay."""
-        self._lease.stop()
 
     def _filters(self) -> Filtered:
         return self._lease
@@ -86,16 +67,6 @@ class _Control(LineObject, FilterLists):
         if within("timeout_ms", timeout_ms, 0, UINT16) == 0:
             raise VciError.of(VCI_E_TIMEOUT, "a bus needs more than 0 ms to be heard")
         return self._lease.detect(candidates, timeout_ms, iso_fd=iso_fd, low_speed=low_speed)
-
-    def _check(self) -> None:
-        super()._check()
-        self._lease.check()
-
-    def _close(self) -> None:
-        try:
-            self._lease.close()
-        finally:
-            super()._close()
 
 
 class CanControl(_Control):

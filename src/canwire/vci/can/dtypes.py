@@ -6,9 +6,9 @@ Source: reference/vci.md section 5; offsets as in message.py.
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from canwire import ExtraMissing
+from canwire.vci.arrays import load_numpy
 
 if TYPE_CHECKING:
     import numpy
@@ -41,12 +41,3 @@ def canmsg_view_dtype() -> numpy.dtype[numpy.void]:
             "itemsize": 80,
         }
     )
-
-
-def load_numpy() -> Any:
-    """numpy; raises ExtraMissing without it."""
-    try:
-        import numpy
-    except ModuleNotFoundError:
-        raise ExtraMissing("numpy", "arrays") from None
-    return numpy

@@ -6,40 +6,18 @@ Source: VCI V4 manual (seed 004) 7.3.14 to 7.3.18; cantype.h of VCI 4.1; referen
 
 from __future__ import annotations
 
-from operator import attrgetter
-from typing import Any, ClassVar, Self, Unpack
+from typing import ClassVar, Self, Unpack
 
-from canwire.vci.can.msg_info import CanMsgInfo, InfoBits, shown_bits
+from canwire.packed.kinds import limited
+from canwire.vci.can.msg_info import CanMsgInfo, InfoBits
 from canwire.vci.structures.constants import CAN_EDLC_XLT, CAN_ELEN_XLT, CAN_SLEN_MAX
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
-from canwire.vci.structures.members import limited, member, show_octets, u8, u16, u32, x32
+from canwire.vci.structures.info_bits import info_member, shown_bits
+from canwire.vci.structures.members import data_field, u8, u16, u32, x32
 from canwire.vci.structures.structure import Structure, structure
 
 _EDL, _FDR, _RTR, _DLC_SHIFT = 1 << 10, 1 << 11, 1 << 22, 16
 _NO_DLC = 0xFFFF_FFFF ^ 0xF << _DLC_SHIFT
-
-
-def _msg_info() -> Any:
-    return member(
-        c_name="uMsgInfo",
-        format="I",
-        wants="a CanMsgInfo of 32 bits",
-        default=CanMsgInfo,
-        encode=attrgetter("value"),
-        decode=CanMsgInfo,
-    )
-
-
-def _ab_data(size: int) -> Any:
-    return member(
-        c_name="abData",
-        format=f"{size}s",
-        wants=f"at most {size} bytes",
-        default=lambda: bytearray(size),
-        encode=lambda value: limited(value, size),
-        decode=bytearray,
-        show=show_octets,
-    )
 
 
 class Message(Structure):
@@ -129,8 +107,8 @@ class CanMsg(Message):
 
     time: int = u32("dwTime")
     msg_id: int = x32("dwMsgId")
-    msg_info: CanMsgInfo = _msg_info()
-    ab_data: bytearray = _ab_data(8)
+    msg_info: CanMsgInfo = info_member(CanMsgInfo)
+    ab_data: bytearray = data_field(8)
 
     def __init__(
         self,
@@ -160,8 +138,8 @@ class CanMsg2(Message):
     time: int = u32("dwTime")
     reserved: int = u32("_rsvd_")
     msg_id: int = x32("dwMsgId")
-    msg_info: CanMsgInfo = _msg_info()
-    ab_data: bytearray = _ab_data(64)
+    msg_info: CanMsgInfo = info_member(CanMsgInfo)
+    ab_data: bytearray = data_field(64)
 
     def __init__(
         self,
@@ -218,8 +196,8 @@ class CanCyclicTxMsg(_Cyclic):
     incr_mode: int = u8("bIncrMode")
     byte_index: int = u8("bByteIndex")
     msg_id: int = x32("dwMsgId")
-    msg_info: CanMsgInfo = _msg_info()
-    ab_data: bytearray = _ab_data(8)
+    msg_info: CanMsgInfo = info_member(CanMsgInfo)
+    ab_data: bytearray = data_field(8)
 
 
 @structure("CANCYCLICTXMSG2", init=False, also=_DATA)
@@ -234,5 +212,5 @@ class CanCyclicTxMsg2(_Cyclic):
     incr_mode: int = u8("bIncrMode")
     byte_index: int = u8("bByteIndex")
     msg_id: int = x32("dwMsgId")
-    msg_info: CanMsgInfo = _msg_info()
-    ab_data: bytearray = _ab_data(64)
+    msg_info: CanMsgInfo = info_member(CanMsgInfo)
+    ab_data: bytearray = data_field(64)

@@ -5,11 +5,11 @@ Source: VCI V4 manual (seed 004) 7.3.14; cantype.h of VCI 4.1; reference/vci.md 
 
 from __future__ import annotations
 
-from typing import TypedDict, Unpack
+from typing import ClassVar, TypedDict, Unpack
 
-from canwire.vci.structures.info_bits import BitField
+from canwire.vci.structures.info_bits import BitField, InfoWord
 from canwire.vci.structures.members import x32
-from canwire.vci.structures.structure import Structure, structure
+from canwire.vci.structures.structure import structure
 
 
 class InfoBits(TypedDict, total=False):
@@ -42,7 +42,7 @@ _BYTES = (("bType", "bytes_type"), ("bReserved", "flags2"), ("bFlags2", "flags2"
         *((f"Bytes.{c_name}", name) for c_name, name in (*_BYTES, ("bAccept", "accept"))),
     ),
 )
-class CanMsgInfo(Structure):
+class CanMsgInfo(InfoWord):
     """What kind of message it is, over one 32-bit `value`: bit fields, and the same bits as four bytes.
 
     `type` CAN_MSGTYPE_; `ssm` single shot, `hpm` high priority, `edl` CAN FD, `fdr` fast data, `esi`
@@ -51,6 +51,7 @@ class CanMsgInfo(Structure):
     Raises VciInvalidArgument for a field that gets more than it holds. Source: manual 7.3.14.
     """
 
+    BITS: ClassVar[tuple[str, ...]] = _BITS
     value: int = x32("dwMsgInfo")
 
     type = BitField(0, 8)
@@ -73,16 +74,4 @@ class CanMsgInfo(Structure):
     accept = BitField(24, 8)
 
     def __init__(self, value: int = 0, **bits: Unpack[InfoBits]) -> None:
-        self.value = value
-        for name, given in bits.items():
-            if name not in _BITS:
-                raise TypeError(f"CANMSGINFO has no bit field {name!r}")
-            setattr(self, name, given)
-
-    def __repr__(self) -> str:
-        return f"CanMsgInfo({', '.join(shown_bits(self))})"
-
-
-def shown_bits(info: CanMsgInfo) -> list[str]:
-    """The bit fields that are not 0, as keyword arguments."""
-    return [f"{name}={value}" for name in _BITS if (value := getattr(info, name))]
+        self._put(value, bits)

@@ -12,10 +12,11 @@ from uuid import UUID
 
 from canwire import BadValue, Unsupported
 from canwire.vci.arguments import UINT16, instance, within
-from canwire.vci.bus_line import BusLine, LineObject
+from canwire.vci.bus_line import BusLine
 from canwire.vci.can.line import line_status2
 from canwire.vci.can.message import CanCyclicTxMsg, CanCyclicTxMsg2
 from canwire.vci.can.structures import CanSchedulerStatus, CanSchedulerStatus2
+from canwire.vci.line_objects import LeaseObject
 from canwire.vci.structures.constants import (
     CAN_CTXTSK_STAT_RUNNING,
     CAN_CTXTSK_STAT_STOPPED,
@@ -38,12 +39,10 @@ if TYPE_CHECKING:
 _RECORD = struct.Struct("<QII64s")
 
 
-class _Scheduler(LineObject):
+class _Scheduler(LeaseObject):
     """A line has one list: both interfaces mean the same objects by an index."""
 
-    def __init__(self, line: BusLine, lease: Scheduler) -> None:
-        super().__init__(line)
-        self._lease = lease
+    _lease: Scheduler
 
     @classmethod
     def open(cls, line: BusLine) -> Self:
@@ -100,16 +99,6 @@ class _Scheduler(LineObject):
         return self._lease.add(
             record, message.cycle_time, increment=message.incr_mode, byte_index=message.byte_index
         )
-
-    def _check(self) -> None:
-        super()._check()
-        self._lease.check()
-
-    def _close(self) -> None:
-        try:
-            self._lease.close()
-        finally:
-            super()._close()
 
 
 class CanScheduler(_Scheduler):

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 from uuid import UUID
 
-from canwire.vci.bus_line import SocketObject
 from canwire.vci.can.channel import CanChannel, CanChannel2
 from canwire.vci.can.line import line_status, line_status2
 from canwire.vci.can.structures import (
@@ -18,6 +17,7 @@ from canwire.vci.can.structures import (
     CanLineStatus,
     CanLineStatus2,
 )
+from canwire.vci.line_objects import SocketObject
 from canwire.vci.structures.constants import (
     CAN_BTMODE_RAW,
     CAN_FEATURE_EXTDATA,

@@ -11,9 +11,11 @@ import struct
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from canwire import linmsg_of_record, record_of_linmsg
-from canwire.vci.can.dtypes import canmsg2_dtype, canmsg_view_dtype, load_numpy
+from canwire.vci.arrays import load_numpy
+from canwire.vci.can.dtypes import canmsg2_dtype, canmsg_view_dtype
 from canwire.vci.can.message import CanMsg, CanMsg2
-from canwire.vci.lin.message import LinMsg, linmsg_view_dtype
+from canwire.vci.lin.dtypes import linmsg_view_dtype
+from canwire.vci.lin.message import LinMsg
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VCI_E_NOT_IMPLEMENTED, VciError
 from canwire.vci.structures.structure import Structure
 

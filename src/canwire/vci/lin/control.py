@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, ClassVar, Self
 from uuid import UUID
 
 from canwire.vci.arguments import instance
-from canwire.vci.bus_line import BusLine, LineObject
+from canwire.vci.bus_line import BusLine
 from canwire.vci.lin.constants import LIN_MSGTYPE_DATA, LIN_MSGTYPE_SLEEP, LIN_MSGTYPE_WAKEUP
 from canwire.vci.lin.line import frame_to_respond, frame_to_send, line_status, mode_of_init
 from canwire.vci.lin.message import LinMsg
 from canwire.vci.lin.structures import LinInitLine, LinLineStatus
+from canwire.vci.line_objects import ControlObject
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
 from canwire.vci.structures.guids import IID_ILinControl, IID_IUnknown
 from canwire.vci.unknown import vci_call
@@ -22,14 +23,11 @@ if TYPE_CHECKING:
     import canwire
 
 
-class LinControl(LineObject):
+class LinControl(ControlObject):
     """ILinControl: the control unit of a LIN line. Source: manual 6.7.2."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ILinControl})
-
-    def __init__(self, line: BusLine, lease: canwire.LinControl) -> None:
-        super().__init__(line)
-        self._lease = lease
+    _lease: canwire.LinControl
 
     @classmethod
     def open(cls, line: BusLine) -> Self:
@@ -45,24 +43,6 @@ class LinControl(LineObject):
         LIN_BITRATE_AUTO, and VciNotSupported naming the feature that is missing.
         """
         self._lease.initialise(mode_of_init(instance(init, LinInitLine)))
-
-    @vci_call
-    def reset_line(self) -> None:
-        """ResetLine: leave the bus at once, breaking a frame being sent; the line is not initialised then.
-
-        The response table is empty; FIFOs keep what is in them.
-        """
-        self._lease.reset()
-
-    @vci_call
-    def start_line(self) -> None:
-        """StartLine: take part in the bus. Raises VciNotInitialized before `init_line`."""
-        self._lease.start()
-
-    @vci_call
-    def stop_line(self) -> None:
-        """StopLine: leave the bus once the frame being sent is through; response table and FIFOs stay."""
-        self._lease.stop()
 
     @vci_call
     def write_message(self, send: bool, message: LinMsg) -> None:
@@ -91,16 +71,6 @@ class LinControl(LineObject):
     def get_line_status(self) -> LinLineStatus:
         """GetLineStatus: at any time."""
         return line_status(self._line.lin_status())
-
-    def _check(self) -> None:
-        super()._check()
-        self._lease.check()
-
-    def _close(self) -> None:
-        try:
-            self._lease.close()
-        finally:
-            super()._close()
 
 
 def _check_is_data(kind: int) -> None:

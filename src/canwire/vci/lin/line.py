@@ -1,5 +1,6 @@
 """How a LIN line is set up, how it is, and what goes out on it: VCI's structures to canwire's and back.
 
+can/line.py looks alike; its words are of other bits.
 A line remembers the structure it was initialised with, so that every program reads the same back.
 Source: VCI V4 manual (seed 004) 5.3.3 and 7.4.1 to 7.4.6; reference/vci.md section 4.
 """

@@ -1,95 +1,21 @@
-"""LIN messages: LINMSGINFO and LINMSG, and the numpy dtypes of the latter.
+"""LIN messages: LINMSG.
 
-Source: VCI V4 manual (seed 004) 7.4.5 and 7.4.6; lintype.h of VCI 4.1; reference/vci.md sections 4 and 5.
+Source: VCI V4 manual (seed 004) 7.4.6; lintype.h of VCI 4.1; reference/vci.md section 5.
 """
 
 from __future__ import annotations
 
-import operator
-from functools import cache
-from typing import TYPE_CHECKING, Self, TypedDict, Unpack
+from typing import Self, Unpack
 
-from canwire.vci.can.dtypes import load_numpy
+from canwire.packed.kinds import limited
 from canwire.vci.lin.constants import LIN_MSGTYPE_DATA, LIN_MSGTYPE_TMOVR
+from canwire.vci.lin.msg_info import LinInfoBits, LinMsgInfo
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
-from canwire.vci.structures.info_bits import BitField
-from canwire.vci.structures.members import limited, member, show_octets, u32, x32
+from canwire.vci.structures.info_bits import info_member, shown_bits
+from canwire.vci.structures.members import data_field, u32
 from canwire.vci.structures.structure import Structure, structure
 
-if TYPE_CHECKING:
-    import numpy
-
 _ROOM = 8
-
-
-class LinInfoBits(TypedDict, total=False):
-    """LINMSGINFO.Bits, as keyword arguments."""
-
-    pid: int
-    type: int
-    dlen: int
-    ecs: int
-    sor: int
-    ovr: int
-    ido: int
-    res: int
-
-
-_BITS = tuple(LinInfoBits.__annotations__)
-_BYTES = (("bPid", "bytes_pid"), ("bType", "bytes_type"), ("bDlen", "bytes_dlen"), ("bFlags", "flags"))
-_MISPRINT = ("Bytes.pid", "pid")
-
-
-@structure(
-    "LINMSGINFO",
-    init=False,
-    also=(
-        *((f"Bits.{one}", one) for one in _BITS),
-        *((f"Bytes.{c_name}", name) for c_name, name in _BYTES),
-        _MISPRINT,
-    ),
-)
-class LinMsgInfo(Structure):
-    """What kind of message it is, over one 32-bit `value`: bit fields, and the same bits as four bytes.
-
-    `pid` protected identifier: LIN_PIDMASK_ID and LIN_PIDMASK_PARITY, 0xFF if the message is about no frame;
-    `type` LIN_MSGTYPE_; `dlen` valid bytes of data, of LIN_MSGTYPE_TMOVR how often the counter ran over; `ecs`
-    enhanced checksum of LIN 2; `sor` this controller sent the response; `ovr` the receive FIFO was full after
-    this message; `ido` send the header alone. `flags` holds LIN_MSGFLAGS_.
-    Raises VciInvalidArgument for a field that gets more than it holds. Source: manual 7.4.5.
-    """
-
-    value: int = x32("dwMsgInfo")
-
-    pid = BitField(0, 8)
-    type = BitField(8, 8)
-    dlen = BitField(16, 8)
-    ecs = BitField(24, 1)
-    sor = BitField(25, 1)
-    ovr = BitField(26, 1)
-    ido = BitField(27, 1)
-    res = BitField(28, 4)
-
-    bytes_pid = BitField(0, 8)
-    bytes_type = BitField(8, 8)
-    bytes_dlen = BitField(16, 8)
-    flags = BitField(24, 8)
-
-    def __init__(self, value: int = 0, **bits: Unpack[LinInfoBits]) -> None:
-        self.value = value
-        for name, given in bits.items():
-            if name not in _BITS:
-                raise TypeError(f"LINMSGINFO has no bit field {name!r}")
-            setattr(self, name, given)
-
-    def __repr__(self) -> str:
-        return f"LinMsgInfo({', '.join(_shown_bits(self))})"
-
-
-def _shown_bits(info: LinMsgInfo) -> list[str]:
-    """The bit fields that are not 0, as keyword arguments; the identifier in hex."""
-    given = [(name, getattr(info, name)) for name in _BITS]
-    return [f"{name}={value:#x}" if name == "pid" else f"{name}={value}" for name, value in given if value]
 
 
 @structure("LINMSG", init=False, also=(("abData", "data"),))
@@ -106,23 +32,8 @@ class LinMsg(Structure):
     """
 
     time: int = u32("dwTime")
-    msg_info: LinMsgInfo = member(
-        c_name="uMsgInfo",
-        format="I",
-        wants="a LinMsgInfo of 32 bits",
-        default=LinMsgInfo,
-        encode=operator.attrgetter("value"),
-        decode=LinMsgInfo,
-    )
-    ab_data: bytearray = member(
-        c_name="abData",
-        format=f"{_ROOM}s",
-        wants=f"at most {_ROOM} bytes",
-        default=lambda: bytearray(_ROOM),
-        encode=lambda value: limited(value, _ROOM),
-        decode=bytearray,
-        show=show_octets,
-    )
+    msg_info: LinMsgInfo = info_member(LinMsgInfo)
+    ab_data: bytearray = data_field(_ROOM)
 
     def __init__(
         self,
@@ -171,13 +82,13 @@ class LinMsg(Structure):
     def __repr__(self) -> str:
         data, others = self.data, LinMsgInfo(self.msg_info.value)
         shown = [f"time={self.time}"] if self.time else []
-        shown += _shown_bits(LinMsgInfo(pid=others.pid))
+        shown += shown_bits(LinMsgInfo(pid=others.pid))
         if data:
             shown.append(f'data=bytes.fromhex("{data.hex()}")')
         others.pid = 0
         if others.dlen == len(data):
             others.dlen = 0
-        return f"LinMsg({', '.join(shown + _shown_bits(others))})"
+        return f"LinMsg({', '.join(shown + shown_bits(others))})"
 
 
 def _fitting(data: bytes) -> bytes:
@@ -185,22 +96,3 @@ def _fitting(data: bytes) -> bytes:
         return limited(data, _ROOM)
     except (TypeError, ValueError):
         raise VciError(VCI_E_INVALIDARG, f"LINMSG.abData takes {_ROOM} bytes") from None
-
-
-@cache
-def linmsg_dtype() -> numpy.dtype[numpy.void]:
-    """LINMSG: dwTime (ticks), uMsgInfo, abData[8]; 16 bytes."""
-    return load_numpy().dtype([("dwTime", "<u4"), ("uMsgInfo", "<u4"), ("abData", "u1", _ROOM)])
-
-
-@cache
-def linmsg_view_dtype() -> numpy.dtype[numpy.void]:
-    """LINMSG's fields where the 80-byte records of a monitor's FIFO have them."""
-    return load_numpy().dtype(
-        {
-            "names": ["dwTime", "uMsgInfo", "abData"],
-            "formats": ["<u4", "<u4", ("u1", _ROOM)],
-            "offsets": [0, 12, 16],
-            "itemsize": 80,
-        }
-    )

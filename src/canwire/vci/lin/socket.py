@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import ClassVar
 from uuid import UUID
 
-from canwire.vci.bus_line import SocketObject
 from canwire.vci.lin.line import capabilities_of, line_status
 from canwire.vci.lin.monitor import LinMonitor
 from canwire.vci.lin.structures import LinCapabilities, LinLineStatus
+from canwire.vci.line_objects import SocketObject
 from canwire.vci.structures.guids import IID_ILinSocket, IID_IUnknown
 from canwire.vci.unknown import vci_call
 

@@ -1,17 +1,34 @@
-"""Bit fields of the message information words, CANMSGINFO and LINMSGINFO."""
+"""Message information words, CANMSGINFO and LINMSGINFO: 32 bits with names, and the member that holds them."""
 
 from __future__ import annotations
 
 import operator
-from typing import Protocol, Self, overload
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self, overload
 
+from canwire.packed.layout import Kind
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
+from canwire.vci.structures.members import member
+from canwire.vci.structures.structure import Structure
 
 
-class InfoWord(Protocol):
-    """What the fields are fields of."""
+class InfoWord(Structure):
+    """A 32-bit `value` with bit fields, of which `BITS` are keyword arguments and `IN_HEX` are printed so."""
 
+    __slots__ = ("value",)
+    BITS: ClassVar[tuple[str, ...]]
+    IN_HEX: ClassVar[tuple[str, ...]] = ()
     value: int
+
+    def _put(self, value: int, bits: Mapping[str, object]) -> None:
+        self.value = value
+        for name, given in bits.items():
+            if name not in self.BITS:
+                raise TypeError(f"{self.NAME} has no bit field {name!r}")
+            setattr(self, name, given)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(shown_bits(self))})"
 
 
 class BitField:
@@ -42,3 +59,17 @@ class BitField:
         if not 0 <= number <= self.highest:
             raise VciError(VCI_E_INVALIDARG, f"{self.structure}'s {self.name} is from 0 to {self.highest}")
         info.value = info.value & ~(self.highest << self.shift) | number << self.shift
+
+
+def shown_bits(info: InfoWord) -> list[str]:
+    """The bit fields that are not 0, as keyword arguments."""
+    given = [(name, getattr(info, name)) for name in info.BITS]
+    return [
+        f"{name}={value:#x}" if name in info.IN_HEX else f"{name}={value}" for name, value in given if value
+    ]
+
+
+def info_member(of: type[InfoWord]) -> Any:
+    """uMsgInfo of a message."""
+    kind = Kind("I", f"a {of.__name__} of 32 bits", encode=operator.attrgetter("value"), decode=of)
+    return member("uMsgInfo", kind, of)

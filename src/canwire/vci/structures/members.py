@@ -7,81 +7,85 @@ Source: VCI V4 headers (stdtype.h: fixed-width words, BOOL8 and BOOL32); referen
 from __future__ import annotations
 
 import dataclasses
-import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 from uuid import UUID
 
+from canwire.packed import kinds
+from canwire.packed.kinds import limited
+from canwire.packed.layout import Kind
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Member:
-    """One item of a `struct` format; `encode` and `decode` turn Python's value into it and back.
+    """A member's C name and its kind.
 
-    `wants` says in words what fits. `complete` is what a constructor does to a value, `show` how it
-    is printed.
+    `complete` is what a constructor does to a value, `show` how it is printed.
     """
 
     c_name: str
-    format: str
-    wants: str
+    kind: Kind
     default: Callable[[], Any]
-    encode: Callable[[Any], Any] | None = None
-    decode: Callable[[Any], Any] | None = None
     complete: Callable[[Any], Any] | None = None
     show: Callable[[Any], str] = repr
     name: str = ""
 
 
-def member(**described: Any) -> Any:
+def member(
+    c_name: str,
+    kind: Kind,
+    default: Callable[[], Any],
+    *,
+    complete: Callable[[Any], Any] | None = None,
+    show: Callable[[Any], str] = repr,
+) -> Any:
     """A dataclass field with a Member of these arguments in its metadata."""
-    made = Member(**described)
-    return dataclasses.field(default_factory=made.default, metadata={"member": made})
+    made = Member(c_name, kind, default, complete, show)
+    return dataclasses.field(default_factory=default, metadata={"member": made})
 
 
-def _word(c_name: str, format_: str, low: int, high: int, show: Callable[[Any], str] = repr) -> Any:
-    return member(
-        c_name=c_name, format=format_, wants=f"a whole number from {low} to {high}", default=int, show=show
-    )
+def _word(c_name: str, format: str, show: Callable[[Any], str] = repr) -> Any:
+    return member(c_name, kinds.number(format), int, show=show)
 
 
 def u8(c_name: str) -> Any:
     """UINT8."""
-    return _word(c_name, "B", 0, 0xFF)
+    return _word(c_name, "B")
 
 
 def u16(c_name: str) -> Any:
     """UINT16."""
-    return _word(c_name, "H", 0, 0xFFFF)
+    return _word(c_name, "H")
 
 
 def u32(c_name: str) -> Any:
     """UINT32."""
-    return _word(c_name, "I", 0, 0xFFFF_FFFF)
+    return _word(c_name, "I")
 
 
 def x16(c_name: str) -> Any:
     """UINT16 that is printed in hex."""
-    return _word(c_name, "H", 0, 0xFFFF, _show_hex)
+    return _word(c_name, "H", _show_hex)
 
 
 def x32(c_name: str) -> Any:
     """UINT32 that is printed in hex."""
-    return _word(c_name, "I", 0, 0xFFFF_FFFF, _show_hex)
+    return _word(c_name, "I", _show_hex)
 
 
 def i64(c_name: str) -> Any:
     """INT64, printed in hex."""
-    return _word(c_name, "q", -(1 << 63), (1 << 63) - 1, _show_hex)
+    return _word(c_name, "q", _show_hex)
 
 
 def bool8(c_name: str) -> Any:
     """BOOL8: everything but 0 is True."""
-    return member(c_name=c_name, format="b", wants="True or False", default=bool, decode=bool)
+    return member(c_name, Kind("b", "True or False", decode=bool), bool)
 
 
 def bool32(c_name: str) -> Any:
     """BOOL32: everything but 0 is True."""
-    return member(c_name=c_name, format="i", wants="True or False", default=bool, decode=bool)
+    return member(c_name, Kind("i", "True or False", decode=bool), bool)
 
 
 def octets(c_name: str, size: int) -> Any:
@@ -91,15 +95,12 @@ def octets(c_name: str, size: int) -> Any:
         fits = isinstance(value, bytes | bytearray | memoryview)
         return bytes(value).ljust(size, b"\0") if fits else value  # type: ignore[call-overload]
 
-    return member(
-        c_name=c_name,
-        format=f"{size}s",
-        wants=f"at most {size} bytes",
-        default=lambda: bytes(size),
-        encode=lambda value: limited(value, size),
-        complete=complete,
-        show=show_octets,
-    )
+    return member(c_name, kinds.octets(size), lambda: bytes(size), complete=complete, show=show_octets)
+
+
+def data_field(size: int) -> Any:
+    """abData, UINT8[size] that may be written byte by byte, as a bytearray."""
+    return member("abData", kinds.octets(size, made=bytearray), lambda: bytearray(size), show=show_octets)
 
 
 def text(c_name: str, size: int) -> Any:
@@ -110,86 +111,67 @@ def text(c_name: str, size: int) -> Any:
             raise ValueError("a NUL ends the text")
         return limited(value.encode("latin-1"), size - 1)
 
-    return member(
-        c_name=c_name,
-        format=f"{size}s",
-        wants=f"at most {size - 1} characters of Latin-1",
-        default=str,
-        encode=encode,
-        decode=lambda raw: raw.partition(b"\0")[0].decode("latin-1"),
-    )
+    def decode(data: bytes) -> str:
+        return data.partition(b"\0")[0].decode("latin-1")
+
+    wants = f"at most {size - 1} characters of Latin-1"
+    return member(c_name, Kind(f"{size}s", wants, encode=encode, decode=decode), str)
 
 
 def guid(c_name: str) -> Any:
     """GUID: its first three fields are little-endian numbers."""
-    return member(
-        c_name=c_name,
-        format="16s",
-        wants="a uuid.UUID",
-        default=lambda: UUID(int=0),
+    kind = Kind(
+        "16s",
+        "a uuid.UUID",
         encode=lambda value: value.bytes_le,
-        decode=lambda raw: UUID(bytes_le=raw),
+        decode=lambda data: UUID(bytes_le=data),
     )
+    return member(c_name, kind, lambda: UUID(int=0))
 
 
 def words(c_name: str, count: int) -> Any:
     """UINT16[count], as a list; fewer are filled up with zeros."""
-    layout = struct.Struct(f"<{count}H")
 
-    def complete(value: Sequence[int]) -> list[int]:
-        return [*value, *[0] * (count - len(value))]
+    def complete(value: object) -> object:
+        return [*value, *[0] * (count - len(value))] if isinstance(value, list | tuple) else value
 
     return member(
-        c_name=c_name,
-        format=f"{layout.size}s",
-        wants=f"at most {count} whole numbers from 0 to 65535",
-        default=lambda: [0] * count,
-        encode=lambda value: layout.pack(*complete(value)),
-        decode=lambda raw: list(layout.unpack(raw)),
-        complete=lambda value: complete(value) if isinstance(value, list | tuple) else value,
+        c_name,
+        kinds.numbers("H", count, made=list),
+        lambda: [0] * count,
+        complete=complete,
         show=lambda value: f"[{', '.join(map(_show_hex, _trimmed(value, 0)))}]",
     )
 
 
-def nested(c_name: str, kind: Any) -> Any:
+def nested(c_name: str, of: Any) -> Any:
     """A structure inside a structure."""
-    return member(
-        c_name=c_name,
-        format=f"{kind.SIZE}s",
-        wants=f"a {kind.__name__}",
-        default=kind,
-        encode=lambda value: _packed(value, kind),
-        decode=kind.from_bytes,
-    )
+    return member(c_name, _inside(of), of)
 
 
-def nested_array(c_name: str, kind: Any, count: int) -> Any:
+def nested_array(c_name: str, of: Any, count: int) -> Any:
     """An array of structures, as a list; fewer are filled up with empty ones."""
+    one, size = _inside(of), of.SIZE
 
-    def complete(value: Sequence[Any]) -> list[Any]:
-        return [*value, *(kind() for _ in range(count - len(value)))]
+    def filled(value: Sequence[Any]) -> list[Any]:
+        return [*value, *(of() for _ in range(count - len(value)))]
 
-    def decode(raw: bytes) -> list[Any]:
-        return [kind.from_bytes(raw[at : at + kind.SIZE]) for at in range(0, len(raw), kind.SIZE)]
+    def decode(data: bytes) -> list[Any]:
+        return [of.from_bytes(data[at : at + size]) for at in range(0, len(data), size)]
 
-    return member(
-        c_name=c_name,
-        format=f"{count * kind.SIZE}s",
-        wants=f"at most {count} times {kind.__name__}",
-        default=lambda: complete([]),
-        encode=lambda value: limited(b"".join(_packed(one, kind) for one in value), count * kind.SIZE),
+    kind = Kind(
+        f"{count * size}s",
+        f"at most {count} times {of.__name__}",
+        encode=lambda value: limited(b"".join(of.to_bytes(one.fit(item)) for item in value), count * size),
         decode=decode,
-        complete=lambda value: complete(value) if isinstance(value, list | tuple) else value,
-        show=lambda value: repr(_trimmed(value, kind())),
     )
-
-
-def limited(value: Any, size: int) -> bytes:
-    """The bytes of any buffer; ValueError if there are more than `size`, TypeError if it is none."""
-    raw = bytes(memoryview(value))
-    if len(raw) > size:
-        raise ValueError(f"more than {size} bytes")
-    return raw
+    return member(
+        c_name,
+        kind,
+        lambda: filled([]),
+        complete=lambda value: filled(value) if isinstance(value, list | tuple) else value,
+        show=lambda value: repr(_trimmed(value, of())),
+    )
 
 
 def show_octets(value: Any) -> str:
@@ -199,11 +181,8 @@ def show_octets(value: Any) -> str:
     return f'bytes.fromhex("{bytes(value).rstrip(bytes(1)).hex()}")'
 
 
-def _packed(value: Any, kind: Any) -> bytes:
-    if not isinstance(value, kind):
-        raise TypeError(f"not a {kind.__name__}")
-    packed: bytes = value.to_bytes()
-    return packed
+def _inside(of: Any) -> Kind:
+    return kinds.nested(of, of.SIZE, of.to_bytes, of.from_bytes)
 
 
 def _show_hex(value: Any) -> str:

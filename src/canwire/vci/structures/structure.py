@@ -21,10 +21,9 @@ import struct
 from collections.abc import Callable
 from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
+from canwire.packed.layout import Layout, Misfit, brief
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciError
 from canwire.vci.structures.members import Member
-
-MISFITS = (struct.error, TypeError, ValueError, AttributeError)
 
 
 class Structure:
@@ -40,9 +39,7 @@ class Structure:
     SIZE: ClassVar[int]
     FIELDS: ClassVar[tuple[tuple[str, str], ...]]
     _members: ClassVar[tuple[Member, ...]]
-    _layout: ClassVar[struct.Struct]
-    _encoders: ClassVar[tuple[tuple[str, Callable[[Any], Any] | None], ...]]
-    _decoders: ClassVar[tuple[tuple[str, Callable[[Any], Any] | None], ...]]
+    _layout: ClassVar[Layout]
 
     def __post_init__(self) -> None:
         for member in self._members:
@@ -55,27 +52,24 @@ class Structure:
         Raises VciInvalidArgument naming the first member that does not fit.
         """
         try:
-            return self._layout.pack(
-                *[
-                    encode(getattr(self, name)) if encode else getattr(self, name)
-                    for name, encode in self._encoders
-                ]
-            )
-        except MISFITS:
-            raise self._misfit() from None
+            return self._layout.pack(self)
+        except Misfit as misfit:
+            raise self._refused(misfit) from None
 
     @classmethod
     def from_bytes(cls, data: bytes | bytearray | memoryview) -> Self:
         """The structure in exactly `SIZE` bytes; raises VciInvalidArgument for any other number."""
         made = cls.__new__(cls)
-        for (name, decode), item in zip(cls._decoders, cls._unpack(data), strict=True):
-            setattr(made, name, decode(item) if decode else item)
+        values = cls._layout.decoded(cls._unpack(data))
+        for name, value in zip(cls._layout.kinds, values, strict=True):
+            setattr(made, name, value)
         return made
 
     @classmethod
     def _unpack(cls, data: bytes | bytearray | memoryview) -> tuple[Any, ...]:
+        """The items as they lie in memory."""
         try:
-            return cls._layout.unpack(data)
+            return cls._layout.struct.unpack(data)
         except (struct.error, TypeError):
             raise VciError(VCI_E_INVALIDARG, f"{cls.NAME} takes {cls.SIZE} bytes") from None
 
@@ -97,22 +91,10 @@ class Structure:
         ]
         return f"{type(self).__name__}({', '.join(shown)})"
 
-    def _misfit(self) -> VciError:
-        for member in self._members:
-            value = getattr(self, member.name)
-            try:
-                struct.pack(f"<{member.format}", member.encode(value) if member.encode else value)
-            except MISFITS:
-                place = f"{self.NAME}.{member.c_name} ({member.name})"
-                return VciError(VCI_E_INVALIDARG, f"{place} is {_brief(value)}: not {member.wants}")
-        return VciError(VCI_E_INVALIDARG, self.NAME)
-
-
-def _brief(value: object) -> str:
-    try:
-        return f"{value!r:.60}"
-    except ValueError:  # Python prints no whole number of thousands of digits
-        return "out of all range"
+    def _refused(self, misfit: Misfit) -> VciError:
+        c_name = next(one.c_name for one in self._members if one.name == misfit.name)
+        place = f"{self.NAME}.{c_name} ({misfit.name})"
+        return VciError(VCI_E_INVALIDARG, f"{place} is {brief(misfit.value, 60)}: not {misfit.wants}")
 
 
 S = TypeVar("S", bound=Structure)
@@ -133,9 +115,7 @@ def structure(
         made.NAME = c_name
         made.FIELDS = (*((one.c_name, one.name) for one in members), *also)
         made._members = tuple(members)
-        made._encoders = tuple((one.name, one.encode) for one in members)
-        made._decoders = tuple((one.name, one.decode) for one in members)
-        made._layout = struct.Struct("<" + "".join(one.format for one in members))
+        made._layout = Layout({one.name: one.kind for one in members})
         made.SIZE = made._layout.size
         return made
 

@@ -10,18 +10,11 @@ an `out` parameter return it. Classes leave out the I of their interface, and ha
 
 from canwire.vci.structures.errors import VciError
 from canwire.vci.v3.bal import BalObject
+from canwire.vci.v3.bus_type import VciBusType
 from canwire.vci.v3.can.bitrate import CanBitrate
 from canwire.vci.v3.can.channel import CanChannel
 from canwire.vci.v3.can.control import CanControl
-from canwire.vci.v3.can.message import CanCyclicTXMsg, CanMessage
-from canwire.vci.v3.can.reader_writer import CanMessageReader, CanMessageWriter
-from canwire.vci.v3.can.scheduler import CanScheduler
-from canwire.vci.v3.can.socket import CanSocket
-from canwire.vci.v3.can.status import CanChannelStatus, CanLineStatus
-from canwire.vci.v3.device import VciDevice
-from canwire.vci.v3.device_info import VciCtrlInfo, Version
-from canwire.vci.v3.disposable import Disposable
-from canwire.vci.v3.enums import (
+from canwire.vci.v3.can.enums import (
     CanAccCode,
     CanAccMask,
     CanBusCouplings,
@@ -37,8 +30,15 @@ from canwire.vci.v3.enums import (
     CanMsgFrameType,
     CanMsgInfoValue,
     CanOperatingModes,
-    VciBusType,
 )
+from canwire.vci.v3.can.message import CanCyclicTXMsg, CanMessage
+from canwire.vci.v3.can.reader_writer import CanMessageReader, CanMessageWriter
+from canwire.vci.v3.can.scheduler import CanScheduler
+from canwire.vci.v3.can.socket import CanSocket
+from canwire.vci.v3.can.status import CanChannelStatus, CanLineStatus
+from canwire.vci.v3.device import VciDevice
+from canwire.vci.v3.device_info import VciCtrlInfo, Version
+from canwire.vci.v3.disposable import Disposable
 from canwire.vci.v3.errors import (
     ArgumentException,
     ArgumentOutOfRangeException,

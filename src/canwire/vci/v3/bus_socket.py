@@ -1,4 +1,4 @@
-"""What every interface of a connector has in common, and what channels and monitors do.
+"""What every interface of a connector has in common, and what control units, channels and monitors do.
 
 Source: VCI V3 .NET manual (seed 002) 4.1, 4.2.3 and 4.3.3; reference/vci.md section 7a.
 """
@@ -7,19 +7,26 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 from uuid import UUID
 
+from canwire.vci.line_objects import QueueObject
 from canwire.vci.structures.errors import VCI_E_NOT_INITIALIZED, VciAccessDenied, VciError
-from canwire.vci.unknown import Unknown
-from canwire.vci.v3.disposable import Disposable
+from canwire.vci.v3.disposable import Disposable, net_call
 from canwire.vci.v3.errors import ObjectDisposedException
 from canwire.vci.v3.resource import BalResource
 
 if TYPE_CHECKING:
     from canwire.vci import bal
 
-Queue = TypeVar("Queue", bound=Unknown)
+Queue = TypeVar("Queue", bound=QueueObject[Any])
+
+
+class Capabilities(Protocol):
+    """What CANCAPABILITIES and LINCAPABILITIES have in common."""
+
+    clock_freq: int
+    tsc_divisor: int
 
 
 class BusSocket(BalResource, Disposable):
@@ -46,6 +53,58 @@ class BusSocket(BalResource, Disposable):
     def _open(self, iid: UUID) -> Any:
         return self._hold(self._bal.open_socket(self.bus_port, iid))
 
+    def _capabilities(self) -> Capabilities:
+        """V4's, which each kind of bus has of its own."""
+        raise NotImplementedError
+
+    @property
+    @net_call
+    def clock_frequency(self) -> int:
+        """ClockFrequency in Hz, of the time stamps, and of the other timers of a CAN line."""
+        return self._capabilities().clock_freq
+
+    @property
+    @net_call
+    def time_stamp_counter_divisor(self) -> int:
+        """TimeStampCounterDivisor."""
+        return self._capabilities().tsc_divisor
+
+
+class ControlSocket(BusSocket):
+    """A control unit: V4's `_control`."""
+
+    _control_iid: ClassVar[UUID]
+    _control: Any
+
+    def _open_more(self) -> None:
+        self._control = self._open(self._control_iid)
+
+    @net_call
+    def start_line(self) -> None:
+        """StartLine: take part in the bus. Raises VciException on a line that is undefined."""
+        self._control.start_line()
+
+    @net_call
+    def stop_line(self) -> None:
+        """StopLine: leave the bus once the message being sent is through; filters, response table and FIFOs stay."""
+        self._control.stop_line()
+
+    @net_call
+    def reset_line(self) -> None:
+        """ResetLine: leave the bus at once, breaking a message being sent; FIFOs stay.
+
+        All filters of a CAN line are dropped, the response table of a LIN line is empty. The line is offline then
+        with the settings it had, for `start_line`; V4's is not initialised then.
+        """
+        settings = self._settings()
+        self._control.reset_line()
+        if settings is not None:
+            self._control.init_line(settings)
+
+    def _settings(self) -> Any:
+        """What InitLine of V4 has to be called with for the line to be as it is now; None: it cannot."""
+        raise NotImplementedError
+
 
 class QueueSocket(BusSocket, Generic[Queue]):
     """A channel or monitor: V4's `_queue`, which is made anew where Initialize asks for another exclusiveness."""
@@ -61,6 +120,16 @@ class QueueSocket(BusSocket, Generic[Queue]):
     def _make(self, exclusive: bool) -> Queue:
         """V4's queue, from V4's socket."""
         raise NotImplementedError
+
+    @net_call
+    def activate(self) -> None:
+        """Activate: from now on messages move between FIFOs and line, as far as that is started."""
+        self._initialized_queue().activate()
+
+    @net_call
+    def deactivate(self) -> None:
+        """Deactivate: no more; what is in the FIFOs stays."""
+        self._initialized_queue().deactivate()
 
     def _be_exclusive(self, exclusive: bool) -> None:
         if exclusive != self._exclusive:

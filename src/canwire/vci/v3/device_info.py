@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from canwire.vci.controller_types import vci_bus_type, vci_ctl_type
-from canwire.vci.v3.enums import CanCtrlType, VciBusType
+from canwire.vci.v3.bus_type import VciBusType
+from canwire.vci.v3.can.enums import CanCtrlType
 
 
 class Version(NamedTuple):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from canwire.vci.controller_types import vci_bus_type
-from canwire.vci.v3.enums import VciBusType
+from canwire.vci.v3.bus_type import VciBusType
 from canwire.vci.v3.errors import checked
 
 

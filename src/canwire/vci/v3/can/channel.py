@@ -40,16 +40,6 @@ class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
         self._initialized = True
 
     @net_call
-    def activate(self) -> None:
-        """Activate: from now on messages move between the FIFOs and the line, as far as that is started."""
-        self._initialized_queue().activate()
-
-    @net_call
-    def deactivate(self) -> None:
-        """Deactivate: no more; what is in the FIFOs stays."""
-        self._initialized_queue().deactivate()
-
-    @net_call
     def get_message_reader(self) -> CanMessageReader:
         """GetMessageReader: one at a time, until its `dispose`."""
         return CanMessageReader(self._initialized_queue().get_reader())

@@ -6,6 +6,8 @@ Source: VCI V3 .NET manual (seed 002) 4.2.4; reference/vci.md section 7a; ruling
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
+from uuid import UUID
 
 from canwire.vci.arguments import UINT8, UINT16
 from canwire.vci.can import control as can_control
@@ -13,25 +15,27 @@ from canwire.vci.can.structures import CanBtrTable, CanInitLine
 from canwire.vci.structures.constants import CAN_BTR_TABLE_SIZE, CAN_OPMODE_AUTOBAUD, CAN_OPMODE_STANDARD
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VCI_E_TIMEOUT, VciTimeout
 from canwire.vci.structures.guids import IID_ICanControl
+from canwire.vci.v3.bus_socket import ControlSocket
 from canwire.vci.v3.can.bitrate import CanBitrate
+from canwire.vci.v3.can.enums import CanOperatingModes
 from canwire.vci.v3.can.socket import CanSocket
 from canwire.vci.v3.disposable import net_call
-from canwire.vci.v3.enums import CanOperatingModes
 from canwire.vci.v3.errors import ArgumentException, VciException, checked
 
 _NOTHING_HEARD = -1
 
 
-class CanControl(CanSocket):
+class CanControl(ControlSocket, CanSocket):
     """ICanControl. One program at a time may have it.
 
     Undefined -> `init_line` or `detect_baud` -> offline -> `start_line` -> online -> `stop_line` or `reset_line`
     -> offline. Calls that are wrong in a state raise VciException. Disposed, it leaves the line as it is for as long
-    as anything else is open on the line.
+    as anything else is open on the line. Of what ICanControl2 had set up, mode and bit rate stay through
+    `reset_line`, as far as registers can express it; otherwise the line is not initialised then.
     """
 
-    def _open_more(self) -> None:
-        self._control: can_control.CanControl = self._open(IID_ICanControl)
+    _control_iid: ClassVar[UUID] = IID_ICanControl
+    _control: can_control.CanControl
 
     @net_call
     def detect_baud(self, timeout_ms: int, bitrates: Sequence[CanBitrate]) -> int:
@@ -63,29 +67,6 @@ class CanControl(CanSocket):
         if mode & CAN_OPMODE_AUTOBAUD:
             raise ArgumentException(VCI_E_INVALIDARG, f"operating_mode {mode:#x}: CanOperatingModes")
         self._control.init_line(CanInitLine(mode, 0, bitrate.btr0, bitrate.btr1))
-
-    @net_call
-    def start_line(self) -> None:
-        """StartLine: take part in the bus. Raises VciException before `init_line` or a `detect_baud` that found."""
-        self._control.start_line()
-
-    @net_call
-    def stop_line(self) -> None:
-        """StopLine: leave the bus once the message being sent is through; filters and FIFOs stay as they are."""
-        self._control.stop_line()
-
-    @net_call
-    def reset_line(self) -> None:
-        """ResetLine: leave the bus at once, breaking a message being sent, and drop all filters; FIFOs stay.
-
-        The line is offline then with the settings it had, for `start_line`; V4's is not initialised then. Of what
-        ICanControl2 had set up, mode and bit rate stay, as far as registers can express it; otherwise the line is
-        not initialised then.
-        """
-        settings = self._settings()
-        self._control.reset_line()
-        if settings is not None:
-            self._control.init_line(settings)
 
     @net_call
     def set_acc_filter(self, select: int, code: int, mask: int) -> None:

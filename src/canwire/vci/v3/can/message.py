@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import Self, overload
 
-from canwire.vci.arguments import UINT8, UINT16, UINT32
+from canwire.vci.arguments import UINT16, UINT32
 from canwire.vci.can.message import CanCyclicTxMsg, CanMsg
-from canwire.vci.structures.constants import CAN_SDLC_MAX, CAN_SLEN_MAX
-from canwire.vci.v3.enums import (
+from canwire.vci.structures.constants import CAN_SDLC_MAX
+from canwire.vci.v3.can.enums import (
     V3_ERRORS,
     CanCyclicTXIncMode,
     CanCyclicTXStatus,
@@ -19,6 +19,7 @@ from canwire.vci.v3.enums import (
     CanMsgFrameType,
 )
 from canwire.vci.v3.errors import checked
+from canwire.vci.v3.message import LONGEST, Message
 
 
 class _Flag:
@@ -40,7 +41,7 @@ class _Flag:
         setattr(message.raw.msg_info, self.bit, int(bool(value)))
 
 
-class CanMessage:
+class CanMessage(Message[CanMsg]):
     """A CAN message of up to 8 bytes; a new one is a data message of no bytes. `message[i]` is byte i, 0 to 7.
 
     `self_reception_request`: the sender wants it back; on a received message: it came back. Also
@@ -48,7 +49,7 @@ class CanMessage:
     `raw` is V4's structure behind it. Properties raise ArgumentOutOfRangeException for what they do not take.
     """
 
-    __slots__ = ("raw",)
+    __slots__ = ()
 
     self_reception_request = _Flag("srr")
     remote_transmission_request = _Flag("rtr")
@@ -58,19 +59,6 @@ class CanMessage:
 
     def __init__(self) -> None:
         self.raw = CanMsg()
-
-    @property
-    def time_stamp(self) -> int:
-        """TimeStamp, 32 bits. Received: ticks of TimeStampCounterDivisor / ClockFrequency seconds.
-
-        To send: how many ticks of DelayedTXTimerDivisor / ClockFrequency seconds at least after the message sent
-        before, 0 for at once.
-        """
-        return self.raw.time
-
-    @time_stamp.setter
-    def time_stamp(self, ticks: int) -> None:
-        self.raw.time = checked("time_stamp", ticks, UINT32)
 
     @property
     def identifier(self) -> int:
@@ -96,11 +84,6 @@ class CanMessage:
         return CanMsgAccReason(self.raw.msg_info.afc)
 
     @property
-    def possible_overrun(self) -> bool:
-        """PossibleOverrun: messages were lost just before this one."""
-        return bool(self.raw.msg_info.ovr)
-
-    @property
     def data_length(self) -> int:
         """DataLength: the data length code, which takes 0 to 8; a received one may be higher and means 8."""
         return self.raw.msg_info.dlc
@@ -109,20 +92,9 @@ class CanMessage:
     def data_length(self, length: int) -> None:
         self.raw.msg_info.dlc = checked("data_length", length, CAN_SDLC_MAX)
 
-    def __getitem__(self, index: int) -> int:
-        return self.raw.ab_data[checked("index", index, CAN_SLEN_MAX - 1)]
-
-    def __setitem__(self, index: int, byte: int) -> None:
-        self.raw.ab_data[checked("index", index, CAN_SLEN_MAX - 1)] = checked("byte", byte, UINT8)
-
     def clear(self) -> None:
         """Clear: all zeros."""
         self.raw = CanMsg()
-
-    def __eq__(self, other: object) -> bool:
-        return self.raw == other.raw if isinstance(other, CanMessage) else NotImplemented
-
-    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         raw = self.raw
@@ -177,7 +149,7 @@ class CanCyclicTXMsg(CanMessage):
 
     @auto_increment_index.setter
     def auto_increment_index(self, index: int) -> None:
-        self._index = checked("auto_increment_index", index, CAN_SLEN_MAX - 1)
+        self._index = checked("auto_increment_index", index, LONGEST - 1)
 
     def clear(self) -> None:
         super().clear()

@@ -10,10 +10,10 @@ from canwire.vci.can import scheduler as can_scheduler
 from canwire.vci.structures.constants import CAN_CTXMSG_STAT_EMPTY
 from canwire.vci.structures.errors import VCI_E_INVALIDARG
 from canwire.vci.structures.guids import IID_ICanScheduler
+from canwire.vci.v3.can.enums import CanCyclicTXTaskStatus
 from canwire.vci.v3.can.message import CanCyclicTXMsg
 from canwire.vci.v3.can.socket import CanSocket
 from canwire.vci.v3.disposable import net_call
-from canwire.vci.v3.enums import CanCyclicTXTaskStatus
 from canwire.vci.v3.errors import ArgumentException, checked
 
 

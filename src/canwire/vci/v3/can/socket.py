@@ -11,9 +11,9 @@ from uuid import UUID
 from canwire.vci.structures.constants import CAN_FEATURE_EXTDATA, CAN_FEATURE_FASTDATA
 from canwire.vci.structures.guids import IID_ICanSocket, IID_ICanSocket2
 from canwire.vci.v3.bus_socket import BusSocket
+from canwire.vci.v3.can.enums import CanBusCouplings, CanCtrlType, CanFeatures
 from canwire.vci.v3.can.status import CanLineStatus
 from canwire.vci.v3.disposable import net_call
-from canwire.vci.v3.enums import CanBusCouplings, CanCtrlType, CanFeatures
 
 if TYPE_CHECKING:
     from canwire.vci.can import socket as can_socket
@@ -45,18 +45,6 @@ class CanSocket(BusSocket):
     def bus_coupling(self) -> CanBusCouplings:
         """BusCoupling."""
         return CanBusCouplings(self._capabilities().bus_coupling)
-
-    @property
-    @net_call
-    def clock_frequency(self) -> int:
-        """ClockFrequency in Hz, of all three timers."""
-        return self._capabilities().clock_freq
-
-    @property
-    @net_call
-    def time_stamp_counter_divisor(self) -> int:
-        """TimeStampCounterDivisor."""
-        return self._capabilities().tsc_divisor
 
     @property
     @net_call

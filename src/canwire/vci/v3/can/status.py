@@ -10,7 +10,7 @@ from typing import Self
 
 from canwire.vci.can import structures as can_structures
 from canwire.vci.v3.can.bitrate import CanBitrate, named
-from canwire.vci.v3.enums import CanCtrlStatus, CanOperatingModes
+from canwire.vci.v3.can.enums import CanCtrlStatus, CanOperatingModes
 
 
 @dataclass(frozen=True, slots=True)

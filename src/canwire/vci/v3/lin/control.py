@@ -5,11 +5,15 @@ Source: VCI V3 .NET manual (seed 002) 4.3.4; reference/vci.md section 7a; ruling
 
 from __future__ import annotations
 
+from typing import ClassVar
+from uuid import UUID
+
 from canwire.vci.lin import control as lin_control
 from canwire.vci.lin import structures as lin_structures
 from canwire.vci.lin.constants import LIN_BITRATE_UNDEF
 from canwire.vci.structures.errors import VCI_E_INVALIDARG
 from canwire.vci.structures.guids import IID_ILinControl
+from canwire.vci.v3.bus_socket import ControlSocket
 from canwire.vci.v3.disposable import net_call
 from canwire.vci.v3.errors import ArgumentException
 from canwire.vci.v3.lin.init import LinInitLine
@@ -17,16 +21,16 @@ from canwire.vci.v3.lin.message import LinMessage
 from canwire.vci.v3.lin.socket import LinSocket
 
 
-class LinControl(LinSocket):
+class LinControl(ControlSocket, LinSocket):
     """ILinControl. One program at a time may have it.
 
     Undefined -> `init_line` -> offline -> `start_line` -> online -> `stop_line` or `reset_line` -> offline. Calls that
     are wrong in a state raise VciException. Disposed, it leaves the line as it is for as long as anything else is open
-    on the line.
+    on the line. A bit rate that was found stays through `reset_line`.
     """
 
-    def _open_more(self) -> None:
-        self._control: lin_control.LinControl = self._open(IID_ILinControl)
+    _control_iid: ClassVar[UUID] = IID_ILinControl
+    _control: lin_control.LinControl
 
     @net_call
     def init_line(self, init: LinInitLine) -> None:
@@ -38,28 +42,6 @@ class LinControl(LinSocket):
         if not isinstance(init, LinInitLine):
             raise ArgumentException(VCI_E_INVALIDARG, f"a LinInitLine belongs here, not {init!r:.60}")
         self._control.init_line(init.structure())
-
-    @net_call
-    def start_line(self) -> None:
-        """StartLine: take part in the bus. Raises VciException before `init_line`."""
-        self._control.start_line()
-
-    @net_call
-    def stop_line(self) -> None:
-        """StopLine: leave the bus once the message being sent is through; response table and FIFOs stay."""
-        self._control.stop_line()
-
-    @net_call
-    def reset_line(self) -> None:
-        """ResetLine: leave the bus at once, breaking a message being sent, and empty the response table; FIFOs stay.
-
-        The line is offline then with the settings it had, for `start_line`; V4's is not initialised then. A bit rate
-        that was found stays.
-        """
-        settings = self._settings()
-        self._control.reset_line()
-        if settings is not None:
-            self._control.init_line(settings)
 
     @net_call
     def write_message(self, send: bool, message: LinMessage) -> None:

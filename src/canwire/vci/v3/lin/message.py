@@ -5,33 +5,23 @@ Source: VCI V3 .NET manual (seed 002) 4.3.3.1 and 4.3.4.2; reference/vci.md sect
 
 from __future__ import annotations
 
-from canwire.vci.arguments import UINT8, UINT32
+from canwire.vci.arguments import UINT8
 from canwire.vci.lin.message import LinMsg
 from canwire.vci.v3.errors import checked
 from canwire.vci.v3.lin.enums import LinMessageType, LinMsgError
+from canwire.vci.v3.message import LONGEST, Message
 
-_LONGEST = 8
 
-
-class LinMessage:
+class LinMessage(Message[LinMsg]):
     """A LIN message of up to 8 bytes; a new one is a data message of no bytes. `message[i]` is byte i, 0 to 7.
 
     `raw` is V4's structure behind it. Properties raise ArgumentOutOfRangeException for what they do not take.
     """
 
-    __slots__ = ("raw",)
+    __slots__ = ()
 
     def __init__(self) -> None:
         self.raw = LinMsg()
-
-    @property
-    def time_stamp(self) -> int:
-        """TimeStamp, 32 bits. Received: ticks of TimeStampCounterDivisor / ClockFrequency seconds. To send: 0."""
-        return self.raw.time
-
-    @time_stamp.setter
-    def time_stamp(self, ticks: int) -> None:
-        self.raw.time = checked("time_stamp", ticks, UINT32)
 
     @property
     def prot_id(self) -> int:
@@ -58,12 +48,7 @@ class LinMessage:
 
     @data_length.setter
     def data_length(self, length: int) -> None:
-        self.raw.msg_info.dlen = checked("data_length", length, _LONGEST)
-
-    @property
-    def possible_overrun(self) -> bool:
-        """PossibleOverrun: the receive FIFO was full after this message."""
-        return bool(self.raw.msg_info.ovr)
+        self.raw.msg_info.dlen = checked("data_length", length, LONGEST)
 
     @property
     def extended_crc(self) -> bool:
@@ -91,17 +76,6 @@ class LinMessage:
     @id_only.setter
     def id_only(self, alone: bool) -> None:
         self.raw.msg_info.ido = bool(alone)
-
-    def __getitem__(self, index: int) -> int:
-        return self.raw.ab_data[checked("index", index, _LONGEST - 1)]
-
-    def __setitem__(self, index: int, byte: int) -> None:
-        self.raw.ab_data[checked("index", index, _LONGEST - 1)] = checked("byte", byte, UINT8)
-
-    def __eq__(self, other: object) -> bool:
-        return self.raw == other.raw if isinstance(other, LinMessage) else NotImplemented
-
-    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         info = self.raw.msg_info

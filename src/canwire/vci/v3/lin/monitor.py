@@ -38,16 +38,6 @@ class LinMonitor(QueueSocket[lin_monitor.LinMonitor], LinSocket):
         self._initialized = True
 
     @net_call
-    def activate(self) -> None:
-        """Activate: from now on messages come, as far as the line is started."""
-        self._initialized_queue().activate()
-
-    @net_call
-    def deactivate(self) -> None:
-        """Deactivate: no more; what is in the FIFO stays."""
-        self._initialized_queue().deactivate()
-
-    @net_call
     def get_message_reader(self) -> LinMessageReader:
         """GetMessageReader: one at a time, until its `dispose`."""
         return LinMessageReader(self._initialized_queue().get_reader())

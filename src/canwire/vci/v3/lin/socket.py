@@ -62,15 +62,3 @@ class LinSocket(BusSocket):
     def supports_bus_load_computation(self) -> bool:
         """SupportsBusLoadComputation."""
         return LinFeatures.BUSLOAD in self.features
-
-    @property
-    @net_call
-    def clock_frequency(self) -> int:
-        """ClockFrequency in Hz, of the time stamps."""
-        return self._capabilities().clock_freq
-
-    @property
-    @net_call
-    def time_stamp_counter_divisor(self) -> int:
-        """TimeStampCounterDivisor."""
-        return self._capabilities().tsc_divisor

@@ -1,5 +1,7 @@
 """LinLineStatus and LinMonitorStatus: how a line or a monitor was when somebody asked.
 
+CAN's look alike; what they tell is of other flags.
+
 Source: VCI V3 .NET manual (seed 002) 4.3.2 and 4.3.3; reference/vci.md section 7a.
 """
 

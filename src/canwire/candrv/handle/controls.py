@@ -9,11 +9,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from canwire.candrv.constants import CanMode, Command, FrameFormat
+from canwire.candrv.device.state import checked
 from canwire.candrv.errors import translated
-from canwire.candrv.state import checked
 
 if TYPE_CHECKING:
-    from canwire.candrv.device import Device
+    from canwire.candrv.device.device import Device
     from canwire.candrv.structures import CAN_PROPERTIES
 
 T = TypeVar("T")

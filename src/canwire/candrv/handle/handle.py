@@ -12,21 +12,21 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire import CanwireError
-from canwire.candrv.channel import Channel
 from canwire.candrv.constants import INFINITE, FrameFormat, Win32Error
-from canwire.candrv.controls import Controls
 from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.event_queue import Event, EventQueue
 from canwire.candrv.filters import ALL_BITS, Filter
-from canwire.candrv.stream import EventStream
+from canwire.candrv.handle.channel import Channel
+from canwire.candrv.handle.controls import Controls
+from canwire.candrv.handle.stream import EventStream
+from canwire.candrv.handle.writing import Writer, ascii_of, seconds
 from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER, COMMTIMEOUTS
 from canwire.candrv.text import Message, format_event
-from canwire.candrv.writing import Writer, ascii_of, seconds
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from canwire.candrv.device import Device
+    from canwire.candrv.device.device import Device
 
 _LONGEST_DLC = 15
 

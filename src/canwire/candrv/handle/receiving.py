@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import SELF_RECEPTION, CanwireError, ErrorState, EventKind
 from canwire.candrv.constants import CanbusEvent, CanMode, FrameFormat
+from canwire.candrv.device.state import DeviceState, can_time
 from canwire.candrv.event_queue import Event, EventQueue
 from canwire.candrv.filters import ID_SHIFT, Filter, identifier_width
-from canwire.candrv.state import DeviceState, can_time
 
 if TYPE_CHECKING:
     from canwire import RingEnd

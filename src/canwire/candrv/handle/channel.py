@@ -21,12 +21,12 @@ from canwire import (
 )
 from canwire.candrv.constants import Win32Error
 from canwire.candrv.errors import CandrvError
-from canwire.candrv.receiving import EVENTS, RECORD, Key, Receiver, Ticket
-from canwire.candrv.waiting import WaitingRoom
+from canwire.candrv.handle.receiving import EVENTS, RECORD, Key, Receiver, Ticket
+from canwire.candrv.handle.waiting import WaitingRoom
 
 if TYPE_CHECKING:
     from canwire import HubChannel
-    from canwire.candrv.device import Device
+    from canwire.candrv.device.device import Device
     from canwire.candrv.event_queue import EventQueue
 
 LEAST_RING = 4096  # records that the hub keeps until somebody looks

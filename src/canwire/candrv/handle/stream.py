@@ -3,15 +3,32 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from canwire.candrv.constants import Win32Error
 from canwire.candrv.errors import CandrvError
 
-if TYPE_CHECKING:
-    from canwire.candrv.handle import Handle
-
 _THE_END = (Win32Error.ERROR_TIMEOUT, Win32Error.ERROR_OPERATION_ABORTED)
+
+
+class TextHandle(Protocol):
+    """What a stream needs of a handle."""
+
+    readable: bool
+    writable: bool
+
+    @property
+    def name(self) -> str:
+        """Its device's."""
+
+    def read_text(self) -> bytes:
+        """The next event, as text."""
+
+    def write(self, text: str) -> int:
+        """Messages as text; how much of it was used."""
+
+    def close(self) -> None:
+        """Give it back."""
 
 
 class EventStream(io.TextIOBase):
@@ -20,7 +37,7 @@ class EventStream(io.TextIOBase):
     It ends when no event comes within the read timeout, or the handle is closed.
     """
 
-    def __init__(self, handle: Handle) -> None:
+    def __init__(self, handle: TextHandle) -> None:
         super().__init__()
         self.handle = handle
 

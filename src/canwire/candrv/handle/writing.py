@@ -12,12 +12,12 @@ from canwire import CanwireError
 from canwire.candrv.constants import INFINITE, FrameFormat, Win32Error
 from canwire.candrv.errors import CandrvError, as_candrv
 from canwire.candrv.filters import identifier_of
-from canwire.candrv.receiving import DLC_SHIFT, EXTENDED, REMOTE, Key
+from canwire.candrv.handle.receiving import DLC_SHIFT, EXTENDED, REMOTE, Key
 from canwire.candrv.text import MalformedMessage, Message, MessageParser
 
 if TYPE_CHECKING:
-    from canwire.candrv.channel import Channel
-    from canwire.candrv.device import Device
+    from canwire.candrv.device.device import Device
+    from canwire.candrv.handle.channel import Channel
     from canwire.candrv.structures import COMMTIMEOUTS
 
 _LONGEST_DLC = 15

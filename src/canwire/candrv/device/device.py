@@ -18,7 +18,8 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, TypeVar
 
 from canwire import CanwireError, ErrorState, FilterMode, FilterSetup, InUse, LineMode, LineStatus
-from canwire.candrv.bell import Bell
+from canwire.candrv.device.bell import Bell
+from canwire.candrv.device.state import DeviceState, can_time, state_of
 from canwire.candrv.properties import SJA1000
 from canwire.candrv.registry.loading import (
     CAN_CTRL_SJA1000,
@@ -28,7 +29,6 @@ from canwire.candrv.registry.loading import (
     settings_note,
     usual_store,
 )
-from canwire.candrv.state import DeviceState, can_time, state_of
 
 if TYPE_CHECKING:
     from canwire import Control, Hub, LineInfo

@@ -1,5 +1,6 @@
-"""The enumerations of V3, in Python's spelling; flags are made to be OR-ed.
+"""The enumerations of V3's CAN part, in Python's spelling; flags are made to be OR-ed.
 
+They look like those of lin/enums.py and mean other bits.
 Values are V4's wherever V3 has the same. V3 differs in the errors of CanMsgError, has CAN FD at bit 12 of
 CanFeatures, and knows no CAN_OPMODE_AUTOBAUD and no CAN_ACCEPT_PASSEXCL.
 Source: VCI V3 .NET manual (seed 002) 4.2; reference/vci.md sections 2, 3 and 7a.
@@ -11,20 +12,6 @@ from enum import IntEnum, IntFlag
 
 from canwire.vci import controller_types as t
 from canwire.vci.structures import constants as c
-
-
-class VciBusType(IntEnum):
-    """The kind of bus of a connector."""
-
-    UNKNOWN = t.VCI_BUS_RES
-    CAN = t.VCI_BUS_CAN
-    LIN = t.VCI_BUS_LIN
-    FLEX_RAY = 3  # V4 has these two the other way round
-    K_LINE = 4
-
-    @classmethod
-    def _missing_(cls, value: object) -> VciBusType:
-        return cls.UNKNOWN
 
 
 class CanCtrlType(IntEnum):
