@@ -18,7 +18,7 @@ MAP: dict[str, Any] = runpy.run_path(str(ROOT / "docs" / "acan_map.py"))
 TEXT: str = MAP["PAGE"].read_text(encoding="utf-8")
 ROWS = [row for line in TEXT.splitlines() if (row := MAP["ROW"].match(line))]
 PLACES = sorted({place for row in ROWS for place in re.findall(r"`([^`]+)`", row[3])})
-MODULE = re.compile(r"canwire\.(?:commands\.\w+|acan(?:\.[a-z]\w*)?)")
+MODULE = re.compile(r"canwire\.(?:commands\.acan\.\w+|acan(?:\.[a-z]\w*)?)")
 with_manual = pytest.mark.skipif(not MAP["SEEDS"].is_dir(), reason="the manual is not here")
 
 
