@@ -17,7 +17,7 @@ from docs import acan_map
 TEXT: str = acan_map.PAGE.read_text(encoding="utf-8")
 ROWS = [row for line in TEXT.splitlines() if (row := name_map.ROW.match(line))]
 PLACES = sorted({place for row in ROWS for place in re.findall(r"`([^`]+)`", row[3])})
-MODULE = re.compile(r"canwire\.(?:commands\.\w+|acan(?:\.[a-z]\w*)?)")
+MODULE = re.compile(r"canwire\.(?:commands\.acan\.\w+|acan(?:\.[a-z]\w*)?)")
 with_manual = pytest.mark.skipif(not name_map.SEEDS.is_dir(), reason="the manual is not here")
 
 
