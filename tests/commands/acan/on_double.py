@@ -22,7 +22,11 @@ def run(words: list[str]) -> int:
     other: Any = wire.driver()
     own = wire.driver()
     set_up(other, 2)
-    mirror = Terminal(other, 2, 1, loop=True, woken=lambda: mirror.received() and None)
+
+    def send_back() -> None:
+        mirror.received()
+
+    mirror = Terminal(other, 2, 1, loop=True, woken=send_back)
     mirror.open()
 
     def opened(arguments: argparse.Namespace, program: str, closing: ExitStack) -> Any:
