@@ -8,6 +8,7 @@ from typing import Any
 
 project = "canwire"
 author = "canwire's authors"
+project_copyright = "canwire's authors, MIT licence"
 version = release = re.findall(
     r'"(.+?)"', (Path(__file__).parent.parent / "src/canwire/version.py").read_text(encoding="utf-8")
 )[0]
