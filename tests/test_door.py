@@ -64,3 +64,7 @@ def test_python_m_is_the_command() -> None:
     )
     mode = "compiled core" if canwire.core_mode() == "compiled" else "uncompiled core: slower"
     assert (shown.stdout, shown.stderr) == (f"canwire {canwire.__version__} ({mode})\n", "")
+
+
+def test_what_is_loaded_later_is_shown_too() -> None:
+    assert set(canwire.__all__) <= set(dir(canwire))

@@ -154,6 +154,10 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(f"canwire.hub.{_LATER[name]}"), name)
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
 __all__ = [
     "ABORT_ON_ERROR",
     "CONFIRM",

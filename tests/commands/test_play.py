@@ -109,14 +109,15 @@ def test_lines_for_people(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert main(["play", log]) == 0
     captured = capsys.readouterr()
     lines = captured.out.splitlines()
-    assert lines[:5] == [
+    assert lines[0].startswith("private bus   can0, heard by no other program")
+    assert lines[1:6] == [
         "frames        2",
         "lost          0",
         "bus load      0.03 % mean, 0.13 % in the busiest 100 ms",  # 65 and 62 bits of 2 us
         "error frames  0",
         "bus time      1.000000 s",
     ]
-    assert [line.split()[0] for line in lines[5:]] == ["wall", "speed", "skipped"]
+    assert [line.split()[0] for line in lines[6:]] == ["wall", "speed", "skipped"]
     assert lines[-1] == "skipped       1 broken lines"
     assert captured.err.startswith(f"canwire: {log}:3: 'nonsense' is no log line")
 
@@ -228,6 +229,25 @@ def test_real_time_takes_its_time(capsys: pytest.CaptureFixture[str], tmp_path: 
     first, second = lines_of(out)
     assert first.timestamp_ns > 1_000_000_000
     assert second.timestamp_ns > 1_050_000_000
+
+
+def test_a_file_that_is_no_log_is_one_error(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    log = log_of(tmp_path, *["\x1b[2J;nonsense"] * 1000)
+    assert main(["play", log]) == 2
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err.count("\n")) == ("", 1)
+    assert captured.err.startswith(f"canwire: {log} is no candump log; line 1: ")
+    assert "\x1b" not in captured.err
+
+
+def test_of_many_broken_lines_ten_are_shown_and_the_rest_counted(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    log = log_of(tmp_path, "(1.0) can0 123#11", *["nonsense"] * 25)
+    assert main(["play", log]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 11
+    assert lines[-1] == f"canwire: {log}: 15 more broken lines"
 
 
 @pytest.mark.parametrize("where", ["LOG", "--log", "--vcd"])

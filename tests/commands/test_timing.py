@@ -151,3 +151,12 @@ def test_ctrl_c_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     monkeypatch.setattr(timing, "run", interrupted)
     assert main(["timing", "500000"]) == 130
     assert capsys.readouterr().err == ""
+
+
+def test_the_rate_may_be_an_option_as_other_verbs_have_it(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["timing", "500000"]) == 0
+    by_place = capsys.readouterr().out
+    assert main(["timing", "--bit-rate", "500000"]) == 0
+    assert capsys.readouterr().out == by_place
+    assert main(["timing", "250000", "--bit-rate", "500000"]) == 2
+    assert "two bit rates, 250000 and --bit-rate 500000" in capsys.readouterr().err

@@ -30,6 +30,7 @@ VERBS = {
     "share": Verb("canwire.commands.share", "put real adapters on the hub, for every program at once"),
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
+    "stop": Verb("canwire.commands.stop", "take a line of the hub off its bus"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
@@ -83,14 +84,18 @@ def _run(words: list[str]) -> int:
     )
     parser.add_argument("--version", nargs=0, action=_ShowVersion, help="print the version and exit")
     verbs = parser.add_subparsers(metavar="verb", required=True)
+    if words[:1] == ["help"]:  # `canwire help dump` is `canwire dump --help`
+        words = [*words[1:], "--help"]
     called = next((word for word in words if word in VERBS), None)
+    speaking = parser
     for name, verb in VERBS.items():
         sub = verbs.add_parser(name, help=verb.help, description=verb.help)
         if name == called:  # the others stay unloaded: --help must be quick
-            module = importlib.import_module(verb.module)
-            module.add_arguments(sub)
-            sub.set_defaults(run=module.run)
-    arguments = parser.parse_args(words)
+            _load(verb, sub)
+            speaking = sub
+    arguments, unknown = parser.parse_known_args(words)
+    if unknown:  # with the usage of the verb that was called, which argparse by itself does not show
+        speaking.error(f"unrecognized arguments: {' '.join(unknown)}")
     try:
         return int(arguments.run(arguments))
     except BrokenPipeError:
@@ -98,6 +103,15 @@ def _run(words: list[str]) -> int:
     except (CanwireError, OSError) as error:
         print(f"canwire: {error}", file=sys.stderr)
         return 2
+
+
+def _load(verb: Verb, parser: argparse.ArgumentParser) -> None:
+    """Its arguments, and in --help what its module says of itself, examples included."""
+    module = importlib.import_module(verb.module)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.description = (module.__doc__ or verb.help).strip()
+    module.add_arguments(parser)
+    parser.set_defaults(run=module.run)
 
 
 def _forget_output() -> None:

@@ -1,6 +1,9 @@
 """`canwire demo`: five nodes keep a machine cool, and one of them fails.
 
-Sensors report, a controller switches fans (see fan_network.py). At 12 s the transceiver of fan 2
+canwire demo                 30 s of it in virtual time, with the story and the numbers at the end
+canwire demo --time real     the same at the speed of the wall clock
+
+Sensors report, a controller switches fans. At 12 s the transceiver of fan 2
 breaks: it drives the bus but reads its own frames wrong, so its error counter climbs until it is
 bus-off. At 20 s it is repaired and restarted; after 128 times 11 recessive bits it is back.
 """

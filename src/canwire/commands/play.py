@@ -1,8 +1,10 @@
-"""`canwire play`: the frames of a candump log on a simulated bus, at their times.
+"""`canwire play`: the frames of a candump log on a bus, at their times.
 
-canwire play drive.log                             as fast as it goes, with a summary at the end
-canwire play drive.log --time real                 at the speed of the wall clock
-canwire play drive.log --log out.log --vcd out.vcd what a node on the bus received, and the level of the wire
+canwire play drive.log can0                        onto a shared line: everybody on can0 hears it
+canwire play drive.log can0 --speed 10             ten times as fast; 0: as fast as the bus takes them
+canwire play drive.log                             onto a bus of its own, as fast as it goes, with a summary at the end
+canwire play drive.log --time real                 the same at the speed of the wall clock
+canwire play drive.log --log out.log --vcd out.vcd what a node on that bus received, and the level of the wire
 
 A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes.
 Every identifier has a node of its own, as in a car, so frames that are due together arbitrate.
@@ -14,37 +16,53 @@ import argparse
 import json
 import os
 import re
-import sys
 import time
 from contextlib import ExitStack
 from typing import TextIO
 
 from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
-from canwire.commands.lab.candump_log import CandumpLog, Survey
+from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
 from canwire.commands.lab.summary import Summary, line
 from canwire.commands.progress import Progress
+from canwire.commands.shared_hub import add_hub_argument
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
 _SENDER_QUEUE = 1024
 _STEP_S = 0.001  # how long a full queue is given before it is looked at again
+_SHARED_ONLY = ("hub", "speed", "timeout")
+_PRIVATE_ONLY = ("bus", "time", "log_out", "vcd", "senders")
+_PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "senders": "each", "bit_rate": 500_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("log", metavar="LOG", help="log of candump -l or -L; - is standard input")
-    parser.add_argument("--bus", default="can0", metavar="NAME", help="name of the bus (can0)")
-    parser.add_argument("--time", choices=("virtual", "real"), default="virtual", help="virtual: no waiting")
-    parser.add_argument("--bit-rate", type=int, default=500_000, metavar="BIT/S", help="default: 500000")
+    parser.add_argument(
+        "line",
+        nargs="?",
+        metavar="LINE",
+        help="a line that programs share: can0, HW000001:0; left out, --bus",
+    )
+    parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="default: 500000, or what LINE runs at")
     parser.add_argument(
         "--data-bit-rate", type=int, metavar="BIT/S", help="a log with CAN FD frames needs it"
     )
-    parser.add_argument("--log", dest="log_out", metavar="OUT", help="write what arrives to this log")
-    parser.add_argument("--vcd", metavar="OUT", help="write the level of the wire, bit by bit: slow")
-    parser.add_argument(
-        "--senders", choices=("each", "one"), default="each", help="a node an identifier, or one"
-    )
     parser.add_argument("--strict", action="store_true", help="exit status 1 if the log has broken lines")
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
+    shared = parser.add_argument_group("onto a shared LINE")
+    shared.add_argument("--speed", type=float, metavar="FACTOR", help="default: 1; 0: as fast as it goes")
+    shared.add_argument(
+        "--timeout", type=float, metavar="SECONDS", help="give up when nothing is delivered for so long (1)"
+    )
+    add_hub_argument(shared)
+    private = parser.add_argument_group("onto a private bus, which no other program hears")
+    private.add_argument("--bus", metavar="NAME", help="what the bus is called in logs (can0)")
+    private.add_argument("--time", choices=("virtual", "real"), help="default: virtual, without waiting")
+    private.add_argument("--log", dest="log_out", metavar="OUT", help="write what arrives to this log")
+    private.add_argument("--vcd", metavar="OUT", help="write the level of the wire, bit by bit: slow")
+    private.add_argument(
+        "--senders", choices=("each", "one"), help="a node for each identifier (default), or one for all"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -58,15 +76,46 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
+    if arguments.line is None:
+        _refuse_others(
+            arguments, _SHARED_ONLY, "that is for a shared line; name one behind the log, can0 perhaps"
+        )
+        for name, usual in _PRIVATE_DEFAULTS.items():
+            if getattr(arguments, name) is None:
+                setattr(arguments, name, usual)
+        return _play_privately(arguments)
+    from canwire.commands.lab.shared_play import play_shared
+
+    _refuse_others(arguments, _PRIVATE_ONLY, f"that is for a private bus; leave {arguments.line} or it out")
+    with CandumpLog(arguments.log) as log:
+        found = log.survey(Complaints(arguments.log))
+        return play_shared(arguments, log, found)
+
+
+def _refuse_others(arguments: argparse.Namespace, names: tuple[str, ...], why: str) -> None:
+    for name in names:
+        if getattr(arguments, name) is not None:
+            option = "--log" if name == "log_out" else f"--{name}"
+            raise BadValue(f"{option}: {why}")
+
+
+def _play_privately(arguments: argparse.Namespace) -> int:
     _check_names(arguments)
     with CandumpLog(arguments.log) as log:
-        found = log.survey(lambda number, what: _complain(arguments.log, number, what))
+        found = log.survey(Complaints(arguments.log))
         if found.fd_line is not None and arguments.data_bit_rate is None:
             raise BadValue(
                 f"{arguments.log}:{found.fd_line}: a CAN FD frame; add --data-bit-rate, 2000000 perhaps"
             )
         with ExitStack() as closing:
             player = Player(arguments, found, closing)
+            if not arguments.json:
+                print(
+                    line(
+                        "private bus",
+                        f"{arguments.bus}, heard by no other program; `play LOG LINE` uses a shared one",
+                    )
+                )
             player.play(log)
             summary = player.summary()
     skipped = {
@@ -184,10 +233,6 @@ def _check_names(arguments: argparse.Namespace) -> None:
             continue
         if taken.setdefault(os.path.realpath(path), path) is not path:
             raise BadValue(f"{path}: the same file twice; give each its own name")
-
-
-def _complain(path: str, number: int, what: str) -> None:
-    print(f"canwire: {path}:{number}: {what}", file=sys.stderr)
 
 
 def _skipped_lines(skipped: dict[str, int]) -> list[str]:

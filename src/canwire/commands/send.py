@@ -85,16 +85,29 @@ class Sending:
 
     def send(self, frames: list[Frame], count: int, gap_s: float) -> None:
         """Queue them all, in time; where the queue stays full the rest is not even queued."""
-        self._total = count * len(frames)
+        total = count * len(frames)
         due_s = time.monotonic()
-        for number in range(self._total):
+        for number in range(total):
             if number and gap_s:
                 due_s += gap_s
                 self._pause(gap_s if self._hub.virtual else max(0.0, due_s - time.monotonic()))
-            try:
-                self._channel.send(frames[number % len(frames)], timeout=self._timeout_s)
-            except QueueFull:
+            if not self.queue(frames[number % len(frames)]):
+                self._total = total
                 return
+
+    def queue(self, frame: Frame) -> bool:
+        """Queue one, and wait for room if need be; False if there was none in time."""
+        self._total += 1
+        try:
+            self._channel.send(frame, timeout=self._timeout_s)
+        except QueueFull:
+            return False
+        return True
+
+    @property
+    def delivered(self) -> int:
+        """How many the bus has taken so far."""
+        return self._channel.status().delivered
 
     def result(self) -> int:
         """Wait for the bus to take them; says what is missing and why, and gives up what still waits."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _VERBS = {"CAN": "`canwire dump` or `canwire send`", "LIN": "`canwire lin dump` or `canwire lin send`"}
 
 
-def add_hub_argument(parser: argparse.ArgumentParser) -> None:
+def add_hub_argument(parser: argparse._ActionsContainer) -> None:
     """--hub, as every command has it that uses shared boards."""
     parser.add_argument(
         "--hub", metavar="ADDRESS", help="the hub's socket (default: CANWIRE_HUB, or this user's)"

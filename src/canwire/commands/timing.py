@@ -20,7 +20,14 @@ _CLOCK_HZ = {"sja1000": 8_000_000, "fd": 80_000_000}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument("bit_rate", nargs="?", type=int, metavar="bit/s", help="nominal bit rate")
+    parser.add_argument("bit_rate", nargs="?", type=int, metavar="BIT/S", help="nominal bit rate")
+    parser.add_argument(
+        "--bit-rate",
+        dest="bit_rate_option",
+        type=int,
+        metavar="BIT/S",
+        help="the same, as other verbs have it",
+    )
     parser.add_argument("--sample-point", type=float, metavar="PERCENT", help="default: CiA's for the rate")
     parser.add_argument("--sjw", type=int, metavar="QUANTA", help="default: the widest jump allowed")
     parser.add_argument(
@@ -46,6 +53,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what was asked for; BadTiming where nothing can be."""
+    if arguments.bit_rate_option is not None:
+        if arguments.bit_rate not in (None, arguments.bit_rate_option):
+            raise BadTiming(f"two bit rates, {arguments.bit_rate} and --bit-rate {arguments.bit_rate_option}")
+        arguments.bit_rate = arguments.bit_rate_option
     phases = _phases(arguments)
     nominal, data = phases["nominal"], phases.get("data", [])
     tolerance = nominal[0].fd_tolerance(data[0]) if data and not arguments.list else None

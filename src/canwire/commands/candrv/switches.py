@@ -58,7 +58,7 @@ def parse(program: Program, words: list[str]) -> Switches:
         if not word.startswith("-"):
             raise Usage(f"Unknown argument '{word}'")
         letter = word[1:2]
-        if letter in ("?", "h"):
+        if letter in ("?", "h") or word == "--help":
             raise Usage
         if word.startswith(f"{_HUB}="):
             found.hub = word.partition("=")[2]

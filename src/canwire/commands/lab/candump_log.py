@@ -8,13 +8,16 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
 from canwire import BadText, Frame, LogLine, parse_log_line
+from canwire.commands.console import complain
 
+_WIDEST = 200
+_SHOWN = 10  # broken lines of a log, one by one
 _LONGEST_NS = 100 * 365 * 86_400 * 1_000_000_000  # well inside the timeline's 63 bits
 
 
@@ -35,6 +38,36 @@ class Survey:
     keys: dict[tuple[bool, int], None] = field(default_factory=dict)
 
 
+class Complaints:
+    """Shows the first broken lines of a log on stderr, and how many more there are."""
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._lines: list[tuple[int, str]] = []
+        self._count = 0
+
+    def add(self, number: int, what: str) -> None:
+        self._count += 1
+        if self._count <= _SHOWN:
+            self._lines.append((number, what))
+
+    def show(self, found: Survey) -> None:
+        """Raises BadText for a file without any line of a log: that is another kind of file."""
+        if self._count and not found.frames + found.error_frames:
+            number, what = self._lines[0]
+            raise BadText(f"{self._path} is no candump log; line {number}: {_clipped(what)}")
+        for number, what in self._lines:
+            complain(f"{self._path}:{number}: {_clipped(what)}")
+        if self._count > _SHOWN:
+            complain(f"{self._path}: {self._count - _SHOWN} more broken lines")
+
+
+def _clipped(what: str) -> str:
+    """Fit for a terminal, whatever the file holds."""
+    shown = "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in what)
+    return shown if len(shown) <= _WIDEST else f"{shown[:_WIDEST]}..."
+
+
 class CandumpLog:
     """One log file; "-" is standard input. What cannot be read twice goes into a temporary file first.
 
@@ -45,18 +78,19 @@ class CandumpLog:
         self._closing = ExitStack()
         self._file: BinaryIO = self._open(path)
 
-    def survey(self, complain: Callable[[int, str], None]) -> Survey:
-        """Read all of it; `complain(number, what)` hears of every broken line. Empty lines are no lines."""
+    def survey(self, complaints: Complaints) -> Survey:
+        """Read all of it and show its broken lines; empty lines are no lines. Raises BadText for no log at all."""
         found = Survey()
         for number, content in self._contents():
             found.lines = number
             if isinstance(content, BadText):
                 found.broken_lines += 1
-                complain(number, str(content))
+                complaints.add(number, str(content))
             elif not isinstance(content.content, Frame):
                 found.error_frames += 1
             else:
                 _note(found, number, content)
+        complaints.show(found)
         return found
 
     def frames(self) -> Iterator[tuple[int, Frame]]:

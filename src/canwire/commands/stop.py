@@ -1,0 +1,34 @@
+"""`canwire stop`: take a line off its bus; whoever uses it sees it stop.
+
+canwire stop HW000001:0
+canwire stop can0              every line on can0
+canwire stop can0 --reset      the same, and forget their settings and filters
+"""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+
+from canwire import find_lines
+from canwire.commands.shared_hub import add_hub_argument, add_line_argument, connected
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
+    parser.add_argument("--reset", action="store_true", help="forget settings and filters too")
+    add_hub_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Stop it and print what was stopped; InUse while a program has the line's control."""
+    with ExitStack() as closing:
+        hub = connected(arguments, "stop", closing)
+        for place in find_lines(hub, arguments.line):
+            if place.info.lin is not None or not (arguments.reset or place.status(hub).running):
+                continue
+            with hub.open_control(place.board.id, place.line) as control:
+                control.reset() if arguments.reset else control.stop()
+            print(f"{place.address} {'reset' if arguments.reset else 'stopped'}")
+    return 0

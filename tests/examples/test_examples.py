@@ -1,0 +1,72 @@
+"""The programs in examples/ run as they stand, and find what they say."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PROGRAMS = sorted(EXAMPLES.glob("*.py"))
+MOST_LINES = 60
+
+
+@pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
+def test_each_runs_by_itself(path: Path) -> None:
+    ended = subprocess.run([sys.executable, str(path)], capture_output=True, text=True, timeout=120)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout
+
+
+@pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
+def test_each_is_short(path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES
+
+
+def test_a_gateway_passes_on_what_it_should() -> None:
+    from examples import gateway
+
+    heard = gateway.main()
+    assert [(frame.id, int.from_bytes(frame.data, "big")) for frame in heard] == [
+        (0x500, 800 + 50 * number) for number in range(1, 6)
+    ]
+
+
+def test_the_alarm_comes_when_the_patience_is_over() -> None:
+    from examples import heartbeat
+
+    assert heartbeat.main() == pytest.approx(heartbeat.PATIENCE_S - heartbeat.PERIOD_S, abs=0.002)
+
+
+def test_the_lowest_identifier_goes_first() -> None:
+    from examples import arbitration
+
+    assert arbitration.main() == ["brake", "engine", "door", "radio"]
+
+
+def test_bus_off_and_back() -> None:
+    from examples import bus_off
+
+    assert bus_off.main() == [
+        ("ERROR_ACTIVE", 8),
+        ("ERROR_WARNING", 96),
+        ("ERROR_PASSIVE", 128),
+        ("BUS_OFF", 256),
+        ("ERROR_ACTIVE", 0),
+    ]
+
+
+def test_a_replay_loses_nothing() -> None:
+    from examples import replay
+
+    found = replay.main()
+    assert (len(found), sum(count for count, _ in found.values())) == (180, 12_974)
+
+
+def test_a_master_hears_what_its_slaves_say() -> None:
+    pytest.importorskip("ldfparser", reason="needs canwire[lin]")
+    from examples import lin_master
+
+    assert [state["LeftPosition"] for state in lin_master.main()] == [0.0, 40.0, 80.0]
