@@ -78,7 +78,7 @@ class Controls:
 
     def initialise(self) -> None:
         """IOCTL_CAN_INIT: set the controller up with its settings once more, as after a bus-off."""
-        self._tell(lambda device: device.change())
+        self._tell(lambda device: device.initialise())
 
     def in_configuration_mode(self) -> bool:
         """IOCTL_CAN_TEST_DEVICE."""
