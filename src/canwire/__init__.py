@@ -22,7 +22,7 @@ from canwire.boards.can.modes import (
     LineStatus,
     Siblings,
 )
-from canwire.boards.can.rates import RateConflict, RunningLine, format_rates, format_setter
+from canwire.boards.can.rates import RateConflict, RunningLine, format_rates, format_setter, rate_conflicts
 from canwire.boards.description import (
     BoardInfo,
     Capabilities,
@@ -287,6 +287,7 @@ __all__ = [
     "parse_log_line",
     "parse_slcan_frame",
     "protected_id",
+    "rate_conflicts",
     "record_dtype",
     "record_of_linmsg",
     "serve",

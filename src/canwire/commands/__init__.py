@@ -32,6 +32,7 @@ VERBS = {
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
+    "line": Verb("canwire.commands.line", "start, stop or reset a CAN line of the hub, or recover it"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "acan": Verb(
         "canwire.commands.acan.verb", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"
