@@ -5,19 +5,29 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
-from typing import Any
+from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import cache
+from typing import Protocol
 
 import canwire
 from canwire import BitTiming, ChannelMode, ErrorState, Frame, LineMode, LineStatus
+from canwire.boards.config.configuration import Config
 from canwire.bus.can.faults import Faults
 from canwire.hub.owner.engine import Engine
-from tests.hubs import connected, embedded
-from tests.together.players.player import RATE, Player
+from canwire.hub.owner.world import World
+from tests.hubs import connected
+from tests.together.players.player import Player
 
 BOARD, PEER_BOARD = "HW000001", "HW000002"
 PEER_ID, PROVOKED = 0x700, 0x7FE
+_TIMING = BitTiming.from_btr(0x01, 0x1C)  # RATE
 _STEP_S, _STEPS = 0.005, 100
+
+
+@cache
+def parsed(kind: str) -> Config:
+    """The same, checked."""
+    return Config.parse(config_of(kind))
 
 
 def config_of(kind: str) -> str:
@@ -40,13 +50,20 @@ buses = ["can0", ""]
 """
 
 
+class OtherMachine(Protocol):
+    """Another machine on the bus, which hears and acknowledges everything."""
+
+    def send(self, identifier: int) -> None: ...
+    def hears(self, identifier: int) -> bool: ...
+
+
 class Peer:
     """Another machine on the bus, which hears and acknowledges everything."""
 
     def __init__(self, hub: canwire.Hub) -> None:
         board = hub.board(PEER_BOARD)
         self._control = hub.open_control(board.id, 0)
-        self._control.initialise(LineMode(BitTiming.for_bit_rate(RATE, clock_hz=8_000_000)))
+        self._control.initialise(LineMode(_TIMING))
         self._channel = hub.open_channel(board.id, 0)
         self._channel.set_up(ChannelMode(500, 500))
         self._channel.activate()
@@ -65,13 +82,17 @@ class Scene:
     """`connect` makes a program's own connection; without an `engine` the hub is a process of its own."""
 
     def __init__(
-        self, connect: Callable[[str], canwire.Hub], kind: str, engine: Engine | None = None
+        self,
+        connect: Callable[[str], canwire.Hub],
+        kind: str,
+        engine: Engine | None = None,
+        peer: OtherMachine | None = None,
     ) -> None:
         self.connect = connect
         self.kind = kind
         self.engine = engine
         self.hub = connect("bench")
-        self.peer = Peer(connect("another machine"))
+        self.peer = peer or Peer(connect("another machine"))
         self.players: list[Player] = []
         self._identifiers = itertools.count(0x100)
 
@@ -153,10 +174,7 @@ class Scene:
 def virtual_scene(kind: str) -> Iterator[Scene]:
     """In this process, in virtual time."""
     with ExitStack() as stack:
-        engine = stack.enter_context(embedded(config_of(kind), time="virtual"))
+        engine = stack.enter_context(closing(Engine(World(parsed(kind), virtual=True), "virtual")))
         scene = Scene(lambda name: stack.enter_context(connected(engine, name)), kind, engine)
         stack.callback(scene.close)
         yield scene
-
-
-Made = Any

@@ -210,10 +210,13 @@ class Device:
         control.start(abort_pending=False)
 
     def _mode(self, state: DeviceState, before: LineMode | None = None) -> LineMode:
-        """`before` has the timing to keep."""
+        """`before` has the timing to keep, and whether the line knows CAN FD: others may need that."""
         timing = before.timing if before is not None else None
         return LineMode(
             timing or self.controller.timing(state.rate),
+            before.data_timing if before is not None else None,
+            long_data=before is not None and before.long_data,
+            iso_fd=before is None or before.iso_fd,
             listen_only=state.listen,
             standard_filter=_OPEN,
             extended_filter=_OPEN,

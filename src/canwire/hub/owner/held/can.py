@@ -9,7 +9,7 @@ from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.boards.can.rates import format_rates, format_setter, same_rates
 from canwire.boards.can.scheduler import CyclicList
 from canwire.boards.sharing import Share, Sharing
-from canwire.errors import CanwireError, InUse
+from canwire.errors import CanwireError
 from canwire.hub.owner.held.held import Holder, Turn
 from canwire.hub.owner.held.line import LineSlot, OnLine
 
@@ -23,23 +23,18 @@ class CanSlot(LineSlot):
         super().__init__(board, can.line.name)
         self.can = can
         self.scheduler: Holder | None = None
-        self._setter: Holder | None = None
         info = can.info
         self.sharing = Sharing(can.line.name, info.receive_channels, info.send_channels)
 
     def settle(self) -> None:
         mode = self.can.mode
-        if (mode is not None and mode.persistent) or self._users() or len(self.sharing):
+        if (mode is not None and mode.persistent) or self.users() or len(self.sharing):
             return
         if mode is not None and mode.keeps:
             self.can.abort_pending()
             self.can.stop(lambda _: None)
         else:
             self.can.reset()
-
-    def used_by(self, holder: Holder) -> bool:
-        """It has anything open here."""
-        return any(user is holder for user in self._users())
 
     def initialise(self, holder: Holder, mode: LineMode, done: Done) -> None:
         """CanLine's, for a program that has the control; raises InUse where the rate is not its to change."""
@@ -48,24 +43,16 @@ class CanSlot(LineSlot):
         if before is not None and before.persistent:
             mode = replace(mode, persistent=True)
         self.can.initialise(mode, done)
-        self._setter = holder
+        self.setter = holder
 
     def _check_rate(self, holder: Holder, mode: LineMode) -> None:
-        """A running line keeps its rate as long as others are there, but for those who set it and their kin."""
         now = self.can.mode
-        if now is None or not self.can.running or holder is self._setter or same_rates(now, mode):
-            return
-        if (now.kin and now.kin == mode.kin) or all(user is holder for user in self._users()):
-            return
-        raise InUse(
-            f"{self.name} runs at {format_rates(now)}, {format_setter(self.status())}; "
-            f"it cannot be set to {format_rates(mode)} as long as others use it"
-        )
+        if now is not None and self.can.running and not same_rates(now, mode):
+            rates = f"{format_rates(now)}, {format_setter(self.status())}"
+            self.check_rate(holder, (now.kin, mode.kin), rates, format_rates(mode))
 
-    def _users(self) -> list[Holder]:
-        """Everybody who has anything open here but shares, a program once for each."""
-        leases = [holder for holder in (self.control, self.scheduler) if holder is not None]
-        return leases + [queue.holder for queue in self.queues]
+    def users(self) -> list[Holder]:
+        return super().users() + ([] if self.scheduler is None else [self.scheduler])
 
     def close(self, why: CanwireError) -> None:
         self.can.close(why)
@@ -95,8 +82,8 @@ class CanSlot(LineSlot):
             channels=len(self.queues),
             exclusive=self.exclusive,
             time_ns=can.line.timeline.now_ns,
-            set_by="" if self._setter is None or can.mode is None else self._setter.name,
-            set_by_left=self._setter is not None and not self.used_by(self._setter),
+            set_by="" if self.setter is None or can.mode is None else self.setter.name,
+            set_by_left=self.setter is not None and not self.used_by(self.setter),
         )
 
 
