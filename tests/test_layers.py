@@ -102,6 +102,7 @@ HUB_MAY = {
 HUB_ON_TOP = {  # what stands in no room of the hub
     "hub",
     "hub.bring_up",
+    "hub.conflicts",
     "hub.connect",
     "hub.finding",
     "hub.serve",

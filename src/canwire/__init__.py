@@ -22,6 +22,7 @@ from canwire.boards.can.modes import (
     LineStatus,
     Siblings,
 )
+from canwire.boards.can.rates import RateConflict, RunningLine, format_rates, format_setter, rate_conflicts
 from canwire.boards.description import (
     BoardInfo,
     Capabilities,
@@ -104,6 +105,7 @@ from canwire.version import __version__
 
 if TYPE_CHECKING:
     from canwire.hub.bring_up import bring_up, start_line
+    from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
     from canwire.hub.finding import LinePlace, every_line, find_lines
     from canwire.hub.handles.channel import HubChannel
@@ -118,7 +120,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address
-    from canwire.hub.wanted_mode import WantedMode, format_rates
+    from canwire.hub.wanted_mode import WantedMode
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
 _LATER = {
@@ -136,11 +138,11 @@ _LATER = {
     "Scheduler": "handles.scheduler",
     "WantedMode": "wanted_mode",
     "bring_up": "bring_up",
+    "conflicts_on": "conflicts",
     "connect": "connect",
     "default_address": "usual",
     "every_line": "finding",
     "find_lines": "finding",
-    "format_rates": "wanted_mode",
     "serve": "serve",
     "start_line": "bring_up",
 }
@@ -244,8 +246,10 @@ __all__ = [
     "NotTransmitted",
     "NothingHeard",
     "QueueFull",
+    "RateConflict",
     "RegisterValue",
     "RingEnd",
+    "RunningLine",
     "Scheduler",
     "Siblings",
     "SlcanReader",
@@ -259,6 +263,7 @@ __all__ = [
     "WrongState",
     "__version__",
     "bring_up",
+    "conflicts_on",
     "connect",
     "core_mode",
     "decode_error_frame",
@@ -273,6 +278,7 @@ __all__ = [
     "format_lin_log_line",
     "format_log_line",
     "format_rates",
+    "format_setter",
     "format_slcan_frame",
     "frames_to_array",
     "length_to_dlc",
@@ -285,6 +291,7 @@ __all__ = [
     "parse_log_line",
     "parse_slcan_frame",
     "protected_id",
+    "rate_conflicts",
     "record_dtype",
     "record_of_linmsg",
     "serve",

@@ -24,7 +24,7 @@ from canwire import (
 )
 from canwire.acan.constants import CANC_SJA1000, Condition
 from canwire.acan.dispatch import Dispatch
-from canwire.acan.hard_config import HardConfig
+from canwire.acan.hard_config import HardConfig, registers_of
 from canwire.acan.install import find_line
 from canwire.acan.line import AcanLine
 from canwire.acan.service import Service, notify, patiently
@@ -98,23 +98,27 @@ class Driver:
     def configure(self, config: HardConfig) -> None:
         """Set the controller up for every program; it is off the bus afterwards, even if it was on.
 
-        Raises InUse while another program configures the line, or a VCI program holds its control.
+        Raises InUse while another program configures the line, or a VCI program holds its control; and while
+        programs of another kind run it at another rate.
         """
         self._check()
         patiently(partial(self._line.configure, config))
 
     def config(self) -> HardConfig | None:
-        """How the controller is set up, by whomever; None if it is not."""
+        """How the controller is set up, by whomever; None if it is not.
+
+        Raises BadTiming for a rate of somebody else's that is no whole number of kbit/s.
+        """
         self._check()
         mode = self._line.status().mode
-        if mode is None:
+        if mode is None or mode.timing is None:
             return None
         registers = self._line.registers()
         with suppress(BadValue):  # somebody else's note
             config = HardConfig.unpack(mode.note)
             if all(registers.get(name, value) == value for name, value in config.registers()):
                 return config
-        return HardConfig.from_registers(registers)
+        return HardConfig.from_registers(registers_of(mode.timing, {**dict(mode.registers), **registers}))
 
     def bus_on(self) -> bool:
         """Join the bus with error counters at 0 and nothing left to send; was it on the bus before?
@@ -128,7 +132,10 @@ class Driver:
         bus_off = status.running and status.state == ErrorState.BUS_OFF
         if status.running and not bus_off:
             return True
-        patiently(partial(self._line.start, stop_first=bus_off))
+        if bus_off:
+            self._line.recover()
+        else:
+            patiently(self._line.start)
         return False
 
     def bus_off(self) -> bool:

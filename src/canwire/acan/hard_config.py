@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Self
 
-from canwire import BadTiming, BadValue, BitTiming
+from canwire import BadTiming, BadValue, BitTiming, TimingLimits
 from canwire.acan.constants import DEFAULT_INTERRUPTS, DEFAULT_OUTPUT_CONTROL
 from canwire.acan.identifiers import acan_word
 from canwire.acan.structures import ACANHI
@@ -33,6 +33,7 @@ _FIELDS = {  # the manual's name, and the largest value its type holds
     "interrupts": ("hi_ien", 0xFF),
 }
 _LARGEST_PRESCALER = 64
+_USUAL_HZ = 8_000_000  # half the board's oscillator
 _HIGH, _LOW = 21, 13  # ACR0 is bits 28..21 of an ACAN identifier, ACR1 bits 20..13
 _RTR = 1 << 17
 _NIBBLE_SHIFT = 13  # bits 16..13
@@ -180,6 +181,22 @@ class HardConfig:
     def unpack(cls, data: bytes) -> Self:
         """The configuration in 32 bytes; raises BadValue for any other number."""
         return cls.from_hi(ACANHI.unpack(data))
+
+
+def registers_of(timing: BitTiming, known: Mapping[str, int]) -> dict[str, int]:
+    """All that `from_registers` needs of a line set up with this timing: what is not known is as it usually is.
+
+    In operating mode an SJA1000 shows neither ACR nor AMR, an adapter behind a cable shows no register at all.
+    Raises BadTiming where 16 MHz cannot make that rate.
+    """
+    if timing.clock_hz != _USUAL_HZ:
+        timing = BitTiming.for_bit_rate(
+            timing.bit_rate, timing.sample_point, clock_hz=_USUAL_HZ, limits=TimingLimits.SJA1000
+        )
+    btr0, btr1 = timing.to_btr()
+    usual = {"BTR0": btr0, "BTR1": btr1, "OCR": int(DEFAULT_OUTPUT_CONTROL), "IER": int(DEFAULT_INTERRUPTS)}
+    usual |= {f"ACR{number}": 0 for number in range(4)} | {f"AMR{number}": 0xFF for number in range(4)}
+    return {**usual, **known}
 
 
 def _two_bytes(word: int) -> tuple[int, int]:

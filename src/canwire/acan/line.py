@@ -23,6 +23,7 @@ from canwire.acan.hard_config import HardConfig
 if TYPE_CHECKING:
     from canwire import BoardInfo, Control, Event, Hub
 
+KIN = "ACAN"  # whose programs may set each other's running lines up anew, as the manual has it
 RECEIVE = 1024  # frames and events that the library holds until its service has looked at them
 TRANSMIT = 256  # frames that wait in this program before the line takes them into its one queue
 CHANNEL = ChannelMode(
@@ -83,11 +84,14 @@ class AcanLine:
         return self.hub.line_status(self.board.id, self.number)
 
     def registers(self) -> dict[str, int]:
-        """The controller's registers by name, as they are now."""
+        """The controller's registers by name, as far as it shows them now."""
         return {view.name: view.value for view in self.hub.registers(self.board.id, self.number)}
 
     def configure(self, config: HardConfig) -> None:
-        """Set the line up; it is off the bus then, and stays set up without us."""
+        """Set the line up; it is off the bus then, and stays set up without us.
+
+        Raises InUse where it runs at another rate for programs of another kind.
+        """
         registers = dict(config.registers())
         mode = LineMode(
             BitTiming.from_btr(registers["BTR0"], registers["BTR1"]),
@@ -96,17 +100,20 @@ class AcanLine:
             extended_filter=_OPEN,
             note=config.pack(),
             registers=tuple(pair for pair in registers.items() if pair[0] not in _TIMING),
-            persistent=True,
+            keeps=True,
+            kin=KIN,
         )
         with self._control() as control:
             control.initialise(mode)
 
-    def start(self, *, stop_first: bool) -> None:
-        """Join the bus with counters at 0 and nothing queued; `stop_first` after a bus-off."""
+    def start(self) -> None:
+        """Join the bus with counters at 0 and nothing queued."""
         with self._control() as control:
-            if stop_first:
-                control.stop()
             control.start(abort_pending=True)
+
+    def recover(self) -> None:
+        """The same after bus-off, whoever has the line's control."""
+        self.hub.recover(self.board.id, self.number, abort_pending=True)
 
     def stop(self) -> None:
         with self._control() as control:

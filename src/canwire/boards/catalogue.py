@@ -135,7 +135,8 @@ def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | Lin
 def _plugged(name: str, info: LineInfo, controller: str, machine: Machine) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
     timeline = machine.timeline
-    bus = machine.buses[info.bus] if info.bus else LinBus(timeline)
+    alone = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
+    bus = machine.buses[info.bus] if info.bus else alone
     if isinstance(bus, LinBus):
         lin = ideal_lin_line(name, timeline)
         plug_lin(lin, bus)

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import canwire
-from canwire import BadValue, Capabilities, LineMode, LinePlace, LineStatus, WantedMode, format_rates
+from canwire import (
+    BadValue,
+    Capabilities,
+    LineMode,
+    LinePlace,
+    LineStatus,
+    WantedMode,
+    format_rates,
+    format_setter,
+)
 from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument
 
 if TYPE_CHECKING:
@@ -27,8 +35,8 @@ def wanted_by(arguments: argparse.Namespace) -> WantedMode:
     return WantedMode(arguments.bit_rate, arguments.data_bit_rate)
 
 
-def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode, closing: ExitStack) -> None:
-    """Start the line unless it runs, and hold its control until `closing`, so that nobody takes it away.
+def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
+    """Start the line, on which this program has a channel, unless it runs; its control is free again afterwards.
 
     One that was set up with such rates is started as it is. Raises BadValue if it runs with other rates than those
     asked for, InUse if somebody else is about to start it.
@@ -41,15 +49,18 @@ def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode, closing: ExitStack)
 
     def check(status: LineStatus) -> None:
         if not wanted.rates_agree(status.mode):
-            holder = f", set by {status.control_holder}" if status.control_holder else ""
+            asked = wanted.nominal or (
+                status.mode.timing.bit_rate if status.mode and status.mode.timing else 0
+            )
+            data = f", {wanted.data} after BRS" if wanted.data else ""
             raise BadValue(
-                f"{place.address} runs at {format_rates(status.mode)}{holder}; "
-                "leave --bit-rate and --data-bit-rate out"
+                f"{place.address} runs at {format_rates(status.mode)}, {format_setter(status)}, not at {asked} bit/s"
+                f"{data}; leave --bit-rate and --data-bit-rate out"
             )
 
     control = canwire.bring_up(hub, place, mode_for, check)
     if control is not None:
-        closing.enter_context(control)
+        control.close()
 
 
 def line_mode(capabilities: Capabilities, wanted: WantedMode) -> LineMode:

@@ -28,8 +28,12 @@ from canwire import (
     LinLineStatus,
     LinState,
     NoSuchBoard,
+    RateConflict,
+    RunningLine,
     Unplugged,
     format_rates,
+    format_setter,
+    rate_conflicts,
 )
 from canwire.commands.console import complain
 from canwire.commands.lin.line import mode_text
@@ -68,10 +72,24 @@ def run(arguments: argparse.Namespace) -> int:
         found = list(boards_of(hub))
         if arguments.json:
             boards = [board_facts(board, states) for board, states in found]
-            print(json.dumps({"hub": hub.address, "time": hub.time, "boards": boards}, indent=2))
+            facts = {"hub": hub.address, "time": hub.time, "boards": boards}
+            facts["conflicts"] = [str(conflict) for conflict in conflicts_among(found)]
+            print(json.dumps(facts, indent=2))
         else:
             print(*(tree(found) or ["no boards; `canwire plug usb-to-can-fd` plugs one in"]), sep="\n")
+            for conflict in conflicts_among(found):
+                print(f"! {conflict}")
     return 0
+
+
+def conflicts_among(found: list[Found]) -> list[RateConflict]:
+    """Buses whose lines run at different rates."""
+    return rate_conflicts(
+        RunningLine(f"{board.hardware_id}:{index}", line.bus, status)
+        for board, states in found
+        for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
+        if isinstance(status, LineStatus)
+    )
 
 
 def boards_of(hub: Hub) -> Iterator[Found]:
@@ -161,9 +179,10 @@ def holders_text(status: Use) -> str:
         monitors = f"{status.status.monitors} monitor{'' if status.status.monitors == 1 else 's'}"
         return f"{monitors}{exclusive}, control {status.control_holder or 'free'}"
     channels = f"{status.channels} channel{'' if status.channels == 1 else 's'}"
+    setter = f", {format_setter(status)}" if status.initialised else ""
     return (
         f"{channels}{exclusive}, control {status.control_holder or 'free'}, "
-        f"cyclic list {status.scheduler_holder or 'free'}"
+        f"cyclic list {status.scheduler_holder or 'free'}{setter}"
     )
 
 

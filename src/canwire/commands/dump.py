@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
         events = tuple(int(kind) for kind in _EVENTS) if arguments.errors else ()
         channel.set_up(ChannelMode(receive=_QUEUE, transmit=0, siblings=Siblings.EVERY, events=events))
-        told = _begun(hub, place, wanted_by(arguments), closing)
+        told = _begun(hub, place, wanted_by(arguments))
         channel.activate()
         complain(told)
         dump = Dump(arguments, hub, place, channel)
@@ -130,10 +130,10 @@ class Dump:
         return found
 
 
-def _begun(hub: Hub, place: LinePlace, wanted: WantedMode, closing: ExitStack) -> str:
+def _begun(hub: Hub, place: LinePlace, wanted: WantedMode) -> str:
     """Have the line running; where somebody else is about to start it, wait for that. Returns what to say of it."""
     try:
-        bring_up(hub, place, wanted, closing)
+        bring_up(hub, place, wanted)
     except InUse as error:
         return f"{place.address} on {place.info.bus} does not run yet ({error}); listening"
     return f"{place.address} on {place.info.bus}: {format_rates(place.status(hub).mode)}; listening"

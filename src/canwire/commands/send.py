@@ -1,7 +1,7 @@
 """`canwire send`: frames from a line, waiting until the bus has taken them.
 
-canwire send can0 123#1122                    from the first line on can0 that nobody configures
-canwire send HW000001:0 123#1122 12345678#R   from this one, whoever configures it
+canwire send can0 123#1122                    from the first line on can0 that nobody uses
+canwire send HW000001:0 123#1122 12345678#R   from this one, whoever uses it
 canwire send can0 '123##1AABB' -n 10 --gap 0.1
 
 Exit status 1 if frames were not delivered: a frame counts once another controller acknowledged it.
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
         place = find_line(hub, arguments.line, to_send=True)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
         channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        bring_up(hub, place, wanted_by(arguments), closing)
+        bring_up(hub, place, wanted_by(arguments))
         channel.activate()
         sending = Sending(hub, place, channel, arguments.timeout)
         sending.send(frames, arguments.count, arguments.gap)

@@ -41,7 +41,7 @@ def connected(arguments: argparse.Namespace, verb: str, closing: ExitStack) -> H
 
 
 def find_line(hub: Hub, name: str, *, to_send: bool = False, bus_type: str = "CAN") -> LinePlace:
-    """The line of that name; by a bus's name the first one there, to send the first one that nobody configures.
+    """The line of that name; by a bus's name the first one there, to send the first one that nobody uses.
 
     Raises NoSuchBoard with the lines there are, BadValue for one of another type.
     """
@@ -53,10 +53,12 @@ def find_line(hub: Hub, name: str, *, to_send: bool = False, bus_type: str = "CA
         )
     if not to_send or len(places) == 1:
         return place
-    return next((place for place in places if not _holder(hub, place)), place)
+    return next((place for place in places if not _used(hub, place)), place)
 
 
-def _holder(hub: Hub, place: LinePlace) -> str:
+def _used(hub: Hub, place: LinePlace) -> bool:
+    """Somebody configures it, or receives or sends there."""
     if place.info.lin is not None:
-        return hub.lin_status(place.board.id, place.line).control_holder
-    return place.status(hub).control_holder
+        return bool(hub.lin_status(place.board.id, place.line).control_holder)
+    status = place.status(hub)
+    return bool(status.control_holder or status.channels)

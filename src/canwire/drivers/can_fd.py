@@ -51,7 +51,7 @@ class CanFdDriver(Driver):
         super().__init__(host, controller.normal, controller.high)
         self._controller = controller
 
-    def configure(self, settings: LineSettings) -> None:
+    def check(self, settings: LineSettings) -> None:
         ppm = settings.oscillator_ppm
         if not -LARGEST_OFFSET_PPM <= ppm <= LARGEST_OFFSET_PPM:
             raise BadTiming(f"oscillator_ppm {ppm}: from -{LARGEST_OFFSET_PPM} to {LARGEST_OFFSET_PPM}")
@@ -59,7 +59,10 @@ class CanFdDriver(Driver):
             raise Unsupported(f"register {settings.registers[0][0]}: the ideal controller has no registers")
         if settings.loop_back:
             raise Unsupported("the ideal controller has no loop-back")
-        data = settings.data_timing
+
+    def configure(self, settings: LineSettings) -> None:
+        self.check(settings)
+        ppm, data = settings.oscillator_ppm, settings.data_timing
         fd = CLASSIC_ONLY if data is None else ISO_FD if settings.iso_fd else NON_ISO_FD
         self._controller.configure(
             bit_times(settings.timing, ppm),

@@ -72,8 +72,12 @@ class Driver:
         self.listen_only = False
         self.fd = 0
 
+    def check(self, settings: LineSettings) -> None:
+        """Raise what `configure` would: BadTiming, Unsupported or BadValue; nothing is changed."""
+        raise NotImplementedError
+
     def configure(self, settings: LineSettings) -> None:
-        """Set timing and mode; raises BadTiming for what the controller cannot do."""
+        """Set timing and mode; raises what `check` does, before anything is changed."""
         raise NotImplementedError
 
     def forget(self) -> None:

@@ -24,17 +24,17 @@ def bring_up(
     mode_for: Callable[[LineStatus], LineMode | None],
     check: Callable[[LineStatus], None],
     *,
-    claim: bool = False,
     patience_s: float = 0.0,
 ) -> Control | None:
-    """Start the line unless it runs; its control if this program got that, None where somebody else started it.
+    """Start the line unless it runs; its control if this program started it, None where somebody else did.
 
-    `mode_for(status)` says how to set up a line that does not run, None: as it is. `check(status)` raises if one
-    that runs does not suit. `claim` takes the control of one that runs as well, if nobody has it. Whoever has the
-    control of one that does not run yet may take `patience_s` to start it; then InUse says who that is.
+    Who joins a line that runs takes nothing. Who started it gives the control back once it has a channel there, which
+    keeps the line: others may then recover it. `mode_for(status)` says how to set up a line that does not run, None:
+    as it is. `check(status)` raises if one that runs does not suit. Whoever has the control of one that does not run
+    yet may take `patience_s` to start it; then InUse says who that is.
     """
     status = place.status(hub)
-    if status.running and not claim:
+    if status.running:
         check(status)
         return None
     try:
@@ -45,12 +45,12 @@ def bring_up(
     with ExitStack() as on_failure:
         on_failure.enter_context(control)
         status = place.status(hub)
-        if status.running:
-            check(status)
-        else:
+        if not status.running:
             _start(control, mode_for(status))
-        on_failure.pop_all()
-    return control
+            on_failure.pop_all()
+            return control
+    check(status)
+    return None
 
 
 def start_line(hub: Hub, place: LinePlace, mode: LineMode | None) -> Control:

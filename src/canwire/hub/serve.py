@@ -31,8 +31,8 @@ def serve(
     """Keep a hub on a socket (None: the user's usual one) until `stop` is set.
 
     `ready` gets one line about it once clients can connect; before that `warn` gets one for everything unusual about
-    the buses. Time is "real" or "fast". Raises HubError if another hub listens there, BadConfig for a bad
-    configuration.
+    the buses, and later one whenever lines of a bus come to run at different rates. Time is "real" or "fast". Raises
+    HubError if another hub listens there, BadConfig for a bad configuration.
     """
     config = usual_config(config)
     engine = Engine(World(config), time)
@@ -44,6 +44,7 @@ def serve(
         if warn is not None:
             for unusual in config_warnings(config):
                 warn(unusual)
+            engine.world.warn = warn
         ready(_introduction(engine, server.path))
         stop.wait()
         if engine.closed:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from canwire.boards.can.modes import LineMode
+from canwire.boards.can.rates import data_rate
 from canwire.boards.description import Capabilities, Feature
 from canwire.errors import BadTiming
 from canwire.values.timing.bit_timing import BitTiming
@@ -65,7 +66,7 @@ class WantedMode:
         """Whether a line that is set up so has the rates asked for; False while it has none at all."""
         if mode is None or mode.timing is None:
             return False
-        return self.nominal in (None, mode.timing.bit_rate) and self.data in (None, _data_rate(mode))
+        return self.nominal in (None, mode.timing.bit_rate) and self.data in (None, data_rate(mode))
 
     def at_clock(self, clock_hz: int) -> WantedMode:
         """The same with timings of the same bits by another clock; raises BadTiming where that cannot be."""
@@ -80,20 +81,8 @@ class WantedMode:
         return replace(
             self,
             bit_rate=self.bit_rate or mode.timing.bit_rate,
-            data_bit_rate=self.data_bit_rate or _data_rate(mode),
+            data_bit_rate=self.data_bit_rate or data_rate(mode),
         )
-
-
-def format_rates(mode: LineMode | None) -> str:
-    """`500000 bit/s`, with `, 2000000 after BRS` where there is such a phase."""
-    if mode is None or mode.timing is None:
-        return "no bit rate yet"
-    data = _data_rate(mode)
-    return f"{mode.timing.bit_rate} bit/s" + ("" if data is None else f", {data} after BRS")
-
-
-def _data_rate(mode: LineMode) -> int | None:
-    return None if mode.data_timing is None else mode.data_timing.bit_rate
 
 
 def _at_clock(timing: BitTiming | None, clock_hz: int) -> BitTiming | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +19,6 @@ from canwire import (
     CanwireError,
     ChannelMode,
     ChannelStatus,
-    Control,
     ErrorState,
     EventKind,
     Hub,
@@ -29,6 +28,7 @@ from canwire import (
     LineStatus,
     Siblings,
     WantedMode,
+    conflicts_on,
 )
 from canwire.python_can.arguments import state_of, timings_of
 from canwire.python_can.clock import clock_of
@@ -97,7 +97,6 @@ class CanwireBus(can.BusABC):
         with opening():
             self._own_hub = not isinstance(hub, Hub)
             self._hub = hub if isinstance(hub, Hub) else HUBS.acquire(hub)
-            self._control: Control | None = None
             self._leases: list[Lease] = []  # what is given back at the end
             try:
                 self._wanted = wanted = WantedMode(
@@ -109,11 +108,13 @@ class CanwireBus(can.BusABC):
                     listen_only=state_of(state) is can.BusState.PASSIVE,
                     find_rate=auto_bitrate,
                 )
-                self._place, self._control = line_of_channel(self._hub, str(channel), wanted)
-                self._leases += [self._control] if self._control is not None else []
+                self._place, started = line_of_channel(self._hub, str(channel), wanted)
                 board, line = self._place.board.id, self._place.line
-                self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
-                self._leases.insert(0, self._line_channel)
+                with started or nullcontext():  # once there is a channel the line goes on by itself
+                    self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
+                self._leases.append(self._line_channel)
+                for conflict in conflicts_on(self._hub, self._place.info.bus):
+                    log.warning("%s", conflict)
                 self._line_channel.set_up(
                     ChannelMode(
                         rx_fifo_size,
@@ -261,14 +262,11 @@ class CanwireBus(can.BusABC):
 
     @state.setter
     def state(self, new_state: can.BusState) -> None:
-        """Needs the line's control: whoever brought the line up has it. Also begins again after bus-off."""
+        """For everybody on the line, whose control it needs for a moment; also begins again after bus-off, without."""
         wanted = state_of(new_state)
         with operating():
-            if self._control is None:
-                self._control = self._hub.open_control(self._place.board.id, self._place.line)
-                self._leases.append(self._control)
             asked = replace(self._wanted, listen_only=wanted is can.BusState.PASSIVE)
-            set_listening(self._hub, self._place, self._control, asked)
+            set_listening(self._hub, self._place, asked)
 
     def shutdown(self) -> None:
         """Once what was sent has gone out, or gets no further; a second time does nothing."""

@@ -15,7 +15,6 @@ from dataclasses import replace
 from canwire import (
     BadValue,
     Control,
-    ErrorState,
     Feature,
     Hub,
     InUse,
@@ -27,6 +26,7 @@ from canwire import (
     every_line,
     find_lines,
     format_rates,
+    format_setter,
     start_line,
 )
 
@@ -40,8 +40,9 @@ def can_places(hub: Hub) -> list[LinePlace]:
 
 
 def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:
-    """The line that the channel means, running as wanted, and its control if this program has that.
+    """The line that the channel means, running as wanted, and its control if this program has started it.
 
+    Give that back once there is a channel on the line, which then keeps it.
     Raises NoSuchBoard; InUse or BadValue where it runs otherwise, naming who has set it up, and how.
     """
     found = find_lines(hub, channel, _CAN)
@@ -53,16 +54,21 @@ def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePla
     return place, _brought_up(hub, place, _as_others(_running(hub, neighbours), wanted))
 
 
-def set_listening(hub: Hub, place: LinePlace, control: Control, wanted: WantedMode) -> None:
-    """Have the line only listen, or take part; one that is bus-off begins again."""
+def set_listening(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
+    """Have the line only listen, or take part; one that is bus-off begins again, whoever has its control.
+
+    Raises InUse where anything else is to be changed while somebody has the control.
+    """
     _check_able(place, wanted)
     status = place.status(hub)
-    mode = status.mode or wanted.mode(place.info.capabilities)
-    if status.mode is None or mode.listen_only != wanted.listen_only:
-        control.initialise(replace(mode, listen_only=wanted.listen_only))
-    elif status.running and status.state == ErrorState.BUS_OFF:
-        control.stop()
-    control.start()
+    if status.running and status.mode is not None and status.mode.listen_only == wanted.listen_only:
+        hub.recover(place.board.id, place.line)
+        return
+    with hub.open_control(place.board.id, place.line) as control:
+        mode = status.mode or wanted.mode(place.info.capabilities)
+        if status.mode is None or mode.listen_only != wanted.listen_only:
+            control.initialise(replace(mode, listen_only=wanted.listen_only))
+        control.start()
 
 
 def _on_bus(
@@ -72,10 +78,7 @@ def _on_bus(
     able = [place for place in places if place.info.capabilities.data is not None or not wanted.fd]
     if not able:
         raise BadValue(f"{bus}: all its lines know classic CAN only; leave fd out")
-    running = _running(hub, places)
-    for place, status in running:
-        _check_rates(place, status, wanted)
-    wanted = _as_others(running, wanted)
+    wanted = _as_others(_running(hub, places), wanted)
     for place in able:
         status = place.status(hub)
         if not (status.running or status.channels or status.control_holder):
@@ -103,7 +106,6 @@ def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | Non
         place,
         lambda _: wanted.mode(place.info.capabilities),
         lambda status: _check_agreement(place, status, wanted),
-        claim=True,
         patience_s=_PATIENCE_S,
     )
 
@@ -165,5 +167,4 @@ def _check_agreement(place: LinePlace, status: LineStatus, wanted: WantedMode) -
 def _described(place: LinePlace, status: LineStatus) -> str:
     where = f"{place.address} on {place.info.bus}" if place.info.bus else place.address
     listening = ", listening only" if status.mode is not None and status.mode.listen_only else ""
-    holder = status.control_holder or "a program that has left it"
-    return f"{where} runs at: {format_rates(status.mode)}{listening}, set by {holder}"
+    return f"{where} runs at: {format_rates(status.mode)}{listening}, {format_setter(status)}"

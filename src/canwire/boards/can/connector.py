@@ -58,21 +58,28 @@ class CanLine:
         return load_of(self.bus, self.line.timeline.now_ns)
 
     def initialise(self, mode: LineMode, done: Done) -> None:
-        """Reset and set up; `done(0)` at once, or when the bit rate has been found. Raises for what is impossible."""
+        """Reset and set up; `done(0)` at once, or when the bit rate has been found.
+
+        Raises for what is impossible, and then nothing has changed.
+        """
         check_mode(self.line.name, self.info, mode)
-        self._clear()
         if mode.timing is not None:
-            self._set_up(mode, mode.timing, mode.data_timing)
+            self.line.driver.check(_settings(mode, mode.timing))
+            self._clear()
+            self._set_up(mode, mode.timing)
             done(0)
             return
         limit = LOW_SPEED_LIMIT if mode.low_speed else max(BTR_OF_BIT_RATE)
         rates = sorted((rate for rate in BTR_OF_BIT_RATE if rate <= limit), reverse=True)
         candidates = [(BitTiming.from_btr(*BTR_OF_BIT_RATE[rate]), None) for rate in rates]
+        check_search(self.line.name, self.info, candidates, mode.timeout_ms, mode.iso_fd, mode.low_speed)
+        self.line.driver.check(_settings(mode, candidates[0][0]))
+        self._clear()
 
         def found(result: int | CanwireError) -> None:
             if isinstance(result, int):
                 timing, result = candidates[result][0], 0
-                self._set_up(replace(mode, timing=timing), timing, None)
+                self._set_up(mode, timing)
             done(result)
 
         self.detect(candidates, mode.timeout_ms, mode.iso_fd, found)
@@ -104,6 +111,20 @@ class CanLine:
         self._stopping.append(done)
         self.line.holding = True
         self._stop_when_quiet()
+
+    def recover(self, done: Done, *, abort_pending: bool = False) -> None:
+        """After bus-off: leave the bus and join it again with clean counters. Otherwise nothing happens."""
+        if self.line.driver.counters().state != ErrorState.BUS_OFF or not self.running:
+            done(0)
+            return
+
+        def stopped(_: int | CanwireError) -> None:
+            if abort_pending:
+                self.abort_pending()
+            self.start()
+            done(0)
+
+        self.stop(stopped)
 
     def reset(self) -> None:
         """Leave the bus mid-bit if need be, forget settings and filters; queues of channels keep what they have."""
@@ -156,22 +177,12 @@ class CanLine:
             self._detection.cancel(why)
         self._clear()
 
-    def _set_up(self, mode: LineMode, timing: BitTiming, data: BitTiming | None) -> None:
-        fd_timing = data if data is not None else timing if mode.long_data else None
-        self.line.driver.configure(
-            LineSettings(
-                timing,
-                fd_timing,
-                mode.iso_fd,
-                mode.listen_only,
-                registers=mode.registers,
-                loop_back=mode.loop_back,
-            )
-        )
+    def _set_up(self, mode: LineMode, timing: BitTiming) -> None:
+        self.line.driver.configure(_settings(mode, timing))
         self._bit_ps = timing.bit_time_ps
         line = self.line
         line.standard, line.extended = mode.standard, mode.extended
-        line.long_data, line.fast_data = mode.long_data, data is not None
+        line.long_data, line.fast_data = mode.long_data, mode.data_timing is not None
         line.reports_errors = mode.error_frames
         self.filter = filter_of(mode)
         line.set_filter(self.filter)
@@ -227,3 +238,15 @@ class CanLine:
 
     def _state(self) -> ErrorState:
         return self.line.driver.counters().state
+
+
+def _settings(mode: LineMode, timing: BitTiming) -> LineSettings:
+    fd_timing = mode.data_timing or (timing if mode.long_data else None)
+    return LineSettings(
+        timing,
+        fd_timing,
+        mode.iso_fd,
+        mode.listen_only,
+        registers=mode.registers,
+        loop_back=mode.loop_back,
+    )

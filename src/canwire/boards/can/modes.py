@@ -53,7 +53,9 @@ class LineMode:
     `timing` None asks the line to find its bit rate on the running bus (`timeout_ms` of silence at most).
     `data_timing` set allows the bit-rate switch, `long_data` more than 8 bytes; neither makes a classic line.
     `registers` are values for registers of the line's chip that nothing else here sets, by their data-sheet names.
-    A `persistent` line stays as it is when its last user goes. With `loop_back` the controller hears only itself.
+    With `loop_back` the controller hears only itself. When its last user goes a line is reset; one that `keeps`
+    leaves the bus and stays set up, one that is `persistent` goes on until it is reset. Programs of the same `kin`,
+    those of one vendor's interface, may set each other's running lines up at another rate ("": nobody may).
     """
 
     timing: BitTiming | None
@@ -72,6 +74,8 @@ class LineMode:
     registers: tuple[tuple[str, int], ...] = ()
     persistent: bool = False
     loop_back: bool = False
+    keeps: bool = False
+    kin: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +84,7 @@ class LineStatus:
 
     Losses by stage: `refused` frames that a client queued and the line could not send, `lost` frames and
     events that found a channel's receive queue full; the ideal controller itself loses none.
+    `set_by` is the program that set it up last, `set_by_left`: it has nothing open on the line any more.
     """
 
     initialised: bool
@@ -103,6 +108,8 @@ class LineStatus:
     channels: int
     exclusive: bool
     time_ns: int
+    set_by: str = ""
+    set_by_left: bool = False
 
 
 @dataclass(frozen=True, slots=True)

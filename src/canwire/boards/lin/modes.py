@@ -18,13 +18,15 @@ class LinMode:
 
     `bit_rate` is 1,000..20,000 bit/s; for a slave also 0: it is found on a bus that is already active. Without
     `master` the line is a slave. `errors` asks for error messages. `note` is whatever the initialiser wants to find
-    again in the status (VCI: its own bytes).
+    again in the status (VCI: its own bytes). Programs of the same `kin` may set each other's running lines up at
+    another rate ("": nobody may).
     """
 
     master: bool
     bit_rate: int
     errors: bool = False
     note: bytes = b""
+    kin: str = ""
 
 
 @dataclass(frozen=True, slots=True)

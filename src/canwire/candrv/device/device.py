@@ -38,6 +38,7 @@ T = TypeVar("T")
 
 _PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # every receive channel has a filter of its own
+_KIN = "CANDRV"  # whose programs may set each other's running lines up anew, as the manual has it
 _CONFIGURATION = 4  # the MCP2515's OPMOD
 
 
@@ -107,7 +108,8 @@ class Device:
     ) -> None:
         """Set the line up anew, for everybody; what is not given stays, but for loop-back.
 
-        Raises BadTiming, Unsupported, and then everything is as before; InUse while somebody else sets it up.
+        Raises BadTiming, Unsupported, InUse while somebody else sets it up or, for another rate, programs of another
+        kind run it; then everything is as before.
         """
         wanted = {"rate": rate, "mode": mode, "format": format, "listen": listen}
         self._held(
@@ -116,6 +118,14 @@ class Device:
             )
         )
         self.debug(f"set up: {self.state()}")
+
+    def initialise(self) -> None:
+        """IOCTL_CAN_INIT; after a bus-off also where somebody else has the line's control."""
+        status = self.status()
+        if status.running and status.state == ErrorState.BUS_OFF and status.control_holder:
+            self.hub.recover(self.board.id, self.number)
+        else:
+            self.change()
 
     def sleep(self, asleep: bool) -> None:
         """ENTER_STANDBY and LEAVE_STANDBY."""
@@ -196,26 +206,23 @@ class Device:
     def _configure(self, control: Control, wanted: dict[str, int], loop_back: bool) -> None:
         before = self.status()
         state = state_of(before, self.settings)._replace(loop_back=loop_back, **wanted)  # type: ignore[arg-type]
-        mode = self._mode(state, before.mode if "rate" not in wanted else None)
-        try:
-            control.initialise(mode)
-        except CanwireError:
-            if before.mode is not None:
-                control.initialise(before.mode)
-                control.start()
-            raise
+        control.initialise(self._mode(state, before.mode if "rate" not in wanted else None))
         control.start(abort_pending=False)
 
     def _mode(self, state: DeviceState, before: LineMode | None = None) -> LineMode:
-        """`before` has the timing to keep."""
+        """`before` has the timing to keep, and whether the line knows CAN FD: others may need that."""
         timing = before.timing if before is not None else None
         return LineMode(
             timing or self.controller.timing(state.rate),
+            before.data_timing if before is not None else None,
+            long_data=before is not None and before.long_data,
+            iso_fd=before is None or before.iso_fd,
             listen_only=state.listen,
             standard_filter=_OPEN,
             extended_filter=_OPEN,
             note=state.to_note(),
-            persistent=True,
+            keeps=True,
+            kin=_KIN,
             loop_back=state.loop_back,
         )
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
+from canwire import NoSuchBoard, Unplugged
 from canwire.candrv.constants import CanMode, Command, FrameFormat
 from canwire.candrv.device.state import checked
 from canwire.candrv.errors import translated
@@ -78,7 +79,7 @@ class Controls:
 
     def initialise(self) -> None:
         """IOCTL_CAN_INIT: set the controller up with its settings once more, as after a bus-off."""
-        self._tell(lambda device: device.change())
+        self._tell(lambda device: device.initialise())
 
     def in_configuration_mode(self) -> bool:
         """IOCTL_CAN_TEST_DEVICE."""
@@ -101,9 +102,13 @@ class Controls:
             COMMANDS[command](device)
 
     def _tell(self, call: Callable[[Device], T]) -> T:
+        """The board was there when the handle was opened: where the hub does not know it any more, it was pulled."""
         self.check()
         with translated():
-            return call(self.device)
+            try:
+                return call(self.device)
+            except NoSuchBoard as error:
+                raise Unplugged(str(error)) from error
 
 
 def _virtualize(device: Device, on: bool) -> None:

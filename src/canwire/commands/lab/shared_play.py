@@ -35,7 +35,7 @@ def play_shared(arguments: argparse.Namespace, log: CandumpLog, found: Survey) -
         place = find_line(hub, arguments.line, to_send=True)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
         channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        bring_up(hub, place, wanted_by(arguments), closing)
+        bring_up(hub, place, wanted_by(arguments))
         channel.activate()
         complain(f"{found.frames} frames onto {place.address} on {place.info.bus}")
         sending = Sending(hub, place, channel, patience_s)

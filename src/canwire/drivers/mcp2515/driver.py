@@ -58,8 +58,10 @@ class Mcp2515Driver(Confined):
 
     # settings
 
+    def check(self, settings: LineSettings) -> None:
+        set_up(settings, self._oscillator_hz)
+
     def configure(self, settings: LineSettings) -> None:
-        """Raises BadTiming, Unsupported or BadValue before anything is changed."""
         self._registers, self._mode = set_up(settings, self._oscillator_hz)
         self._bit_ns = settings.timing.bit_time_ps // 1000
         self.listen_only = settings.listen_only

@@ -40,14 +40,16 @@ class PythonCanDriver(OutsideDriver, User):
 
     # settings
 
-    def configure(self, settings: LineSettings) -> None:
-        """Raises Unsupported before anything is changed."""
+    def check(self, settings: LineSettings) -> None:
         if settings.loop_back or settings.registers:
             raise Unsupported("an adapter of python-can has no loop-back and no registers")
         if settings.listen_only and self._kind.listen_only is None:
             raise Unsupported(f"python-can's {self._port.interface} cannot be told to listen only")
         if settings.data_timing is not None and self._kind.fd is None:
             raise Unsupported(f"python-can's {self._port.interface} is used for classic CAN only")
+
+    def configure(self, settings: LineSettings) -> None:
+        self.check(settings)
         self._setup = Setup(settings.timing, settings.data_timing, settings.listen_only)
         self.listen_only = settings.listen_only
         self.fd = 1 if settings.data_timing is not None else 0

@@ -47,21 +47,26 @@ class Chip:
         self._interrupts = USUAL_IER
         self.loops_back = False
 
-    def set_up(self, settings: LineSettings) -> None:
-        """Into reset mode, with all settings; raises before anything is changed."""
+    def values_of(self, settings: LineSettings) -> dict[int, int]:
+        """What goes into which register. Raises BadTiming, Unsupported or BadValue."""
         btr = self._timing_registers(settings.timing)
         if settings.data_timing is not None:
             raise Unsupported("an SJA1000 knows classic CAN only: no data bit rate, no long frames")
         if settings.oscillator_ppm:
             raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
-        wanted = {**_USUAL, m.IER: USUAL_IER}
+        wanted = {m.BTR0: btr[0], m.BTR1: btr[1], **_USUAL, m.IER: USUAL_IER}
         for name, value in settings.registers:
             if name not in SETTABLE or not 0 <= value <= 0xFF:
                 raise BadValue(f"register {name} = {value!r}: {', '.join(SETTABLE)}, each 0..255")
             wanted[SETTABLE[name]] = value
+        return wanted
+
+    def set_up(self, settings: LineSettings) -> None:
+        """Into reset mode, with all settings; raises before anything is changed."""
+        wanted = self.values_of(settings)
         self.enter_reset()
         self._interrupts = wanted.pop(m.IER)
-        for address, value in ((m.BTR0, btr[0]), (m.BTR1, btr[1]), *wanted.items()):
+        for address, value in wanted.items():
             self.write(address, value)
         self.write(m.IER, self._interrupts)
         self.loops_back = settings.loop_back

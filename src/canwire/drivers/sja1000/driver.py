@@ -46,8 +46,10 @@ class Sja1000Driver(ChipDriver):
 
     # settings
 
+    def check(self, settings: LineSettings) -> None:
+        self._chip.values_of(settings)
+
     def configure(self, settings: LineSettings) -> None:
-        """Raises BadTiming, Unsupported or BadValue before anything is changed."""
         self._chip.set_up(settings)
         self._transmits = self._in_chip = False
         self.listen_only = settings.listen_only

@@ -74,8 +74,11 @@ class SlcanDriver(OutsideDriver):
 
     # settings
 
+    def check(self, settings: LineSettings) -> None:
+        """Whether this very adapter can is seen once it is told."""
+        setup_of(settings)
+
     def configure(self, settings: LineSettings) -> None:
-        """Raises Unsupported before anything is changed; whether this very adapter can is seen once it is told."""
         self._setup = setup_of(settings)
         self.listen_only = settings.listen_only
         self.fd = 1 if settings.data_timing is not None else 0

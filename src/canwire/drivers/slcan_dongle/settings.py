@@ -7,6 +7,7 @@ from canwire.drivers.slcan_dongle.user import Setup
 from canwire.errors import BadTiming, Unsupported
 
 _DATA_SHEET_HZ = 8_000_000  # BTR0 and BTR1 count in periods of half the crystal
+_ITS_OWN = ("OCR", "IER")  # registers of an SJA1000 that an adapter's firmware sets by itself
 _CODES = tuple(f"ACR{k}" for k in range(4)), tuple(f"AMR{k}" for k in range(4))
 
 
@@ -35,7 +36,7 @@ def _btr(settings: LineSettings) -> str | None:
 
 def _accept(settings: LineSettings) -> tuple[int, int] | None:
     """M's and m's values if they were asked for: registers ACR0..3 and AMR0..3, the first one in the highest byte."""
-    values = dict(settings.registers)
+    values = {name: value for name, value in settings.registers if name not in _ITS_OWN}
     if not values:
         return None
     code, mask = (

@@ -96,6 +96,14 @@ class Hub(Client):
         """The one lease that configures a line; raises InUse naming its holder."""
         return Control(self, self.call(m.OpenControl(board, line)).handle, board, line)
 
+    def recover(self, board: int, line: int, *, abort_pending: bool = False) -> None:
+        """Have a line that is bus-off begin again, with clean counters; nothing happens to one that is not.
+
+        Whoever has anything open on the line may ask for it, whoever has its control; else WrongState. With
+        `abort_pending` everything queued on the line is given up before.
+        """
+        self.call(m.Recover(board, line, abort_pending))
+
     def open_channel(self, board: int, line: int, *, exclusive: bool = False) -> HubChannel:
         """A channel on a line; an exclusive one has to be the only one, else InUse."""
         return HubChannel(self, self.call(m.OpenChannel(board, line, exclusive)).handle, board, line)

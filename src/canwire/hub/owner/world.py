@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from canwire.boards import catalogue
 from canwire.boards.board import Board, BoardLinLine
 from canwire.boards.can.connector import CanLine
+from canwire.boards.can.rates import RunningLine, rate_conflicts
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BusConfig
 from canwire.boards.description import BoardInfo
@@ -52,9 +54,11 @@ class World:
         self.boards: dict[int, Board] = {}
         self.slots: dict[tuple[int, int], CanSlot | LinSlot] = {}
         self.pipes = Pipes()
+        self.warn: Callable[[str], object] | None = None  # gets what people should know, in sentences
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
         self.notes: dict[str, bytes] = {}
         self._luid = 0
+        self._conflicts: set[str] = set()
         self._reserved = {board.serial for board in config.board}
         for bus in config.bus:
             self._add_bus(bus)
@@ -193,6 +197,19 @@ class World:
             if len(self.notes) >= _MOST_NOTES:
                 raise BadValue(f"note {name!r}: the hub keeps {_MOST_NOTES} already")
             self.notes[name] = value
+
+    def look_at_rates(self) -> None:
+        """A line was started: warn of buses whose lines disagree, once for each disagreement."""
+        lines = (
+            RunningLine(slot.name, slot.can.info.bus, slot.status())
+            for slot in self.slots.values()
+            if isinstance(slot, CanSlot)
+        )
+        found = {str(conflict) for conflict in rate_conflicts(lines)}
+        for text in sorted(found - self._conflicts):
+            if self.warn is not None:
+                self.warn(text)
+        self._conflicts = found
 
     def next_luid(self) -> int:
         """A number never given out before."""

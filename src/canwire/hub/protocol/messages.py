@@ -147,6 +147,14 @@ class Stop(Message):
     handle: int
 
 
+class Recover(Message):
+    """-> None: the line begins again after bus-off; for whoever has anything open on it, whoever has its control."""
+
+    board: int
+    line: int
+    abort_pending: bool
+
+
 class Reset(Message):
     """Control -> None"""
 
@@ -332,7 +340,7 @@ class Advance(Message):
 
 Request = (
     Hello | ListBoards | Watch | Plug | Unplug | OpenLayer | OpenControl | OpenChannel | OpenScheduler | Close
-    | GetLineStatus | Initialise | Start | Stop | Reset | Detect | GetFilterMode | SetFilterMode
+    | GetLineStatus | Initialise | Start | Stop | Recover | Reset | Detect | GetFilterMode | SetFilterMode
     | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | AddCyclic
     | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
     | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo

@@ -54,6 +54,7 @@ _EXMODE_NEEDS = (
     (CAN_EXMODE_NONISO, CAN_FEATURE_NONISOFRM, "CAN_EXMODE_NONISO needs CAN_FEATURE_NONISOFRM"),
 )
 _INCLUSIVE = FilterSetup()
+_KIN = "VCI"  # whose programs may set each other's running lines up anew, as the manual has it
 _NOTE, _NOTE2 = b"CANINITLINE ", b"CANINITLINE2 "
 _ERROR_STATES = (ErrorState.ERROR_WARNING, ErrorState.ERROR_PASSIVE, ErrorState.BUS_OFF)
 
@@ -179,6 +180,7 @@ def _line_mode(
         standard_filter=standard_filter,
         extended_filter=extended_filter,
         note=note,
+        kin=_KIN,
     )
 
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 _OPMODES = LIN_OPMODE_MASTER | LIN_OPMODE_ERRORS
 _NOTE = b"LININITLINE "
+_KIN = "VCI"  # whose programs may set each other's running lines up anew, as the manual has it
 _LONGEST = 8
 
 
@@ -49,6 +50,7 @@ def mode_of_init(init: LinInitLine) -> LinMode:
         bit_rate=init.bitrate,
         errors=bool(init.op_mode & LIN_OPMODE_ERRORS),
         note=note,
+        kin=_KIN,
     )
 
 

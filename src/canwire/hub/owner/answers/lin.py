@@ -25,7 +25,7 @@ def _get_lin_status(request: m.GetLinStatus, session: Session, world: World) -> 
 
 @answers.to(m.InitialiseLin)
 def _initialise_lin(request: m.InitialiseLin, session: Session, world: World) -> Answer:
-    _slot(session, request.handle).lin.initialise(request.mode)
+    _slot(session, request.handle).initialise(session, request.mode)
     return DONE
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from canwire.boards.can.connector import CanLine
 from canwire.boards.lin.line import LinLine
-from canwire.errors import CanwireError, Unsupported
+from canwire.errors import CanwireError, Unsupported, WrongState
 from canwire.hub.owner.answers.registry import DONE, Answers
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.can import CanSlot
@@ -27,8 +27,8 @@ def _get_line_status(request: m.GetLineStatus, session: Session, world: World) -
 
 @answers.to(m.Initialise)
 def _initialise(request: m.Initialise, session: Session, world: World) -> Deferred:
-    can = can_of(session, request.handle)
-    return _later(lambda done: can.initialise(request.mode, done), numbered=False)
+    slot = _slot_of(session, request.handle)
+    return _later(lambda done: slot.initialise(session, request.mode, done), numbered=False)
 
 
 @answers.to(m.Start)
@@ -37,12 +37,21 @@ def _start(request: m.Start, session: Session, world: World) -> Answer:
     if request.abort_pending and isinstance(can, CanLine):
         can.abort_pending()
     can.start()
+    world.look_at_rates()
     return DONE
 
 
 @answers.to(m.Stop)
 def _stop(request: m.Stop, session: Session, world: World) -> Deferred:
     return _later(_commanded(session, request.handle).stop, numbered=False)
+
+
+@answers.to(m.Recover)
+def _recover(request: m.Recover, session: Session, world: World) -> Deferred:
+    slot = world.can_slot(request.board, request.line)
+    if not slot.used_by(session):
+        raise WrongState(f"{slot.name}: {session.name} has nothing open on it; open a channel first")
+    return _later(lambda done: slot.can.recover(done, abort_pending=request.abort_pending), numbered=False)
 
 
 @answers.to(m.Reset)
@@ -64,10 +73,14 @@ def _detect(request: m.Detect, session: Session, world: World) -> Deferred:
 
 def can_of(session: Session, handle: int) -> CanLine:
     """The CAN line that this control is of; raises Unsupported for a LIN line's."""
+    return _slot_of(session, handle).can
+
+
+def _slot_of(session: Session, handle: int) -> CanSlot:
     slot = session.look_up(handle, HeldControl).slot
     if not isinstance(slot, CanSlot):
         raise Unsupported(f"{slot.name} is a LIN line: it has no bit timing, filters and detection")
-    return slot.can
+    return slot
 
 
 def _commanded(session: Session, handle: int) -> CanLine | LinLine:

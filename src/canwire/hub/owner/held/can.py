@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from canwire.boards.can.connector import CanLine
-from canwire.boards.can.modes import LineStatus
+from canwire.boards.can.connector import CanLine, Done
+from canwire.boards.can.modes import LineMode, LineStatus
+from canwire.boards.can.rates import format_rates, format_setter, same_rates
 from canwire.boards.can.scheduler import CyclicList
 from canwire.boards.sharing import Share, Sharing
 from canwire.errors import CanwireError
@@ -27,11 +28,31 @@ class CanSlot(LineSlot):
 
     def settle(self) -> None:
         mode = self.can.mode
-        if mode is not None and mode.persistent:
+        if (mode is not None and mode.persistent) or self.users() or len(self.sharing):
             return
-        users = (self.control, self.scheduler, *self.queues)
-        if not any(user is not None for user in users) and not len(self.sharing):
+        if mode is not None and mode.keeps:
+            self.can.abort_pending()
+            self.can.stop(lambda _: None)
+        else:
             self.can.reset()
+
+    def initialise(self, holder: Holder, mode: LineMode, done: Done) -> None:
+        """CanLine's, for a program that has the control; raises InUse where the rate is not its to change."""
+        self._check_rate(holder, mode)
+        before = self.can.mode
+        if before is not None and before.persistent:
+            mode = replace(mode, persistent=True)
+        self.can.initialise(mode, done)
+        self.setter = holder
+
+    def _check_rate(self, holder: Holder, mode: LineMode) -> None:
+        now = self.can.mode
+        if now is not None and self.can.running and not same_rates(now, mode):
+            rates = f"{format_rates(now)}, {format_setter(self.status())}"
+            self.check_rate(holder, (now.kin, mode.kin), rates, format_rates(mode))
+
+    def users(self) -> list[Holder]:
+        return super().users() + ([] if self.scheduler is None else [self.scheduler])
 
     def close(self, why: CanwireError) -> None:
         self.can.close(why)
@@ -61,6 +82,8 @@ class CanSlot(LineSlot):
             channels=len(self.queues),
             exclusive=self.exclusive,
             time_ns=can.line.timeline.now_ns,
+            set_by="" if self.setter is None or can.mode is None else self.setter.name,
+            set_by_left=self.setter is not None and not self.used_by(self.setter),
         )
 
 

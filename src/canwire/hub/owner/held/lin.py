@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from canwire.boards.lin.line import LinLine
-from canwire.boards.lin.modes import LinMonitorMode, LinMonitorStatus
+from canwire.boards.lin.modes import LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.boards.lin.monitor import LinMonitor
 from canwire.boards.lin.schedule import LinScheduler
 from canwire.errors import CanwireError, NotInitialised
+from canwire.hub.owner.held.held import Holder
 from canwire.hub.owner.held.line import HeldQueue, LineSlot
 from canwire.hub.owner.held.shared_ring import SharedRing
 from canwire.values.lin.schedule import LinSchedule
@@ -23,6 +24,16 @@ class LinSlot(LineSlot):
         super().__init__(board, lin.name)
         self.lin = lin
         self._scheduler: LinScheduler | None = None
+
+    def initialise(self, holder: Holder, mode: LinMode) -> None:
+        """LinLine's, for a program that has the control; raises InUse where the rate is not its to change."""
+        now = self.lin.mode
+        if now is not None and self.lin.running and now.bit_rate != mode.bit_rate:
+            who = "nobody" if self.setter is None else self.setter.name
+            rate = f"{now.bit_rate} bit/s, set by {who}"
+            self.check_rate(holder, (now.kin, mode.kin), rate, f"{mode.bit_rate} bit/s")
+        self.lin.initialise(mode)
+        self.setter = holder
 
     def run_schedule(self, schedule: LinSchedule | None, rounds: int) -> None:
         """Run this table in place of another one; None: end the one that runs."""

@@ -19,6 +19,7 @@ class LineSlot:
         self.name = name
         self.control: Holder | None = None
         self.queues: list[HeldQueue] = []
+        self.setter: Holder | None = None  # who set it up last
 
     @property
     def exclusive(self) -> bool:
@@ -36,6 +37,24 @@ class LineSlot:
             noun = self.queue_noun
             there = f"an exclusive {noun}" if self.exclusive else f"{len(self.queues)} {noun}s"
             raise InUse(f"{self.name}: {there} on it already, of {self.queues[0].holder.name}")
+
+    def users(self) -> list[Holder]:
+        """Everybody who has anything open here but shares, a program once for each."""
+        return [queue.holder for queue in self.queues] + ([] if self.control is None else [self.control])
+
+    def used_by(self, holder: Holder | None) -> bool:
+        """It has anything open here."""
+        return any(user is holder for user in self.users())
+
+    def check_rate(self, holder: Holder, kin: tuple[str, str], now: str, wanted: str) -> None:
+        """Before a running line is set to another rate: it keeps its own as long as others are there.
+
+        Not for who set it up, and where its `kin` is that of the new setting. Raises InUse with both rates.
+        """
+        if holder is self.setter or (kin[0] and kin[0] == kin[1]):
+            return
+        if any(user is not holder for user in self.users()):
+            raise InUse(f"{self.name} runs at {now}; it cannot be set to {wanted} as long as others use it")
 
     def settle(self) -> None:
         """Somebody let go: nobody left means nobody's settings (VCI V4 manual 5.2.3, closing the control unit)."""

@@ -1,0 +1,58 @@
+"""The tables of docs/sharing.md, made of table.py: `python -m tests.together.page` writes them anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.together.table import EVENTS, KINDS, REFUSES, SEES, Line
+
+PAGE = Path(__file__).parent.parent.parent / "docs" / "sharing.md"
+_MARK = "<!-- {} -->"
+
+
+def tables() -> dict[str, str]:
+    """Their text by the name in the page's marks."""
+    return {"answers": _answers(), "sees": _sees(), "refuses": _refuses()}
+
+
+def written(text: str) -> str:
+    """The page with its tables as they should be."""
+    for name, table in tables().items():
+        begin, end = _MARK.format(name), _MARK.format(f"end of {name}")
+        before, _, rest = text.partition(begin)
+        text = f"{before}{begin}\n{table}{end}{rest.partition(end)[2]}"
+    return text
+
+
+def _answers() -> str:
+    rows = [
+        "| what happens | program | control is free | somebody holds it | set up by its own kind |",
+        "|---" * 5 + "|",
+    ]
+    for event, told in EVENTS.items():
+        same: dict[tuple[str, ...], list[str]] = {}
+        for kind in KINDS:
+            if kind in told:
+                answers = told[kind]
+                same.setdefault((answers.free, answers.held, answers.kin), []).append(kind)
+        rows += [f"| {event} | {', '.join(kinds)} | {' | '.join(words)} |" for words, kinds in same.items()]
+    return "\n".join(rows) + "\n"
+
+
+def _sees() -> str:
+    rows = ["| program | " + " | ".join(line.value for line in Line) + " |", "|---" * (len(Line) + 1) + "|"]
+    rows += [f"| {kind} | " + " | ".join(SEES[kind][line] for line in Line) + " |" for kind in KINDS]
+    return "\n".join(rows) + "\n"
+
+
+def _refuses() -> str:
+    rows = ["| program | board | is told |", "|---|---|---|"]
+    same: dict[tuple[str, str], list[str]] = {}
+    for (kind, board), told in REFUSES.items():
+        same.setdefault((kind, told), []).append(board)
+    rows += [f"| {kind} | {', '.join(boards)} | {told} |" for (kind, told), boards in same.items()]
+    return "\n".join(rows) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

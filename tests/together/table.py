@@ -1,0 +1,249 @@
+"""The matrix: what every program of every kind is told when another one does something to the line they share.
+
+A cell is a board, who set the line up and started it, who acts, and what happens. The tables below say what the actor
+is answered, how the line is afterwards, and how each kind of program sees a line that is so; docs/sharing.md shows
+them. Words are the interfaces' own; nothing is left empty: what an interface has no call for is NO_CALL, what a board
+cannot do is in REFUSES.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple
+
+from tests.together.players.player import DONE, NO_CALL
+
+V4, V3, ACAN, INT2D = "vci v4", "vci v3", "acan", "acan int 2dh"
+CANDRV, WIN32, PYTHON, VERBS, DONGLE = (
+    "candrv",
+    "candrv win32",
+    "python-can",
+    "canwire dump/send",
+    "dongle host",
+)
+KINDS = (V4, V3, ACAN, INT2D, CANDRV, WIN32, PYTHON, VERBS, DONGLE)
+
+HOLDS = frozenset({V4, V3, DONGLE})
+"""Keep the line's control as long as they run; all others have it for the length of a call."""
+KIN = {V4: "VCI", V3: "VCI", ACAN: "ACAN", INT2D: "ACAN", CANDRV: "CANDRV", WIN32: "CANDRV"}
+"""Whose programs may set each other's running lines up at another rate: their manuals say so."""
+
+FD, PLAIN, DONGLES_OWN = "usb-to-can-fd", "usb-to-can", "canbus-dongle"
+SJA1000_BOARDS = ("inducan104", "pc-i04", "netdcu", DONGLES_OWN)
+BOARDS = (FD, PLAIN, *SJA1000_BOARDS[:3], "picocom1", DONGLES_OWN)
+EVERY_PAIR = (FD, "inducan104", "picocom1", DONGLES_OWN)
+"""One board for each kind of controller has every pair of programs; on the others each starter meets the next kind."""
+
+
+class Line(Enum):
+    """How the line is."""
+
+    ON = "on the bus"
+    OFF = "stopped"
+    UNSET = "not set up"
+    BUS_OFF = "bus-off"
+    GONE = "board pulled"
+
+
+class Told(NamedTuple):
+    """What the actor is answered: the control is free, the starter holds it, it is free and the starter is of its kin.
+
+    `after` is how the line is where the answer is DONE.
+    """
+
+    free: str
+    held: str
+    kin: str
+    after: Line
+
+
+def _all(answer: str, after: Line) -> Told:
+    return Told(answer, answer, answer, after)
+
+
+JOIN_RUNNING, JOIN_STOPPED = "joins a running line", "joins a stopped line"
+SET_RATE, TAKE_CONTROL = "sets another rate", "takes control"
+STOP, RESET, RECOVER = "stops the line", "resets the line", "recovers from bus-off"
+ENDS, KILLED, PULLED = "the starter ends", "the starter is killed", "board pulled and plugged"
+
+_VCI_DENIED, _CANDRV_DENIED = "VCI_E_ACCESSDENIED", "ERROR_SHARING_VIOLATION"
+_NEVER = _all(NO_CALL, Line.ON)
+
+EVENTS: dict[str, dict[str, Told]] = {
+    JOIN_RUNNING: {kind: _all(DONE, Line.ON) for kind in KINDS} | {DONGLE: _all("InUse", Line.ON)},
+    # a listener of VCI or ACAN waits for whoever starts the line; the others start it as it is set up
+    JOIN_STOPPED: {
+        V4: _all(DONE, Line.OFF),
+        V3: _all(DONE, Line.OFF),
+        ACAN: _all(DONE, Line.OFF),
+        INT2D: _all(DONE, Line.OFF),
+        CANDRV: Told(DONE, DONE, DONE, Line.ON),
+        WIN32: Told(DONE, DONE, DONE, Line.ON),
+        PYTHON: Told(DONE, "CanInitializationError", DONE, Line.ON),
+        VERBS: Told(DONE, "InUse", DONE, Line.ON),
+        DONGLE: _all("InUse", Line.OFF),
+    },
+    SET_RATE: {
+        V4: Told(_VCI_DENIED, _VCI_DENIED, _VCI_DENIED, Line.ON),
+        V3: Told(_VCI_DENIED, _VCI_DENIED, _VCI_DENIED, Line.ON),
+        ACAN: Told("FALSE", "FALSE", DONE, Line.ON),
+        INT2D: Told("FALSE", "FALSE", DONE, Line.ON),
+        CANDRV: Told(_CANDRV_DENIED, _CANDRV_DENIED, DONE, Line.ON),
+        WIN32: Told(_CANDRV_DENIED, _CANDRV_DENIED, DONE, Line.ON),
+        PYTHON: _all("CanInitializationError", Line.ON),
+        VERBS: _all("BadValue", Line.ON),
+    },
+    TAKE_CONTROL: dict.fromkeys(KINDS, _NEVER)
+    | {kind: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.ON) for kind in (V4, V3)},
+    STOP: {
+        V4: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.OFF),
+        V3: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.OFF),
+        ACAN: Told(DONE, "0x0101", DONE, Line.OFF),
+        INT2D: Told(DONE, "0x0101", DONE, Line.OFF),
+        CANDRV: _NEVER,
+        WIN32: _NEVER,
+        PYTHON: _NEVER,
+        VERBS: Told(DONE, "InUse", DONE, Line.OFF),
+    },
+    # .NET's ResetLine leaves a line offline; IOCTL_CAN_INIT sets it up anew, and it goes on
+    RESET: {
+        V4: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.UNSET),
+        V3: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.OFF),
+        ACAN: _NEVER,
+        INT2D: _NEVER,
+        CANDRV: Told(DONE, _CANDRV_DENIED, DONE, Line.ON),
+        WIN32: Told(DONE, _CANDRV_DENIED, DONE, Line.ON),
+        PYTHON: _NEVER,
+        VERBS: Told(DONE, "InUse", DONE, Line.UNSET),
+    },
+    # VCI's own means is the control, of which the manual gives a line one
+    RECOVER: {kind: _all(DONE, Line.ON) for kind in KINDS if kind != DONGLE}
+    | {kind: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.ON) for kind in (V4, V3)},
+    ENDS: {kind: _all(DONE, Line.ON) for kind in KINDS if kind != DONGLE},
+    KILLED: {kind: _all(DONE, Line.ON) for kind in KINDS if kind != DONGLE},
+    PULLED: {kind: _all(DONE, Line.GONE) for kind in KINDS if kind != DONGLE},
+}
+
+_VCI_GONE = "VCI_E_DEVICE_NOT_CONNECTED"
+_ACAN_SEES = {
+    Line.ON: "0x0100, hi_rat 250",
+    Line.OFF: "0x0100, hi_rat 250",
+    Line.UNSET: "0x0000",
+    Line.BUS_OFF: "SC_BUSOFF",
+    Line.GONE: "0x0000",
+}
+_CANDRV_SEES = {
+    Line.ON: "baud rate 250000",
+    Line.OFF: "in configuration mode",
+    Line.UNSET: "in configuration mode",
+    Line.BUS_OFF: "CANBUS_EVENT_BUS_ERROR",
+    Line.GONE: "ERROR_DEVICE_REMOVED",
+}
+SEES: dict[str, dict[Line, str]] = {
+    V4: {
+        Line.ON: "on the bus",
+        Line.OFF: "CAN_STATUS_ININIT",
+        Line.UNSET: "CAN_OPMODE_UNDEFINED",
+        Line.BUS_OFF: "CAN_STATUS_BUSOFF",
+        Line.GONE: _VCI_GONE,
+    },
+    V3: {
+        Line.ON: "on the bus",
+        Line.OFF: "IsInInit",
+        Line.UNSET: "IsModeUndefined",
+        Line.BUS_OFF: "IsBusOff",
+        Line.GONE: _VCI_GONE,
+    },
+    ACAN: _ACAN_SEES,
+    INT2D: _ACAN_SEES,
+    CANDRV: _CANDRV_SEES,
+    WIN32: _CANDRV_SEES,
+    PYTHON: {
+        Line.ON: "ACTIVE",
+        Line.OFF: "ERROR",
+        Line.UNSET: "ERROR",
+        Line.BUS_OFF: "ERROR",
+        Line.GONE: "CanOperationError",
+    },
+    VERBS: {
+        Line.ON: "error active",
+        Line.OFF: "stopped",
+        Line.UNSET: "not initialised",
+        Line.BUS_OFF: "bus off",
+        Line.GONE: "NoSuchBoard",
+    },
+    DONGLE: {
+        Line.ON: "open",
+        Line.OFF: "open",
+        Line.UNSET: "open",
+        Line.BUS_OFF: "open",
+        Line.GONE: "Unplugged",
+    },
+}
+
+REFUSES: dict[tuple[str, str], str] = {
+    **{
+        (kind, board): "ACAN_Init 0"
+        for kind in (ACAN, INT2D)
+        for board in BOARDS
+        if board not in SJA1000_BOARDS
+    },
+}
+"""What a program is told that tries to open a line of a board that its interface cannot drive."""
+
+
+class Cell(NamedTuple):
+    board: str
+    starter: str
+    actor: str
+    event: str
+
+    def __str__(self) -> str:
+        return f"{self.board}, {self.starter}: {self.actor}: {self.event}".replace(" ", "-")
+
+    @property
+    def told(self) -> str:
+        """The actor's answer."""
+        found = EVENTS[self.event][self.actor]
+        if self.starter in HOLDS:
+            return found.held
+        return found.kin if KIN.get(self.starter, 0) == KIN.get(self.actor, 1) else found.free
+
+    @property
+    def after(self) -> Line:
+        """How the line is then; a refused call changes nothing."""
+        row = EVENTS[self.event][self.actor]
+        before = {JOIN_STOPPED: Line.OFF, RECOVER: Line.BUS_OFF}.get(self.event, Line.ON)
+        if self.event == JOIN_STOPPED and self.starter in HOLDS:
+            return before  # CANDRV joins too, and leaves the start to whoever has the control
+        return row.after if self.told == DONE else before
+
+
+def _starters(board: str) -> list[str]:
+    """Who can be first there; a dongle has a board of its own."""
+    if board == DONGLES_OWN:
+        return [DONGLE]
+    return [kind for kind in KINDS if kind != DONGLE and (kind, board) not in REFUSES]
+
+
+def _actors(board: str, starter: str, event: str) -> list[str]:
+    kinds = [kind for kind in KINDS if kind in EVENTS[event]]
+    if board != DONGLES_OWN:
+        kinds = [kind for kind in kinds if kind != DONGLE]
+    there = [kind for kind in kinds if (kind, board) not in REFUSES]
+    if board in EVERY_PAIR:
+        return there
+    return [there[(KINDS.index(starter) + 1) % len(there)]]
+
+
+CAN_STOP = frozenset({V4, V3, ACAN, INT2D, VERBS})
+"""Who can leave a line set up and stopped; a dongle that closes its channel leaves nothing set up."""
+
+CELLS = [
+    Cell(board, starter, actor, event)
+    for board in BOARDS
+    for event in EVENTS
+    for starter in _starters(board)
+    if event != JOIN_STOPPED or starter in CAN_STOP
+    for actor in _actors(board, starter, event)
+]
