@@ -136,3 +136,18 @@ def test_stop_takes_every_line_of_a_bus_off_it(served: Served, capsys: pytest.Ca
         assert main(["stop", "can0", "--hub", served.address]) == 0
         assert not hub.line_status(board, line).running
     assert ":0 stopped" in capsys.readouterr().out
+
+
+def test_a_line_that_is_up_goes_on_until_it_is_stopped(
+    served: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with canwire.connect(served.address, name="tester") as hub:
+        place = find_lines(hub, "can0")[0]
+        assert main(["up", place.address, "--hub", served.address, "--bit-rate", "250000"]) == 0
+        assert f"{place.address} on can0: 250000 bit/s" in capsys.readouterr().out
+        assert place.status(hub).running
+        assert main(["up", place.address, "--hub", served.address]) == 2
+        assert "runs already at 250000 bit/s" in capsys.readouterr().err
+        assert place.status(hub).running
+        assert main(["stop", place.address, "--reset", "--hub", served.address]) == 0
+        assert not place.status(hub).initialised

@@ -30,6 +30,7 @@ VERBS = {
     "share": Verb("canwire.commands.share", "put real adapters on the hub, for every program at once"),
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
+    "up": Verb("canwire.commands.up", "start a line of the hub, and leave it running"),
     "stop": Verb("canwire.commands.stop", "take a line of the hub off its bus"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),

@@ -1,0 +1,43 @@
+"""`canwire up`: set a line up and start it; it goes on when this command has ended, until `canwire stop`.
+
+canwire up can0                               the first line on can0 that nobody uses
+canwire up HW000001:0 --bit-rate 250000       this one, at 250 kbit/s
+"""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from dataclasses import replace
+
+import canwire
+from canwire import BadValue, LineMode, LineStatus, format_rates, format_setter
+from canwire.commands.can_line import add_line_arguments, line_mode, wanted_by
+from canwire.commands.shared_hub import connected, find_line
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_line_arguments(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Start it and print its rates; BadValue for one that runs already, InUse while somebody has its control."""
+    with ExitStack() as closing:
+        hub = connected(arguments, "up", closing)
+        place = find_line(hub, arguments.line, to_send=True)
+
+        def mode_for(_: LineStatus) -> LineMode:
+            return replace(line_mode(place.info.capabilities, wanted_by(arguments)), persistent=True)
+
+        def check(status: LineStatus) -> None:
+            raise BadValue(
+                f"{place.address} runs already at {format_rates(status.mode)}, {format_setter(status)}; "
+                f"`canwire stop {place.address}` ends that"
+            )
+
+        control = canwire.bring_up(hub, place, mode_for, check)
+        if control is not None:
+            control.close()
+        print(f"{place.address} on {place.info.bus or 'no bus'}: {format_rates(place.status(hub).mode)}")
+    return 0
