@@ -50,6 +50,11 @@ class Copper:
         return catalogue.build(catalogue.kind(name), 7, hardware_id, buses, self.machine)
 
 
+def test_a_can_connector_on_no_bus_is_a_can_line(copper: Copper) -> None:
+    board = copper.plugged("usb-to-can", "HW000001", "can0", "")
+    assert [type(line) for line in board.lines] == [BoardLine, BoardLine]
+
+
 @pytest.fixture
 def copper() -> Copper:
     return Copper()

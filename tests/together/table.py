@@ -93,7 +93,7 @@ EVENTS: dict[str, dict[str, Told]] = {
         PYTHON: _all("CanInitializationError", Line.ON),
         VERBS: _all("BadValue", Line.ON),
     },
-    TAKE_CONTROL: dict.fromkeys(KINDS, _NEVER)
+    TAKE_CONTROL: {kind: _NEVER for kind in KINDS if kind != DONGLE}
     | {kind: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.ON) for kind in (V4, V3)},
     STOP: {
         V4: Told(DONE, _VCI_DENIED, _VCI_DENIED, Line.OFF),

@@ -160,6 +160,7 @@ def _left(scene: Scene, cell: Cell, actor: Player, end: Callable[[], None]) -> N
     assert scene.send(actor) == DONE
     assert actor.state() == SEES[cell.actor][Line.ON]
     end()
+    assert scene.until(lambda: not scene.status().channels)
     status = scene.status()
     assert not status.running
     assert status.initialised == (table.KIN.get(cell.starter) in ("ACAN", "CANDRV"))

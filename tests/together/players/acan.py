@@ -71,8 +71,6 @@ class AcanApi(Player):
 
     def state(self) -> str:
         """The hardware's state, and what special conditions told; FALSE for a configuration that cannot be had."""
-        if self._api.ACAN_GetDriverVersion() == 0:
-            return "driver version 0"
         if self._init_status() == 0:
             return "0x0000"
         hi = ACANHI()
