@@ -13,9 +13,9 @@ from canwire.boards.can.message_filter import FormatFilter, MessageFilter
 from canwire.boards.can.modes import LineMode
 from canwire.boards.catalogue import is_shorted, load_of
 from canwire.drivers.driver import LineSettings
-from canwire.errors import CanwireError, NotInitialised, WrongState
+from canwire.errors import CanwireError, NothingHeard, NotInitialised, WrongState
 from canwire.timeline import Timer
-from canwire.values.event import BusEvent, ErrorState, EventKind, InfoCode
+from canwire.values.event import BusEvent, EventKind, InfoCode
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import BTR_OF_BIT_RATE
 
@@ -43,6 +43,7 @@ class CanLine:
         self._detection: Detection | None = None
         self._stopping: list[Done] = []
         self._bit_ps = 0
+        self.line.coupling_fault = lambda: self.coupling_fault
 
     @property
     def running(self) -> bool:
@@ -53,6 +54,11 @@ class CanLine:
         """The fault-tolerant transceiver reports a fault of its wires."""
         return self.mode is not None and self.mode.low_speed and is_shorted(self.bus)
 
+    def coupling_changed(self) -> None:
+        """The wires of its bus were shorted, or are sound again: a transceiver that can tell does."""
+        if self.running and self.mode is not None and self.mode.low_speed:
+            self.line.tell(self.line.happening(EventKind.STATE, self.line.timeline.now_ns))
+
     def load(self) -> float:
         """Of the bus it is plugged into, in the last second, 0..100 %."""
         return load_of(self.bus, self.line.timeline.now_ns)
@@ -60,7 +66,10 @@ class CanLine:
     def initialise(self, mode: LineMode, done: Done) -> None:
         """Reset and set up; `done(0)` at once, or when the bit rate has been found. Raises for what is impossible."""
         check_mode(self.line.name, self.info, mode)
+        before = self.mode
         self._clear()
+        if before is not None:
+            self.line.tell(self._info(InfoCode.RESET, 0), False)
         if mode.timing is not None:
             self._set_up(mode, mode.timing, mode.data_timing)
             done(0)
@@ -106,9 +115,20 @@ class CanLine:
         self._stop_when_quiet()
 
     def reset(self) -> None:
-        """Leave the bus mid-bit if need be, forget settings and filters; queues of channels keep what they have."""
+        """Leave the bus mid-bit if need be and forget the settings; queues of channels keep what they have.
+
+        The filters are those of `initialise` again (source: VCI V4 manual 5.2.4; rulings 4).
+        """
+        before = self.mode
+        kept = self.filter if before is None else filter_of(before)
         self._clear()
+        self.filter = kept
         self.line.tell(self._info(InfoCode.RESET, 0), False)
+
+    def abandon(self) -> None:
+        """Nobody has anything open on it any more: as it was when the board was plugged in."""
+        self.reset()
+        self.filter = None
 
     def detect(
         self,
@@ -121,18 +141,33 @@ class CanLine:
     ) -> None:
         """Find which rate the bus speaks, only listening: `done` gets its place among the candidates, or NothingHeard.
 
+        With `low_speed` candidates that this coupling cannot have are passed over.
         Raises WrongState while the line is running or looking already, and for what is impossible.
         """
         if self.running or self._detection is not None:
             raise WrongState(f"{self.line.name}: stop the line before it looks for a bit rate")
         check_search(self.line.name, self.info, candidates, timeout_ms, iso_fd, low_speed)
+        possible = [
+            at
+            for at, (nominal, _) in enumerate(candidates)
+            if not low_speed or nominal.exact_bit_rate <= LOW_SPEED_LIMIT
+        ]
+        if candidates and not possible:
+            done(NothingHeard(f"{self.line.name}: no bit rate up to {LOW_SPEED_LIMIT} to try at low speed"))
+            return
 
         def finished(result: int | CanwireError) -> None:
             self._detection = None
-            done(result)
+            done(possible[result] if isinstance(result, int) else result)
 
         self._detection = Detection(
-            self.line.name, self.bus, self.line.timeline, candidates, timeout_ms, iso_fd, finished
+            self.line.name,
+            self.bus,
+            self.line.timeline,
+            [candidates[at] for at in possible],
+            timeout_ms,
+            iso_fd,
+            finished,
         )
         self._detection.begin()
 
@@ -176,7 +211,7 @@ class CanLine:
         self.filter = filter_of(mode)
         line.set_filter(self.filter)
         self.mode = replace(mode, timing=timing)
-        line.tell(BusEvent(EventKind.CHANGED, line.timeline.now_ns, state=self._state()))
+        line.tell(line.happening(EventKind.CHANGED, line.timeline.now_ns))
 
     def _clear(self) -> None:
         """Off the bus at this moment, with empty mailboxes and without settings."""
@@ -217,13 +252,8 @@ class CanLine:
 
     def _tell_overrun(self) -> None:
         self._overruns += 1
-        self.line.tell(
-            BusEvent(EventKind.TIME_OVERRUN, self.line.timeline.now_ns, code=1, state=self._state())
-        )
+        self.line.tell(self.line.happening(EventKind.TIME_OVERRUN, self.line.timeline.now_ns, code=1))
         self._await_overrun()
 
     def _info(self, code: InfoCode, at_ns: int) -> BusEvent:
-        return BusEvent(EventKind.INFO, at_ns, code=code, state=self._state())
-
-    def _state(self) -> ErrorState:
-        return self.line.driver.counters().state
+        return self.line.happening(EventKind.INFO, at_ns, code)

@@ -30,8 +30,8 @@ class CanSlot(LineSlot):
         if mode is not None and mode.persistent:
             return
         users = (self.control, self.scheduler, *self.queues)
-        if not any(user is not None for user in users) and not len(self.sharing):
-            self.can.reset()
+        if not any(user is not None for user in users) and not len(self.sharing) and not self.keepers:
+            self.can.abandon()
 
     def close(self, why: CanwireError) -> None:
         self.can.close(why)
@@ -48,7 +48,7 @@ class CanSlot(LineSlot):
             rec=counters.rec,
             last_error=counters.last_error,
             load=can.load(),
-            transmitting=any(box.occupied for box in driver.boxes),
+            transmitting=can.line.pending(),
             coupling_fault=can.coupling_fault,
             frames_sent=counters.frames_sent,
             frames_received=counters.frames_received,
