@@ -440,7 +440,7 @@ def test_what_the_bus_does() -> None:
     spy.take()
     assert shown[-5:] == [
         "10:04:01 - bit error at the CRC, receiving",
-        "10:04:01 - error passive, or active again: TEC 128, REC 3",
+        "10:04:01 - error passive: TEC 128, REC 3",
         "10:04:01 - bus-off: the error counters are full",
         "10:04:01 - the controller lost messages: nobody took them in time",
         "10:04:01 - the driver lost messages: it has no buffer left",

@@ -180,7 +180,7 @@ def test_the_status_told_is_that_of_the_line(virtual: Virtual) -> None:
     port = program.port(0)
     control = program.start(0)
     port.send(message(1))
-    told = port.message(STATUS).ab_data[0]
+    told = port.messages(2, STATUS)[-1].ab_data[0]  # the first one: it has started
     assert told == control.get_line_status().status == vci.CAN_STATUS_TXPEND | vci.CAN_STATUS_ERRLIM
 
 
@@ -193,6 +193,7 @@ def test_a_fault_of_the_coupling_comes_and_goes_with_a_message(virtual: Virtual)
     control = program.start(0, CLASSIC_BOARD, op_mode=low, btp_sdr=vci.CAN_BTP_125KB)
     other = program.port(0)
     program.start(0, btp_sdr=vci.CAN_BTP_125KB)
+    port.waiting()
     virtual.hub.short("can0")
     assert port.message(STATUS).ab_data[0] == vci.CAN_STATUS_BUSCERR
     assert port.message(ERROR).ab_data[1] == vci.CAN_STATUS_BUSCERR
