@@ -511,6 +511,22 @@ def test_the_window() -> None:
 
 
 @pytest.mark.conforms("AT-10")
+@pytest.mark.finding("acan A11")
+def test_the_window_keeps_what_the_trace_keeps() -> None:
+    app = window(Wire().driver())
+
+    async def story() -> None:
+        async with app.run_test() as pilot:
+            await pilot.pause()
+            app.spy.trace.take(Frame(number) for number in range(1500))
+            await pilot.pause()
+            lines = list(app.query_one("#trace").lines)
+            assert lines == app.spy.trace.lines
+            assert len([line for line in lines if " - " in line]) == 800
+
+    asyncio.run(story())
+
+
 def test_send_in_the_window() -> None:
     wire = Wire()
     app = window(wire.driver(), messages=("00000000001 -", "00000000010 -"))
