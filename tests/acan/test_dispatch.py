@@ -18,9 +18,11 @@ C = Condition
 class Bench:
     """A dispatch, what its channels answer, and a block that wants every condition."""
 
-    def __init__(self, state: ErrorState = ACTIVE) -> None:
+    def __init__(self, state: ErrorState = ACTIVE, interrupts: int = 0xAD) -> None:
         self.replies: list[tuple[Frame, bool]] = []
-        self.dispatch = Dispatch(state, lambda frame, looped: self.replies.append((frame, looped)))
+        self.dispatch = Dispatch(
+            state, lambda frame, looped: self.replies.append((frame, looped)), lambda: interrupts
+        )
         self.block = self.add(TaskBlock(conditions=0xFF))
 
     def add(self, block: TaskBlock) -> TaskBlock:
@@ -62,6 +64,32 @@ def bench() -> Bench:
 )
 def test_limits_are_told_when_they_are_passed(before: ErrorState, now: ErrorState, raised: Condition) -> None:
     assert Bench(before).event(EventKind.STATE, state=now, tec=97, rec=3) == raised
+
+
+@pytest.mark.conforms("AC-27")
+@pytest.mark.finding("acan A6")
+@pytest.mark.parametrize(
+    ("interrupts", "told"),
+    [
+        (0xAD, C.ERRLIM | C.ERRPAS | C.BUSOFF | C.BUSERR),
+        (0xA9, C.ERRPAS | C.BUSERR),
+        (0x8D, C.ERRLIM | C.BUSOFF | C.BUSERR),
+        (0x89, C.BUSERR),
+    ],
+)
+def test_limits_are_told_by_their_interrupts(interrupts: int, told: Condition) -> None:
+    bench = Bench(interrupts=interrupts)
+    found = C(0)
+    for state in (WARNING, PASSIVE, BUS_OFF):
+        found |= bench.event(EventKind.ERROR, state=state, code=0xD9)
+    assert found == told
+
+
+@pytest.mark.conforms("AC-28")
+@pytest.mark.finding("acan A8")
+def test_in_bus_off_the_counter_is_the_chips(bench: Bench) -> None:
+    bench.event(EventKind.STATE, state=BUS_OFF, tec=256, rec=0)
+    assert (bench.block.tec, bench.block.rec) == (127, 0)
 
 
 @pytest.mark.conforms("AC-27", "AC-28")

@@ -323,6 +323,27 @@ def test_a_callback_runs_once_until_it_is_acknowledged(running: Driver, peer: Pe
 
 
 @pytest.mark.conforms("AC-25")
+@pytest.mark.conforms("AC-29")
+@pytest.mark.finding("acan A13")
+@pytest.mark.parametrize(("size", "most"), [(64, 10), (1, 200)])
+def test_a_burst_is_told_of_together_and_nothing_is_lost(virtual: Virtual, size: int, most: int) -> None:
+    """The manual's loop: acknowledge, then retrieve until there is no more."""
+    peer, frames, calls = virtual.peer(), [], []
+
+    def told(block: TaskBlock) -> None:
+        calls.append(block.acknowledge())
+        frames.extend(block.retrieve())
+
+    block = virtual.driver.register(TaskBlock([Filter.any()], size=size, notify=told))
+    sent = [Frame(number) for number in range(200)]
+    peer.send(*sent)
+    virtual.hub.run_for(1.0)
+    virtual.driver.pump()
+    assert [frame.id for frame in frames] == [frame.id for frame in sent]
+    assert block.lost == 0
+    assert len(calls) <= most
+
+
 def test_an_event_is_set(running: Driver, peer: Peer) -> None:
     event = canwire.Event()
     running.register(TaskBlock(ALL, notify=event))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -130,6 +131,25 @@ def test_a_sent_message_arrives_at_others(program: Program, peer: Peer) -> None:
     assert program.call(acan.ACAN_SEND, MESSAGE, CL=1).AX == 1
     got = peer.receive()
     assert (got.id, got.extended, got.data) == (0x1234_5678, True, b"hi")
+
+
+@pytest.mark.conforms("AC-38")
+@pytest.mark.finding("acan A5")
+def test_memory_is_current_without_any_call(program: Program, peer: Peer) -> None:
+    """A filter that queues but does not notify, and a program that polls its Task Block."""
+    program.memory.write(CONFIG, HardConfig().pack())
+    assert program.call(acan.ACAN_HARD_CONFIGURE, CONFIG).AX == 1
+    block = ACANTB(lpRMB=far(FIFO), wRMBSize=8, idTable=[ACANID(bAction=Action.QUEUE)])
+    program.memory.write(BLOCK, block.pack())
+    assert program.call(acan.ACAN_REGISTER, BLOCK).AX == 1
+    assert program.call(acan.ACAN_HARD_CONTROL, DL=1).AX == 0x0001
+    peer.send(Frame(1), Frame(2))
+    ends_s = time.monotonic() + LONG
+    while ACANTB.unpack_head(program.memory.read(BLOCK, ACANTB.SIZE)).wRMBOccupation < 2:
+        assert time.monotonic() < ends_s
+        time.sleep(0.001)  # the program polls: nothing signals it
+    seen = ACANTB.unpack_head(program.memory.read(BLOCK, ACANTB.SIZE))
+    assert (seen.wStatus & acan.TBS_MB, seen.wWIndex, program.events) == (acan.TBS_MB, 2, [])
 
 
 def test_a_block_that_cannot_be_registered(program: Program) -> None:

@@ -240,6 +240,51 @@ def test_errors(hub: canwire.Hub, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.conforms("X4-05", "X4-06")
+@pytest.mark.finding("vci F1")
+def test_the_first_program(hub: canwire.Hub, capsys: pytest.CaptureFixture[str]) -> None:
+    run("first")
+    assert (
+        "hello"
+        in bytes.fromhex(
+            capsys.readouterr().out.split('msg_id=0x123, data=bytes.fromhex("')[1].split('"')[0]
+        ).decode()
+    )
+
+
+LIN_READERS = ["lin-get-data-entry", "lin-acquire-read", "v3-lin-read-message", "v3-lin-read-messages"]
+
+
+@pytest.mark.finding("vci F1")
+@pytest.mark.parametrize("name", LIN_READERS)
+def test_lin(hub: canwire.Hub, name: str) -> None:
+    device = vci.query_device_by_hwid(FD)
+    bal = device.open_component(vci.CLSID_VCIBAL, vci.IID_IBalObject)
+    event, found = Event(), []
+    if name.startswith("v3"):
+        boards = v3.VciServer.get_device_manager().get_device_list()
+        board = next(one for one in boards if one.unique_hardware_id == FD)
+        listening = board.open_bus_access_layer().open_socket(2, v3.LinMonitor)
+        listening.initialize(100, False)
+        listening.activate()
+        reader: Any = listening.get_message_reader()
+        monitor, _ = run("lin").ask_and_answer(bal)
+    else:
+        monitor, _ = run("lin").ask_and_answer(bal)
+        reader = monitor.get_reader()
+    reader.assign_event(event)
+
+    def work(message: Any) -> None:
+        raw = getattr(message, "raw", message)
+        if raw.msg_info.type == vci.LIN_MSGTYPE_DATA:
+            found.append((raw.msg_info.pid & vci.LIN_PIDMASK_ID, raw.data, raw.msg_info.sor))
+
+    run(name).do_messages(reader, work)
+    while not found:
+        assert event.wait(LONG)
+        run(name).do_messages(reader, work)
+    assert found == [(0x10, b"\x01\x02", 1)]
+
+
 def test_a_whole_program(hub: canwire.Hub, partner: Port) -> None:
     partner.send(0x123, data=b"\x11")  # gets through as soon as the program's line acknowledges
     ended = run("life")

@@ -9,13 +9,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire import BusEvent, ErrorState, EventKind, Frame
-from canwire.acan.constants import Condition
+from canwire.acan.constants import Condition, Interrupt
 from canwire.acan.identifiers import acan_word
 from canwire.acan.line import Arrival
 from canwire.acan.task_block import Occurrence
 
 if TYPE_CHECKING:
     from canwire.acan.task_block import TaskBlock
+
+EVERY_INTERRUPT = 0xFF
+_TEC_IN_BUS_OFF = 127  # what the chip's TXERR shows then; source: SJA1000 data sheet 6.4.9
 
 
 class Dispatch:
@@ -25,11 +28,18 @@ class Dispatch:
     machine, and none asks itself for ever.
     """
 
-    def __init__(self, state: int, reply: Callable[[Frame, bool], None]) -> None:
+    def __init__(
+        self,
+        state: int,
+        reply: Callable[[Frame, bool], None],
+        interrupts: Callable[[], int] = lambda: EVERY_INTERRUPT,
+    ) -> None:
+        """`interrupts` tells the controller's IER, where it has one."""
         self.blocks: list[TaskBlock] = []
         self._state = _known(state)
         self._tec = self._rec = 0
         self._reply = reply
+        self._interrupts = interrupts
 
     def take(self, arrival: Arrival) -> list[TaskBlock]:
         """What the line brought; returns the blocks whose applications are to be told of it now."""
@@ -55,7 +65,8 @@ class Dispatch:
             self._reply(reply, not any(block.answers(asked) for block in self.blocks))
 
     def _event(self, event: BusEvent) -> None:
-        self._tec, self._rec = event.tec, event.rec
+        self._rec = event.rec
+        self._tec = _TEC_IN_BUS_OFF if event.state is ErrorState.BUS_OFF else event.tec
         if event.kind is EventKind.ERROR:
             self.raise_condition(Condition.BUSERR, ecc=event.code)
         elif event.kind is EventKind.ARBITRATION_LOST:
@@ -65,12 +76,24 @@ class Dispatch:
         before, self._state = self._state, _known(event.state)
         risen = _risen(before, self._state)
         if risen:
+            risen &= _told_by(self._interrupts())
+        if risen:
             self.raise_condition(risen)
 
 
 def _known(state: int) -> ErrorState:
     """A stopped line's controller begins anew."""
     return ErrorState.ERROR_ACTIVE if state == ErrorState.STOPPED else ErrorState(state)
+
+
+def _told_by(interrupts: int) -> Condition:
+    """The conditions that a controller with this IER interrupts for: without EIE nobody hears of limit and bus-off."""
+    found = Condition(0)
+    if interrupts & Interrupt.EIE:
+        found |= Condition.ERRLIM | Condition.BUSOFF
+    if interrupts & Interrupt.EPIE:
+        found |= Condition.ERRPAS
+    return found
 
 
 def _risen(before: ErrorState, now: ErrorState) -> Condition:

@@ -221,7 +221,7 @@ def _start(installation: Installation) -> str:
     return f"""#!/bin/sh
 cd "$(dirname "$0")" || exit
 if ! kill -0 "$(cat {_PID} 2> /dev/null)" 2> /dev/null; then
-    nohup canwire serve --config {WORLD} > {_LOG} 2>&1 &
+    nohup canwire serve ${{CANWIRE_HUB:+--socket "$CANWIRE_HUB"}} --config {WORLD} > {_LOG} 2>&1 &
     echo $! > {_PID}
     for second in 1 2 3 4 5 6 7 8 9 10; do
         kill -0 "$(cat {_PID})" 2> /dev/null || rm -f {_PID}
@@ -235,10 +235,13 @@ exec canwire acan install {installation.to_arguments()}
 
 
 def _stop() -> str:
-    """Uninstalls the driver, and ends the hub if START started it."""
+    """Uninstalls the driver, and ends the hub if START started it, which then has nobody else to ask."""
     return f"""#!/bin/sh
 cd "$(dirname "$0")" || exit
-canwire acan install /U || exit
+if ! canwire acan install /U; then
+    [ -f {_PID} ] && ! kill -0 "$(cat {_PID})" 2> /dev/null && rm -f {_PID} {_LOG}
+    exit 2
+fi
 [ -f {_PID} ] && kill "$(cat {_PID})" 2> /dev/null
 rm -f {_PID} {_LOG}
 """

@@ -6,7 +6,9 @@
     driver.call_far(registers)                # AL = service, ES:BX = structure, as annex A says
 
 Structures lie packed in memory: his is ACANHI, tbs ACANTB (tb_wsta is its wStatus: tb_sta the low byte, tb_sca the high
-one), ambs ACANMB. Between calls the driver keeps a registered tbs's status, counters and occupation up to date.
+one), ambs ACANMB. A registered tbs's status, counters and occupation are written into memory whenever they change, as
+the driver's interrupt routine did (rulings.md 40); on a hub in virtual time, where nobody works by himself, in each
+service.
 Source: INduCAN104 manual (seed 001), annex A; Alternate Multiplex Interrupt Specification 3.6.
 """
 
@@ -23,9 +25,10 @@ from canwire.acan.structures import ACANHI, ACANHISZ, ACANID, ACANIDSZ, ACANMB, 
 
 VECTOR = FarPointer(0x0000, 0x00B4)  # of interrupt 2Dh
 
-# As printed, although nine characters stand where the manual counts eight: programs compare what it prints, and
-# those that compare AMIS's 16 characters find them.
-VENDOR, PRODUCT = b"At on Sys", b"ACAN    "
+VENDOR, PRODUCT = (
+    b"Aton Sys",
+    b"ACAN    ",
+)  # eight characters each; the manual's "At on" is a misread (rulings.md 39)
 SIGNATURE = VENDOR + PRODUCT
 DESCRIPTION = b"ATON Controller Area Network Driver"
 VERSION = 0x0100
@@ -59,8 +62,10 @@ class Int2d:
         trapped: Iterable[int] = (),
         notify_event: Callable[[int, int], object] | None = None,
     ) -> None:
-        if not 0 <= multiplex <= 0xFF:
-            raise BadValue(f"multiplex {multiplex!r:.40}: a number from 0 to 0xFF")
+        if not 1 <= multiplex <= 0xFF:
+            raise BadValue(
+                f"multiplex {multiplex!r:.40}: a number from 1 to 0xFF; programs end their search at 0"
+            )
         self.multiplex = multiplex
         self.active = True
         self._services = services
@@ -189,6 +194,7 @@ class Int2d:
         for one in block.idTable:
             one.lpAddress = self._view(one.lpAddress, one.bLength) if _is_channel(one) else None
         block.cbNotification = lambda _block: self._notify(at, block)
+        block.on_change = lambda: self._mirror(at, block)
         return block
 
     def _view(self, pointer: int | None, size: int) -> memoryview | None:

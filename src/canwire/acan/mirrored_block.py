@@ -5,6 +5,7 @@ Source: INduCAN104 manual (seed 001), "Task block", "Notification".
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -48,6 +49,8 @@ class MirroredBlock(TaskBlock):
         shown.bREC, shown.bTEC, shown.bALC, shown.bECC = self.rec, self.tec, self.alc, self.ecc
         shown.wRMBOccupation, shown.wWIndex = self.occupation, self._write
         shown.wRIndex = (self._write - self.occupation) % self.size if self.size else 0
+        if shown.on_change is not None:
+            shown.on_change()
 
     def retrieve_into(self, buffer: Any, count: int) -> int:
         """Move up to `count` messages to lpBuf; returns how many. Raises BadValue if they would not fit there."""
@@ -110,7 +113,9 @@ def _notifier(fields: ACANTB) -> Callable[[TaskBlock], object]:
 
 
 def _event(fields: ACANTB) -> Callable[[TaskBlock], object]:
-    """hEvent is set and cbNotification called with the block, whichever there is."""
+    """hEvent is set and cbNotification called with the block, whichever there is; without either hEvent is made."""
+    if fields.hEvent is None and fields.cbNotification is None:
+        fields.hEvent = threading.Event()
     event, call = fields.hEvent, fields.cbNotification
     if event is not None and not callable(getattr(event, "set", None)):
         raise BadValue(f"hEvent {event!r:.40}: something with set()")

@@ -130,7 +130,8 @@ class ACANTB(Structure):
     As in C a Task Block is its place: two are never equal. `lpBuf` takes retrieved messages: a writable buffer of
     `wCount * ACANMBSZ` bytes, or a list. `bNId` counts the filters of `idTable`; left at 0 it is as many as there
     are. The three ways to say whom to tell are `wTid` and `wEvent` (MS-DOS), `hwnd` and `nMsg` (a queue and what is
-    put into it), `hEvent` (any event); in memory there are only MS-DOS's.
+    put into it), `hEvent` (any event); in memory there are only MS-DOS's. `on_change` is called, on any thread,
+    when the driver has changed what it keeps up to date.
     """
 
     dwReserved0: DWORD = 0
@@ -163,6 +164,7 @@ class ACANTB(Structure):
     hwnd: HWND = None
     nMsg: UINT = 0
     hEvent: HANDLE = None
+    on_change: HANDLE = None
 
     def __post_init__(self) -> None:
         self.bNId = self.bNId or len(self.idTable)

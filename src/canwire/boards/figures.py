@@ -78,6 +78,9 @@ SJA1000_LINE = Capabilities(
 )
 """A line with an SJA1000 at 16 MHz (source: SJA1000 data sheet 6.5)."""
 
+PASSIVE_LINE = replace(SJA1000_LINE, features=SJA1000_LINE.features & ~int(Feature.SCHEDULER), cyclic=Ticks())
+"""The same on a board without a processor of its own, which has no cyclic list (VCI V4 manual 5.2.5)."""
+
 MCP2515_LINE = Capabilities(
     controller_type=0,  # CAN_CTRL_UNKNOWN: VCI has no number for it
     bus_coupling=HIGH_SPEED,

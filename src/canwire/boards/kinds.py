@@ -44,7 +44,7 @@ KINDS = {
             name="pc-i04",
             device_class="E7752D2E-28A3-4318-AF0C-02C756FBC25A",
             description="PC-I04/PCI (simulated)",
-            connectors=(Connector(CAN, figures.SJA1000_LINE, USUAL_BUS, SJA1000),),
+            connectors=(Connector(CAN, figures.PASSIVE_LINE, USUAL_BUS, SJA1000),),
         ),
         BoardKind(
             name="netdcu",

@@ -68,6 +68,7 @@ class ErrorState(IntEnum):
     STOPPED = 4
 
 
+PENDING_STATUS, COUPLING_STATUS = 0x01, 0x20  # VCI's CAN_STATUS_TXPEND and _BUSCERR
 STATUS_OF_STATE = {  # VCI's CAN_STATUS_: ERRLIM 4, BUSOFF 8, ININIT 16
     ErrorState.ERROR_ACTIVE: 0,
     ErrorState.ERROR_WARNING: 4,
@@ -93,7 +94,8 @@ class BusEvent:
     nothing. `transmitting` tells a sender's event from a receiver's. `tec` and `rec` are the
     counters after the event; TEC is held at 256 in bus-off. `code` is an INFO's InfoCode, how often the
     time-stamp counter has run over in a TIME_OVERRUN, and an ERROR's code in the chip's own words (SJA1000: ECC;
-    0 where it has none).
+    0 where it has none). `pending`: a frame of this controller's waits or is being sent; `coupling_fault`: its
+    fault-tolerant transceiver reports a fault of the wires.
     """
 
     kind: EventKind
@@ -105,11 +107,22 @@ class BusEvent:
     tec: int = 0
     rec: int = 0
     code: int = 0
+    pending: bool = False
+    coupling_fault: bool = False
+
+    @property
+    def status(self) -> int:
+        """VCI's CAN_STATUS_ bits after the event."""
+        return (
+            STATUS_OF_STATE[self.state]
+            | PENDING_STATUS * self.pending
+            | COUPLING_STATUS * self.coupling_fault
+        )
 
     def to_record(self) -> bytes:
         """The 80-byte record of values/record.py."""
         flags = self.state | (_TRANSMITTING if self.transmitting else 0)
-        status = STATUS_OF_STATE[self.state]
+        status = self.status
         number = self.code if self.kind is EventKind.TIME_OVERRUN else NO_ID
         first = {EventKind.INFO: self.code, EventKind.ERROR: int(self.error), EventKind.STATE: status}
         return _EVENT.pack(
@@ -128,7 +141,7 @@ class BusEvent:
     @classmethod
     def from_record(cls, record: bytes | bytearray | memoryview) -> BusEvent:
         """The event in an 80-byte record; its kind must not be a frame's (0)."""
-        time_ns, number, info, first, _, flags, rec, tec, bit, code = _EVENT.unpack(record)
+        time_ns, number, info, first, status, flags, rec, tec, bit, code = _EVENT.unpack(record)
         kind = EventKind(info & 0xFF)
         codes = {EventKind.INFO: first, EventKind.TIME_OVERRUN: number, EventKind.ERROR: code}
         return cls(
@@ -141,4 +154,6 @@ class BusEvent:
             tec=tec,
             rec=rec,
             code=codes.get(kind, 0),
+            pending=bool(status & PENDING_STATUS),
+            coupling_fault=bool(status & COUPLING_STATUS),
         )

@@ -43,7 +43,8 @@ from canwire.vci.can.structures import (
 from canwire.vci.controller_types import *  # noqa: F403
 from canwire.vci.device import VciDevice, VciDeviceManager, VciEnumDevice
 from canwire.vci.fifo.block import FifoBlock
-from canwire.vci.fifo.fifo import FifoReader, FifoWriter, VciFifo, VciFifo2
+from canwire.vci.fifo.fifo import FifoReader, FifoWriter
+from canwire.vci.fifo.whole import VciFifo, VciFifo2
 from canwire.vci.lin.constants import *  # noqa: F403
 from canwire.vci.lin.control import LinControl
 from canwire.vci.lin.dtypes import linmsg_dtype, linmsg_view_dtype

@@ -16,6 +16,7 @@ from canwire.vci.can.socket import CanSocket, CanSocket2
 from canwire.vci.controller_types import VCI_BUS_CAN, VCI_BUS_LIN
 from canwire.vci.lin.control import LinControl
 from canwire.vci.lin.socket import LinSocket
+from canwire.vci.line_objects import LeaseObject
 from canwire.vci.structures.devices import BalFeatures
 from canwire.vci.structures.errors import VCI_E_INVALID_INDEX, VCI_E_NOT_IMPLEMENTED, VciError
 from canwire.vci.structures.guids import (
@@ -95,6 +96,12 @@ class BalObject(Unknown):
         if opened is None or bus_of(line) != bus:
             raise VciError.of(VCI_E_NOT_IMPLEMENTED, f"{line.name} has no {interface_name(iid)}")
         return opened(BusLine(self._hub, self._board, bus_no, self._layer))
+
+    def keep_settings(self, bus_no: int) -> LeaseObject:
+        """For V3, where a line keeps its settings as long as any interface of it is open (rulings.md 37)."""
+        line = BusLine(self._hub, self._board, bus_no, self._layer)
+        lease = line.keep_settings()
+        return LeaseObject(line.share(), lease)
 
     def _check(self) -> None:
         super()._check()

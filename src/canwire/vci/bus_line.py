@@ -95,6 +95,10 @@ class BusLine:
         with self._plugged():
             return self.hub.open_scheduler(self.board.id, self.number)
 
+    def keep_settings(self) -> Lease:
+        with self._plugged():
+            return self.hub.keep_settings(self.board.id, self.number)
+
     def lin_status(self) -> LinLineStatus:
         with self._plugged():
             return self.hub.lin_status(self.board.id, self.number).status

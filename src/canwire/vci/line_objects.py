@@ -7,14 +7,18 @@ Source: VCI V4 manual (seed 004) 5.2 and 5.3.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, Self, TypeVar
+from uuid import UUID
 
 from canwire.vci.bus_line import BusLine, bus_ctrl_of
 from canwire.vci.fifo.elements import Elements
-from canwire.vci.fifo.fifo import FifoEnd, FifoReader
+from canwire.vci.fifo.fifo import FifoEnd, FifoReader, Sibling
+from canwire.vci.fifo.whole import QueueFifo
 from canwire.vci.structures.devices import BalSocketInfo, VciId
-from canwire.vci.structures.errors import VCI_E_ACCESSDENIED, VCI_E_NOT_INITIALIZED, VciError
+from canwire.vci.structures.errors import VCI_E_ACCESSDENIED, VCI_E_INVHANDLE, VCI_E_NOT_INITIALIZED, VciError
+from canwire.vci.structures.guids import IID_IFifoReader
 from canwire.vci.unknown import Unknown, vci_call
 
 if TYPE_CHECKING:
@@ -150,6 +154,7 @@ class QueueObject(LeaseObject, Generic[T]):
     def __init__(self, line: BusLine, lease: QueueLease) -> None:
         super().__init__(line, lease)
         self._initialized = False
+        self._made = 0  # so many times were there new FIFOs
         self._ends: dict[str, FifoEnd[T]] = {}  # those that are open: "reader", a channel's "writer"
 
     @vci_call
@@ -174,14 +179,28 @@ class QueueObject(LeaseObject, Generic[T]):
         Raises VciNotInitialized before `initialize`, VciAccessDenied while it is open.
         """
         self._check_free("reader")
-        reader = FifoReader(self._lease.reading, self._form, partial(self._give_back, "reader"))
+        end = self._lease.reading
+        sibling = self._siblings(end, IID_IFifoReader, self.get_reader)
+        reader = FifoReader(end, self._form, partial(self._give_back, "reader"), sibling)
         self._ends["reader"] = reader
         return reader
+
+    def _siblings(self, end: RingEnd, own: UUID, open_end: Callable[[], Unknown]) -> Sibling:
+        """What opens other interfaces of one of its FIFOs, until the FIFOs are made anew."""
+        made = self._made
+
+        def gone() -> None:
+            self._check()
+            if self._made != made:
+                raise VciError.of(VCI_E_INVHANDLE, f"{self._lease.name} was initialised anew")
+
+        return QueueFifo(end, self._form, own, open_end, gone).sibling
 
     def _made_anew(self) -> None:
         """The FIFOs are new; ends of the old ones are dead."""
         self._cut(f"{self._lease.name} was initialised anew")
         self._initialized = True
+        self._made += 1
 
     def _state(self) -> QueueState:
         if not self._initialized:

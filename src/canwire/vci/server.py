@@ -8,48 +8,31 @@ from __future__ import annotations
 import os
 import platform
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from uuid import UUID
 
 import canwire
-from canwire import NoSuchBoard
 from canwire.vci.arguments import UINT16, UINT32, instance, within
 from canwire.vci.device import VciDevice, VciDeviceManager, vci_boards
-from canwire.vci.fifo.elements import Plain
-from canwire.vci.fifo.fifo import FifoReader, FifoWriter, VciFifo2
+from canwire.vci.fifo.fifo import FifoReader, FifoWriter
+from canwire.vci.fifo.whole import VciFifo2, open_fifo, role_of
 from canwire.vci.structures.devices import VciId, VciVersionInfo
 from canwire.vci.structures.errors import (
     VCI_E_INVALIDARG,
     VCI_E_NO_SUCH_DEVICE,
-    VCI_E_NOINTERFACE,
     VCI_E_NOT_INITIALIZED,
-    VCI_E_OBJECTID_NOT_FOUND,
     VciError,
 )
-from canwire.vci.structures.guids import (
-    IID_IFifoReader,
-    IID_IFifoWriter,
-    IID_IUnknown,
-    IID_IVciFifo,
-    IID_IVciFifo2,
-)
-from canwire.vci.translation import meaning, translated
-from canwire.vci.unknown import interface_name
+from canwire.vci.structures.guids import IID_IVciFifo2
+from canwire.vci.translation import translated
 
 if TYPE_CHECKING:
-    from canwire import Fifo, Hub
+    from canwire import Hub
 
 AnyFifo = VciFifo2 | FifoReader[bytes] | FifoWriter[bytes]
 _MANUAL = (4, 0)  # the version of VCI whose manual this package follows
 _VER_PLATFORM_WIN32_NT = 2
 _HARDWARE_ID = 16
-_ROLES = {
-    IID_IUnknown: "fifo",
-    IID_IVciFifo: "fifo",
-    IID_IVciFifo2: "fifo",
-    IID_IFifoReader: "reader",
-    IID_IFifoWriter: "writer",
-}
 _process: dict[str, Hub] = {}  # "hub": the one that `initialize` found
 
 
@@ -122,7 +105,8 @@ def create_fifo(capacity: int, element_size: int, iid: UUID = IID_IVciFifo2) -> 
     use of, up to 65535 elements. It lives for as long as somebody holds one of its interfaces.
     Raises VciInvalidArgument, VciNoInterface.
     """
-    hub, role = _hub(), _role(iid)
+    hub = _hub()
+    role_of(iid)
     within("capacity", capacity, 1, UINT16)
     within("element_size", element_size, 1, UINT16)
     with (
@@ -130,7 +114,7 @@ def create_fifo(capacity: int, element_size: int, iid: UUID = IID_IVciFifo2) -> 
         hub.create_fifo(capacity, element_size) as made,
     ):
         vciid = VciId(made.id)
-        return vciid, _interface(hub.open_fifo(made.id, role))
+        return vciid, open_fifo(hub, made.id, iid)
 
 
 def access_fifo(vciid: VciId, iid: UUID = IID_IVciFifo2) -> AnyFifo:
@@ -139,9 +123,8 @@ def access_fifo(vciid: VciId, iid: UUID = IID_IVciFifo2) -> AnyFifo:
     IID_IFifoReader and IID_IFifoWriter are given out once at a time, else VciAccessDenied. Raises VciError with
     VCI_E_OBJECTID_NOT_FOUND if there is no such FIFO, VciNoInterface.
     """
-    hub, role = _hub(), _role(iid)
-    with translated(), meaning(VCI_E_OBJECTID_NOT_FOUND, NoSuchBoard):
-        return _interface(hub.open_fifo(instance(vciid, VciId).as_int64, role))
+    with translated():
+        return open_fifo(_hub(), instance(vciid, VciId).as_int64, iid)
 
 
 def _hub() -> Hub:
@@ -149,21 +132,6 @@ def _hub() -> Hub:
     if hub is None:
         raise VciError.of(VCI_E_NOT_INITIALIZED, "call initialize first")
     return hub
-
-
-def _role(iid: UUID) -> str:
-    role = _ROLES.get(iid)
-    if role is None:
-        raise VciError.of(VCI_E_NOINTERFACE, f"a FIFO has no {interface_name(iid)}")
-    return role
-
-
-def _interface(fifo: Fifo) -> AnyFifo:
-    if fifo.role == "fifo":
-        return VciFifo2(fifo)
-    kind: Any = FifoReader if fifo.role == "reader" else FifoWriter
-    end: FifoReader[bytes] | FifoWriter[bytes] = kind(fifo.end_of_ring, Plain(fifo.element_size), fifo.close)
-    return end
 
 
 def _hardware_id(hwid: UUID | bytes | str) -> bytes:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, ClassVar, Concatenate, ParamSpec, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, Self, TypeVar
 from uuid import UUID
 
 from canwire import CanwireError, HubLost, Unplugged
@@ -54,7 +54,7 @@ class Unknown:
     def __init__(self) -> None:
         self._references = 1
 
-    def query_interface(self, iid: UUID) -> Self:
+    def query_interface(self, iid: UUID) -> Any:
         """QueryInterface: the object by another of its interfaces, with one reference more.
 
         Raises VciNoInterface for an interface that the object does not have. Source: manual 6.2.1.

@@ -440,7 +440,7 @@ def test_what_the_bus_does() -> None:
     spy.take()
     assert shown[-5:] == [
         "10:04:01 - bit error at the CRC, receiving",
-        "10:04:01 - error passive, or active again: TEC 128, REC 3",
+        "10:04:01 - error passive: TEC 128, REC 3",
         "10:04:01 - bus-off: the error counters are full",
         "10:04:01 - the controller lost messages: nobody took them in time",
         "10:04:01 - the driver lost messages: it has no buffer left",
@@ -511,6 +511,22 @@ def test_the_window() -> None:
 
 
 @pytest.mark.conforms("AT-10")
+@pytest.mark.finding("acan A11")
+def test_the_window_keeps_what_the_trace_keeps() -> None:
+    app = window(Wire().driver())
+
+    async def story() -> None:
+        async with app.run_test() as pilot:
+            await pilot.pause()
+            app.spy.trace.take(Frame(number) for number in range(1500))
+            await pilot.pause()
+            lines = list(app.query_one("#trace").lines)
+            assert lines == app.spy.trace.lines
+            assert len([line for line in lines if " - " in line]) == 800
+
+    asyncio.run(story())
+
+
 def test_send_in_the_window() -> None:
     wire = Wire()
     app = window(wire.driver(), messages=("00000000001 -", "00000000010 -"))

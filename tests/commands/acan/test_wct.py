@@ -64,6 +64,7 @@ def test_words_override_the_file() -> None:
         ("Rate=-1", "Rate=-1: a decimal number"),
         ("Clock=²", "Clock=²: a decimal number"),
         ("nonsense", "nonsense"),
+        pytest.param("Local=", "Local=: a decimal number", marks=pytest.mark.finding("acan A12")),
     ],
 )
 def test_entries_that_cannot_be(tmp_path: Path, entry: str, why: str) -> None:
@@ -71,6 +72,15 @@ def test_entries_that_cannot_be(tmp_path: Path, entry: str, why: str) -> None:
     path.write_text(f"[wct]\n{entry}\n", encoding="utf-8")
     with pytest.raises(BadConfig, match=f"^{re.escape(str(path))}: .*{why}"):
         read_settings(path)
+
+
+@pytest.mark.finding("acan A9")
+def test_a_file_in_the_windows_code_page_keeps_its_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "WCT.INI"
+    path.write_bytes(b"; f\xfcr B\x81\r\n[Window]\r\ntitle=M\xfcller\x81\r\n[wct]\r\nLocal=2\r\n")
+    write_settings(path, replace(read_settings(path), target=4))
+    assert read_settings(path) == Settings(local=2, target=4)
+    assert b"title=M\xfcller\x81\r\n" in path.read_bytes()
 
 
 def test_other_sections_and_entries_stay(tmp_path: Path) -> None:
@@ -238,6 +248,9 @@ def test_options_can(tmp_path: Path) -> None:
             fields[2].focus()
             await pilot.press("enter")
             assert str(app.screen.query_one("#why").content) == "Local=0: 1 to 7, this machine"
+            fields[2].value = ""
+            await pilot.press("enter")
+            assert str(app.screen.query_one("#why").content) == "Local=: a decimal number"
             for number, value in ((1, "125"), (2, "6"), (3, "3"), (4, "1")):
                 fields[number].value = value
             await pilot.press("enter")

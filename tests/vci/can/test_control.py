@@ -356,6 +356,32 @@ def test_bus_load(virtual: Virtual) -> None:
     assert len(receiver.messages(900)) == 900
 
 
+@pytest.mark.conforms("X4-35")
+@pytest.mark.finding("vci F9")
+def test_reset_line_puts_the_filter_modes_back(program: Program) -> None:
+    control = program.control(0)
+    with pytest.raises(vci.VciNotInitialized):
+        control.get_filter_mode(vci.CAN_FILTER_STD)
+    control.init_line(
+        program.init(sf_mode=vci.CAN_FILTER_INCL, sf_ids=10, ef_mode=vci.CAN_FILTER_EXCL, ef_ids=5)
+    )
+    control.set_filter_mode(vci.CAN_FILTER_STD, vci.CAN_FILTER_LOCK)
+    control.reset_line()
+    assert control.get_filter_mode(vci.CAN_FILTER_STD) == vci.CAN_FILTER_INCL
+    assert control.get_filter_mode(vci.CAN_FILTER_EXT) == vci.CAN_FILTER_EXCL
+
+
+@pytest.mark.conforms("X4-30")
+@pytest.mark.finding("vci F10")
+def test_init_line_resets_what_others_see(program: Program, other_program: Program) -> None:
+    port = other_program.port(0)
+    control = program.start(0)
+    control.init_line(program.init())
+    control.start_line()
+    told = [one.ab_data[0] for one in port.messages(3, vci.CAN_MSGTYPE_INFO)]
+    assert told == [vci.CAN_INFO_START, vci.CAN_INFO_RESET, vci.CAN_INFO_START]
+
+
 @pytest.mark.conforms("X4-43")
 def test_low_speed_coupling(virtual: Virtual) -> None:
     program = virtual.program

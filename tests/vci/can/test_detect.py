@@ -154,6 +154,25 @@ def test_low_speed_is_asked_for_in_the_index(program: Program) -> None:
     assert traffic.errors() == []
 
 
+@pytest.mark.conforms("X4-43", "X4-23")
+@pytest.mark.finding("vci F7")
+def test_the_manuals_table_at_low_speed(program: Program) -> None:
+    """Entries that the coupling cannot have are passed over."""
+    Traffic(program, btp_sdr=vci.CAN_BTP_100KB)
+    rates = [10, 20, 50, 100, 125, 250, 500, 800, 1000]
+    table = old_table(*rates)
+    table.index = vci.CAN_OPMODE_LOWSPEED
+    old = program.control(0, CLASSIC_BOARD, vci.IID_ICanControl)
+    assert old.detect_baud(TIMEOUT_MS, table).index == rates.index(100)
+    table = old_table(1000, 500, 100)
+    table.index = vci.CAN_OPMODE_LOWSPEED
+    assert old.detect_baud(TIMEOUT_MS, table).index == 2
+    too_fast = old_table(1000, 500)
+    too_fast.index = vci.CAN_OPMODE_LOWSPEED
+    with pytest.raises(vci.VciTimeout):
+        old.detect_baud(TIMEOUT_MS, too_fast)
+
+
 @pytest.mark.conforms("X4-43", "X4-15")
 def test_low_speed_needs_that_coupling(program: Program) -> None:
     old = program.control(0, iid=vci.IID_ICanControl)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from canwire import vci
-from tests.vci.programs import Program, Virtual
+from tests.vci.programs import CLASSIC_BOARD, Program, Virtual
 
 BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED
 ERRORS = BOTH | vci.CAN_OPMODE_ERRFRAME
@@ -101,7 +101,8 @@ def test_errors_have_their_code(virtual: Virtual, error: str, who: str, code: in
     virtual.faults.inject(error)
     ports["sender"].send(message(0x123, b"\x12\x34\x56"))
     found = ports[who].message(ERROR)
-    assert (found.ab_data[0], found.ab_data[1]) == (code, 0)
+    status = vci.CAN_STATUS_TXPEND if who == "sender" else 0
+    assert (found.ab_data[0], found.ab_data[1]) == (code, status)
     assert (found.msg_id, found.msg_info.afc) == (vci.CAN_MSGID_ERROR, vci.CAN_ACCEPT_ALWAYS)
     assert ports["receiver"].message().msg_id == 0x123
     assert found.time > 0
@@ -133,16 +134,18 @@ def test_errors_are_told_to_those_who_asked(program: Program) -> None:
 
 
 @pytest.mark.conforms("X4-29")
+@pytest.mark.finding("vci F3")
 def test_errors_carry_the_status(program: Program) -> None:
     port = program.port(0, rx=2000)
     program.start(0, op_mode=ERRORS)
     port.send(message(1))
     seen = set()
-    while vci.CAN_STATUS_ERRLIM not in seen:
+    while not any(status & vci.CAN_STATUS_ERRLIM for status in seen):
         error = port.message(ERROR)
         assert error.ab_data[0] == vci.CAN_ERROR_ACK
         seen.add(error.ab_data[1])
-    assert seen == {0, vci.CAN_STATUS_ERRLIM}
+    sending = vci.CAN_STATUS_TXPEND
+    assert seen == {sending, sending | vci.CAN_STATUS_ERRLIM}
 
 
 # changes of state
@@ -159,15 +162,50 @@ def test_every_change_of_state_is_told(virtual: Virtual) -> None:
     other.message()
     virtual.hub.short("can0")
     ports[0].send(message(2))
-    off = vci.CAN_STATUS_ERRLIM | vci.CAN_STATUS_BUSOFF
+    off = vci.CAN_STATUS_TXPEND | vci.CAN_STATUS_ERRLIM | vci.CAN_STATUS_BUSOFF
     for port in ports:
         seen: list[int] = []
         while not seen or seen[-1] != off:
             found = port.message(STATUS)
             assert (found.msg_id, found.msg_info.afc) == (vci.CAN_MSGID_STATUS, vci.CAN_ACCEPT_ALWAYS)
             seen.append(found.ab_data[0])
-        assert vci.CAN_STATUS_ERRLIM in seen
+        assert vci.CAN_STATUS_TXPEND | vci.CAN_STATUS_ERRLIM in seen
     virtual.hub.short("can0", False)
+
+
+@pytest.mark.conforms("X4-31")
+@pytest.mark.finding("vci F3")
+def test_the_status_told_is_that_of_the_line(virtual: Virtual) -> None:
+    program = virtual.program
+    port = program.port(0)
+    control = program.start(0)
+    port.send(message(1))
+    told = port.messages(2, STATUS)[-1].ab_data[0]  # the first one: it has started
+    assert told == control.get_line_status().status == vci.CAN_STATUS_TXPEND | vci.CAN_STATUS_ERRLIM
+
+
+@pytest.mark.conforms("X4-31", "X4-43")
+@pytest.mark.finding("vci F3")
+def test_a_fault_of_the_coupling_comes_and_goes_with_a_message(virtual: Virtual) -> None:
+    program = virtual.program
+    port = program.port(0, CLASSIC_BOARD)
+    low = ERRORS | vci.CAN_OPMODE_LOWSPEED
+    control = program.start(0, CLASSIC_BOARD, op_mode=low, btp_sdr=vci.CAN_BTP_125KB)
+    other = program.port(0)
+    program.start(0, btp_sdr=vci.CAN_BTP_125KB)
+    port.waiting()
+    virtual.hub.short("can0")
+    assert port.message(STATUS).ab_data[0] == vci.CAN_STATUS_BUSCERR
+    assert port.message(ERROR).ab_data[1] == vci.CAN_STATUS_BUSCERR
+    virtual.hub.short("can0", False)
+    port.waiting()
+    virtual.hub.short("can0")
+    virtual.hub.short("can0", False)
+    assert [one.ab_data[0] for one in port.messages(2, STATUS)] == [
+        control.get_line_status().status | vci.CAN_STATUS_BUSCERR,
+        control.get_line_status().status,
+    ]
+    assert not any(one.ab_data[0] & vci.CAN_STATUS_BUSCERR for one in other.waiting())
 
 
 # the counter

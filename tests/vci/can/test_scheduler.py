@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
-import canwire
 from canwire import vci
-from tests.vci.programs import Program, Virtual
+from tests.vci.programs import CLASSIC_BOARD, FD_BOARD, Program, Virtual
 
-CLASSIC_BOARD = "HW000002"
+PASSIVE_BOARD = "HW000104"
 TICK_US = 100
 SLACK_US = 2  # stamps are cut to whole microseconds
 
@@ -59,13 +58,47 @@ def test_one_program_has_the_list(program: Program, other_program: Program) -> N
 
 
 @pytest.mark.conforms("X3-29", "X4-15")
-def test_a_board_without_a_list(program: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any) -> Any:
-        raise canwire.Unsupported("no cyclic transmit list")
+@pytest.mark.finding("vci F8")
+@pytest.mark.parametrize("iid", [vci.IID_ICanScheduler, vci.IID_ICanScheduler2])
+def test_a_passive_board_has_no_list(program: Program, iid: Any) -> None:
+    program.hub.plug("pc-i04", PASSIVE_BOARD)
+    try:
+        with pytest.raises(vci.VciNotImplemented, match="no cyclic transmit list"):
+            program.bal(PASSIVE_BOARD).open_socket(0, iid)
+        for socket in (vci.IID_ICanSocket, vci.IID_ICanSocket2):
+            capabilities = program.open(socket, board=PASSIVE_BOARD).get_capabilities()
+            assert not capabilities.features & vci.CAN_FEATURE_SCHEDULER
+            assert (capabilities.cms_divisor, capabilities.cms_max_ticks) == (0, 0)
+            assert capabilities.dtx_divisor
+    finally:
+        program.hub.unplug(PASSIVE_BOARD)
 
-    monkeypatch.setattr(program.hub, "open_scheduler", refuse)
-    with pytest.raises(vci.VciNotImplemented, match="no cyclic transmit list"):
-        program.bal().open_socket(0, vci.IID_ICanScheduler)
+
+@pytest.mark.conforms("X3-19")
+@pytest.mark.finding("vci F5")
+@pytest.mark.parametrize("board", [FD_BOARD, CLASSIC_BOARD])
+def test_what_a_stopped_line_did_not_send_never_comes(virtual: Virtual, board: str) -> None:
+    program = virtual.program
+    port = program.port(1)
+    program.start(1)
+    control = program.start(0, board)
+    scheduler = program.open(vci.IID_ICanScheduler2, 0, board)
+    growing = vci.CanCyclicTxMsg2(cycle_time=100, incr_mode=vci.CAN_CTXMSG_INC_8, msg_id=1, data=b"\0")
+    scheduler.start_message(scheduler.add_message(growing), 0)
+    counted = scheduler.add_message(vci.CanCyclicTxMsg2(cycle_time=100, msg_id=2))
+    scheduler.start_message(counted, 3)
+    control.stop_line()
+    scheduler.resume()
+    virtual.hub.run_for(1.0)
+    assert scheduler.get_status().msg_stat[counted] == vci.CAN_CTXMSG_STAT_BUSY
+    control.start_line()
+    virtual.hub.run_for(0.0199)
+    assert len(port.waiting()) <= 1 + 2 * 2
+    virtual.hub.run_for(0.1)
+    found = [one for one in port.waiting() if one.msg_info.type == vci.CAN_MSGTYPE_DATA]
+    assert len([one for one in found if one.msg_id == 1]) == 10
+    assert scheduler.get_status().msg_stat[counted] == vci.CAN_CTXMSG_STAT_DONE
+    assert found[0].data[0] <= 2
 
 
 @pytest.mark.conforms("X3-29", "X4-41")

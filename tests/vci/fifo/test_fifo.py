@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
+from uuid import UUID
 
 import pytest
 
@@ -34,6 +35,10 @@ class Lease:
             raise self.gone
 
 
+def alone(iid: UUID) -> Any:
+    raise AssertionError(f"no other interface is asked for, but {iid} was")
+
+
 class Pair:
     """Both interfaces of one FIFO, with a ring end each, as two processes would have them."""
 
@@ -49,10 +54,10 @@ class Pair:
             lease: Any = self.lease
             ends.append(canwire.RingEnd(lease, ring, descriptor, reads=reads))
         self.reader: vci.FifoReader[Any] = vci.FifoReader(
-            ends[0], form, lambda: self.released.append("reader")
+            ends[0], form, lambda: self.released.append("reader"), alone
         )
         self.writer: vci.FifoWriter[Any] = vci.FifoWriter(
-            ends[1], form, lambda: self.released.append("writer")
+            ends[1], form, lambda: self.released.append("writer"), alone
         )
 
     def fill(self, *numbers: int) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -49,6 +51,28 @@ def test_wait_all_waits_for_all(events: Any) -> None:
         event.set()
     assert WaitHandle.wait_all(events, 0)
     assert [event.is_set() for event in events] == [False, False, True]
+
+
+@pytest.mark.realtime
+@pytest.mark.finding("vci F11")
+def test_wait_alls_timeout_is_for_all_of_them_together(events: Any) -> None:
+    timer = threading.Timer(0.25, events[0].set)
+    timer.start()
+    begun_s = time.monotonic()
+    assert not WaitHandle.wait_all(events, 400)
+    assert time.monotonic() - begun_s < 0.25 + 0.4
+    timer.join()
+    assert [event.is_set() for event in events] == [True, False, False]
+
+
+@pytest.mark.finding("vci F11")
+def test_wait_alls_timeout_is_virtual_where_time_is(events: Any) -> None:
+    with canwire.connect(time="virtual") as hub, hub.open_channel(hub.boards()[0].id, 0) as channel:
+        channel.set_up(canwire.ChannelMode(10, 0))
+        channel.reading.assign(events[0])
+        before_ns = hub.now_ns()
+        assert not WaitHandle.wait_all(events[:1], 60_000)
+        assert hub.now_ns() - before_ns == 60_000_000_000
 
 
 def test_wait_all_gives_signals_back(events: Any) -> None:

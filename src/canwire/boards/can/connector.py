@@ -13,7 +13,7 @@ from canwire.boards.can.message_filter import FormatFilter, MessageFilter
 from canwire.boards.can.modes import LineMode
 from canwire.boards.catalogue import is_shorted, load_of
 from canwire.drivers.driver import LineSettings
-from canwire.errors import CanwireError, NotInitialised, WrongState
+from canwire.errors import CanwireError, NothingHeard, NotInitialised, WrongState
 from canwire.timeline import Timer
 from canwire.values.event import BusEvent, ErrorState, EventKind, InfoCode
 from canwire.values.timing.bit_timing import BitTiming
@@ -43,6 +43,7 @@ class CanLine:
         self._detection: Detection | None = None
         self._stopping: list[Done] = []
         self._bit_ps = 0
+        self.line.coupling_fault = lambda: self.coupling_fault
 
     @property
     def running(self) -> bool:
@@ -52,6 +53,11 @@ class CanLine:
     def coupling_fault(self) -> bool:
         """The fault-tolerant transceiver reports a fault of its wires."""
         return self.mode is not None and self.mode.low_speed and is_shorted(self.bus)
+
+    def coupling_changed(self) -> None:
+        """The wires of its bus were shorted, or are sound again: a transceiver that can tell does."""
+        if self.running and self.mode is not None and self.mode.low_speed:
+            self.line.tell(self.line.happening(EventKind.STATE, self.line.timeline.now_ns))
 
     def load(self) -> float:
         """Of the bus it is plugged into, in the last second, 0..100 %."""
@@ -65,7 +71,7 @@ class CanLine:
         check_mode(self.line.name, self.info, mode)
         if mode.timing is not None:
             self.line.driver.check(_settings(mode, mode.timing))
-            self._clear()
+            self._begin_anew()
             self._set_up(mode, mode.timing)
             done(0)
             return
@@ -74,7 +80,7 @@ class CanLine:
         candidates = [(BitTiming.from_btr(*BTR_OF_BIT_RATE[rate]), None) for rate in rates]
         check_search(self.line.name, self.info, candidates, mode.timeout_ms, mode.iso_fd, mode.low_speed)
         self.line.driver.check(_settings(mode, candidates[0][0]))
-        self._clear()
+        self._begin_anew()
 
         def found(result: int | CanwireError) -> None:
             if isinstance(result, int):
@@ -112,6 +118,13 @@ class CanLine:
         self.line.holding = True
         self._stop_when_quiet()
 
+    def _begin_anew(self) -> None:
+        """As a reset does, which the others on a line that was set up are told of."""
+        before = self.mode
+        self._clear()
+        if before is not None:
+            self.line.tell(self._info(InfoCode.RESET, 0), False)
+
     def recover(self, done: Done, *, abort_pending: bool = False) -> None:
         """After bus-off: leave the bus and join it again with clean counters. Otherwise nothing happens."""
         if self.line.driver.counters().state != ErrorState.BUS_OFF or not self.running:
@@ -127,9 +140,20 @@ class CanLine:
         self.stop(stopped)
 
     def reset(self) -> None:
-        """Leave the bus mid-bit if need be, forget settings and filters; queues of channels keep what they have."""
+        """Leave the bus mid-bit if need be and forget the settings; queues of channels keep what they have.
+
+        The filters are those of `initialise` again (source: VCI V4 manual 5.2.4; rulings 4).
+        """
+        before = self.mode
+        kept = self.filter if before is None else filter_of(before)
         self._clear()
+        self.filter = kept
         self.line.tell(self._info(InfoCode.RESET, 0), False)
+
+    def abandon(self) -> None:
+        """Nobody has anything open on it any more: as it was when the board was plugged in."""
+        self.reset()
+        self.filter = None
 
     def detect(
         self,
@@ -142,18 +166,33 @@ class CanLine:
     ) -> None:
         """Find which rate the bus speaks, only listening: `done` gets its place among the candidates, or NothingHeard.
 
+        With `low_speed` candidates that this coupling cannot have are passed over.
         Raises WrongState while the line is running or looking already, and for what is impossible.
         """
         if self.running or self._detection is not None:
             raise WrongState(f"{self.line.name}: stop the line before it looks for a bit rate")
         check_search(self.line.name, self.info, candidates, timeout_ms, iso_fd, low_speed)
+        possible = [
+            at
+            for at, (nominal, _) in enumerate(candidates)
+            if not low_speed or nominal.exact_bit_rate <= LOW_SPEED_LIMIT
+        ]
+        if candidates and not possible:
+            done(NothingHeard(f"{self.line.name}: no bit rate up to {LOW_SPEED_LIMIT} to try at low speed"))
+            return
 
         def finished(result: int | CanwireError) -> None:
             self._detection = None
-            done(result)
+            done(possible[result] if isinstance(result, int) else result)
 
         self._detection = Detection(
-            self.line.name, self.bus, self.line.timeline, candidates, timeout_ms, iso_fd, finished
+            self.line.name,
+            self.bus,
+            self.line.timeline,
+            [candidates[at] for at in possible],
+            timeout_ms,
+            iso_fd,
+            finished,
         )
         self._detection.begin()
 
@@ -187,7 +226,7 @@ class CanLine:
         self.filter = filter_of(mode)
         line.set_filter(self.filter)
         self.mode = replace(mode, timing=timing)
-        line.tell(BusEvent(EventKind.CHANGED, line.timeline.now_ns, state=self._state()))
+        line.tell(line.happening(EventKind.CHANGED, line.timeline.now_ns))
 
     def _clear(self) -> None:
         """Off the bus at this moment, with empty mailboxes and without settings."""
@@ -228,16 +267,11 @@ class CanLine:
 
     def _tell_overrun(self) -> None:
         self._overruns += 1
-        self.line.tell(
-            BusEvent(EventKind.TIME_OVERRUN, self.line.timeline.now_ns, code=1, state=self._state())
-        )
+        self.line.tell(self.line.happening(EventKind.TIME_OVERRUN, self.line.timeline.now_ns, code=1))
         self._await_overrun()
 
     def _info(self, code: InfoCode, at_ns: int) -> BusEvent:
-        return BusEvent(EventKind.INFO, at_ns, code=code, state=self._state())
-
-    def _state(self) -> ErrorState:
-        return self.line.driver.counters().state
+        return self.line.happening(EventKind.INFO, at_ns, code)
 
 
 def _settings(mode: LineMode, timing: BitTiming) -> LineSettings:

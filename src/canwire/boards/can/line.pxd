@@ -28,6 +28,7 @@ cdef class Line(Host):
     cdef readonly Timeline timeline
     cdef readonly Node controller
     cdef readonly Driver driver
+    cdef public object coupling_fault
     cdef public bint standard, extended, long_data, fast_data, holding, reports_errors
     cdef Mailbox _scratch
     cdef int _turn, _refusals
@@ -36,6 +37,9 @@ cdef class Line(Host):
     cdef list _all, _senders, _observers, _prioritised
     cdef object _backlog
     cdef Splitter _splitter
+
+    @cython.locals(driver=Driver, box=Mailbox)
+    cpdef bint pending(self)
 
     cpdef int send(self, Channel channel, Frame frame, unsigned int flags=*, unsigned long long delay_ns=*) except -1
 

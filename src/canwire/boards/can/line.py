@@ -5,6 +5,7 @@ Towards the bus the channels take turns; what comes from the bus is copied to ev
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -46,6 +47,11 @@ _ABORTED = int(EventKind.ABORTED)
 _ERROR = int(EventKind.ERROR)
 
 
+def _sound() -> bool:
+    """The coupling of a line that cannot tell."""
+    return False
+
+
 class Splitter(Sink):
     """One copy for every channel of what passes the line's filter, if it has one."""
 
@@ -70,6 +76,7 @@ class Line(Host):
 
     `standard`, `extended`, `long_data` and `fast_data` say which frames untrusted channels may send. A line that
     is `holding` loads no more frames; one that does not `reports_errors` keeps error events to itself.
+    `coupling_fault` asks whether its transceiver reports a fault of the wires.
     """
 
     def __init__(self, name: str, timeline: Timeline) -> None:
@@ -83,6 +90,7 @@ class Line(Host):
         self.fast_data = True
         self.holding = False
         self.reports_errors = True
+        self.coupling_fault: Callable[[], bool] = _sound
         self._scratch = Mailbox()
         self._turn = 0
         self._refusals = 0
@@ -176,6 +184,25 @@ class Line(Host):
         for channel in self._observers:
             if event.kind in channel.events:
                 channel.deliver_event(record, stamped)
+
+    def pending(self) -> bool:
+        """A frame waits in a mailbox, or is being sent."""
+        for box in self.driver.boxes:
+            if box.occupied:
+                return True
+        return False
+
+    def happening(self, kind: EventKind, at_ns: int, code: int = 0) -> BusEvent:
+        """An event of the line itself, with how its controller is now."""
+        counters = self.driver.counters()
+        return BusEvent(
+            kind,
+            at_ns,
+            state=counters.state,
+            code=code,
+            pending=self.pending(),
+            coupling_fault=self.coupling_fault(),
+        )
 
     def cancel(self, channel: Channel) -> int:
         """Give up everything this channel has queued, but for a frame on the wire; returns how many."""
@@ -399,6 +426,8 @@ class Line(Host):
                         counters.tec,
                         counters.rec,
                         code,
+                        self.pending(),
+                        self.coupling_fault(),
                     ).to_record()
                 channel.deliver_event(record)
 

@@ -28,7 +28,9 @@ class CyclicList:
     Tick 0 is the moment of `resume`. An object started in tick s wants the ticks s + cycle, s + 2 * cycle, ...
     Where several want the same tick, the one added first has it; the others take the next ticks that are free, and
     their later wishes stay where they are: cycles 2 and 3 give 2, 4, 6, 8, ... and 3, 7, 9, 13, 15, 19, ...
-    An occurrence that the line refuses is given up and counted in `skipped`; the tick stays used.
+    An occurrence that the line refuses is given up and counted in `skipped`; the tick stays used. While the line is
+    stopped nothing is due, and nothing of that time comes later (source: rulings.md 38): growing data, counts and
+    `skipped` stand still.
 
     The list is stopped until `resume`. Between its ticks it costs nothing: one background timer waits for the next
     one with something to do. On a paced timeline hold the pacer's lock, and wake it after `resume` and `start`.
@@ -245,6 +247,8 @@ class CyclicList:
         """Serve the object's oldest occurrence; what the line refuses must not stop the timeline."""
         late = item.due < tick
         item.due += item.cycle
+        if not self._line.driver.running:
+            return
         try:
             self._line.send(item.channel, item.frame, item.flags)
         except LineError:

@@ -22,6 +22,7 @@ from canwire.timeline import Timeline
 from canwire.values.event import InfoCode
 from canwire.values.lin.event import (
     OVERRUN_STATUS,
+    PENDING_STATUS,
     LinErrorKind,
     LinEvent,
     LinEventKind,
@@ -166,10 +167,10 @@ class LinLine(LinHost):
             running=self.running,
             mode=self.mode,
             state=counters.state,
-            status=counters.status | (OVERRUN_STATUS if lost else 0),
+            status=self._status(),
             bit_rate=counters.bit_rate,
             load=0.0 if bus is None else bus.load_percent(),
-            transmitting=self.driver.on_wire() or self.busy,
+            transmitting=self._pending(),
             headers=counters.headers,
             frames_sent=counters.frames_sent,
             frames_received=counters.frames_received,
@@ -295,5 +296,13 @@ class LinLine(LinHost):
         transmitting: bool = False,
         code: int = 0,
     ) -> LinEvent:
-        state, status = self.controller.state(at_ns), self.controller.status()
-        return LinEvent(kind, at_ns, error, state, id, transmitting, status, code)
+        state = self.controller.state(at_ns)
+        return LinEvent(kind, at_ns, error, state, id, transmitting, self._status(), code)
+
+    def _status(self) -> int:
+        """VCI's LIN_STATUS_ bits as they are now."""
+        pending = PENDING_STATUS if self._pending() else 0
+        return self.controller.status() | pending | (OVERRUN_STATUS if self._splitter.lost else 0)
+
+    def _pending(self) -> bool:
+        return self.driver.on_wire() or self.busy

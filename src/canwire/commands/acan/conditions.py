@@ -55,7 +55,7 @@ def _of_the_bus(block: TaskBlock, happened: Condition) -> list[str]:
     if happened & Condition.ERRLIM:
         lines.append(f"error counters at their limit: {_counters(block)}")
     if happened & Condition.ERRPAS:
-        lines.append(f"error passive, or active again: {_counters(block)}")
+        lines.append(f"error passive: {_counters(block)}")
     if happened & Condition.BUSOFF:
         lines.append("bus-off: the error counters are full")
     return lines

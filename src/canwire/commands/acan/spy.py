@@ -71,6 +71,9 @@ class Trace:
         self._passed = 0
         self._file: TextIO | None = None
 
+    def __len__(self) -> int:
+        return len(self._lines)
+
     @property
     def lines(self) -> list[str]:
         return [line for line, _ in self._lines]

@@ -104,7 +104,9 @@ class SpyScreen(Window):
         self._tell()
 
     def _show(self, line: str) -> None:
-        self._lines().write_line(line or " ")  # nothing would be no line
+        log = self._lines()
+        log.max_lines = len(self.spy.trace)  # what the trace has forgotten goes from the window, too
+        log.write_line(line or " ")  # nothing would be no line
 
     def _lines(self) -> Log:
         return self.screen_stack[0].query_one("#trace", Log)

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from canwire import BadValue
 from canwire.commands.acan import programs
+from canwire.commands.acan.ini import ini_text
 from canwire.commands.shared_hub import add_hub_argument
 
 _TIMEOUT = "end after so much silence once stdin is at its end, where stdin or stdout is no terminal"
@@ -108,7 +109,7 @@ def _install(arguments: argparse.Namespace) -> int:
     if arguments.ini is not None and arguments.words:
         raise BadValue("give /P: and /I:, or --ini, not both")
     if arguments.ini is not None:
-        return programs.install(arguments, Installation.from_ini(arguments.ini.read_text("utf-8")))
+        return programs.install(arguments, Installation.from_ini(ini_text(arguments.ini)))
     return programs.install(arguments, Installation.parse(arguments.words))
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from canwire import BadConfig, BadValue, CanwireError
+from canwire.commands.acan.ini import ini_encoding, ini_text
 from canwire.commands.acan.machines import config_of, configure
 from canwire.commands.acan.term import Terminal
 from canwire.commands.acan.words import CLOCK_KHZ, MID_MAX, RATE_KBPS, Words
@@ -63,14 +64,15 @@ class Settings:
 
     @classmethod
     def of_texts(cls, texts: dict[str, str]) -> Settings:
-        """From entries by their names in small letters; the others are as usual. Raises BadValue."""
+        """From entries by their names in small letters; those left out are as usual. Raises BadValue."""
         numbers = {}
         for name in _RANGES:
-            text = texts.get(name, "").strip()
-            if text and not (text.isascii() and text.isdigit()):
+            if name not in texts:
+                continue
+            text = texts[name].strip()
+            if not (text.isascii() and text.isdigit()):
                 raise BadValue(f"{name.capitalize()}={text}: a decimal number")
-            if text:
-                numbers[name] = int(text)
+            numbers[name] = int(text)
         return cls(**numbers)
 
     @classmethod
@@ -108,7 +110,8 @@ def write_settings(path: Path, settings: Settings) -> None:
     section = _section(ini) or SECTION
     others = {name: value for name, value in _items(ini, section) if name.lower() not in _RANGES}
     ini[section] = {**settings.texts(), **others}
-    with path.open("w", encoding="utf-8", newline="\r\n") as file:
+    encoding = ini_encoding(path) if path.exists() else "utf-8"
+    with path.open("w", encoding=encoding, errors="surrogateescape", newline="\r\n") as file:
         ini.write(file, space_around_delimiters=False)
 
 
@@ -122,8 +125,9 @@ class _Ini(configparser.ConfigParser):
 def _parser(path: Path) -> configparser.ConfigParser:
     ini = _Ini(interpolation=None, strict=False)
     try:
-        ini.read(path, encoding="utf-8")
-    except (configparser.Error, UnicodeDecodeError) as error:
+        if path.exists():
+            ini.read_string(ini_text(path), str(path))
+    except configparser.Error as error:
         raise BadConfig(f"{path}: {' '.join(str(error).split())}") from None
     return ini
 

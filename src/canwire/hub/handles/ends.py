@@ -48,6 +48,11 @@ class RingEnd:
         return self.lease.hub.advance if self.lease.hub.virtual else None
 
     @property
+    def clock(self) -> Callable[[], int] | None:
+        """See hub/handles/event.py, Signal."""
+        return self.lease.hub.now_ns if self.lease.hub.virtual else None
+
+    @property
     def threshold(self) -> int:
         """Records (reading) or room for records (writing) at which events and waiters are woken; 1..capacity."""
         return int(self.ring.threshold if self.reads else self.ring.free_threshold)

@@ -29,6 +29,10 @@ class Signal(Protocol):
     def advance(self) -> Callable[[Callable[[], bool], float | None], bool] | None:
         """On a hub in virtual time: let time pass until the condition holds or the timeout is over."""
 
+    @property
+    def clock(self) -> Callable[[], int] | None:
+        """On a hub in virtual time: its time in nanoseconds."""
+
 
 class Event:
     """Signalled or not. `wait` takes an auto-reset event's signal; a manual-reset one stays signalled until `reset`.
@@ -79,6 +83,11 @@ class Event:
                 return True
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
         return False
+
+    def clock_s(self) -> float:
+        """Seconds on the clock that `wait` counts by, from some beginning: virtual where it is assigned so."""
+        clock = next((signal.clock for signal in self._signals if signal.clock is not None), None)
+        return time.monotonic() if clock is None else clock() / 1e9
 
     def fileno(self) -> int:
         """A descriptor that is readable while the event is signalled, whatever it is assigned to by then."""

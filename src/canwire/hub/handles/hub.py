@@ -122,6 +122,10 @@ class Hub(Client):
         """A monitor on a LIN line; an exclusive one has to be the only one, else InUse."""
         return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
 
+    def keep_settings(self, board: int, line: int) -> Lease:
+        """A line keeps its settings, and goes on if it runs, for as long as this is open; nobody is kept away."""
+        return Lease(self, self.call(m.KeepSettings(board, line)).handle, f"settings of line {line}")
+
     def open_share(self, board: int, line: int, *, read: bool, write: bool, share: int = 3) -> Lease:
         """Have a line open for reading or writing as CreateFile does; `share`: others may read (1), write (2).
 

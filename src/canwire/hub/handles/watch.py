@@ -63,7 +63,7 @@ class BoardWatch:
 class Watcher:
     """One event's signal (hub/handles/event.py)."""
 
-    advance = None
+    advance = clock = None
 
     def __init__(self, event: Event) -> None:
         self.event = event

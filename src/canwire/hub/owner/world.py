@@ -181,6 +181,9 @@ class World:
         bus = self.buses.get(name)
         if isinstance(bus, CanBus):
             bus.short(shorted)
+            for slot in self.slots.values():
+                if isinstance(slot, CanSlot) and slot.can.bus is bus:
+                    slot.can.coupling_changed()
         elif isinstance(bus, LinBus):
             bus.short(0 if shorted else FREE)
         else:

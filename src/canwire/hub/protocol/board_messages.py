@@ -13,6 +13,13 @@ class GetRegisters(Message):
     line: int
 
 
+class KeepSettings(Message):
+    """-> Opened. A CAN or LIN line keeps its settings for as long as this is open."""
+
+    board: int
+    line: int
+
+
 class OpenShare(Message):
     """-> Opened. `share` says what others may do: 1 read, 2 write."""
 

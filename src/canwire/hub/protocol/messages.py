@@ -19,6 +19,7 @@ from canwire.errors import BadMessage, BadValue
 from canwire.hub.protocol.board_messages import GetNote as GetNote
 from canwire.hub.protocol.board_messages import GetRegisters as GetRegisters
 from canwire.hub.protocol.board_messages import HoldInterrupts as HoldInterrupts
+from canwire.hub.protocol.board_messages import KeepSettings as KeepSettings
 from canwire.hub.protocol.board_messages import Note as Note
 from canwire.hub.protocol.board_messages import OpenShare as OpenShare
 from canwire.hub.protocol.board_messages import ReadRegister as ReadRegister
@@ -345,7 +346,7 @@ Request = (
     | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
     | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
     | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic
-    | StartInTurn | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
+    | StartInTurn | KeepSettings | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
 )  # fmt: skip
 
 # the hub's replies

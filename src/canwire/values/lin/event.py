@@ -63,6 +63,7 @@ class LinOutcome(IntEnum):
 
 # VCI's LIN_STATUS_ bits: those of lintype.h, and the two that a public port has besides
 OVERRUN_STATUS = 0x01
+PENDING_STATUS = 0x02
 ERROR_LIMIT_STATUS = 0x04
 BUS_OFF_STATUS = 0x08
 STOPPED_STATUS = 0x10

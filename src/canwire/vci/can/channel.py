@@ -35,7 +35,7 @@ from canwire.vci.structures.errors import (
     VCI_E_INVALIDARG,
     VciError,
 )
-from canwire.vci.structures.guids import IID_ICanChannel, IID_ICanChannel2, IID_IUnknown
+from canwire.vci.structures.guids import IID_ICanChannel, IID_ICanChannel2, IID_IFifoWriter, IID_IUnknown
 from canwire.vci.unknown import vci_call
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ class _Channel(QueueObject[T]):
         self._check_free("writer")
         if not self._sends:
             raise VciError.of(VCI_E_INVALID_STATE, f"{self._lease.name} has no transmit FIFO")
-        writer = FifoWriter(self._lease.writing, self._form, partial(self._give_back, "writer"))
+        end = self._lease.writing
+        sibling = self._siblings(end, IID_IFifoWriter, self.get_writer)
+        writer = FifoWriter(end, self._form, partial(self._give_back, "writer"), sibling)
         self._ends["writer"] = writer
         return writer
 

@@ -1,4 +1,4 @@
-"""FIFOs: what stands in them, and their two ends.
+"""The two ends of a FIFO.
 
 Source: VCI V4 manual (seed 004) 4.1 and 6.4; rulings.md 8 and 12.
 """
@@ -10,11 +10,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, overload
 from uuid import UUID
 
-from canwire import WrongState
 from canwire.vci.arguments import UINT32, within
 from canwire.vci.fifo.block import FifoBlock
 from canwire.vci.structures.errors import (
-    VCI_E_ACCESSDENIED,
     VCI_E_INVALID_STATE,
     VCI_E_INVHANDLE,
     VCI_E_RXQUEUE_EMPTY,
@@ -25,72 +23,15 @@ from canwire.vci.structures.guids import (
     IID_IFifoReader,
     IID_IFifoWriter,
     IID_IUnknown,
-    IID_IVciFifo,
-    IID_IVciFifo2,
 )
-from canwire.vci.translation import meaning
 from canwire.vci.unknown import Unknown, vci_call
 
 if TYPE_CHECKING:
-    from canwire import Event, Fifo, RingEnd
+    from canwire import Event, RingEnd
     from canwire.vci.fifo.elements import Elements
 
 T = TypeVar("T")
-
-
-class VciFifo(Unknown):
-    """IVciFifo: a look at a FIFO from outside. Counts are numbers of elements. Source: manual 6.4.1."""
-
-    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciFifo})
-
-    def __init__(self, fifo: Fifo) -> None:
-        super().__init__()
-        self._fifo = fifo
-        self._ring = fifo.end_of_ring.ring
-
-    @vci_call
-    def get_capacity(self) -> int:
-        """GetCapacity: how many elements there is room for."""
-        return self._ring.capacity
-
-    @vci_call
-    def get_entry_size(self) -> int:
-        """GetEntrySize: bytes of an element."""
-        return self._ring.record_size
-
-    @vci_call
-    def get_free_count(self) -> int:
-        """GetFreeCount: elements that still fit."""
-        return self._ring.free()
-
-    @vci_call
-    def get_fill_count(self) -> int:
-        """GetFillCount: elements that wait to be read."""
-        return self._ring.fill()
-
-    @vci_call
-    def get_fill_level(self) -> int:
-        """GetFillLevel: how full it is, 0 to 100 percent."""
-        return self._ring.fill() * 100 // self._ring.capacity
-
-    def _check(self) -> None:
-        super()._check()
-        self._fifo.check()
-
-    def _close(self) -> None:
-        self._fifo.close()
-
-
-class VciFifo2(VciFifo):
-    """IVciFifo2: a look at a FIFO, which can empty it as well. Source: manual 6.4.1."""
-
-    interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciFifo, IID_IVciFifo2})
-
-    @vci_call
-    def reset(self) -> None:
-        """Reset: throw away what waits; raises VciAccessDenied while a reader or writer is open."""
-        with meaning(VCI_E_ACCESSDENIED, WrongState):
-            self._fifo.reset()
+Sibling = Callable[[UUID], Unknown]
 
 
 class FifoEnd(Unknown, Generic[T]):
@@ -99,8 +40,12 @@ class FifoEnd(Unknown, Generic[T]):
     Elements are `bytes`, CanMsg and CanMsg2 in a channel's FIFOs, or LinMsg in a monitor's. Source: manual 6.4.1.
     """
 
-    def __init__(self, end: RingEnd, form: Elements[T], given_back: Callable[[], None]) -> None:
+    def __init__(
+        self, end: RingEnd, form: Elements[T], given_back: Callable[[], None], sibling: Sibling
+    ) -> None:
+        """`sibling` opens other interfaces of the same FIFO."""
         super().__init__()
+        self._sibling = sibling
         self._end = end
         self._ring = end.ring
         self._form = form
@@ -109,6 +54,11 @@ class FifoEnd(Unknown, Generic[T]):
         self._block: FifoBlock[T] | None = None
         self._event: Event | None = None
         self._cut = ""
+
+    @vci_call
+    def query_interface(self, iid: UUID) -> Any:
+        """QueryInterface: the FIFO by this one or another of its interfaces (Fifo.query_interface)."""
+        return super().query_interface(iid) if iid in self.interfaces else self._sibling(iid)
 
     @vci_call
     def lock(self) -> None:

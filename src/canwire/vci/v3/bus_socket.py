@@ -5,13 +5,11 @@ Source: VCI V3 .NET manual (seed 002) 4.1, 4.2.3 and 4.3.3; reference/vci.md sec
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 from uuid import UUID
 
 from canwire.vci.line_objects import QueueObject
-from canwire.vci.structures.errors import VCI_E_NOT_INITIALIZED, VciAccessDenied, VciError
+from canwire.vci.structures.errors import VCI_E_NOT_INITIALIZED, VciError
 from canwire.vci.v3.disposable import Disposable, net_call
 from canwire.vci.v3.errors import ObjectDisposedException
 from canwire.vci.v3.resource import BalResource
@@ -41,6 +39,7 @@ class BusSocket(BalResource, Disposable):
         access_layer.add_ref()
         self._bal = self._hold(access_layer)
         try:
+            self._hold(access_layer.keep_settings(self.bus_port))
             self._socket: Any = self._open(self._iid)
             self._open_more()
         except BaseException:
@@ -109,8 +108,6 @@ class ControlSocket(BusSocket):
 class QueueSocket(BusSocket, Generic[Queue]):
     """A channel or monitor: V4's `_queue`, which is made anew where Initialize asks for another exclusiveness."""
 
-    _control_iid: ClassVar[UUID]
-
     def _open_more(self) -> None:
         self._queue: Queue
         self._exclusive: bool | None
@@ -146,25 +143,13 @@ class QueueSocket(BusSocket, Generic[Queue]):
         """Another queue in place of this one, for V4 decides at its making; without success one as before."""
         before, self._exclusive = self._exclusive, None  # what it is while there is no queue at all
         self._initialized = False
-        with self._settings_kept():
-            self._drop(self._queue)
-            try:
-                self._create(exclusive)
-            except VciError:
-                self._create(bool(before))
-                raise
+        self._drop(self._queue)
+        try:
+            self._create(exclusive)
+        except VciError:
+            self._create(bool(before))
+            raise
 
     def _create(self, exclusive: bool) -> None:
         self._queue = self._hold(self._make(exclusive))
         self._exclusive = exclusive
-
-    @contextlib.contextmanager
-    def _settings_kept(self) -> Iterator[None]:
-        """Hold the line's control unit if nobody does: a line that nothing is open on forgets its settings."""
-        try:
-            keeper = self._bal.open_socket(self.bus_port, self._control_iid)
-        except VciAccessDenied:
-            yield
-            return
-        with keeper:
-            yield

@@ -27,13 +27,15 @@ class WaitHandle(Event):
 
     @staticmethod
     def wait_all(events: Sequence[Event], timeout_ms: int = FOREVER) -> bool:
-        """WaitAll: wait for the signals of all of them, at most so many milliseconds for each.
+        """WaitAll: wait for the signals of all of them, at most so many milliseconds altogether.
 
         When one does not come, signals taken of others before are given back.
         """
         taken: list[Event] = []
-        for event in events:
-            if not event.wait(_seconds(timeout_ms)):
+        starts_s = [event.clock_s() for event in events]
+        for event, start_s in zip(events, starts_s, strict=True):
+            left_s = None if timeout_ms < 0 else max(0.0, timeout_ms / 1000 - (event.clock_s() - start_s))
+            if not event.wait(left_s):
                 for one in taken:
                     one.set()
                 return False

@@ -39,6 +39,20 @@ def test_settings_stay_while_anything_is_open_on_the_line(net: NetProgram, other
     assert net.open(v3.CanSocket).line_status.is_mode_undefined
 
 
+@pytest.mark.conforms("X3-08")
+@pytest.mark.finding("vci F4")
+@pytest.mark.parametrize("kind", [v3.CanSocket, v3.CanChannel, v3.CanScheduler])
+def test_settings_stay_whatever_interface_is_open(net: NetProgram, kind: Any) -> None:
+    control = net.control()
+    other = net.open(kind)
+    control.init_line(STANDARD, RATE)
+    control.start_line()
+    control.dispose()
+    assert (other.line_status.bitrate, other.line_status.is_in_init_mode) == (RATE, False)
+    other.dispose()
+    assert net.open(v3.CanSocket).line_status.is_mode_undefined
+
+
 @pytest.mark.conforms("X3-09")
 def test_states(net: NetProgram) -> None:
     control = net.open(v3.CanControl)

@@ -7,7 +7,7 @@ from canwire.errors import BadValue, InUse
 from canwire.hub.owner.answers.registry import DONE, Answers, opened
 from canwire.hub.owner.held.can import HeldShare
 from canwire.hub.owner.held.layer import HeldLayer
-from canwire.hub.owner.held.line import HeldControl
+from canwire.hub.owner.held.line import HeldControl, HeldSettings
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
@@ -34,6 +34,11 @@ def _open_control(request: m.OpenControl, session: Session, world: World) -> Ans
     slot.admit("its control", slot.control)
     slot.control = session
     return opened(session, HeldControl(slot))
+
+
+@answers.to(m.KeepSettings)
+def _keep_settings(request: m.KeepSettings, session: Session, world: World) -> Answer:
+    return opened(session, HeldSettings(world.line_slot(request.board, request.line)))
 
 
 @answers.to(m.OpenShare)

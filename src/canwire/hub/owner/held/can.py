@@ -28,13 +28,13 @@ class CanSlot(LineSlot):
 
     def settle(self) -> None:
         mode = self.can.mode
-        if (mode is not None and mode.persistent) or self.users() or len(self.sharing):
+        if (mode is not None and mode.persistent) or self.users() or len(self.sharing) or self.keepers:
             return
         if mode is not None and mode.keeps:
             self.can.abort_pending()
             self.can.stop(lambda _: None)
         else:
-            self.can.reset()
+            self.can.abandon()
 
     def initialise(self, holder: Holder, mode: LineMode, done: Done) -> None:
         """CanLine's, for a program that has the control; raises InUse where the rate is not its to change."""
@@ -69,7 +69,7 @@ class CanSlot(LineSlot):
             rec=counters.rec,
             last_error=counters.last_error,
             load=can.load(),
-            transmitting=any(box.occupied for box in driver.boxes),
+            transmitting=can.line.pending(),
             coupling_fault=can.coupling_fault,
             frames_sent=counters.frames_sent,
             frames_received=counters.frames_received,

@@ -47,7 +47,7 @@ class LinSlot(LineSlot):
     def settle(self) -> None:
         if self.control is None:
             self.run_schedule(None, 0)
-            if not self.queues:
+            if not self.queues and not self.keepers:
                 self.lin.reset()
 
     def close(self, why: CanwireError) -> None:

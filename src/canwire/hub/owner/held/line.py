@@ -20,6 +20,7 @@ class LineSlot:
         self.control: Holder | None = None
         self.queues: list[HeldQueue] = []
         self.setter: Holder | None = None  # who set it up last
+        self.keepers = 0  # programs for which the settings stay even if nobody has more of the line
 
     @property
     def exclusive(self) -> bool:
@@ -91,6 +92,20 @@ class HeldControl(OnLine):
 
     def leave(self) -> None:
         self.slot.control = None
+
+
+@dataclass(eq=False)
+class HeldSettings(OnLine):
+    """A line's settings stay for as long as somebody has this."""
+
+    turn = Turn.SHARE
+    slot: LineSlot
+
+    def __post_init__(self) -> None:
+        self.slot.keepers += 1
+
+    def leave(self) -> None:
+        self.slot.keepers -= 1
 
 
 @dataclass(eq=False)

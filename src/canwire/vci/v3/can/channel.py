@@ -5,11 +5,7 @@ Source: VCI V3 .NET manual (seed 002) 4.2.3; reference/vci.md section 7a.
 
 from __future__ import annotations
 
-from typing import ClassVar
-from uuid import UUID
-
 from canwire.vci.can import channel as can_channel
-from canwire.vci.structures.guids import IID_ICanControl
 from canwire.vci.v3.bus_socket import QueueSocket
 from canwire.vci.v3.can.reader_writer import CanMessageReader, CanMessageWriter
 from canwire.vci.v3.can.socket import CanSocket
@@ -23,8 +19,6 @@ class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
     It receives what the line's filters let through, and every message that a channel of the line sent with
     SelfReceptionRequest.
     """
-
-    _control_iid: ClassVar[UUID] = IID_ICanControl
 
     @net_call
     def initialize(self, receive_fifo_size: int, transmit_fifo_size: int, exclusive: bool) -> None:

@@ -5,11 +5,7 @@ Source: VCI V3 .NET manual (seed 002) 4.3.3; reference/vci.md section 7a.
 
 from __future__ import annotations
 
-from typing import ClassVar
-from uuid import UUID
-
 from canwire.vci.lin import monitor as lin_monitor
-from canwire.vci.structures.guids import IID_ILinControl
 from canwire.vci.v3.bus_socket import QueueSocket
 from canwire.vci.v3.disposable import net_call
 from canwire.vci.v3.lin.reader import LinMessageReader
@@ -22,8 +18,6 @@ class LinMonitor(QueueSocket[lin_monitor.LinMonitor], LinSocket):
 
     It receives all that the line hears, and the responses that the line itself sends, marked SenderOfResponse.
     """
-
-    _control_iid: ClassVar[UUID] = IID_ILinControl
 
     @net_call
     def initialize(self, receive_fifo_size: int, exclusive: bool) -> None:
