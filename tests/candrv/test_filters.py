@@ -39,10 +39,10 @@ def oracle(code: int, mask: int, align: int, active: int, frame: tuple[int, bool
         must_match = (mask >> bottom + place & 1) == active
         if must_match and identifier >> place & 1 != code >> bottom + place & 1:
             return False
-    if is_extended or align == 1 or not code & 0xFFFF:
-        return True
-    for place in range(16):
-        byte = payload[1 - place // 8] if len(payload) > 1 - place // 8 else 0
+    for place in range(0 if is_extended or align == 1 else 16):
+        if len(payload) <= 1 - place // 8:
+            continue
+        byte = payload[1 - place // 8]
         must_match = (mask >> place & 1) == active
         if must_match and byte >> place % 8 & 1 != code >> place & 1:
             return False
@@ -94,9 +94,11 @@ def test_the_core_accepts_the_same(case: tuple[int, int, int, int, tuple[int, bo
     ],
 )
 def test_example_1_of_8_11(code: int, mask: int, align: int, active: int) -> None:
+    """With Align 0 the mask leaves the data bits "must match": what a frame has of them is 00 (ruling 33)."""
     one = Filter(code, mask, align, active)
-    for payload in (b"", b"\0", b"\xff\xff", b"\x12\x34\x56"):
+    for payload in (b"", b"\0", b"\0\0\x56"):
         assert [i for i in range(0x800) if one.accepts(i, False, payload)] == list(range(0x120, 0x128))
+    assert one.accepts(0x120, False, b"\xff\xff") == (align == 1)
     assert one.bits(extended=False) == "00100100+++"
 
 
@@ -118,7 +120,7 @@ def test_fan_1_of_chapter_3() -> None:
     assert fan.accepts(0x200, False, b"\x01\x00")
     assert fan.accepts(0x200, False, b"\x01\x01")
     assert not fan.accepts(0x200, False, b"\x02\x01")
-    assert not fan.accepts(0x200, False, b"")
+    assert fan.accepts(0x200, False, b"")  # bytes that are not there are not compared
     assert not fan.accepts(0x201, False, b"\x01\x01")
 
 
@@ -132,9 +134,10 @@ def test_coded_identifiers_of_chapter_3() -> None:
 
 @pytest.mark.conforms("FS-19")
 def test_the_defaults_accept_identifier_0_only() -> None:
-    default = Filter()
+    default = Filter(chosen=False)
     assert [i for i in range(0x800) if default.accepts(i)] == [0]
     assert default.accepts(0, False, b"\x12\x34")
+    assert not Filter().accepts(0, False, b"\x12\x34")  # the same, set by a program
     assert default.accepts(0, True)
     assert not default.accepts(1, True)
 

@@ -36,8 +36,7 @@ def test_properties(controller: Controller, mode: CanMode) -> None:
     assert told.version == 0x0206
     assert told.device_name == f"F&S CAN driver V2.06, {controller.name}"
     assert (told.min, told.max) == (5000, 1_000_000)
-    assert told.nCommands == len(controller.commands(mode))
-    assert told.commands[: told.nCommands] == tuple(map(int, controller.commands(mode)))
+    assert told.commands[: told.nCommands] == tuple(map(int, Command))
     assert told.nBaudrates == len(RATES) <= candrv.CANBUS_NUMBER_OF_CONSTANT_BAUDRATES
     assert told.baudrates[: told.nBaudrates] == RATES
     assert not any(told.commands[told.nCommands :] + told.baudrates[told.nBaudrates :])
@@ -51,30 +50,17 @@ def test_properties_change_with_the_mode(controller: Controller) -> None:
     basic, full = controller.properties(A), controller.properties(B)
     assert basic.chipset_flags == ChipsetFlags.CAN_2_0_A | ChipsetFlags.CAN_2_0_B
     assert full.chipset_flags == basic.chipset_flags | ChipsetFlags.EXT_FRAME
-    assert set(controller.commands(A)) <= set(controller.commands(B)) == set(Command)
-
-
-@pytest.mark.conforms("FS-50", "FS-51")
-def test_a_sja1000_can_do_less_in_can_2_0_a() -> None:
-    assert set(Command) - set(SJA1000.commands(A)) == {
-        *(Command.SELF_RECEPTION_REQUEST, Command.LISTEN_ON, Command.LISTEN_OFF),
-    }
-    assert set(MCP2515.commands(A)) == set(Command)
 
 
 @pytest.mark.conforms("FS-51")
 @both
-@modes
-def test_commands_by_number(controller: Controller, mode: CanMode) -> None:
-    listed = controller.commands(mode)
+def test_commands_by_number(controller: Controller) -> None:
     for number in range(-1, 12):
-        if number in listed:
-            assert controller.command(number, mode) is Command(number)
+        if number in set(Command):
+            assert controller.command(number) is Command(number)
         else:
-            with pytest.raises(
-                BadValue, match=f"command {number}: {controller.name} in {mode.name} has 1 ENTER"
-            ):
-                controller.command(number, mode)
+            with pytest.raises(BadValue, match=f"command {number}: {controller.name} has 1 ENTER"):
+                controller.command(number)
 
 
 @pytest.mark.conforms("FS-43")

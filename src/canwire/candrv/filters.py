@@ -7,19 +7,24 @@
     2       28..18           28..18 and data in 15..0       28..0            28..0
     3       31..21           31..21 and data in 15..0       31..3            31..3
 
-Where the manual disagrees with itself: bits 15..0 compare the first two data bytes of a standard frame, but example 1
-of 8.11 leaves them 0, "must match", and means any data. So they are compared only if the *code* has a 1 among them:
-a filter cannot ask for data 00 00. Bytes a frame does not have count as 0.
+Bits 15..0 of the mask say which bits of the first two data bytes of a standard frame are compared (7.9): all of them,
+with 8.11's first example and Align 0, which leaves them 0, "must match". A filter of the registry whose code has no 1
+among them does not look at data. Bytes that a frame does not have are not compared, as in the controllers.
 
 The registry's defaults, code 0 and mask 0 with MaskActive 0, accept identifier 0 and nothing else, by the letter of
 table 5: a program that wants more says so, as CanRead does. `everything()` gives what it has to say.
-Source: CANDRV manual (seed 000), 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19.
+Source: CANDRV manual (seed 000), 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19 and 33.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from canwire import BadFilter, BadFrame
 from canwire.candrv.structures import CAN_ACCEPTANCE_FILTER
+
+if TYPE_CHECKING:
+    from canwire.candrv.registry.settings import Settings
 
 STANDARD_BITS, EXTENDED_BITS = 0x7FF, 0x1FFF_FFFF
 ALL_BITS = 0xFFFF_FFFF
@@ -54,7 +59,8 @@ def identifier_of(word: int, extended: bool, align: int) -> int:
 class Filter:
     """What a receive channel accepts: code and mask, read as Align and MaskActive say. Frozen.
 
-    Raises BadFilter if one of them is impossible.
+    `chosen` by a program, it looks at data as the mask says; one from the registry (`chosen=False`) only if its code
+    has a 1 among the data bits. Raises BadFilter if one of them is impossible.
     """
 
     __slots__ = (
@@ -70,7 +76,9 @@ class Filter:
         "mask_active",
     )
 
-    def __init__(self, code: int = 0, mask: int = 0, align: int = 0, mask_active: int = 0) -> None:
+    def __init__(
+        self, code: int = 0, mask: int = 0, align: int = 0, mask_active: int = 0, *, chosen: bool = True
+    ) -> None:
         for name, value in (("code", code), ("mask", mask)):
             if not isinstance(value, int) or not 0 <= value <= ALL_BITS:
                 raise BadFilter(f"{name} {value!r:.40}: a whole number of 32 bits")
@@ -89,7 +97,7 @@ class Filter:
             self._extended_care = care & STANDARD_BITS | EXTENDED_BITS & ~STANDARD_BITS
             code &= STANDARD_BITS
         self._extended = code >> shift_extended & self._extended_care
-        with_data = align != 1 and code & DATA_BITS
+        with_data = align != 1 and (chosen or code & DATA_BITS)
         self._data_care = care & DATA_BITS if with_data else 0
         self._data = code & self._data_care
 
@@ -97,6 +105,12 @@ class Filter:
     def of(cls, structure: CAN_ACCEPTANCE_FILTER, align: int = 0, mask_active: int = 0) -> Filter:
         """The filter in a structure."""
         return cls(structure.code, structure.mask, align, mask_active)
+
+    @classmethod
+    def registered(cls, settings: Settings) -> Filter:
+        """The one of a new receive channel."""
+        code, mask = settings.acceptance_code, settings.acceptance_mask
+        return cls(code, mask, settings.align, settings.mask_active, chosen=False)
 
     @classmethod
     def everything(cls, align: int = 0, mask_active: int = 0) -> Filter:
@@ -112,8 +126,10 @@ class Filter:
         return not self._data_care or self._data_passes(data)
 
     def _data_passes(self, data: bytes) -> bool:
-        first = int.from_bytes(data[:2].ljust(2, b"\0"), "big")
-        return first & self._data_care == self._data
+        there = min(len(data), 2)
+        first = int.from_bytes(data[:there], "big")
+        absent = 8 * (2 - there)
+        return (first << absent ^ self._data) & self._data_care >> absent << absent == 0
 
     def to_structure(self) -> CAN_ACCEPTANCE_FILTER:
         """Code and mask as they were given."""
@@ -136,5 +152,5 @@ class Filter:
     def __repr__(self) -> str:
         return f"Filter(0x{self.code:08X}, 0x{self.mask:08X}, {self.align}, {self.mask_active})"
 
-    def _key(self) -> tuple[int, int, int, int]:
-        return self.code, self.mask, self.align, self.mask_active
+    def _key(self) -> tuple[int, ...]:
+        return self.code, self.mask, self.align, self.mask_active, self._data_care

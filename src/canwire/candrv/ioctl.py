@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import CanwireError
-from canwire.candrv.constants import NOT_IN_TABLE, ControlCode, Win32Error
+from canwire.candrv.constants import ControlCode, Win32Error
 from canwire.candrv.errors import CandrvError, as_candrv
 from canwire.candrv.structures import (
     CAN_ACCEPTANCE_FILTER,
@@ -139,13 +139,12 @@ def _get_baudrate(call: Call) -> Reply:
 
 
 def _set_baudrate_by_constant(call: Call) -> Reply:
-    call.handle.baud_rate = call.handle.device.controller.rate_of_index(call.number)
+    call.handle.baud_rate_constant = call.number
     return Reply()
 
 
 def _get_baudrate_by_constant(call: Call) -> Reply:
-    index = call.handle.device.controller.index_of_rate(call.handle.baud_rate)
-    return Reply(_DWORD.pack(index & NOT_IN_TABLE))
+    return Reply(_DWORD.pack(call.handle.baud_rate_constant))
 
 
 def _set_can_mode(call: Call) -> Reply:

@@ -1,7 +1,7 @@
 """What the controllers can: CAN_PROPERTIES for each CAN mode, the table of bit rates, and the rates in between.
 
 The manual prints no table and no figures: the rates are CiA's, clocks and segments those of the chips' data sheets
-at 16 MHz. A SJA1000 in CAN2.0A stands for its BasicCAN mode, which knows neither listen-only nor self-reception.
+at 16 MHz. A SJA1000 stays in its PeliCAN mode in CAN2.0A, too: so it has all commands and registers in both.
 Source: CANDRV manual (seed 000), 8.13 to 8.16, 8.22, 8.23; rulings.md 18.
 """
 
@@ -17,7 +17,6 @@ MAJOR, MINOR = 2, 6  # the manual's V2.06
 VERSION = MAJOR << 8 | MINOR
 RATES = (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)  # bit/s
 EVERY_COMMAND = tuple(Command)
-_PELICAN = {Command.SELF_RECEPTION_REQUEST, Command.LISTEN_ON, Command.LISTEN_OFF}
 _FLAGS = {
     CanMode.CAN_2_0_A: ChipsetFlags.CAN_2_0_A | ChipsetFlags.CAN_2_0_B,
     CanMode.CAN_2_0_B: ChipsetFlags.CAN_2_0_A | ChipsetFlags.CAN_2_0_B | ChipsetFlags.EXT_FRAME,
@@ -26,13 +25,12 @@ _FLAGS = {
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A kind of controller: `clock_hz` makes its quanta, `without` are the commands it lacks in CAN2.0A."""
+    """A kind of controller: `clock_hz` makes its quanta."""
 
     name: str
     clock_hz: int
     limits: TimingLimits
     registers: int
-    without: frozenset[Command] = frozenset()
     rates: tuple[int, ...] = RATES
     max: int = 1_000_000
 
@@ -41,18 +39,11 @@ class Controller:
         """The slowest rate in bit/s: the longest quanta, as many as there may be."""
         return -(-self.clock_hz // (self.limits.prescaler_max * self.limits.quanta_max))
 
-    def commands(self, mode: int) -> tuple[Command, ...]:
-        """What IOCTL_CAN_SET_COMMAND takes in a mode."""
-        lacking = self.without if mode == CanMode.CAN_2_0_A else frozenset()
-        return tuple(one for one in EVERY_COMMAND if one not in lacking)
-
-    def command(self, number: int, mode: int) -> Command:
-        """The command by its number; raises BadValue if it is not in the list of the mode."""
-        found = {int(one): one for one in self.commands(mode)}.get(number)
+    def command(self, number: int) -> Command:
+        """The command by its number; raises BadValue if there is none of that number."""
+        found = {int(one): one for one in EVERY_COMMAND}.get(number)
         if found is None:
-            raise BadValue(
-                f"command {number}: {self.name} in {CanMode(mode).name} has {_numbers(self.commands(mode))}"
-            )
+            raise BadValue(f"command {number}: {self.name} has {_numbers(EVERY_COMMAND)}")
         return found
 
     def timing(self, rate: int) -> BitTiming:
@@ -73,14 +64,13 @@ class Controller:
 
     def properties(self, mode: int) -> CAN_PROPERTIES:
         """What IOCTL_CAN_READ_PROPERTIES tells in a mode."""
-        commands = self.commands(mode)
         return CAN_PROPERTIES(
             version=VERSION,
             device_name=f"F&S CAN driver V{MAJOR}.{MINOR:02}, {self.name}",
             min=self.min,
             max=self.max,
-            nCommands=len(commands),
-            commands=tuple(map(int, commands)),
+            nCommands=len(EVERY_COMMAND),
+            commands=tuple(map(int, EVERY_COMMAND)),
             nBaudrates=len(self.rates),
             baudrates=self.rates,
             chipset_flags=_FLAGS[CanMode(mode)],
@@ -103,7 +93,6 @@ SJA1000 = Controller(
     clock_hz=8_000_000,
     limits=TimingLimits.SJA1000,
     registers=128,
-    without=frozenset(_PELICAN),
 )
 CONTROLLERS = {
     "picocom1": MCP2515,

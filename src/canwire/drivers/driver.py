@@ -193,7 +193,8 @@ class Driver:
         """Something was loaded from outside the bus's own calls."""
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
-        """Give up the frame in a mailbox, unless it is on the wire this very moment; False if it stays."""
+        """Give up the frame in a mailbox; False if it stays, on the wire this very moment: then a chip sends it no
+        second time should it fail."""
         raise NotImplementedError
 
     def settle(self, box: Mailbox, delivered: bool, at_ns: int) -> None:

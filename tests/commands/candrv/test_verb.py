@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -388,6 +389,21 @@ def test_on_an_mcp2515(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         came = messages()
         assert [event.identifier for event in came[:1000]] == list(range(1000))
         assert {event.identifier for event in came[1000:]} == {0x100, 0x101, 0x102}
+
+
+@pytest.mark.finding("candrv A2")
+@pytest.mark.conforms("FT-04")
+@pytest.mark.parametrize("words", ["-n 1", "-n 5", "-n 20 -c 3 -t 2"])
+def test_can_send_to_nobody_on_an_mcp2515(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
+    """What nobody acknowledged was not sent, also where it was on the wire to the end."""
+    monkeypatch.setenv("CANWIRE_CONFIG", "")
+    with ExitStack() as closing:
+        bench = Bench(tmp_path, closing, "picocom1")
+        status, out, _ = bench.run("send", *words.split())
+        assert status == 1
+        assert re.search(r"^0 of \d+ messages sent in ", out, re.MULTILINE)
 
 
 # CanMon

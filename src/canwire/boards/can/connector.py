@@ -104,6 +104,13 @@ class CanLine:
             self.line.driver.accept(bounds(self.filter.of(False)), bounds(self.filter.of(True)))
         self.line.driver.start(now_ns)
 
+    def annotate(self, note: bytes) -> None:
+        """Another note in the mode, told as a change; the controller is left alone. Raises NotInitialised."""
+        if self.mode is None:
+            raise NotInitialised(f"{self.line.name}: initialise the line before it is given a note")
+        self.mode = replace(self.mode, note=note)
+        self._tell_changed()
+
     def abort_pending(self) -> None:
         """Give up whatever any channel has queued, but for a frame on the wire."""
         for channel in self.line.channels():
@@ -226,7 +233,10 @@ class CanLine:
         self.filter = filter_of(mode)
         line.set_filter(self.filter)
         self.mode = replace(mode, timing=timing)
-        line.tell(line.happening(EventKind.CHANGED, line.timeline.now_ns))
+        self._tell_changed()
+
+    def _tell_changed(self) -> None:
+        self.line.tell(self.line.happening(EventKind.CHANGED, self.line.timeline.now_ns))
 
     def _clear(self) -> None:
         """Off the bus at this moment, with empty mailboxes and without settings."""

@@ -204,15 +204,18 @@ class Line(Host):
             coupling_fault=self.coupling_fault(),
         )
 
-    def cancel(self, channel: Channel) -> int:
-        """Give up everything this channel has queued, but for a frame on the wire; returns how many."""
+    def cancel(self, channel: Channel, loaded: bool = True) -> int:
+        """Give up everything this channel has queued; returns how many. Without `loaded` mailboxes are left alone.
+
+        A frame on the wire goes on, and is not repeated should it fail.
+        """
         before = channel.aborted
         if channel.sends:
             channel.drop_queued(self.timeline.now_ns)
         dropped = self._backlog.drop(channel)
         channel.aborted += dropped
         channel.in_flight -= dropped
-        for box in self.driver.boxes:
+        for box in self.driver.boxes if loaded else ():
             if box.occupied and box.owner is channel:
                 self.driver.abort(box, self.timeline.now_ns)
         return int(channel.aborted - before)

@@ -18,11 +18,11 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, TypeVar
 
 from canwire import CanwireError, ErrorState, FilterMode, FilterSetup, InUse, LineMode, LineStatus
+from canwire.candrv.constants import CanMode, FrameFormat
 from canwire.candrv.device.bell import Bell
-from canwire.candrv.device.state import DeviceState, can_time, state_of
-from canwire.candrv.properties import SJA1000
+from canwire.candrv.device.state import DeviceState, can_time, checked, state_of
+from canwire.candrv.errors import translated
 from canwire.candrv.registry.loading import (
-    CAN_CTRL_SJA1000,
     controller_on,
     find_port,
     loaded,
@@ -106,17 +106,23 @@ class Device:
         listen: bool | None = None,
         loop_back: bool = False,
     ) -> None:
-        """Set the line up anew, for everybody; what is not given stays, but for loop-back.
+        """Set the line up anew, for everybody; what is not given stays. A format alone leaves the controller alone.
 
-        Raises BadTiming, Unsupported, InUse while somebody else sets it up or, for another rate, programs of another
-        kind run it; then everything is as before.
+        Loop-back stays through a new rate, mode or format, and ends with `change()` and with listen-only. Raises
+        CandrvError, and then everything is as before: ERROR_INVALID_PARAMETER for what cannot be,
+        ERROR_SHARING_VIOLATION while somebody else sets it up or, for another rate, programs of another kind run it.
         """
-        wanted = {"rate": rate, "mode": mode, "format": format, "listen": listen}
-        self._held(
-            lambda control: self._configure(
-                control, {key: value for key, value in wanted.items() if value is not None}, loop_back
-            )
-        )
+        wanted = _given(rate=rate, mode=mode, format=format, listen=listen)
+        with translated():
+            if mode is not None:
+                checked("CAN mode", mode, CanMode)
+            if format is not None:
+                checked("frame format", format, FrameFormat)
+            if wanted.keys() == {"format"} and not loop_back:
+                self._held(lambda control: self._annotate(control, wanted))
+            else:
+                loop_back = loop_back or (bool(wanted) and listen is None and self.state().loop_back)
+                self._held(lambda control: self._configure(control, wanted, loop_back))
         self.debug(f"set up: {self.state()}")
 
     def initialise(self) -> None:
@@ -129,7 +135,8 @@ class Device:
 
     def sleep(self, asleep: bool) -> None:
         """ENTER_STANDBY and LEAVE_STANDBY."""
-        self._held(lambda control: control.sleep() if asleep else control.wake())
+        with translated():
+            self._held(lambda control: control.sleep() if asleep else control.wake())
 
     @property
     def virtualize(self) -> bool:
@@ -150,15 +157,20 @@ class Device:
             bell.close()
 
     def read_register(self, address: int, *, reset_mode: bool) -> int:
-        return self._held(lambda control: control.read_register(address, reset_mode=reset_mode))
+        with translated():
+            return self._held(lambda control: control.read_register(address, reset_mode=reset_mode))
 
     def write_register(self, address: int, value: int, *, reset_mode: bool) -> None:
-        self._held(lambda control: control.write_register(address, value, reset_mode=reset_mode))
+        with translated():
+            self._held(lambda control: control.write_register(address, value, reset_mode=reset_mode))
 
     def clear_overrun(self) -> None:
-        """The driver does that with every overrun; here once more, where the chip has a command for it."""
-        if self.controller is SJA1000 and self.line.capabilities.controller_type == CAN_CTRL_SJA1000:
-            self.write_register(1, 0x08, reset_mode=False)  # CMR: CDO
+        """The driver does that with every overrun; here once more, where the chip has such a register."""
+        names = {register.name for register in self.hub.registers(self.board.id, self.number)}
+        if "CMR" in names or "SR" in names:
+            self.write_register(1, 0x08, reset_mode=False)  # SJA1000's CMR: CDO
+        elif "EFLG" in names:
+            self.write_register(0x2D, 0, reset_mode=False)  # MCP2515's EFLG: RX0OVR and RX1OVR can be cleared
 
     def in_configuration_mode(self) -> bool:
         """The controller is in its configuration mode (SJA1000: reset mode)."""
@@ -203,6 +215,9 @@ class Device:
             control.initialise(self._mode(state_of(status, self.settings)))
         control.start()
 
+    def _annotate(self, control: Control, wanted: dict[str, int]) -> None:
+        control.annotate(state_of(self.status(), self.settings)._replace(**wanted).to_note())  # type: ignore[arg-type]
+
     def _configure(self, control: Control, wanted: dict[str, int], loop_back: bool) -> None:
         before = self.status()
         state = state_of(before, self.settings)._replace(loop_back=loop_back, **wanted)  # type: ignore[arg-type]
@@ -239,6 +254,11 @@ class Device:
                 with control:
                     return call(control)
         raise AssertionError
+
+
+def _given(**values: int | None) -> dict[str, int]:
+    """Those that are not None."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def unload(hub: Hub, name: str) -> None:

@@ -51,9 +51,17 @@ def state_of(status: LineStatus, settings: Settings) -> DeviceState:
     if mode.timing is None:
         raise NotInitialised("the line is looking for its bit rate")
     can_mode, frame_format = int(CanMode.CAN_2_0_B if mode.extended else CanMode.CAN_2_0_A), 0
-    if len(mode.note) == _NOTE.size and mode.note.startswith(_MAGIC):
-        _, can_mode, frame_format = _NOTE.unpack(mode.note)
+    can_mode, frame_format = _noted(mode.note) or (can_mode, frame_format)
     return DeviceState(mode.timing.bit_rate, can_mode, frame_format, mode.listen_only, mode.loop_back)
+
+
+def _noted(note: bytes) -> tuple[int, int] | None:
+    """CAN mode and default format; None where a note is not of this dialect, or says what cannot be."""
+    if len(note) != _NOTE.size or not note.startswith(_MAGIC):
+        return None
+    _, can_mode, frame_format = _NOTE.unpack(note)
+    known = can_mode in set(CanMode) and frame_format in set(FrameFormat)
+    return (can_mode, frame_format) if known else None
 
 
 def can_time(at_ns: int) -> int:

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import (
     CONFIRM,
     CONFIRM_LOAD,
-    SELF_RECEPTION,
     CanwireError,
     ChannelMode,
     EventKind,
@@ -20,7 +19,7 @@ from canwire import (
     Siblings,
 )
 from canwire.candrv.constants import Win32Error
-from canwire.candrv.errors import CandrvError
+from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.handle.receiving import EVENTS, RECORD, Key, Receiver, Ticket
 from canwire.candrv.handle.waiting import WaitingRoom
 
@@ -34,6 +33,14 @@ OUTCOMES = 64  # records that say what became of messages, where nobody reads
 LINGER_S = 0.25  # without progress, then a closing handle gives up what it has not sent
 _SLICE_S = 0.005
 _TRIES = 20  # to take back a message that is on the wire, so long
+
+
+class Sending(NamedTuple):
+    """Messages of a handle: `waiting` for the bus, `sent` on it, `given_up`."""
+
+    waiting: int
+    sent: int
+    given_up: int
 
 
 class Channel:
@@ -177,7 +184,7 @@ class Channel:
             )
 
     def _send_single(self, key: Key, deadline: int | None, virtualize: bool) -> None:
-        if not self._until(lambda: self._register is None, deadline):
+        if not self._until(self._register_is_free, deadline):
             raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} the register is busy")
         ticket = self._put(key, virtualize)
         assert ticket is not None
@@ -193,14 +200,23 @@ class Channel:
                 Win32Error.ERROR_OPERATION_ABORTED, f"{self._device.name} the message was aborted"
             )
 
+    def _register_is_free(self) -> bool:
+        """Nobody uses it, and the message before has left it (7.4), also one that counted as sent when loaded."""
+        if self._register is not None:
+            return False
+        if self.receiver.tickets and not self._opened().status().pending:
+            self.look()
+            self.receiver.tickets.clear()  # what became of them was lost in a full channel
+        return not self.receiver.tickets
+
     def _take_back(self, ticket: Ticket) -> None:
         """Time has run out: what is not sent shall not be sent later."""
         if self._counts_loaded:  # also without any time: the controller may have it as soon as the hub looks
             self._opened().status()
+            waited = self._purge()
             self.look()
-            if ticket.done:
-                return
-        for _ in range(_TRIES):
+            self._forget(waited)
+        for _ in range(0 if ticket.done else _TRIES):
             self.abort()
             if ticket.done or self._until(lambda: ticket.done, self.room.deadline(0.001)):
                 break
@@ -208,26 +224,44 @@ class Channel:
             raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} the message was not sent")
 
     def _put(self, key: Key, virtualize: bool) -> Ticket | None:
-        flags = SELF_RECEPTION if virtualize else 0
-        ticket = None
+        flags, ticket = 0, None
         if self._asks:
             flags |= CONFIRM | (CONFIRM_LOAD if self._counts_loaded else 0)
             ticket = Ticket(key, counts_loaded=self._counts_loaded)
             self.receiver.tickets.append(ticket)
         self.writing.put_bytes(RECORD.pack(0, key.identifier, key.info | flags, key.data))
+        if virtualize:
+            self._opened().pass_on(RECORD.pack(0, key.identifier, key.info, key.data))
         return ticket
 
     def abort(self) -> int:
-        """Take back what waits, but for a message on the wire; how many were given up."""
-        receiver = self.receiver
+        """Take back what waits; how many were given up at once.
+
+        One that is on the wire goes on, and is given up if it fails. The hub tells of each that the controller had,
+        and not of the others, which were sent last: so they are counted apart.
+        """
+        waited = self._purge()
+        count = waited + self._opened().cancel()
         self.take()
-        told = receiver.aborted
-        count = self._opened().cancel()
-        receiver.take(self._end)
-        if self._asks:
-            receiver.gave_up(count - (receiver.aborted - told), self._hub.now_ns())
-        self.room.wake()
+        self._forget(waited)
         return count
+
+    def _purge(self) -> int:
+        """Take back what the controller has not been given; how many. The caller tells of them."""
+        return self._opened().cancel(loaded=False)
+
+    def _forget(self, waited: int) -> None:
+        if self._asks:
+            self.receiver.gave_up(waited, self._hub.now_ns())
+        self.room.wake()
+
+    def sending(self) -> Sending:
+        """What has become of this channel's messages so far; nothing where there is none."""
+        if self._channel is None:
+            return Sending(0, 0, 0)
+        with translated():
+            status = self._channel.status()
+        return Sending(status.pending, status.delivered, status.aborted)
 
     # the end
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, TypeVar
 
 from canwire import NoSuchBoard, Unplugged
 from canwire.candrv.constants import CanMode, Command, FrameFormat
-from canwire.candrv.device.state import checked
 from canwire.candrv.errors import translated
 
 if TYPE_CHECKING:
@@ -43,13 +42,22 @@ class Controls:
         self._tell(lambda device: device.change(rate=rate))
 
     @property
+    def baud_rate_constant(self) -> int:
+        """The rate by its index in the properties' table, 0xFFFFFFFF for one that is not there; raises alike."""
+        return self._tell(lambda device: device.controller.index_of_rate(device.state().rate))
+
+    @baud_rate_constant.setter
+    def baud_rate_constant(self, index: int) -> None:
+        self._tell(lambda device: device.change(rate=device.controller.rate_of_index(index)))
+
+    @property
     def can_mode(self) -> CanMode:
         """CAN2.0A or CAN2.0B."""
         return CanMode(self._tell(lambda device: device.state().mode))
 
     @can_mode.setter
     def can_mode(self, mode: int) -> None:
-        self._tell(lambda device: device.change(mode=checked("CAN mode", mode, CanMode)))
+        self._tell(lambda device: device.change(mode=mode))
 
     @property
     def frame_format(self) -> FrameFormat:
@@ -58,7 +66,7 @@ class Controls:
 
     @frame_format.setter
     def frame_format(self, format: int) -> None:
-        self._tell(lambda device: device.change(format=checked("frame format", format, FrameFormat)))
+        self._tell(lambda device: device.change(format=format))
 
     @property
     def virtualize(self) -> bool:
@@ -94,7 +102,7 @@ class Controls:
         self._tell(lambda device: device.write_register(address, value, reset_mode=reset_mode))
 
     def _command(self, device: Device, number: int) -> None:
-        command = device.controller.command(number, device.state().mode)
+        command = device.controller.command(number)
         device.debug(f"command {command.name}")
         if command == Command.ABORT_TRANSMISSION:
             self.abort()

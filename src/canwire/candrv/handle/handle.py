@@ -16,7 +16,7 @@ from canwire.candrv.constants import INFINITE, FrameFormat, Win32Error
 from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.event_queue import Event, EventQueue
 from canwire.candrv.filters import ALL_BITS, Filter
-from canwire.candrv.handle.channel import Channel
+from canwire.candrv.handle.channel import Channel, Sending
 from canwire.candrv.handle.controls import Controls
 from canwire.candrv.handle.stream import EventStream
 from canwire.candrv.handle.writing import Writer, ascii_of, seconds
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from canwire.candrv.device.device import Device
-
-_LONGEST_DLC = 15
 
 
 class Handle(Controls):
@@ -58,9 +56,7 @@ class Handle(Controls):
                 raise
         self._writer = Writer(device, self._channel, self._timeouts)
         if self._queue is not None:
-            self._channel.receiver.filter = Filter(
-                settings.acceptance_code, settings.acceptance_mask, settings.align, settings.mask_active
-            )
+            self._channel.receiver.filter = Filter.registered(settings)
         device.debug(f"opened, read={self.readable} write={self.writable} share={share}")
 
     @property
@@ -169,10 +165,16 @@ class Handle(Controls):
         """For Python's text streams: nothing is kept back here."""
 
     def abort(self) -> int:
-        """CANBUS_CMD_ABORT_TRANSMISSION: take back every message that waits; how many were given up."""
+        """CANBUS_CMD_ABORT_TRANSMISSION: take back all that waits, repeat nothing; how many were given up at once."""
         self._check_writable()
         with translated(), self._channel.lock:
             return self._channel.abort()
+
+    @property
+    def sending(self) -> Sending:
+        """How many messages wait for the bus, have been on it, were given up: as the hub counts them."""
+        self._check_writable()
+        return self._channel.sending()
 
     # settings of the handle
 
@@ -222,8 +224,7 @@ class Handle(Controls):
 
     def accept_all(self) -> None:
         """Let every frame pass, as CanRead does."""
-        active = self.device.settings.mask_active
-        self.filter = CAN_ACCEPTANCE_FILTER(0, 0 if active else ALL_BITS)
+        self.filter = CAN_ACCEPTANCE_FILTER(0, 0 if self.device.settings.mask_active else ALL_BITS)
 
     # the rest
 

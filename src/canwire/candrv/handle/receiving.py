@@ -81,7 +81,6 @@ class Receiver:
         self.state = look()
         self.filter = Filter.everything()
         self.tickets: deque[Ticket] = deque()
-        self.aborted = 0  # ABORTED events so far
         self._look = look
         self._tells_sent = tells_sent
         self._level = _LEVEL.get(ErrorState(level), 0)
@@ -126,11 +125,11 @@ class Receiver:
             extended = 1 if info & EXTENDED else 0
             if extended and self.state.mode != CanMode.CAN_2_0_B:
                 continue
-            if not accepts(identifier, extended != 0, data):
-                continue
             dlc = info >> DLC_SHIFT & 0xF
             remote = 1 if info & REMOTE else 0
             shown = b"" if remote else data if dlc >= 8 else data[:dlc]
+            if not accepts(identifier, extended != 0, shown):
+                continue
             word = (identifier & widths[extended]) << shifts[extended]
             time = at_ns // 1_000_000 & 0xFFFF_FFFF
             queue.push(_event(Event, (_RECEIVED, time, 0, 1 + extended, word, remote, dlc, shown)))
@@ -139,7 +138,6 @@ class Receiver:
         if kind == _STATE:
             self._move(_LEVEL.get(ErrorState(data[_STATE_AT] & _STATE_BITS), 0), at_ns)
         elif kind == _ABORTED:
-            self.aborted += 1
             if self.tickets:
                 self._abort(self.tickets.popleft(), at_ns)
         elif kind in _PLAIN:
@@ -184,8 +182,10 @@ class Receiver:
         return tickets[0]
 
     def _abort(self, ticket: Ticket, at_ns: int) -> None:
-        ticket.done = ticket.aborted = True
-        self._post_message(CanbusEvent.ABORTED, ticket.key, at_ns)
+        """Not told of one that has counted as sent, when the controller took it."""
+        if not ticket.done:
+            ticket.done = ticket.aborted = True
+            self._post_message(CanbusEvent.ABORTED, ticket.key, at_ns)
 
     def _post_message(self, event: CanbusEvent, key: Key, at_ns: int) -> None:
         if self.queue is None:

@@ -77,8 +77,11 @@ class CanFdController(Node):
         self._make_offer()
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
-        """Give up the frame in a mailbox, unless it is on the wire this very moment."""
-        if not box.occupied or (self.contending is box and self.bus is not None and self.bus.on_wire(self)):
+        """Give up the frame in a mailbox, unless it is on the wire this very moment: then it is not repeated."""
+        if not box.occupied:
+            return False
+        if self.contending is box and self.bus is not None and self.bus.on_wire(self):
+            box.single_shot = True
             return False
         self._give_up(box, at_ns)
         return True

@@ -78,7 +78,7 @@ class Stress:
             for thread in range(threads)
         ]
         self._total = count * len(self._senders)
-        self._given_up = 0
+        self.sent = 0  # that have been on the bus
         self._seconds = 0.0
         self.stopping = False
         for handle in handles:
@@ -90,11 +90,6 @@ class Stress:
     def taken(self) -> int:
         """Messages that the driver has taken."""
         return sum(sender.taken for sender in self._senders)
-
-    @property
-    def sent(self) -> int:
-        """Of these, the ones it did not have to give up."""
-        return self.taken - self._given_up
 
     @property
     def errors(self) -> Counter[str]:
@@ -109,11 +104,10 @@ class Stress:
         say(start)
         begun = time.monotonic()
         try:
-            before = self._handles[0].device.status().frames_sent
             for sender in self._senders:
                 sender.start()
             self._watch()
-            self._drain(before)
+            self._drain()
         except CanwireError as error:
             raise failed("Send error", error) from error
         finally:
@@ -135,21 +129,26 @@ class Stress:
                     lines_due += _TELL_S
                     say(f"{done} of {self._total}")
 
-    def _drain(self, before: int) -> None:
+    def _drain(self) -> None:
         """Wait for the send buffers; what does not go out is taken back."""
-        device = self._handles[0].device
-        seen, moved = -1, time.monotonic()
-        while seen < self.taken and time.monotonic() - moved < _SILENCE_S and not self.stopping:
-            now = device.status().frames_sent - before
-            if now != seen:
-                seen, moved = now, time.monotonic()
-            else:
-                time.sleep(_LOOK_S)
+        waiting, moved = self._count(), time.monotonic()
+        while waiting and time.monotonic() - moved < _SILENCE_S and not self.stopping:
+            time.sleep(_LOOK_S)
+            before, waiting = waiting, self._count()
+            if waiting != before:
+                moved = time.monotonic()
         for _ in range(_TRIES):
-            self._given_up += sum(handle.abort() for handle in self._handles)
-            if device.status().frames_sent - before + self._given_up >= self.taken:
+            for handle in self._handles:
+                handle.abort()
+            if not self._count():
                 return
-            time.sleep(_BETWEEN_S)  # a message on the wire cannot be taken back: behind it
+            time.sleep(_BETWEEN_S)  # one that is on the wire ends first, well or badly
+
+    def _count(self) -> int:
+        """How many messages wait, with `sent` brought up to date."""
+        found = [handle.sending for handle in self._handles]
+        self.sent = sum(one.sent for one in found)
+        return sum(one.waiting for one in found)
 
     def summary(self) -> list[str]:
         """The totals, and each kind of error once."""
@@ -157,8 +156,8 @@ class Stress:
             f"{self.sent} of {self._total} messages sent in {self._seconds:.3f} s, "
             f"{self.sent / self._seconds if self._seconds else 0:.0f} messages/s"
         ]
-        if self._given_up:
-            lines.append(f"{self._given_up} given up: the controller could not send them")
+        if given_up := self.taken - self.sent:
+            lines.append(f"{given_up} given up: the controller could not send them")
         lines.append(f"{sum(self.errors.values())} errors")
         lines += [f"  {count} x {what}" for what, count in sorted(self.errors.items())]
         return lines

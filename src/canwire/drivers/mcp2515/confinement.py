@@ -89,10 +89,14 @@ class Confined(Sender):
         if flags & m.EFLG_OVERFLOWS:
             self._chip.modify(m.EFLG, m.EFLG_OVERFLOWS, 0)
         self._chip.modify(m.CANINTF, m.INT_ERR, 0)
+        self._tell_overflows(flags)
+        self._state_changed(flags)
+
+    def _tell_overflows(self, flags: int) -> None:
+        """One event for each receive buffer that could not take a frame."""
         for flag in (m.EFLG_RX0OVR, m.EFLG_RX1OVR):
             if flags & flag:
                 self.tell(EventKind.OVERRUN)
-        self._state_changed(flags)
 
     def _state_changed(self, flags: int) -> None:
         state = _state_of(flags)

@@ -167,12 +167,14 @@ class Mcp2515Driver(Confined):
         self._check_address(address, value)
         if reset_mode and self.running:
             self._reset()
-        self._chip.write(address, value)
         kept = address in m.AT_REST | KEPT and (reset_mode or not self.running or address not in m.AT_REST)
         if kept:
             self._registers[address] = value
         if address == m.CANINTE:
-            self._enabled = value
+            self._enabled = value  # before the chip has it, and perhaps calls
+        if address == m.EFLG:
+            self._tell_overflows(self._read(m.EFLG) & ~value)
+        self._chip.write(address, value)
         if reset_mode and self.running:
             self._operate()
 

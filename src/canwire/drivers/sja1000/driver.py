@@ -157,15 +157,18 @@ class Sja1000Driver(ChipDriver):
             self._send()
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
-        if not box.occupied or (self._in_chip and self.on_wire()):
+        if not box.occupied:
             return False
+        delivered = False
         if self._in_chip:
-            self._write(m.CMR, m.CMR_AT)
-            if not self._read(m.SR) & m.SR_TBS:
+            self._write(m.CMR, m.CMR_AT)  # a frame on the wire goes on, and is not repeated should it fail
+            status = self._read(m.SR)
+            if not status & m.SR_TBS:
                 return False
+            delivered = bool(status & m.SR_TCS)
         if box.occupied:  # no transmit interrupt has told of it
-            self._finished(False)
-        return True
+            self._finished(delivered)
+        return not delivered
 
     def _send(self) -> None:
         """Put the mailbox's frame into the transmit buffer and request its transmission."""

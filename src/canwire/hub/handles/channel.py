@@ -80,9 +80,16 @@ class HubChannel(Filtered):
         status: ChannelStatus = self.ask(m.GetChannelStatus(self._handle)).status
         return status
 
-    def cancel(self) -> int:
-        """Give up everything queued, but for a frame on the wire; returns how many."""
-        return int(self.ask(m.CancelQueued(self._handle)).value)
+    def cancel(self, *, loaded: bool = True) -> int:
+        """Give up everything queued; how many at once. Without `loaded` those in the controller stay.
+
+        A frame on the wire goes on; if it fails, a chip does not repeat it, and then it is given up, too.
+        """
+        return int(self.ask(m.CancelQueued(self._handle, loaded)).value)
+
+    def pass_on(self, record: bytes) -> None:
+        """Hand a frame's record to the line's other channels that take siblings' frames as the bus's, at once."""
+        self.ask(m.PassOn(self._handle, record))
 
     def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0, priority: int = 0) -> None:
         """Queue a frame; `flags` are request bits of its info word. Raises QueueFull if no room comes in time.

@@ -64,6 +64,10 @@ class Control(Filtered):
         """Write one, whatever that does; in `reset_mode` the line leaves its bus for a moment."""
         self.ask(m.WriteRegister(self._handle, address, value, reset_mode))
 
+    def annotate(self, note: bytes) -> None:
+        """Another note in the line's mode, told to every channel as a change; the controller is left alone."""
+        self.ask(m.Annotate(self._handle, note))
+
     def status(self) -> LineStatus:
         self.check()
         return self.hub.line_status(self.board, self.line)

@@ -54,6 +54,13 @@ class Sleep(Message):
     asleep: bool
 
 
+class Annotate(Message):
+    """Control -> None: another note in the line's mode; the controller is left alone, channels hear CHANGED."""
+
+    handle: int
+    note: bytes
+
+
 class HoldInterrupts(Message):
     """-> None: keep the line's driver from serving its chip, or let it again."""
 

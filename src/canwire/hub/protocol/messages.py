@@ -16,6 +16,7 @@ import msgspec
 from canwire.boards.can.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
 from canwire.boards.description import BoardInfo
 from canwire.errors import BadMessage, BadValue
+from canwire.hub.protocol.board_messages import Annotate as Annotate
 from canwire.hub.protocol.board_messages import GetNote as GetNote
 from canwire.hub.protocol.board_messages import GetRegisters as GetRegisters
 from canwire.hub.protocol.board_messages import HoldInterrupts as HoldInterrupts
@@ -227,9 +228,17 @@ class GetChannelStatus(Message):
 
 
 class CancelQueued(Message):
-    """Channel -> Number of frames given up"""
+    """Channel -> Number of frames given up; without `loaded` those in the controller stay."""
 
     handle: int
+    loaded: bool = True
+
+
+class PassOn(Message):
+    """Channel -> None: a frame's 80 bytes, as if it had come by the bus, for the line's other AS_BUS channels."""
+
+    handle: int
+    record: bytes
 
 
 class AddCyclic(Message):
@@ -342,11 +351,11 @@ class Advance(Message):
 Request = (
     Hello | ListBoards | Watch | Plug | Unplug | OpenLayer | OpenControl | OpenChannel | OpenScheduler | Close
     | GetLineStatus | Initialise | Start | Stop | Recover | Reset | Detect | GetFilterMode | SetFilterMode
-    | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | AddCyclic
-    | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
-    | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
-    | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic
-    | StartInTurn | KeepSettings | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
+    | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | PassOn | Annotate
+    | AddCyclic | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus
+    | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus
+    | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote
+    | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
 )  # fmt: skip
 
 # the hub's replies

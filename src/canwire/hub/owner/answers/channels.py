@@ -49,4 +49,12 @@ def _get_channel_status(request: m.GetChannelStatus, session: Session, world: Wo
 @answers.to(m.CancelQueued)
 def _cancel_queued(request: m.CancelQueued, session: Session, world: World) -> Answer:
     held = session.look_up(request.handle, HeldChannel)
-    return m.Number(0 if held.channel is None else held.slot.can.line.cancel(held.channel)), ()
+    if held.channel is None:
+        return m.Number(0), ()
+    return m.Number(held.slot.can.line.cancel(held.channel, request.loaded)), ()
+
+
+@answers.to(m.PassOn)
+def _pass_on(request: m.PassOn, session: Session, world: World) -> Answer:
+    session.look_up(request.handle, HeldChannel).pass_on(request.record)
+    return DONE

@@ -41,6 +41,12 @@ def _sleep(request: m.Sleep, session: Session, world: World) -> Answer:
     return DONE
 
 
+@answers.to(m.Annotate)
+def _annotate(request: m.Annotate, session: Session, world: World) -> Answer:
+    _controlled(session, request.handle).annotate(request.note)
+    return DONE
+
+
 @answers.to(m.HoldInterrupts)
 def _hold_interrupts(request: m.HoldInterrupts, session: Session, world: World) -> Answer:
     world.can_slot(request.board, request.line).can.line.driver.hold(request.held)

@@ -6,13 +6,17 @@ from dataclasses import dataclass, field
 
 from canwire.boards.can.channel import ALL_REQUESTS, Channel
 from canwire.boards.can.message_filter import FormatFilter, MessageFilter, message_filter
-from canwire.boards.can.modes import ChannelMode, ChannelStatus
-from canwire.errors import NotInitialised, WrongState
+from canwire.boards.can.modes import ChannelMode, ChannelStatus, Siblings
+from canwire.bus.can.node import Mailbox
+from canwire.errors import BadFrame, NotInitialised, WrongState
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.line import HeldQueue
 from canwire.hub.owner.held.shared_ring import SharedRing
 from canwire.platform import EventDescriptor
 from canwire.ring import rounded_capacity
+from canwire.values.frame import frame_of_record, record_of_frame
+
+_KIND_AT = 12  # byte of a record: 0 for frames
 
 
 @dataclass(eq=False)
@@ -78,6 +82,17 @@ class HeldChannel(HeldQueue):
                 line.kick()
             else:
                 line.close(self.channel)
+
+    def pass_on(self, record: bytes) -> None:
+        """A frame for the line's other channels that take siblings' frames as the bus's; raises BadFrame."""
+        line, box = self.slot.can.line, Mailbox()
+        frame = frame_of_record(record)
+        if record[_KIND_AT]:
+            raise BadFrame(f"{line.name}: this record is an event's, not a frame's")
+        box.block[:] = record_of_frame(frame)
+        for channel in line.channels():
+            if channel is not self.channel and channel.frames and channel.siblings == Siblings.AS_BUS:
+                channel.deliver(box, line.timeline.now_ns, 0)
 
     def format_filter(self, extended: bool) -> FormatFilter:
         """Raises NotInitialised before `set_up`."""
