@@ -28,6 +28,15 @@ from canwire.hub.protocol.board_messages import Registers as Registers
 from canwire.hub.protocol.board_messages import SetNote as SetNote
 from canwire.hub.protocol.board_messages import Sleep as Sleep
 from canwire.hub.protocol.board_messages import WriteRegister as WriteRegister
+from canwire.hub.protocol.cyclic_messages import AddCyclic as AddCyclic
+from canwire.hub.protocol.cyclic_messages import GetSchedulerStatus as GetSchedulerStatus
+from canwire.hub.protocol.cyclic_messages import RemoveCyclic as RemoveCyclic
+from canwire.hub.protocol.cyclic_messages import ReplaceCyclic as ReplaceCyclic
+from canwire.hub.protocol.cyclic_messages import ResetScheduler as ResetScheduler
+from canwire.hub.protocol.cyclic_messages import RunScheduler as RunScheduler
+from canwire.hub.protocol.cyclic_messages import StartCyclic as StartCyclic
+from canwire.hub.protocol.cyclic_messages import StartInTurn as StartInTurn
+from canwire.hub.protocol.cyclic_messages import StopCyclic as StopCyclic
 from canwire.hub.protocol.lin_messages import GetLinStatus as GetLinStatus
 from canwire.hub.protocol.lin_messages import GetMonitorStatus as GetMonitorStatus
 from canwire.hub.protocol.lin_messages import InitialiseLin as InitialiseLin
@@ -239,75 +248,6 @@ class PassOn(Message):
 
     handle: int
     record: bytes
-
-
-class AddCyclic(Message):
-    """Scheduler -> Number: its index. `record` is the frame's 80 bytes, request bits included."""
-
-    handle: int
-    record: bytes
-    cycle: int
-    increment: int
-    byte_index: int
-    channel: int = 0  # of this client, whose own frames these are; 0: none's
-
-
-class ReplaceCyclic(Message):
-    """Scheduler -> None: another frame, in the same ticks."""
-
-    handle: int
-    index: int
-    record: bytes
-
-
-class StartInTurn(Message):
-    """Scheduler -> None: one after the other, `step` ticks apart, the first one in the next tick."""
-
-    handle: int
-    indices: tuple[int, ...]
-    counts: tuple[int, ...]
-    step: int
-
-
-class RemoveCyclic(Message):
-    """Scheduler -> None"""
-
-    handle: int
-    index: int
-
-
-class StartCyclic(Message):
-    """Scheduler -> None; `count` 0 is for ever."""
-
-    handle: int
-    index: int
-    count: int
-
-
-class StopCyclic(Message):
-    """Scheduler -> None"""
-
-    handle: int
-    index: int
-
-
-class RunScheduler(Message):
-    """Scheduler -> None: resume or suspend the task."""
-
-    handle: int
-    running: bool
-
-
-class ResetScheduler(Message):
-    """Scheduler -> None"""
-
-    handle: int
-
-
-class GetSchedulerStatus(Message):
-    """Scheduler -> SchedulerState"""
-
-    handle: int
 
 
 class CreateFifo(Message):

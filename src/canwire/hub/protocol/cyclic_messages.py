@@ -1,0 +1,74 @@
+"""What a client asks of a line's cyclic transmit list."""
+
+from __future__ import annotations
+
+from canwire.hub.protocol.message import Message
+
+
+class AddCyclic(Message):
+    """Scheduler -> Number: its index. `record` is the frame's 80 bytes, request bits included."""
+
+    handle: int
+    record: bytes
+    cycle: int
+    increment: int
+    byte_index: int
+    channel: int = 0  # of this client, whose own frames these are; 0: none's
+
+
+class ReplaceCyclic(Message):
+    """Scheduler -> None: another frame, in the same ticks."""
+
+    handle: int
+    index: int
+    record: bytes
+
+
+class StartInTurn(Message):
+    """Scheduler -> None: one after the other, `step` ticks apart, the first one in the next tick."""
+
+    handle: int
+    indices: tuple[int, ...]
+    counts: tuple[int, ...]
+    step: int
+
+
+class RemoveCyclic(Message):
+    """Scheduler -> None"""
+
+    handle: int
+    index: int
+
+
+class StartCyclic(Message):
+    """Scheduler -> None; `count` 0 is for ever."""
+
+    handle: int
+    index: int
+    count: int
+
+
+class StopCyclic(Message):
+    """Scheduler -> None"""
+
+    handle: int
+    index: int
+
+
+class RunScheduler(Message):
+    """Scheduler -> None: resume or suspend the task."""
+
+    handle: int
+    running: bool
+
+
+class ResetScheduler(Message):
+    """Scheduler -> None"""
+
+    handle: int
+
+
+class GetSchedulerStatus(Message):
+    """Scheduler -> SchedulerState"""
+
+    handle: int
