@@ -10,7 +10,7 @@ from canwire.bus.can.bus import CanBus
 from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.values.frame import Frame
-from tests.chips.sja1000.bench import BIT_NS, Bench, put, send
+from tests.chips.sja1000.bench import BIT_NS, Bench, send
 
 pytestmark = pytest.mark.core
 
