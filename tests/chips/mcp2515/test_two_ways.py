@@ -1,4 +1,7 @@
-"""Whole frames or bit by bit: every register of every MCP2515 is the same at any moment; nobody interrupts the bus."""
+"""Whole frames or bit by bit: every register of every MCP2515 must be the same at any moment.
+
+Nobody who looks or acts interrupts the bus.
+"""
 
 from __future__ import annotations
 
