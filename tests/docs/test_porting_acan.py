@@ -154,10 +154,15 @@ def test_every_block_has_a_name() -> None:
 
 
 def test_the_page_is_short() -> None:
-    assert len(GUIDE.read_text(encoding="utf-8").splitlines()) < 500
+    assert len(GUIDE.read_text(encoding="utf-8").splitlines()) < 600
 
 
 # programs
+
+
+def test_first(hub: canwire.Hub, capsys: pytest.CaptureFixture[str]) -> None:
+    run("first")
+    assert capsys.readouterr().out.startswith(f"[{Frame(0x123, b'hello')!r}"[:-1])
 
 
 @pytest.mark.conforms("AC-20", "AC-21", "AC-31", "AC-35")

@@ -251,7 +251,12 @@ def test_the_first_program(hub: canwire.Hub, capsys: pytest.CaptureFixture[str])
     )
 
 
-LIN_READERS = ["lin-get-data-entry", "lin-acquire-read", "v3-lin-read-message", "v3-lin-read-messages"]
+LIN_READERS = {
+    "V4, one": lambda: run("lin-get-data-entry"),
+    "V4, many": lambda: run("lin-acquire-read"),
+    "V3, one": lambda: run("v3-lin-read-message"),
+    "V3, many": lambda: run("v3-lin-read-messages"),
+}
 
 
 @pytest.mark.finding("vci F1")
@@ -260,7 +265,7 @@ def test_lin(hub: canwire.Hub, name: str) -> None:
     device = vci.query_device_by_hwid(FD)
     bal = device.open_component(vci.CLSID_VCIBAL, vci.IID_IBalObject)
     event, found = Event(), []
-    if name.startswith("v3"):
+    if name.startswith("V3"):
         boards = v3.VciServer.get_device_manager().get_device_list()
         board = next(one for one in boards if one.unique_hardware_id == FD)
         listening = board.open_bus_access_layer().open_socket(2, v3.LinMonitor)
@@ -278,10 +283,11 @@ def test_lin(hub: canwire.Hub, name: str) -> None:
         if raw.msg_info.type == vci.LIN_MSGTYPE_DATA:
             found.append((raw.msg_info.pid & vci.LIN_PIDMASK_ID, raw.data, raw.msg_info.sor))
 
-    run(name).do_messages(reader, work)
+    sample = LIN_READERS[name]()
+    sample.do_messages(reader, work)
     while not found:
         assert event.wait(LONG)
-        run(name).do_messages(reader, work)
+        sample.do_messages(reader, work)
     assert found == [(0x10, b"\x01\x02", 1)]
 
 

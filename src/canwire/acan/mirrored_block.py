@@ -5,11 +5,10 @@ Source: INduCAN104 manual (seed 001), "Task block", "Notification".
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from typing import Any
 
-from canwire import BadValue, Frame
+from canwire import BadValue, Event, Frame
 from canwire.acan.constants import Action, Notification
 from canwire.acan.filters import Filter
 from canwire.acan.messages import message_of
@@ -115,7 +114,7 @@ def _notifier(fields: ACANTB) -> Callable[[TaskBlock], object]:
 def _event(fields: ACANTB) -> Callable[[TaskBlock], object]:
     """hEvent is set and cbNotification called with the block, whichever there is; without either hEvent is made."""
     if fields.hEvent is None and fields.cbNotification is None:
-        fields.hEvent = threading.Event()
+        fields.hEvent = Event()
     event, call = fields.hEvent, fields.cbNotification
     if event is not None and not callable(getattr(event, "set", None)):
         raise BadValue(f"hEvent {event!r:.40}: something with set()")

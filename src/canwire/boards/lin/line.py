@@ -159,7 +159,6 @@ class LinLine(LinHost):
         """The line as it is now."""
         now_ns, bus = self.timeline.now_ns, self.controller.bus
         counters = self.driver.counters(now_ns)
-        lost = self._splitter.lost
         errors = list(counters.errors)
         errors[LinErrorKind.WAKEUP] += self._wake_failures
         return LinLineStatus(
@@ -170,12 +169,12 @@ class LinLine(LinHost):
             status=self._status(),
             bit_rate=counters.bit_rate,
             load=0.0 if bus is None else bus.load_percent(),
-            transmitting=self._pending(),
+            transmitting=self.driver.on_wire() or self.busy,
             headers=counters.headers,
             frames_sent=counters.frames_sent,
             frames_received=counters.frames_received,
             errors=tuple(errors),
-            lost=lost,
+            lost=self._splitter.lost,
             monitors=len(self._splitter.monitors),
             time_ns=now_ns,
         )
@@ -183,8 +182,6 @@ class LinLine(LinHost):
     def close(self) -> None:
         """The board is gone: nobody is kept waiting."""
         self._clear()
-
-    # monitors
 
     def open(self, monitor: LinMonitor) -> LinMonitor:
         """Put a monitor on the line; it receives while it is active."""
@@ -203,8 +200,6 @@ class LinLine(LinHost):
     def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
         """Give an event to every active monitor; without `stamped` its time stays as it is."""
         self._splitter.tell(event, stamped=stamped)
-
-    # the controller's side
 
     def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
         if self.mode is not None and self.mode.errors:
@@ -235,8 +230,6 @@ class LinLine(LinHost):
             finished(outcome)
         if self.when_free is not None:
             self.when_free()
-
-    # inside
 
     def _check_initialised(self, what: str) -> None:
         if self.mode is None:
@@ -301,8 +294,5 @@ class LinLine(LinHost):
 
     def _status(self) -> int:
         """VCI's LIN_STATUS_ bits as they are now."""
-        pending = PENDING_STATUS if self._pending() else 0
+        pending = PENDING_STATUS if self.driver.on_wire() or self.busy else 0
         return self.controller.status() | pending | (OVERRUN_STATUS if self._splitter.lost else 0)
-
-    def _pending(self) -> bool:
-        return self.driver.on_wire() or self.busy
