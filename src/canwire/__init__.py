@@ -16,6 +16,7 @@ from canwire.boards.can.modes import (
     ChannelMode,
     ChannelStatus,
     CyclicStatus,
+    FilterContent,
     FilterMode,
     FilterSetup,
     LineMode,
@@ -117,7 +118,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.serve import serve
-    from canwire.hub.usual import default_address
+    from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode, format_rates
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
@@ -143,6 +144,7 @@ _LATER = {
     "format_rates": "wanted_mode",
     "serve": "serve",
     "start_line": "bring_up",
+    "state_directory": "usual",
 }
 
 
@@ -193,6 +195,7 @@ __all__ = [
     "ExtraMissing",
     "Feature",
     "Fifo",
+    "FilterContent",
     "FilterMode",
     "FilterSetup",
     "Filtered",
@@ -285,4 +288,5 @@ __all__ = [
     "record_of_linmsg",
     "serve",
     "start_line",
+    "state_directory",
 ]

@@ -13,7 +13,14 @@ from typing import Any
 
 import msgspec
 
-from canwire.boards.can.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
+from canwire.boards.can.modes import (
+    ChannelMode,
+    ChannelStatus,
+    CyclicStatus,
+    FilterContent,
+    LineMode,
+    LineStatus,
+)
 from canwire.boards.description import BoardInfo
 from canwire.errors import BadMessage, BadValue
 from canwire.hub.protocol.board_messages import GetNote as GetNote
@@ -68,6 +75,7 @@ class Plug(Message):
     """-> BoardInfo. `serial` "" chooses one; `buses` names one bus a line, () takes the kind's default.
 
     An ISA board goes where `base`, `irq` and `shared_irq` say, None as delivered. `port` is where an adapter is.
+    A `temporary` one is pulled out when this client is gone.
     """
 
     kind: str
@@ -77,6 +85,7 @@ class Plug(Message):
     irq: int | None = None
     shared_irq: bool = False
     port: str = ""
+    temporary: bool = False
 
 
 class Unplug(Message):
@@ -195,6 +204,21 @@ class ListIds(Message):
     code: int
     mask: int
     add: bool
+
+
+class ReplaceFilters(Message):
+    """Channel -> None; both filters at once, also while it is active."""
+
+    handle: int
+    standard: FilterContent
+    extended: FilterContent
+
+
+class CountRefused(Message):
+    """Channel -> None; so many frames its client could not queue for want of room in a queue of its own."""
+
+    handle: int
+    count: int
 
 
 class SetUpChannel(Message):
@@ -333,10 +357,11 @@ class Advance(Message):
 Request = (
     Hello | ListBoards | Watch | Plug | Unplug | OpenLayer | OpenControl | OpenChannel | OpenScheduler | Close
     | GetLineStatus | Initialise | Start | Stop | Reset | Detect | GetFilterMode | SetFilterMode
-    | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | AddCyclic
-    | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus | GetLinStatus
-    | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo
-    | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic
+    | SetAcceptanceFilter | ListIds | ReplaceFilters | CountRefused | SetUpChannel | Activate | GetChannelStatus
+    | CancelQueued | AddCyclic | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler
+    | GetSchedulerStatus | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor
+    | SetUpMonitor | GetMonitorStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance
+    | GetRegisters | SetNote | GetNote | ReplaceCyclic
     | StartInTurn | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
 )  # fmt: skip
 
