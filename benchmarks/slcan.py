@@ -118,7 +118,9 @@ def dongle_on_pty(address: str, folder: str) -> Iterator[str]:
     """`canwire slcan` in a process of its own; its link."""
     link = f"{folder}/tty"
     command = [sys.executable, "-m", "canwire", "slcan", "--pty", link, "--hub", address]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, env={**os.environ, "XDG_STATE_HOME": folder}
+    ) as process:
         assert process.stdout is not None
         process.stdout.readline()
         try:

@@ -16,6 +16,7 @@ from canwire.boards.can.modes import (
     ChannelMode,
     ChannelStatus,
     CyclicStatus,
+    FilterContent,
     FilterMode,
     FilterSetup,
     LineMode,
@@ -119,7 +120,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.serve import serve
-    from canwire.hub.usual import default_address
+    from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
@@ -145,6 +146,7 @@ _LATER = {
     "find_lines": "finding",
     "serve": "serve",
     "start_line": "bring_up",
+    "state_directory": "usual",
 }
 
 
@@ -199,6 +201,7 @@ __all__ = [
     "ExtraMissing",
     "Feature",
     "Fifo",
+    "FilterContent",
     "FilterMode",
     "FilterSetup",
     "Filtered",
@@ -296,4 +299,5 @@ __all__ = [
     "record_of_linmsg",
     "serve",
     "start_line",
+    "state_directory",
 ]

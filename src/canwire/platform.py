@@ -52,14 +52,17 @@ class EventDescriptor:
 
     def signal(self) -> None:
         """Wake whoever waits; signals that nobody has consumed yet count as one."""
-        try:  # noqa: SIM105  quicker, and this is on every frame's way
+        try:
             os.write(self._write, b"\x01\0\0\0\0\0\0\0")
         except BlockingIOError:
             pass  # full: the reader has a wake-up pending anyway
+        except OSError:
+            if not self._closed:
+                raise
 
     def wait(self, timeout: float | None = None) -> bool:
         """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
-        if wait_readable([self._read], timeout):
+        if not self._closed and wait_readable([self._read], timeout):
             with contextlib.suppress(BlockingIOError):  # another waiter was quicker
                 os.read(self._read, 4096)
                 return True
@@ -67,10 +70,13 @@ class EventDescriptor:
 
     def clear(self) -> None:
         """Consume whatever signal there is, without waiting."""
-        try:  # noqa: SIM105  quicker, and this is on every frame's way
+        try:
             os.read(self._read, 4096)
         except BlockingIOError:
             pass  # there was none
+        except OSError:
+            if not self._closed:
+                raise
 
     def wait_for(
         self, settled: Callable[[], bool], timeout: float | None, recheck: float | None = None
@@ -88,10 +94,21 @@ class EventDescriptor:
         return True
 
     def close(self) -> None:
-        if not self._closed:
-            self._closed = True
-            for descriptor in {self._read, self._write}:
-                os.close(descriptor)
+        """A second time does nothing; from now on nothing is signalled here, and no descriptor is touched."""
+        descriptors = {self._read, self._write}
+        if self.leave():
+            close_descriptors(*descriptors)
+
+    def leave(self) -> bool:
+        """Close it, but leave the descriptors to their owner; False if it was closed before.
+
+        Their numbers are forgotten: they may soon be those of somebody else's files.
+        """
+        if self._closed:
+            return False
+        self._closed = True
+        self._read = self._write = -1
+        return True
 
 
 def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
@@ -231,6 +248,18 @@ def runtime_directory() -> str:
             f"{own}: not a private directory of this user; remove it or set XDG_RUNTIME_DIR"
         )
     return own
+
+
+def state_directory() -> str:
+    """Where this user's programs keep what shall outlive them: XDG_STATE_HOME, ~/.local/state, or the system's own."""
+    if sys.platform == "win32":
+        usual = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
+    elif sys.platform == "darwin":
+        usual = "~/Library/Application Support"
+    else:
+        usual = "~/.local/state"
+    given = os.environ.get("XDG_STATE_HOME", "")
+    return os.path.join(given if os.path.isabs(given) else os.path.expanduser(usual), "canwire")
 
 
 _CREDENTIALS = struct.Struct("iII")

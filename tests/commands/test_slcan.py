@@ -25,7 +25,7 @@ class Command:
     """`canwire slcan` with these words on a hub; `places` are where its dongles are."""
 
     def __init__(self, hub: str, home: Path, *words: str, dongles: int = 1) -> None:
-        environment = {**os.environ, "HOME": str(home)}
+        environment = {**os.environ, "XDG_STATE_HOME": str(home)}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "canwire", "slcan", *words, *(("--hub", hub) if hub else ())],
             stdout=subprocess.PIPE,
@@ -158,11 +158,11 @@ def test_a_thousand_frames_from_a_terminal(served: Command, node: HubChannel) ->
 
 def test_what_it_says_and_leaves(hub_address: str, home: Path) -> None:
     command = Command(hub_address, home, "--serial-number", "B009", "--version", "V1011", "--tx-reply", "cr")
-    link = home / ".canwire" / "ttyCANBUS0"
+    link = home / "canwire" / "ttyCANBUS0"
     assert command.told[0].startswith("canwire: canbus dongle B009 (HW")
     assert command.told[0].endswith(f" on can0) at {link}")
     other = Command(hub_address, home)
-    assert other.places == [str(home / ".canwire" / "ttyCANBUS1")]
+    assert other.places == [str(home / "canwire" / "ttyCANBUS1")]
     with connect(hub_address) as hub, serial.Serial(str(link), timeout=PATIENCE_S) as port:
         boards = len(hub.boards())
         port.write(b"Z1\rV\rN\r")
@@ -170,7 +170,7 @@ def test_what_it_says_and_leaves(hub_address: str, home: Path) -> None:
         assert command.end() == other.end(signal.SIGINT) == 0
         assert len(hub.boards()) == boards - 2
     assert not link.is_symlink()
-    assert (home / ".canwire" / "B009.eeprom").read_text() == "Z1\n"
+    assert (home / "canwire" / "B009.eeprom").read_text() == "Z1\n"
     for one in (command, other):
         one.process.communicate()
 

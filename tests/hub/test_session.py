@@ -38,7 +38,14 @@ from canwire import (
     WrongState,
 )
 from canwire.boards import catalogue
-from canwire.boards.can.modes import ChannelMode, FilterMode, FilterSetup, LineMode, Siblings
+from canwire.boards.can.modes import (
+    ChannelMode,
+    FilterContent,
+    FilterMode,
+    FilterSetup,
+    LineMode,
+    Siblings,
+)
 from canwire.boards.description import Feature
 from canwire.bus.can.faults import Faults
 from canwire.hub.owner.held.can import CanSlot
@@ -1031,6 +1038,8 @@ HANDLED: list[Callable[[int], m.Message]] = [
     lambda handle: m.SetFilterMode(handle, False, 2),
     lambda handle: m.SetAcceptanceFilter(handle, False, 0, 0),
     lambda handle: m.ListIds(handle, False, 0, 0xFFF, True),
+    lambda handle: m.ReplaceFilters(handle, FilterContent(), FilterContent(FilterMode.LOCK)),
+    lambda handle: m.CountRefused(handle, 1),
     lambda handle: m.SetUpChannel(handle, QUEUES),
     lambda handle: m.Activate(handle, True),
     lambda handle: m.AddCyclic(handle, bytes(80), 1, 0, 0),
@@ -1043,7 +1052,8 @@ HANDLED: list[Callable[[int], m.Message]] = [
 ]  # fmt: skip
 NEEDS = {  # what a handle must be for each of them; filters belong to both of the first two
     "control": {m.Start, m.Stop, m.Reset, m.Initialise, m.Detect},
-    "channel": {m.GetChannelStatus, m.CancelQueued, m.PassOn, m.SetUpChannel, m.Activate},
+    "channel": {m.GetChannelStatus, m.CancelQueued, m.PassOn, m.SetUpChannel, m.Activate, m.ReplaceFilters,
+                m.CountRefused},
     "scheduler": {m.ResetScheduler, m.GetSchedulerStatus, m.AddCyclic, m.RemoveCyclic, m.StartCyclic, m.StopCyclic,
                   m.RunScheduler, m.ReplaceCyclic, m.StartInTurn},
     "fifo": {m.ResetFifo},

@@ -67,13 +67,14 @@ def program(served: Served, installed: str) -> Iterator[Program]:
     inside = Path(canwire.__file__).is_relative_to(ROOT)
     path = installed if inside else installed.replace(str(ROOT / "src"), "")
 
-    def start(body: str, *, ready: bool = True) -> subprocess.Popen[str]:
+    def start(body: str, *, ready: bool = True, stderr: int | None = None) -> subprocess.Popen[str]:
         environment = {**os.environ, "CANWIRE_HUB": served.address, "PYTHONPATH": path}
         process = subprocess.Popen(
             [sys.executable, "-c", body],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            stderr=stderr,
             text=True,
         )
         started.append(process)

@@ -8,7 +8,7 @@ import can
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canwire import FilterMode
+from canwire import FilterContent, FilterMode
 from canwire.boards.can.message_filter import MessageFilter, message_filter
 from canwire.python_can.bus import CanwireBus
 from canwire.python_can.filters import LIST_SIZE, OPEN, planned
@@ -24,17 +24,12 @@ class Hubs:
     def __init__(self) -> None:
         self.filter: MessageFilter = message_filter(FilterMode.PASS, 2048, FilterMode.PASS, LIST_SIZE)
 
-    def set_filter_mode(self, mode: int, *, extended: bool) -> None:
-        self.filter.of(extended).mode = mode
-
-    def set_acceptance(self, code: int, mask: int, *, extended: bool) -> None:
-        self.filter.of(extended).set_pattern(code, mask)
-
-    def add_ids(self, code: int, mask: int, *, extended: bool) -> None:
-        self.filter.of(extended).add(code, mask)
-
-    def remove_ids(self, code: int, mask: int, *, extended: bool) -> None:
-        self.filter.of(extended).remove(code, mask)
+    def replace_filters(self, standard: FilterContent, extended: FilterContent) -> None:
+        for content, of in ((standard, self.filter.standard), (extended, self.filter.extended)):
+            of.mode = content.mode
+            of.set_pattern(*content.pattern)
+            for code, mask in content.listed:
+                of.add(code, mask)
 
 
 class Only(can.BusABC):

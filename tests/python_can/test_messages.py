@@ -35,7 +35,7 @@ def frames(draw: st.DrawFn) -> Frame:
 
 def messages(record: bytes, *, errors: bool = True) -> list[can.Message]:
     found: list[can.Message] = []
-    take_messages(memoryview(record), 10**18, "can0", found.append, errors=errors)
+    take_messages(memoryview(record), 10**18, "can0", found.append, [].append, errors=errors)
     return found
 
 

@@ -19,6 +19,7 @@ class FakeCan:
         self.frames: list[Frame] = []
         self.happened: list[BusEvent] = []
         self.lost_frames = 0
+        self.refused = 0
         self.refuses: LineError | None = None
 
     def open(self, setup: Setup) -> None:
@@ -42,6 +43,9 @@ class FakeCan:
     def events(self) -> Sequence[BusEvent]:
         happened, self.happened = self.happened, []
         return happened
+
+    def count_refused(self, count: int) -> None:
+        self.refused += count
 
     def lost(self) -> int:
         return self.lost_frames

@@ -26,7 +26,7 @@ from collections.abc import Iterator
 import canwire
 from canwire.commands.console import complain
 
-USUAL_LINK = "~/.canwire/ttyCANBUS0"
+USUAL_LINK = "ttyCANBUS0"  # in canwire.state_directory()
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,9 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dongle",
         nargs="?",
-        const=USUAL_LINK,
+        const="",
         metavar="LINK",
-        help=f"plug in a CANBUS dongle, too, found by this link (default: {USUAL_LINK}); see canwire slcan",
+        help=f"plug in a CANBUS dongle, too, found by this link (default: {USUAL_LINK} where canwire slcan has it)",
     )
     parser.add_argument(
         "--time", choices=("real", "fast"), default="real", help="fast: buses do not wait for the clock"
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     def ready(introduction: str) -> None:
         _ready(introduction)
-        if arguments.dongle:
+        if arguments.dongle is not None:
             dongle.enter_context(_dongle(arguments.dongle, arguments.socket))
 
     before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
@@ -85,7 +85,8 @@ def _ready(introduction: str) -> None:
 def _dongle(link: str, address: str | None) -> Iterator[None]:
     """A process of its own serves it: what it parses takes no time from the buses."""
     hub = address or canwire.default_address()
-    command = [sys.executable, "-m", "canwire", "slcan", "--pty", os.path.expanduser(link), "--hub", hub]
+    link = os.path.expanduser(link) if link else os.path.join(canwire.state_directory(), USUAL_LINK)
+    command = [sys.executable, "-m", "canwire", "slcan", "--pty", link, "--hub", hub]
     with subprocess.Popen(command) as process:
         yield
         process.terminate()

@@ -1,13 +1,17 @@
 """`canwire slcan`: an emulated CANBUS dongle, for programs that talk to serial CAN adapters.
 
-canwire slcan                                on a pseudo terminal: ~/.canwire/ttyCANBUS0, or the next that is free
+canwire slcan                                on a pseudo terminal: the link ttyCANBUS0, or the next that is free
 canwire slcan --pty /tmp/can --bus can0      on that link, plugged into can0
 canwire slcan --tcp 127.0.0.1:5000           for socket://127.0.0.1:5000; this machine only unless HOST says otherwise
 canwire slcan --serial /dev/ttyUSB0          on a serial port (needs canwire[hardware])
 canwire slcan --pty a --pty b                two dongles; the second one's serial number is the next
 
 Each dongle is a board of its own on the hub; without a hub one runs in this process. One line tells where each is.
-SIGTERM and Ctrl-C pull them out again. What Z has chosen stays in ~/.canwire, by serial number.
+SIGTERM and Ctrl-C pull them out again, and say what was lost; a killed one's board goes, too. The usual links, and by
+serial number what Z has chosen, are in $XDG_STATE_HOME/canwire (~/.local/state/canwire).
+
+On a pseudo terminal a host can write faster than on any serial line, and then finds the queue of eight full (BELL);
+--pace 115200 takes its bytes as such a line would.
 """
 
 from __future__ import annotations
@@ -27,6 +31,7 @@ from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.slcan import (
     DIALECTS,
+    DongleCounters,
     FileEeprom,
     PluggedDongle,
     PtyWire,
@@ -40,7 +45,6 @@ from canwire.slcan import (
 if TYPE_CHECKING:
     from canwire import Hub
 
-HOME = "~/.canwire"
 _MOST_LINKS = 100
 
 
@@ -52,6 +56,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tcp", metavar="HOST:PORT", action="append", default=[], help="a TCP port")
     parser.add_argument("--serial", metavar="DEVICE", action="append", default=[], help="a serial port")
     parser.add_argument("--baud-rate", type=int, default=115_200, metavar="BAUD", help="of the serial port")
+    parser.add_argument(
+        "--pace",
+        type=int,
+        default=0,
+        metavar="BAUD",
+        help="take the host's bytes as a serial line at this rate would (default: as fast as they come)",
+    )
     parser.add_argument("--bus", default="can0", help="plugged into this bus (default: can0)")
     parser.add_argument("--dialect", choices=sorted(DIALECTS), default="canbus", help="whose dongle it is")
     parser.add_argument(
@@ -61,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tx-reply", choices=("z", "cr"), default="z", help="to t and T: z and CR, or CR alone"
     )
-    parser.add_argument("--verbose", action="store_true", help="tell of each opening, with its bit rate")
+    parser.add_argument("--verbose", action="store_true", help="tell of openings, refusals and counts")
     add_hub_argument(parser)
 
 
@@ -91,14 +102,20 @@ def _serve(
     closing: ExitStack,
 ) -> None:
     """Plug a dongle in and say where it is."""
-    store = FileEeprom(Path(HOME).expanduser() / f"{settings.serial_number}.eeprom")
+    store = FileEeprom(Path(canwire.state_directory()) / f"{settings.serial_number}.eeprom")
     plugged = PluggedDongle(hub, settings, arguments.bus, store)
     closing.callback(plugged.close)
     name = f"{settings.serial_number} ({plugged.board.hardware_id} on {arguments.bus})"
     if arguments.verbose:
         plugged.dongle.on_change = lambda what: complain(f"{name}: {what}")
-    service.add(plugged.dongle, plugged.event, wire)
+    closing.callback(_tell_losses, plugged.dongle.counters, name)
+    service.add(plugged.dongle, plugged.event, wire, baud_rate=arguments.pace)
     print(f"canwire: {settings.dialect.name} dongle {name} at {wire.name}", flush=True)
+
+
+def _tell_losses(counters: DongleCounters, name: str) -> None:
+    if counters.losses:
+        complain(f"{name}: {counters.summary}")
 
 
 def _wires(arguments: argparse.Namespace, closing: ExitStack) -> list[Wire]:
@@ -115,10 +132,11 @@ def _wires(arguments: argparse.Namespace, closing: ExitStack) -> list[Wire]:
 
 
 def _free_link() -> PtyWire:
+    home = canwire.state_directory()
     for k in range(_MOST_LINKS):
         with suppress(InUse):
-            return PtyWire(f"{HOME}/ttyCANBUS{k}")
-    raise InUse(f"{HOME}/ttyCANBUS0 to {_MOST_LINKS - 1}: all in use")
+            return PtyWire(f"{home}/ttyCANBUS{k}")
+    raise InUse(f"{home}/ttyCANBUS0 to {_MOST_LINKS - 1}: all in use")
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:

@@ -6,6 +6,7 @@ import os
 
 from canwire.boards.config.configuration import Config
 from canwire.platform import runtime_directory
+from canwire.platform import state_directory as state_directory
 
 _CONFIG_HERE = "canwire.toml"
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import logging
+import inspect
+import math
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import replace
@@ -14,37 +15,34 @@ from can.typechecking import AutoDetectedConfig, CanFilters
 
 import canwire
 from canwire import (
-    BadFrame,
-    BadValue,
     CanwireError,
     ChannelMode,
     ChannelStatus,
     ErrorState,
     EventKind,
     Hub,
-    InUse,
     Lease,
-    LineError,
     LineStatus,
     Siblings,
     WantedMode,
     conflicts_on,
 )
-from canwire.python_can.arguments import state_of, timings_of
+from canwire.python_can.arguments import error_frames_of, state_of, timings_of
 from canwire.python_can.clock import clock_of
-from canwire.python_can.errors import opening, operating
-from canwire.python_can.filters import LIST_SIZE, OPEN, planned
+from canwire.python_can.company import Company
+from canwire.python_can.ending import OPEN_BUSES
+from canwire.python_can.errors import opening, operating, operation_error
+from canwire.python_can.filters import LIST_SIZE, planned
 from canwire.python_can.hubs import HUBS, program_name
 from canwire.python_can.line import can_places, line_of_channel, set_listening
 from canwire.python_can.messages import record_of
-from canwire.python_can.periodic import HubTask
+from canwire.python_can.periodic import hub_task
 from canwire.python_can.receiver import Receiver
 from canwire.python_can.sender import Sender
 
-log = logging.getLogger("can.canwire")
-
 _STATES = (EventKind.STATE, EventKind.OVERRUN)
 _ERRORS = (*_STATES, EventKind.ERROR, EventKind.ARBITRATION_LOST)
+_OUTSIDE = ("slcan", "slcan-fd", "python-can")  # kinds of boards that are real adapters
 _PROTOCOLS = {True: can.CanProtocol.CAN_FD, False: can.CanProtocol.CAN_FD_NON_ISO}
 
 
@@ -59,12 +57,14 @@ class CanwireBus(can.BusABC):
     others agree or leave it out (500 kbit/s then, and 2 Mbit/s for data). `auto_bitrate` listens to find it.
     `fd` to send and receive CAN FD, `fd_non_iso` the one before ISO.
     `receive_own_messages`: as received once they went through, with that time, and `is_rx` False.
-    `can_filters`: by the hub where they fit there; what is changed later and is no narrowing, too.
+    `can_filters`: by the hub where they fit there; changed while messages come, none is missed.
     `state`: BusState.PASSIVE only listens. `exclusive`: nobody else may open a channel on this line.
     `error_frames`: changes of the controller's state and overruns (None), with True every bus error and lost
     arbitration as well, with False nothing; all in SocketCAN's form, and past the filters.
     `hub`: the address of its socket; without it CANWIRE_HUB, else this user's usual one, else one in this process.
     `rx_fifo_size`, `tx_fifo_size`: messages that wait here at most.
+
+    `ignore_rx_error_frames`, `local_loopback`: as with SocketCAN. Any other argument is refused.
 
     Whatever is impossible raises CanInitializationError, later CanOperationError, with the reason in words.
     """
@@ -90,11 +90,10 @@ class CanwireBus(can.BusABC):
         **others: Any,
     ) -> None:
         self.channel = channel
-        self._active, self._plan = False, OPEN  # what the hub filters
-        if others:
-            log.debug("%s: not used: %s", channel, ", ".join(sorted(others)))
+        self._active = False
         self._fd = fd = fd or isinstance(timing, can.BitTimingFd)
         with opening():
+            error_frames = error_frames_of(error_frames, others, _ARGUMENTS)
             self._own_hub = not isinstance(hub, Hub)
             self._hub = hub if isinstance(hub, Hub) else HUBS.acquire(hub)
             self._leases: list[Lease] = []  # what is given back at the end
@@ -120,22 +119,30 @@ class CanwireBus(can.BusABC):
                         rx_fifo_size,
                         tx_fifo_size,
                         siblings=Siblings.OTHERS_AND_OWN if receive_own_messages else Siblings.OTHERS,
-                        events=() if error_frames is False else _ERRORS if error_frames else _STATES,
+                        events=_ERRORS if error_frames else _STATES,
                         filter_size=LIST_SIZE,
                         fd=fd,
                     )
                 )
                 self._clock = clock_of(self._hub)
-                self._receiver = Receiver(self._line_channel, self._clock, channel, error_frames is not False)
-                self._ready = self._receiver.ready
-                self._sender = Sender(self._line_channel)
-                self.channel_info = (
-                    f"canwire {channel}: {self._place.address} on {self._place.info.bus or 'no bus'}"
+                self._company = Company(self._hub, self._place, str(channel))
+                self.channel_info = self._company.channel_info
+                self._receiver = Receiver(
+                    self._line_channel,
+                    self._clock,
+                    channel,
+                    error_frames is not False,
+                    self._company.heard_of,
                 )
+                self._ready = self._receiver.ready
+                self._sender = Sender(self._line_channel, self._receiver, self._company)
                 self._can_protocol = _PROTOCOLS[not fd_non_iso] if fd else can.CanProtocol.CAN_20
                 super().__init__(channel, can_filters)
                 self._active = True
                 self._line_channel.activate()
+                OPEN_BUSES.add(self)
+                if self._own_hub:
+                    self._company.tell_of_private_hub()
             except BaseException:
                 self._is_shutdown = True
                 self._let_go()
@@ -165,16 +172,9 @@ class CanwireBus(can.BusABC):
     def _apply_filters(self, filters: CanFilters | None) -> None:
         plan = planned(filters)
         with operating():
-            if not self._active:
-                plan.apply(self._line_channel)
-                self._plan = plan
-            elif not self._plan.open:  # the hub lets too little through; nothing comes while that is changed
-                self._line_channel.deactivate()
-                plan.apply(self._line_channel)
-                self._line_channel.activate()
-                self._plan = plan
-        exact = not filters or (plan.exact and self._plan is plan)
-        self._receiver.keeps = None if exact else self._matches_filters
+            plan.apply(self._line_channel)
+        if self._active or not plan.exact:
+            self._receiver.keep(self._matches_filters if filters else None, exact=plan.exact)
 
     # sending
 
@@ -183,12 +183,13 @@ class CanwireBus(can.BusABC):
 
         While the queue is full, wait: `timeout` seconds (0: not at all), with None for as long as the line runs.
         Raises CanTimeoutError when the time is over; CanOperationError for a message that cannot be sent, and for
-        a line that cannot.
+        a line that cannot: one that is bus-off or was stopped, as soon as a message that says so was received, else
+        within half a second of sending.
         """
         try:
             self._sender.send(record_of(msg, fd=self._fd), timeout)
         except CanwireError as error:
-            raise can.CanOperationError(str(error)) from error
+            raise operation_error(error) from error
 
     def flush_tx_buffer(self) -> None:
         """Give up what waits to be sent, but for a frame on the wire."""
@@ -206,23 +207,10 @@ class CanwireBus(can.BusABC):
         """By the hub where that can be, else by a thread of this program, which the log tells."""
         messages = [msgs] if isinstance(msgs, can.Message) else list(msgs)
         if modifier_callback is None:
-            try:
-                ticks = self._place.info.capabilities.cyclic
-                task = HubTask(self._hub, self._line_channel, ticks, messages, period, duration, fd=self._fd)
-            except BadFrame as error:
-                raise can.CanOperationError(str(error)) from error
-            except (LineError, BadValue) as error:
-                level = logging.WARNING if isinstance(error, InUse) else logging.INFO
-                log.log(
-                    level,
-                    "%s: a thread sends every %g s instead of the hub: %s",
-                    self.channel_info,
-                    period,
-                    error,
-                )
-            except CanwireError as error:
-                raise can.CanOperationError(str(error)) from error
-            else:
+            hub, channel, ticks = self._hub, self._line_channel, self._place.info.capabilities.cyclic
+            name = self.channel_info
+            task = hub_task(hub, channel, ticks, messages, period, duration, fd=self._fd, name=name)
+            if task is not None:
                 if autostart:
                     task.start()
                 return task
@@ -243,19 +231,23 @@ class CanwireBus(can.BusABC):
 
     @property
     def hardware_timestamps(self) -> bool:
-        """Messages have the time that the board took, not that of their arrival in this program."""
-        return self._place.info.capabilities.stamps.clock_hz > 0
+        """Messages have the time that the board took; False where that may be the time of their arrival here."""
+        return self._place.info.capabilities.stamps.clock_hz > 0 and self._place.board.kind != "python-can"
 
     @property
     def timestamp_error(self) -> float:
-        """How far timestamps are off this computer's clock at most, in seconds; infinite where time runs otherwise."""
-        return self._clock.error_s
+        """How far timestamps are off this computer's clock at most, in seconds.
+
+        Infinite where time runs otherwise, and for real adapters: how long their messages are on their way to this
+        computer nobody can tell (docs/adapters.md).
+        """
+        return math.inf if self._place.board.kind in _OUTSIDE else self._clock.error_s
 
     @property
     def state(self) -> can.BusState:
-        """PASSIVE only listens; ERROR is bus-off, or stopped by somebody."""
+        """PASSIVE only listens; ERROR is bus-off, stopped by somebody, or an adapter that is gone."""
         status = self.line_status()
-        if not status.running or status.state == ErrorState.BUS_OFF:
+        if not status.running or status.state in (ErrorState.BUS_OFF, ErrorState.STOPPED):
             return can.BusState.ERROR
         passive = status.mode is not None and status.mode.listen_only
         return can.BusState.PASSIVE if passive else can.BusState.ACTIVE
@@ -276,9 +268,16 @@ class CanwireBus(can.BusABC):
             super().shutdown()
         with suppress(can.CanError, CanwireError):
             self._sender.flush()
+        self._receiver.close()
         self._let_go()
 
+    def leave_to_parent(self) -> None:
+        """In a fork of the process that opened it: every use raises CanOperationError from now on."""
+        self._is_shutdown = True
+        self._ready.clear()
+
     def _let_go(self) -> None:
+        OPEN_BUSES.discard(self)
         for lease in self._leases:
             with suppress(CanwireError):
                 lease.close()
@@ -293,3 +292,6 @@ class CanwireBus(can.BusABC):
         buses = dict.fromkeys(place.info.bus for place in places if place.info.bus)
         names = [*buses, *(place.address for place in places)]
         return [{"interface": "canwire", "channel": name} for name in names]
+
+
+_ARGUMENTS = tuple(name for name in inspect.signature(CanwireBus).parameters if name != "others")

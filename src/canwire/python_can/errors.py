@@ -1,4 +1,4 @@
-"""Our errors as python-can's, with our message."""
+"""Our errors as python-can's: what happened, and what a python-can program can do about it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,13 @@ from contextlib import contextmanager
 
 from can import CanInitializationError, CanOperationError
 
-from canwire import CanwireError
+from canwire import CanwireError, Closed, HubLost, Unplugged
+
+_REMEDIES = (
+    (Closed, "it was shut down; stop what still uses it before, a Notifier perhaps (notifier.stop())"),
+    (HubLost, "once a hub runs again (`canwire serve`), open a new can.Bus"),
+    (Unplugged, "once it is plugged in again, open a new can.Bus"),
+)
 
 
 @contextmanager
@@ -16,7 +22,7 @@ def operating() -> Iterator[None]:
     try:
         yield
     except CanwireError as error:
-        raise CanOperationError(str(error)) from error
+        raise operation_error(error) from error
 
 
 @contextmanager
@@ -26,3 +32,11 @@ def opening() -> Iterator[None]:
         yield
     except CanwireError as error:
         raise CanInitializationError(str(error)) from error
+
+
+def operation_error(error: CanwireError) -> CanOperationError:
+    """The same with a remedy, where there is one."""
+    for kind, remedy in _REMEDIES:
+        if isinstance(error, kind):
+            return CanOperationError(f"{error}; {remedy}")
+    return CanOperationError(str(error))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from can.typechecking import CanFilters
 
-from canwire import FilterMode, HubChannel
+from canwire import FilterContent, FilterMode, HubChannel
 
 LIST_SIZE = 2048  # identifiers of the hub's list
 _ENTRIES = 2 * LIST_SIZE  # each as data and as remote frame
@@ -20,34 +20,16 @@ _STANDARD_BITS, _EXTENDED_BITS = 11, 29
 Pattern = tuple[int, int]
 
 
-class FormatPlan(NamedTuple):
-    """What the hub is told about one frame format: a pattern (code, mask), and more of them for the list."""
-
-    mode: FilterMode
-    pattern: Pattern = (0, 0)
-    listed: tuple[Pattern, ...] = ()
-
-
 class Plan(NamedTuple):
     """For 11-bit and for 29-bit frames; `exact` where nothing else passes than what should."""
 
-    standard: FormatPlan
-    extended: FormatPlan
+    standard: FilterContent
+    extended: FilterContent
     exact: bool
 
-    @property
-    def open(self) -> bool:
-        """Everything passes."""
-        return self.standard.mode is self.extended.mode is FilterMode.PASS
-
     def apply(self, channel: HubChannel) -> None:
-        """To a channel that is not active."""
-        for extended, plan in ((False, self.standard), (True, self.extended)):
-            channel.remove_ids(0, 0, extended=extended)
-            channel.set_filter_mode(plan.mode, extended=extended)
-            channel.set_acceptance(*plan.pattern, extended=extended)
-            for code, mask in plan.listed:
-                channel.add_ids(code, mask, extended=extended)
+        """In one step, so that nothing is missed that passes before and after."""
+        channel.replace_filters(self.standard, self.extended)
 
 
 def planned(filters: CanFilters | None) -> Plan:
@@ -58,17 +40,17 @@ def planned(filters: CanFilters | None) -> Plan:
     return Plan(plans[0][0], plans[1][0], plans[0][1] and plans[1][1])
 
 
-def _plan(filters: CanFilters, extended: bool) -> tuple[FormatPlan, bool]:
+def _plan(filters: CanFilters, extended: bool) -> tuple[FilterContent, bool]:
     patterns = sorted(set(_patterns(filters, extended)), key=lambda pattern: pattern[1].bit_count())
     if not patterns:
-        return FormatPlan(FilterMode.LOCK), True
+        return FilterContent(FilterMode.LOCK), True
     widest, rest = patterns[0], tuple(patterns[1:])
     if widest[1] == 0:
-        return FormatPlan(FilterMode.PASS), True
+        return FilterContent(FilterMode.PASS), True
     bits = (_EXTENDED_BITS if extended else _STANDARD_BITS) + 1
     if sum(1 << bits - mask.bit_count() for _, mask in rest) <= _ENTRIES:
-        return FormatPlan(FilterMode.INCLUSIVE, widest, rest), True
-    return FormatPlan(FilterMode.INCLUSIVE, _wide_enough(patterns)), False
+        return FilterContent(FilterMode.INCLUSIVE, widest, rest), True
+    return FilterContent(FilterMode.INCLUSIVE, _wide_enough(patterns)), False
 
 
 def _patterns(filters: CanFilters, extended: bool) -> list[Pattern]:
@@ -93,4 +75,4 @@ def _wide_enough(patterns: Sequence[Pattern]) -> Pattern:
     return code & mask, mask
 
 
-OPEN = Plan(FormatPlan(FilterMode.PASS), FormatPlan(FilterMode.PASS), True)
+OPEN = Plan(FilterContent(FilterMode.PASS), FilterContent(FilterMode.PASS), True)

@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from canwire import (
+    BadTiming,
     BadValue,
     Control,
     Feature,
@@ -137,13 +138,23 @@ def _check_rates(place: LinePlace, status: LineStatus, wanted: WantedMode) -> No
     if mode is None or mode.timing is None:
         return
     asked = wanted if mode.data_timing is not None else replace(wanted, data_bit_rate=None, data_timing=None)
-    if asked.rates_agree(mode):
+    if asked.rates_agree(mode) or _as_made(asked, place).rates_agree(mode):
         return
     rates = f"{wanted.nominal or mode.timing.bit_rate} bit/s"
     rates += f", {wanted.data} after BRS" if wanted.data else ""
     raise BadValue(
         f"{rates} is not what {_described(place, status)}; leave the bit rates out, or ask for these"
     )
+
+
+def _as_made(wanted: WantedMode, place: LinePlace) -> WantedMode:
+    """With the rates that this line makes of those asked for: its clock does not divide to all of them."""
+    capabilities = place.info.capabilities
+    with suppress(BadTiming):
+        rate = wanted.bit_rate and capabilities.timing(wanted.bit_rate).bit_rate
+        data = wanted.data_bit_rate and capabilities.data_timing(wanted.data_bit_rate).bit_rate
+        return replace(wanted, bit_rate=rate, data_bit_rate=data)
+    return wanted
 
 
 def _check_agreement(place: LinePlace, status: LineStatus, wanted: WantedMode) -> None:

@@ -90,17 +90,24 @@ def take_messages(
     epoch_ns: int,
     channel: Any,
     append: Callable[[can.Message], object],
+    tell: Callable[[BusEvent], object],
     *,
     errors: bool,
 ) -> None:
-    """Append the message of each record in the block; where frames were lost before one, an error frame goes first."""
+    """Append the message of each record in the block; where frames were lost before one, an error frame goes first.
+
+    `tell` hears of changes of the controller's state. Without `errors` no error frames are appended.
+    """
     message_class = can.Message
     new = message_class.__new__
     for time_ns, identifier, info, data in _RECORD.iter_unpack(block):
         if info & (_TYPE | _OVERRUN):
             if info & _TYPE:
                 event = BusEvent.from_record(_RECORD.pack(time_ns, identifier, info, data))
-                append(_error_message(event, epoch_ns, channel))
+                if event.kind is EventKind.STATE:
+                    tell(event)
+                if errors:
+                    append(_error_message(event, epoch_ns, channel))
                 continue
             if errors:
                 append(_error_message(BusEvent(EventKind.OVERRUN, time_ns), epoch_ns, channel))

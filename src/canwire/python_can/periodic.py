@@ -6,6 +6,7 @@ A line has one list and one holder of it at a time: all Bus objects of a process
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 from collections.abc import Iterable, Sequence
@@ -18,13 +19,14 @@ from can.broadcastmanager import (
     RestartableCyclicTaskABC,
 )
 
-from canwire import BadValue, Hub, Scheduler, Ticks
-from canwire.python_can.errors import operating
+from canwire import BadFrame, BadValue, CanwireError, Hub, InUse, LineError, Scheduler, Ticks
+from canwire.python_can.errors import operating, operation_error
 from canwire.python_can.messages import record_of
 
 if TYPE_CHECKING:
     from canwire import HubChannel
 
+_LOG = logging.getLogger("can.canwire")
 _DONE = 2  # boards/can/cyclic_object.py's CyclicState
 
 
@@ -185,6 +187,30 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
             return [None] * number
         total = max(1, math.ceil(self.duration / self.period - 1e-9))
         return [(total - place + number - 1) // number for place in range(number)]
+
+
+def hub_task(
+    hub: Hub,
+    channel: HubChannel,
+    ticks: Ticks,
+    messages: Sequence[Message],
+    period: float,
+    duration: float | None,
+    *,
+    fd: bool,
+    name: str,
+) -> HubTask | None:
+    """None where the hub's list cannot do it: the log tells why."""
+    try:
+        return HubTask(hub, channel, ticks, messages, period, duration, fd=fd)
+    except BadFrame as error:
+        raise operation_error(error) from error
+    except (LineError, BadValue) as error:
+        level = logging.WARNING if isinstance(error, InUse) else logging.INFO
+        _LOG.log(level, "%s: a thread sends every %g s instead of the hub: %s", name, period, error)
+        return None
+    except CanwireError as error:
+        raise operation_error(error) from error
 
 
 def _ticks_of(period_ns: int, ticks: Ticks, messages: int) -> int:

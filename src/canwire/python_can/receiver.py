@@ -12,7 +12,7 @@ from typing import Any
 import can
 from can.bus import LOG
 
-from canwire import CanwireError, HubChannel
+from canwire import BusEvent, CanwireError, Closed, ErrorState, HubChannel
 from canwire.python_can.clock import HubClock
 from canwire.python_can.messages import take_messages
 
@@ -21,12 +21,26 @@ _RECORD_SIZE = 80
 
 
 class Receiver:
-    """`ready` holds messages that are made already; `keeps` says which ones, None: all."""
+    """`ready` holds messages that are made already. Without `errors` there are no error frames among them.
 
-    def __init__(self, channel: HubChannel, clock: HubClock, name: Any, errors: bool) -> None:
+    `on_state` is called once for each change of the controller's `state` that is received.
+    """
+
+    def __init__(
+        self,
+        channel: HubChannel,
+        clock: HubClock,
+        name: Any,
+        errors: bool,
+        on_state: Callable[[BusEvent], object],
+    ) -> None:
         self.ready: deque[can.Message] = deque()
-        self.keeps: Callable[[can.Message], bool] | None = None
         self.watched = False
+        self.state = ErrorState.ERROR_ACTIVE
+        self._keeps: Callable[[can.Message], bool] | None = None
+        self._keeps_until: int | None = None
+        self._on_state = on_state
+        self._closed = False
         self._end = channel.reading
         self._clock = clock
         self._name = name
@@ -34,17 +48,34 @@ class Receiver:
         self._virtual = channel.hub.virtual
         self._lock = threading.Lock()
 
+    def keep(self, keeps: Callable[[can.Message], bool] | None, *, exact: bool) -> None:
+        """Only such messages, from now on. `exact`: the hub lets no others in, only what is here has to be sorted."""
+        with self._lock:
+            self._keeps = keeps
+            self._keeps_until = self._end.ring.written if exact else None
+            if keeps is not None:
+                kept = [message for message in self.ready if message.is_error_frame or keeps(message)]
+                self.ready.clear()
+                self.ready.extend(kept)
+
     def receive(self, timeout: float | None) -> can.Message | None:
-        """The oldest message, None when the time is over; raises CanwireError once nothing more will come."""
+        """The oldest message, None when the time is over or the bus is shut down meanwhile.
+
+        Raises CanwireError once nothing more will come.
+        """
+        self._check()
         try:
             return self._received(timeout)
+        except Closed:
+            return None
         except CanwireError:
             if self.watched:
-                self._end.descriptor.clear()  # told once; no event loop need turn for it for ever
+                self._end.quieten()  # told once; no event loop need turn for it for ever
             raise
 
     def watch(self) -> int:
         """From now on this descriptor is readable while there is something to receive."""
+        self._check()
         self._end.lease.check()
         self.watched = True
         self.tell()
@@ -52,20 +83,25 @@ class Receiver:
 
     def tell(self) -> None:
         """Have the descriptor say what is so."""
-        if self._end.lease.over:
-            return  # it was signalled then, and stays so until that was told
-        descriptor, ring = self._end.descriptor, self._end.ring
-        descriptor.clear()
-        if self.ready or ring.fill():
-            descriptor.signal()
-        else:
-            ring.arm()
+        self._end.show(bool(self.ready))
+
+    def close(self) -> None:
+        """Before the channel is closed: whoever receives gets None, who comes later an error."""
+        self._closed = True
+        self.ready.clear()
+
+    def _check(self) -> None:
+        if self._closed:
+            raise Closed(str(self._name))
 
     def _received(self, timeout: float | None) -> can.Message | None:
         end_s = None if timeout is None else time.monotonic() + timeout
         while True:
             with self._lock:
-                moved = self._take()
+                moved, events = self._take()
+            for event in events:
+                self.state = event.state
+                self._on_state(event)
             with suppress(IndexError):  # nothing passed the filters, or another thread was quicker
                 message = self.ready.popleft()
                 if self.watched:
@@ -82,23 +118,29 @@ class Receiver:
             if not self._end.wait(left) and self._virtual:
                 return None
 
-    def _take(self) -> bool:
-        """Turn what has come into messages; False if nothing had."""
+    def _take(self) -> tuple[bool, list[BusEvent]]:
+        """Turn what has come into messages; whether there was anything, and changes of state among it."""
         ring = self._end.ring
         blocks = ring.acquire(_BATCH)
+        states: list[BusEvent] = []
         if not blocks:
-            return False
+            return False, states
         self._clock.refresh()
         found: list[can.Message] = []
         count = 0
         for block in blocks:
-            take_messages(block, self._clock.epoch_ns, self._name, found.append, errors=self._errors)
+            take_messages(
+                block, self._clock.epoch_ns, self._name, found.append, states.append, errors=self._errors
+            )
             count += len(block) // _RECORD_SIZE
         ring.release(count)
-        if self.keeps is not None:
-            found = [message for message in found if message.is_error_frame or self.keeps(message)]
+        keeps = self._keeps
+        if keeps is not None:
+            found = [message for message in found if message.is_error_frame or keeps(message)]
+            if self._keeps_until is not None and ring.taken >= self._keeps_until:
+                self._keeps = None  # the hub sorts by itself what came after that
         if LOG.isEnabledFor(can.BusABC.RECV_LOGGING_LEVEL):
             for message in found:
                 LOG.log(can.BusABC.RECV_LOGGING_LEVEL, "Received: %s", message)
         self.ready.extend(found)
-        return True
+        return True, states

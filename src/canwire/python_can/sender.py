@@ -8,7 +8,10 @@ import time
 from can import CanOperationError, CanTimeoutError
 
 from canwire import ErrorState, HubChannel, LineStatus
+from canwire.python_can.company import Company
+from canwire.python_can.receiver import Receiver
 
+_SILENT = (ErrorState.BUS_OFF, ErrorState.STOPPED)
 _LOOK_S = 0.5  # whoever waits for room looks so often whether the line still runs
 _STUCK_S = 0.2  # what has not got any further for so long is given up at the end
 _FLUSH_LOOK_S = 0.002
@@ -17,8 +20,11 @@ _FLUSH_LOOK_S = 0.002
 class Sender:
     """The sending end of a channel, for any number of threads."""
 
-    def __init__(self, channel: HubChannel) -> None:
+    def __init__(self, channel: HubChannel, receiver: Receiver, company: Company) -> None:
         self._channel = channel
+        self._receiver = receiver
+        self._company = company
+        self._taken, self._taken_s = -1, 0.0
         self._end = channel.writing
         self._end.threshold = self._end.ring.capacity // 8  # who waits for room gets some
         self._lock = threading.Lock()
@@ -28,23 +34,46 @@ class Sender:
         self._channel.check()
         ring = self._end.ring
         with self._lock:
-            if not ring.free():
+            free = ring.free()
+            if free < ring.capacity or self._receiver.state in _SILENT:
+                self._check_moving()
+            else:
+                self._taken, self._taken_s = ring.taken, time.monotonic()
+            if not free:
                 self._wait_for_room(timeout)
             ring.put_bytes(record)
 
     def flush(self) -> None:
-        """Wait until the bus has taken everything, or gets no further."""
+        """Wait until the bus has taken everything, or gets no further, which the log tells."""
         hub = self._channel.hub
         before, end_s = -1, 0.0
         while pending := self._channel.status().pending:
             if pending != before:
                 before, end_s = pending, time.monotonic() + _STUCK_S
             elif time.monotonic() >= end_s:
+                self._company.gave_up(pending, _why(self._status()))
                 return
             if hub.virtual:
                 hub.run_for(_FLUSH_LOOK_S)
             else:
                 time.sleep(_FLUSH_LOOK_S)
+
+    def _check_moving(self) -> None:
+        """Raise CanOperationError if what waits would wait for ever; looked at when nothing has gone for a while."""
+        taken, now_s = self._end.ring.taken, time.monotonic()
+        if self._receiver.state not in _SILENT:
+            if taken != self._taken:
+                self._taken, self._taken_s = taken, now_s
+            if now_s - self._taken_s < _LOOK_S:
+                return
+            self._taken_s = now_s
+        self._check_able(self._status())
+
+    def _check_able(self, status: LineStatus) -> None:
+        self._company.look(status)
+        self._receiver.state = ErrorState(status.state)
+        if not status.running or status.state == ErrorState.BUS_OFF:
+            raise CanOperationError(f"{self._channel.name}: {_why(status)}")
 
     def _wait_for_room(self, timeout: float | None) -> None:
         """Holding the lock: who comes later sends later."""
@@ -58,9 +87,7 @@ class Sender:
                     raise CanOperationError(f"{what}; {_why(self._status())}")
                 raise CanTimeoutError(f"{what}, and none went out in {timeout:g} s; {_why(self._status())}")
             if not self._end.wait(left) and not ring.free():
-                status = self._status()
-                if not status.running or status.state == ErrorState.BUS_OFF:
-                    raise CanOperationError(f"{self._channel.name}: {_why(status)}")
+                self._check_able(self._status())
 
     def _status(self) -> LineStatus:
         return self._channel.hub.line_status(self._channel.board, self._channel.line)

@@ -50,5 +50,8 @@ class CanSide(Protocol):
     def events(self) -> Sequence[BusEvent]:
         """What happened besides since the last time."""
 
+    def count_refused(self, count: int) -> None:
+        """So many frames of the host were refused for want of room: have them counted where people look."""
+
     def lost(self) -> int:
         """Frames that were lost since it was made, because `poll` was not called in time."""

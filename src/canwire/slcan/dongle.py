@@ -17,6 +17,7 @@ from canwire.slcan.dialects import Rule, State
 from canwire.slcan.eeprom import Eeprom, MemoryEeprom
 from canwire.slcan.host_side import HostSide
 from canwire.slcan.leds import Leds
+from canwire.slcan.refusals import Refusals
 from canwire.slcan.settings import Chosen, DongleCounters, Settings
 
 OK, BELL = b"\r", b"\a"
@@ -53,6 +54,7 @@ class Dongle:
         self._chosen = Chosen(self.dialect.timing, self.dialect.data_timing)
         self._reader = SlcanReader(fd=self.dialect.fd)
         self._watch = f.Watch()
+        self._refusals = Refusals(can, self._say)
         self._waiting = 0  # frames that the CAN side has and that are not through
         self._lost_before = can.lost()
         self._rules: dict[bytes, tuple[Rule, Callable[[bytes], bytes | None]]] = {
@@ -95,6 +97,7 @@ class Dongle:
                 self._command(item)
             else:
                 self._answer(OK)
+        self._refusals.tell()
 
     def written(self, count: int) -> None:
         """The host's side took so many bytes of the output."""
@@ -172,6 +175,7 @@ class Dongle:
             self.pump()  # some may be through by now
             if self._waiting >= TRANSMIT_QUEUE:
                 self.counters.refused += 1
+                self._refusals.one()
                 self._raise(f.TRANSMIT_FULL)
                 return False
         return True
@@ -185,10 +189,8 @@ class Dongle:
         reply = action(line[1:])
         if reply is None:
             self._refuse()
-        elif reply == OK:
-            self._answer(OK)
         else:
-            self._host.tell(reply)
+            (self._answer if reply == OK else self._host.tell)(reply)
 
     def _refuse(self) -> None:
         self.counters.errors += 1
@@ -229,12 +231,11 @@ class Dongle:
             self._say(f"cannot be opened: {error}")
             return None
         self._waiting = 0
+        self._refusals.restart()
         self._watch.restart()
         self.state = State.LISTENING if listen_only else State.OPEN
-        self._say(
-            f"{'listening' if listen_only else 'open'} at {chosen.timing.bit_rate} bit/s"
-            + (f", {chosen.data_timing.bit_rate} after BRS" if chosen.data_timing else "")
-        )
+        data = f", {chosen.data_timing.bit_rate} after BRS" if chosen.data_timing else ""
+        self._say(f"{'listening' if listen_only else 'open'} at {chosen.timing.bit_rate} bit/s{data}")
         return OK
 
     def _close(self, argument: bytes) -> bytes:
@@ -242,7 +243,7 @@ class Dongle:
         self._host.queue.clear()
         self._waiting = 0
         self.state = State.INITIATED
-        self._say("closed")
+        self._say(f"closed; since power-up: {self.counters.summary}")
         return OK
 
     def _read_flags(self, argument: bytes) -> bytes:

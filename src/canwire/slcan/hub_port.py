@@ -43,11 +43,14 @@ _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filte
 
 
 def plug_dongle(hub: Hub, dialect: Dialect, bus: str) -> BoardInfo:
-    """Plug in a board for a dongle of this dialect, its CAN lines on this bus; raises NoSuchBoard."""
+    """Plug in a board for a dongle of this dialect, its CAN lines on this bus; raises NoSuchBoard.
+
+    It goes with this connection: no killed program leaves one behind.
+    """
     why: NoSuchBoard | None = None
     for kind in dialect.kinds:
         try:
-            return hub.plug(kind, buses=(bus, bus) if dialect.fd else (bus,))
+            return hub.plug(kind, buses=(bus, bus) if dialect.fd else (bus,), temporary=True)
         except NoSuchBoard as error:
             if "no bus" in str(error):
                 raise
@@ -110,6 +113,9 @@ class HubPort:
         while (record := self._happenings.receive_record()) is not None:
             found.append(BusEvent.from_record(record))
         return found
+
+    def count_refused(self, count: int) -> None:
+        self._frames.count_refused(count)
 
     def lost(self) -> int:
         return self._frames.reading.ring.lost

@@ -10,6 +10,7 @@ from functools import partial
 
 from canwire import Event, Unplugged
 from canwire.slcan.dongle import Dongle
+from canwire.slcan.pace import Pace
 from canwire.slcan.wires import Wire
 
 _CHUNK = 16_384
@@ -18,8 +19,9 @@ _CHUNK = 16_384
 class Served:
     """A dongle on its wire. `event` is signalled when its CAN side has something."""
 
-    def __init__(self, dongle: Dongle, event: Event, wire: Wire) -> None:
+    def __init__(self, dongle: Dongle, event: Event, wire: Wire, pace: Pace) -> None:
         self.dongle = dongle
+        self.pace = pace
         self.event = event
         self.wire = wire
         self.blocked = False  # the wire takes no more at the moment
@@ -31,7 +33,13 @@ class Served:
         self.flush()
 
     def host_side(self) -> None:
-        data = self.wire.read()
+        if not self.pace:
+            self.pace.put(self.wire.read())
+        self.bring()
+
+    def bring(self) -> None:
+        """Let the dongle have what its line has brought."""
+        data = self.pace.due(time.monotonic())
         if data:
             self.dongle.feed(data)
         self.flush()
@@ -62,9 +70,12 @@ class Service:
         self._registered: dict[Served, dict[int, int]] = {}
         self._warn = warn
 
-    def add(self, dongle: Dongle, event: Event, wire: Wire) -> None:
-        """Serve this one from now on; `event` is signalled when its CAN side has something."""
-        served = Served(dongle, event, wire)
+    def add(self, dongle: Dongle, event: Event, wire: Wire, *, baud_rate: int = 0) -> None:
+        """Serve this one from now on; `event` is signalled when its CAN side has something.
+
+        With a `baud_rate` the host's bytes come in as a serial line brings them, else as fast as they are written.
+        """
+        served = Served(dongle, event, wire, Pace(baud_rate))
         self._served.append(served)
         self._registered[served] = {}
         self._selector.register(
@@ -90,11 +101,16 @@ class Service:
             served.wire.close()
 
     def _look(self) -> float | None:
-        """See to the wires that nobody is on; how long until the next time."""
+        """See to the wires that nobody is on, and to what slow lines bring; how long until the next time."""
         wait: float | None = None
         now = time.monotonic()
-        for served in self._served:
-            if self._found(served, now):
+        for served in list(self._served):
+            if served.pace.wait_s(now) == 0:
+                self._work(served, served.bring)
+            left_s = served.pace.wait_s(now)
+            if left_s is not None:
+                wait = left_s if wait is None else min(wait, left_s)
+            if served not in self._served or self._found(served, now):
                 continue
             left = max(0.0, served.look_at - now)
             wait = left if wait is None else min(wait, left)
@@ -124,7 +140,10 @@ class Service:
 
     def _sync(self, served: Served) -> None:
         """Wait for what this wire has now."""
-        wanted = dict.fromkeys(served.wire.descriptors(), selectors.EVENT_READ)
+        reading = (
+            () if served.pace else served.wire.descriptors()
+        )  # a host that is too fast waits in its write
+        wanted = dict.fromkeys(reading, selectors.EVENT_READ)
         if served.blocked and served.wire.connected:
             descriptor = served.wire.writing()
             wanted[descriptor] = wanted.get(descriptor, 0) | selectors.EVENT_WRITE

@@ -55,6 +55,19 @@ class DongleCounters:
     refused: int = 0
     replies_lost: int = 0
 
+    @property
+    def summary(self) -> str:
+        """For people."""
+        return (
+            f"sent {self.sent}, refused {self.refused}, received {self.received}, lost {self.lost}, "
+            f"replies lost {self.replies_lost}"
+        )
+
+    @property
+    def losses(self) -> int:
+        """Frames and replies that did not get where they should."""
+        return self.refused + self.lost + self.replies_lost
+
 
 @dataclass(slots=True)
 class Chosen:

@@ -47,6 +47,18 @@ class FilterSetup:
 
 
 @dataclass(frozen=True, slots=True)
+class FilterContent:
+    """All of one frame format's filter: its mode, its pattern, and the patterns whose identifiers are on the list.
+
+    Code and mask are VCI's: id << 1 | remote, a mask bit of 1 compares.
+    """
+
+    mode: FilterMode = FilterMode.PASS
+    pattern: tuple[int, int] = (0, 0)
+    listed: tuple[tuple[int, int], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class LineMode:
     """How a line is initialised.
 

@@ -15,7 +15,7 @@ class Backend:
 
     `listen_only`, `fd`: arguments for it, None where it cannot. With `timing` it takes CAN FD's bit rates as a
     can.BitTimingFd. `state`: its `state` is the controller's. `classes`: its error frames are in
-    SocketCAN's form; of others no more is known than that they are some.
+    SocketCAN's form; of others no more is known than that they are some. `echoes`: it receives what it sends.
     """
 
     listen_only: Mapping[str, Any] | None = None
@@ -23,13 +23,14 @@ class Backend:
     timing: bool = False
     state: bool = False
     classes: bool = False
+    echoes: bool = False
 
 
 _UNKNOWN = Backend()
 BACKENDS = {
     # on buses without acknowledge, saying nothing is listening only
     "virtual": Backend(listen_only={}, fd={}),
-    "udp_multicast": Backend(listen_only={}, fd={"fd": True}),
+    "udp_multicast": Backend(listen_only={}, fd={"fd": True}, echoes=True),
     "socketcan": Backend(fd={"fd": True}, classes=True),
     "gs_usb": Backend(classes=True),
     "socketcand": Backend(classes=True),
@@ -40,7 +41,6 @@ BACKENDS = {
     "ixxat": Backend(fd={"fd": True}, state=True),
     "nixnet": Backend(listen_only={"listen_only": True}, fd={"fd": True}),
     "etas": Backend(fd={"fd": True}, state=True),
-    "slcan": Backend(listen_only={"listen_only": True}),
     "cantact": Backend(listen_only={"monitor": True}),
     "seeedstudio": Backend(listen_only={"operation_mode": "silent"}),
 }

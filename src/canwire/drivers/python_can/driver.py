@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import TYPE_CHECKING
 
 from canwire.bus.can.node import Mailbox
@@ -14,9 +15,13 @@ from canwire.errors import BadText, Unsupported
 from canwire.timeline import Timeline
 from canwire.values.error_frame import decode_error_frame
 from canwire.values.event import ErrorKind, ErrorState, EventKind
+from canwire.values.frame import record_of_frame
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host
+
+
+_ECHOES = 64  # frames that are on their way back at most
 
 
 class PythonCanDriver(OutsideDriver, User):
@@ -36,6 +41,7 @@ class PythonCanDriver(OutsideDriver, User):
         self._sending = self._complained = False
         self._last_ns = 0
         self._clock = AdapterClock()
+        self._echoes: deque[bytes] = deque(maxlen=_ECHOES)  # what it was given to send and will receive
         reactor.when_closed(self.close)
 
     # settings
@@ -81,6 +87,7 @@ class PythonCanDriver(OutsideDriver, User):
     def _open(self) -> None:
         if self._setup is not None:
             self._clock = AdapterClock()
+            self._echoes.clear()
             self._adapter = Adapter(self._port, self._setup, self._reactor, self)
 
     def _leave(self) -> None:
@@ -96,7 +103,10 @@ class PythonCanDriver(OutsideDriver, User):
     def transmit(self, box: Mailbox, at_ns: int) -> None:
         if self.on_bus and self._adapter is not None and not self._sending:
             self._sending = True
-            self._adapter.send(self.frame())
+            frame = self.frame()
+            if self._kind.echoes:
+                self._echoes.append(record_of_frame(frame))
+            self._adapter.send(frame)
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
         """What python-can was given cannot be taken back."""
@@ -141,6 +151,8 @@ class PythonCanDriver(OutsideDriver, User):
         if adapter is self._adapter and self._sending:
             self._sending = False
             if why_not:
+                if self._echoes:
+                    self._echoes.pop()
                 self.trouble(Trouble.REFUSED, why_not)
             self.finished(not why_not)
 
@@ -156,6 +168,9 @@ class PythonCanDriver(OutsideDriver, User):
         for heard in batch:
             if heard.error is not None:
                 self._error(*heard.error)
+                continue
+            if heard.record in self._echoes:
+                self._echoes.remove(heard.record)
                 continue
             self._received += 1
             at_ns = heard.arrived_ns

@@ -31,6 +31,13 @@ def parse_port(text: str) -> Port:
     interface, _, channel = place.partition("/")
     if not interface.replace("_", "").replace("-", "").isalnum():
         raise BadValue(f"port {text!r}: python-can's interface and channel, pcan/PCAN_USBBUS1 perhaps")
+    if (
+        interface == "slcan"
+    ):  # python-can's own takes no notice of BELL: what the adapter refuses counts as sent
+        raise BadValue(
+            f"port {text!r}: python-can's slcan does not hear when the adapter refuses a frame, which is lost then; "
+            f"share it by canwire's own driver: canwire share {unquote(channel) or '/dev/ttyUSB0'}"
+        )
     options = {name: _value(value) for name, value in parse_qsl(query, keep_blank_values=True)}
     for name in options:
         if name in _OURS or not name.isidentifier():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import ChannelMode, ChannelStatus
+from canwire.boards.can.modes import ChannelMode, ChannelStatus, FilterContent
 from canwire.errors import NotInitialised, QueueFull
 from canwire.hub.handles.ends import RingEnd
 from canwire.hub.handles.filtered import Filtered
@@ -75,6 +75,14 @@ class HubChannel(Filtered):
     def deactivate(self) -> None:
         """No more; what waits in the queues stays."""
         self.ask(m.Activate(self._handle, False))
+
+    def replace_filters(self, standard: FilterContent, extended: FilterContent) -> None:
+        """Both filters in one step: an active channel misses nothing. Raises BadFilter for more than fits the lists."""
+        self.ask(m.ReplaceFilters(self._handle, standard, extended))
+
+    def count_refused(self, count: int) -> None:
+        """Count frames as refused that could not be queued here: the line's status shows them."""
+        self.ask(m.CountRefused(self._handle, count))
 
     def status(self) -> ChannelStatus:
         status: ChannelStatus = self.ask(m.GetChannelStatus(self._handle)).status
@@ -155,6 +163,12 @@ class HubChannel(Filtered):
         for end in (self._reading, self._writing):
             if end is not None:
                 end.wake()
+
+    def leave_to_parent(self, why: Exception) -> None:
+        super().leave_to_parent(why)
+        for end in (self._reading, self._writing):
+            if end is not None:
+                end.leave_to_parent()
 
     def close(self) -> None:
         super().close()

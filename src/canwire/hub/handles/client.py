@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import threading
+import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from canwire.boards.can.modes import LineStatus
-from canwire.errors import HubLost, Unplugged
+from canwire.errors import CanwireError, HubLost, Unplugged
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor
 
@@ -32,6 +34,9 @@ class Holding(Protocol):
     def end(self, why: Exception) -> None:
         """The hub has ended it, or is gone itself."""
 
+    def leave_to_parent(self, why: Exception) -> None:
+        """This process is a fork of the one that holds it: touch nothing that both of them have."""
+
     def close(self) -> None:
         """Give it back; a second time does nothing."""
 
@@ -44,8 +49,10 @@ class Client:
         self._lock = threading.Lock()
         self._holdings: dict[int, Holding] = {}
         self._closed = False
+        self._forked = False
         self.doorbell = EventDescriptor.adopt(link.doorbell)
         link.listen(self._notice)
+        _OPEN.add(self)
 
     @property
     def address(self) -> str:
@@ -63,13 +70,15 @@ class Client:
 
     @property
     def lost(self) -> bool:
-        """The hub is gone, or this connection was closed."""
-        return self._closed or self._link.lost
+        """The hub is gone, this connection was closed, or it is that of the process that forked this one."""
+        return self._closed or self._forked or self._link.lost
 
     # calls
 
     def ask(self, request: m.Message) -> Answer:
         """A reply and its descriptors; raises what the hub raised."""
+        if self._forked:
+            raise CanwireError(_FORKED)
         if self._closed:
             raise HubLost("this connection to the hub was closed")
         return self._link.call(request)
@@ -125,7 +134,18 @@ class Client:
                 with contextlib.suppress(HubLost, Unplugged):
                     holding.close()
             self._closed = True
+            self.doorbell.leave()
             self._link.close()
+
+    def leave_to_parent(self) -> None:
+        """For a fork of this process: every handle says so from now on, and takes nothing out of the parent's queues.
+
+        Without locks: the threads that may have held them are not here.
+        """
+        self._forked = True
+        self._lock = threading.Lock()
+        for holding in list(self._holdings.values()):
+            holding.leave_to_parent(CanwireError(f"{holding.name}: {_FORKED}"))
 
     def __enter__(self) -> Self:
         return self
@@ -151,3 +171,16 @@ class Client:
         elif notice is None:
             for holding in self._held():
                 holding.end(HubLost(f"{holding.name}: the hub is gone"))
+
+
+_FORKED = "this connection belongs to the process that was forked; connect anew in this one"
+_OPEN: weakref.WeakSet[Client] = weakref.WeakSet()
+
+
+def _after_fork() -> None:
+    for client in list(_OPEN):
+        client.leave_to_parent()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)

@@ -118,6 +118,28 @@ class RingEnd:
             if not self._closed:
                 self._own.signal()
 
+    def show(self, more: bool) -> None:
+        """Have the descriptor be readable while the threshold is met, or with `more`; not once the lease is over."""
+        with self._lock:
+            if self._closed or self.lease.over:
+                return  # what signalled that stays until it was told
+            self._own.clear()
+            if more or self._met():
+                self._own.signal()
+            else:
+                self._arm()
+
+    def quieten(self) -> None:
+        """Take the signal back that told of the lease's end."""
+        with self._lock:
+            self._own.clear()
+
+    def leave_to_parent(self) -> None:
+        """In a fork: an empty and full ring of this process's own from now on. Without locks, see Client."""
+        self._event = None
+        self._lock = threading.Lock()
+        self.ring.close()
+
     def close(self) -> None:
         """Whoever waits wakes up; a second time does nothing."""
         self.assign(None)

@@ -43,6 +43,10 @@ class Fifo(Lease):
         super().end(why)
         self.end_of_ring.wake()
 
+    def leave_to_parent(self, why: Exception) -> None:
+        super().leave_to_parent(why)
+        self.end_of_ring.leave_to_parent()
+
     def close(self) -> None:
         super().close()
         self.end_of_ring.close()

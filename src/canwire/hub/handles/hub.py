@@ -72,14 +72,18 @@ class Hub(Client):
         irq: int | None = None,
         shared_irq: bool = False,
         port: str = "",
+        temporary: bool = False,
     ) -> BoardInfo:
         """Plug in a board. Without a `serial` ("HW" and digits) it gets one, without `buses` the kind's usual ones.
 
         An ISA board (inducan104) goes to address `base` (usually 0x280) and interrupt line `irq` (usually 5);
         raises InUse naming the board that is there. `port` says where a real adapter is: "/dev/ttyUSB0",
-        "socket://host:port" (slcan), "pcan/PCAN_USBBUS1" (python-can).
+        "socket://host:port" (slcan), "pcan/PCAN_USBBUS1" (python-can). A `temporary` board is pulled out when
+        this connection ends, however it ends.
         """
-        board: BoardInfo = self.call(m.Plug(kind, serial, buses, base, irq, shared_irq, port)).board
+        board: BoardInfo = self.call(
+            m.Plug(kind, serial, buses, base, irq, shared_irq, port, temporary)
+        ).board
         return board
 
     def unplug(self, hardware_id: str) -> None:

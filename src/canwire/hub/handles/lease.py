@@ -51,6 +51,10 @@ class Lease:
         if self._gone is None:
             self._gone = why
 
+    def leave_to_parent(self, why: Exception) -> None:
+        """For a fork of this process: this lease is the parent's."""
+        self._gone = why
+
     def close(self) -> None:
         if not self._closed:
             over, self._closed = self.over, True

@@ -132,6 +132,11 @@ class Monitor(Lease):
         if self._reading is not None:
             self._reading.wake()
 
+    def leave_to_parent(self, why: Exception) -> None:
+        super().leave_to_parent(why)
+        if self._reading is not None:
+            self._reading.leave_to_parent()
+
     def close(self) -> None:
         super().close()
         self._drop_end()

@@ -41,6 +41,7 @@ class Session:
         self.doorbell = doorbell
         self.virtual = virtual
         self.watching = False
+        self.temporary_boards: list[str] = []  # hardware ids of boards that go with this client
         self._answer = answer
         self._changed = changed
         self._held: dict[int, Held] = {}

@@ -79,6 +79,10 @@ class World:
         if session in self.sessions:
             self.sessions.remove(session)
             session.close()
+            there = {board.info.hardware_id for board in self.boards.values()}
+            for hardware_id in session.temporary_boards:
+                if hardware_id in there:
+                    self.unplug(hardware_id)
 
     def kick(self, session: Session) -> None:
         """This client wrote into its transmit queues, or read from a full receive queue."""

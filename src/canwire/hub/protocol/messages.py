@@ -13,7 +13,14 @@ from typing import Any
 
 import msgspec
 
-from canwire.boards.can.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
+from canwire.boards.can.modes import (
+    ChannelMode,
+    ChannelStatus,
+    CyclicStatus,
+    FilterContent,
+    LineMode,
+    LineStatus,
+)
 from canwire.boards.description import BoardInfo
 from canwire.errors import BadMessage, BadValue
 from canwire.hub.protocol.board_messages import Annotate as Annotate
@@ -79,6 +86,7 @@ class Plug(Message):
     """-> BoardInfo. `serial` "" chooses one; `buses` names one bus a line, () takes the kind's default.
 
     An ISA board goes where `base`, `irq` and `shared_irq` say, None as delivered. `port` is where an adapter is.
+    A `temporary` one is pulled out when this client is gone.
     """
 
     kind: str
@@ -88,6 +96,7 @@ class Plug(Message):
     irq: int | None = None
     shared_irq: bool = False
     port: str = ""
+    temporary: bool = False
 
 
 class Unplug(Message):
@@ -216,6 +225,21 @@ class ListIds(Message):
     add: bool
 
 
+class ReplaceFilters(Message):
+    """Channel -> None; both filters at once, also while it is active."""
+
+    handle: int
+    standard: FilterContent
+    extended: FilterContent
+
+
+class CountRefused(Message):
+    """Channel -> None; so many frames its client could not queue for want of room in a queue of its own."""
+
+    handle: int
+    count: int
+
+
 class SetUpChannel(Message):
     """Channel -> ChannelOpened, with descriptors: receive memory, its event, [transmit memory, its event]."""
 
@@ -291,11 +315,12 @@ class Advance(Message):
 Request = (
     Hello | ListBoards | Watch | Plug | Unplug | OpenLayer | OpenControl | OpenChannel | OpenScheduler | Close
     | GetLineStatus | Initialise | Start | Stop | Recover | Reset | Detect | GetFilterMode | SetFilterMode
-    | SetAcceptanceFilter | ListIds | SetUpChannel | Activate | GetChannelStatus | CancelQueued | PassOn | Annotate
-    | AddCyclic | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler | ResetScheduler | GetSchedulerStatus
-    | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus
-    | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote
-    | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts
+    | SetAcceptanceFilter | ListIds | ReplaceFilters | CountRefused | SetUpChannel | Activate | GetChannelStatus
+    | CancelQueued | PassOn | Annotate | AddCyclic | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler
+    | ResetScheduler | GetSchedulerStatus | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule
+    | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
+    | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
+    | ReadRegister | WriteRegister | Sleep | HoldInterrupts
 )  # fmt: skip
 
 # the hub's replies

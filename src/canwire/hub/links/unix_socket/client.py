@@ -96,6 +96,8 @@ class SocketLink:
         self._notices.close()
         _OPEN.discard(self)
         self._hang_up()
+        if sys.is_finalizing():
+            return  # the thread does not run any more, and the process takes its descriptors along
         self._thread.join()
         if self._doorbell >= 0:
             close_descriptors(self._doorbell)
@@ -138,6 +140,8 @@ class SocketLink:
             raise CanwireError(
                 "this connection belongs to the process that was forked; connect anew in this one"
             )
+        if sys.is_finalizing():  # nobody takes in the answer any more
+            raise HubLost("the interpreter is ending: close what is open before, or by atexit")
 
     def _why(self) -> HubLost:
         if self._closed:

@@ -31,6 +31,8 @@ def _plug(request: m.Plug, session: Session, world: World) -> Answer:
         place = checked_place(request.base, request.irq, request.shared_irq)
     check_port(request.kind, request.port)
     board = world.plug(request.kind, request.serial, request.buses, place, port=request.port)
+    if request.temporary:
+        session.temporary_boards.append(board.hardware_id)
     return m.Plugged(board), ()
 
 

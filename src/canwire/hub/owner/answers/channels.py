@@ -32,6 +32,12 @@ def _set_up_channel(request: m.SetUpChannel, session: Session, world: World) -> 
     return m.ChannelOpened(held.channel.receive.capacity, transmit), descriptors
 
 
+@answers.to(m.CountRefused)
+def _count_refused(request: m.CountRefused, session: Session, world: World) -> Answer:
+    session.look_up(request.handle, HeldChannel).count_refused(request.count)
+    return DONE
+
+
 @answers.to(m.Activate)
 def _activate(request: m.Activate, session: Session, world: World) -> Answer:
     held = session.look_up(request.handle, OnLine)

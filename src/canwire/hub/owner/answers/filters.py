@@ -48,6 +48,12 @@ def _list_ids(request: m.ListIds, session: Session, world: World) -> Answer:
     return DONE
 
 
+@answers.to(m.ReplaceFilters)
+def _replace_filters(request: m.ReplaceFilters, session: Session, world: World) -> Answer:
+    session.look_up(request.handle, HeldChannel).replace_filters(request.standard, request.extended)
+    return DONE
+
+
 def _filter(session: Session, handle: int, extended: bool, *, change: bool = False) -> FormatFilter:
     """The filter of a control's line or of a channel; to `change` it, they must not be at work."""
     held = session.look_up(handle, object)

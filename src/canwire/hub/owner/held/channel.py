@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 from canwire.boards.can.channel import ALL_REQUESTS, Channel
 from canwire.boards.can.message_filter import FormatFilter, MessageFilter, message_filter
-from canwire.boards.can.modes import ChannelMode, ChannelStatus, Siblings
+from canwire.boards.can.modes import ChannelMode, ChannelStatus, FilterContent, Siblings
 from canwire.bus.can.node import Mailbox
-from canwire.errors import BadFrame, NotInitialised, WrongState
+from canwire.errors import BadFrame, BadValue, NotInitialised, WrongState
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.line import HeldQueue
 from canwire.hub.owner.held.shared_ring import SharedRing
@@ -100,9 +100,29 @@ class HeldChannel(HeldQueue):
             raise NotInitialised(f"{self.slot.can.line.name}: a channel has filters once it is set up")
         return self.filter.of(extended)
 
+    def replace_filters(self, standard: FilterContent, extended: FilterContent) -> None:
+        """In one step, so that an active channel misses nothing. Raises NotInitialised, BadFilter."""
+        sizes = self.format_filter(False).size, self.format_filter(True).size
+        chosen = message_filter(standard.mode, sizes[0], extended.mode, sizes[1])
+        for content, made in ((standard, chosen.standard), (extended, chosen.extended)):
+            made.set_pattern(*content.pattern)
+            for code, mask in content.listed:
+                made.add(code, mask)
+        assert self.channel is not None
+        self.channel.filter = self.filter = chosen
+
     def check_inactive(self) -> None:
         if self.active:
             raise WrongState(f"{self.slot.can.line.name}: deactivate the channel to change its filter")
+
+    def count_refused(self, count: int) -> None:
+        """Frames that its client had no room for. Raises NotInitialised before `set_up`, BadValue below 0."""
+        if self.channel is None:
+            raise NotInitialised(f"{self.slot.can.line.name}: set the channel up first")
+        if count < 0:
+            raise BadValue(f"{count} refused frames: a count from 0 up")
+        self.channel.refused += count
+        self.channel.sent += count
 
     def counted(self, name: str) -> int:
         return 0 if self.channel is None else int(getattr(self.channel, name))

@@ -1,0 +1,59 @@
+"""Who else may be on the bus, said in the log where a program would otherwise wait for what never comes."""
+
+from __future__ import annotations
+
+import logging
+
+from canwire import BusEvent, ErrorKind, ErrorState, Hub, LinePlace, LineStatus, format_rates
+
+_LOG = logging.getLogger("can.canwire")
+_TROUBLED = (ErrorState.ERROR_WARNING, ErrorState.ERROR_PASSIVE)
+
+
+class Company:
+    """One bus object's: each thing is said once. `channel_info` is what python-can shows of it."""
+
+    _told_of_private_hub = False
+
+    def __init__(self, hub: Hub, place: LinePlace, channel: str) -> None:
+        self._hub = hub
+        self._place = place
+        self._told = False
+        where = "" if hub.address else ", hub in this process"
+        self.channel_info = f"canwire {channel}: {place.address} on {place.info.bus or 'no bus'}{where}"
+
+    def tell_of_private_hub(self) -> None:
+        """Once in a process: who wants other programs there would find out by silence only."""
+        if not self._hub.address and not Company._told_of_private_hub:
+            Company._told_of_private_hub = True
+            _LOG.warning(
+                "%s: no hub is running, so no other program can be on this bus; %s", self.channel_info, _START
+            )
+
+    def heard_of(self, event: BusEvent) -> None:
+        """The controller's state has changed: with nobody to acknowledge, this is the first sign of it."""
+        if event.state in _TROUBLED and not self._told:
+            self.look(self._place.status(self._hub))
+
+    def look(self, status: LineStatus) -> None:
+        """Say so if nobody acknowledges."""
+        if self._told or status.last_error != ErrorKind.ACK or status.state == ErrorState.ERROR_ACTIVE:
+            return
+        self._told = True
+        other = (
+            f"there is none at {format_rates(status.mode)}"
+            if self._hub.address
+            else f"no hub is running: {_START}"
+        )
+        _LOG.warning(
+            "%s: nobody acknowledges what is sent: a bus needs a second node, on a line of its own, and %s",
+            self.channel_info,
+            other,
+        )
+
+    def gave_up(self, count: int, why: str) -> None:
+        """At the end of the bus object messages had not gone out."""
+        _LOG.warning("%s: shut down with %d messages that did not go out: %s", self.channel_info, count, why)
+
+
+_START = "start a shared one by `canwire serve`"
