@@ -21,6 +21,7 @@ CORE = [
     "canwire.bus.can.bit_layout",
     "canwire.bus.can.frame_reader",
     "canwire.bus.can.station",
+    "canwire.bus.can.stimulus",
     "canwire.bus.can.bit_level",
     "canwire.bus.load",
     "canwire.bus.can.joining",

@@ -19,6 +19,7 @@ from canwire.bus.can.bit_level import BitLevel
 from canwire.bus.can.in_step import follows, follows_data
 from canwire.bus.can.joining import Joining
 from canwire.bus.can.node import QUIET, RECEIVING, SENDING, Bus, Mailbox, Node
+from canwire.bus.can.stimulus import Stimulus
 from canwire.bus.load import BusLoad
 from canwire.timeline import NEVER, Timeline
 
@@ -144,14 +145,26 @@ class CanBus(Bus):
         self.interrupt()
         self.bits.shorted = shorted
         if self._state == _REST and shorted:
-            self._begin_at(max(self.timeline.now_ns, self._free_ns))
-            self._sender = self._nobody
-            self._forget_contenders()
-            self._rouse(self._start_ns)
-            self._enter_bitwise()
+            self._begin_disturbed()
         if self._state == _BITWISE:
             self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
+
+    def stimulate(self, stimulus: Stimulus) -> None:
+        """Put levels in front of nodes' receivers, from now on at the earliest."""
+        self.interrupt()
+        if self._state == _REST:
+            self._begin_disturbed()
+        self.bits.stimulate(stimulus, self._elapsed_ps())
+        self.timeline.interrupted = True
+
+    def _begin_disturbed(self) -> None:
+        """Something other than an SOF ends the bus's rest."""
+        self._begin_at(max(self.timeline.now_ns, self._free_ns))
+        self._sender = self._nobody
+        self._forget_contenders()
+        self._rouse(self._start_ns)
+        self._enter_bitwise()
 
     def on_wire(self, node: Node) -> bool:
         """This node has been the sender since SOF, or still takes part in arbitration."""
@@ -202,7 +215,7 @@ class CanBus(Bus):
         if self._state == _SENDING:
             return self._end_ns
         if self._state == _BITWISE:
-            return self.bits.at_ns(self.bits.next_ps()) if self.bits.clocks else self.timeline.now_ns
+            return self.bits.at_ns(self.bits.next_ps()) if self._anything_left() else self.timeline.now_ns
         start = self._next_start()
         if self._waiting:
             joining = self._joining.next_ns()
@@ -463,7 +476,7 @@ class CanBus(Bus):
         """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
         bits = self.bits
         while not self.timeline.interrupted:
-            if not bits.clocks:
+            if not self._anything_left():
                 self._leave_bitwise()  # the last node has left
                 return True
             at_ns = bits.at_ns(bits.next_ps())
@@ -475,6 +488,9 @@ class CanBus(Bus):
                 self._leave_bitwise()
                 return True
         return True
+
+    def _anything_left(self) -> bool:
+        return bool(self.bits.clocks or self.bits.stimuli)
 
     def _leave_bitwise(self) -> None:
         bits = self.bits
