@@ -119,7 +119,7 @@ def header(spec: Spec) -> list[tuple[str, str]]:
 
 
 def lay_out(spec: Spec, *, crc_change: int = 0, parity_change: bool = False) -> Bits:
-    """The frame bit by bit. `crc_change` is XORed into the CRC, stuffing made to fit."""
+    """The frame bit by bit. `crc_change` is XORed into the CRC, `parity_change` alters the stuff count; all else fits."""
     bits = Bits(spec)
     fields = header(spec)
     if spec.data and not spec.remote:
@@ -152,9 +152,9 @@ def _flexible(bits: Bits, plain: list[tuple[str, str]], crc_change: int, parity_
     count = GRAY_AND_PARITY[inserted % 8]
     polynomial = CRC_17 if len(bits.spec.data) <= 16 else CRC_21
     width = len(polynomial) - 1
-    check = int(remainder(bits.levels + count, polynomial, "1" + "0" * (width - 1)), 2) ^ crc_change
     if parity_change:
         count = count[:3] + opposite(count[3])
+    check = int(remainder(bits.levels + count, polynomial, "1" + "0" * (width - 1)), 2) ^ crc_change
     tail = count + binary(check, width)
     for k, level in enumerate(tail):
         name = "COUNT" if k < 4 else "CRC"

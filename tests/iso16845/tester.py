@@ -183,6 +183,7 @@ class Tester:
         self.recessive(settling)
         iut = self.iut
         timeline = iut.timeline
+        timeline.run_until(timeline.now_ns + 2 * self.n_ps // 1000)  # an earlier tape has come to rest
         start_ps = timeline.now_ns * 1000
         iut.bus.bitwise = True
         iut.bus.bits.capture = lambda at_ps, level: self._seen.append((at_ps - start_ps, level))
