@@ -5,7 +5,7 @@ from __future__ import annotations
 from canwire import ring, timeline
 from canwire.boards.can import channel, line, message_filter
 from canwire.bus import load
-from canwire.bus.can import bit_layout, bit_level, frame_reader, joining, node, station
+from canwire.bus.can import bit_layout, bit_level, frame_reader, joining, node, station, stimulus
 from canwire.bus.can import bits as can_bits
 from canwire.bus.can import bus as can_bus
 from canwire.chips import confinement, host
@@ -22,7 +22,7 @@ from canwire.values import frame, slcan_text
 
 # fmt: off
 MODULES = (
-    frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, station, bit_level, load, joining,
+    frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, station, stimulus, bit_level, load, joining,
     can_bus, confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes,
     sja1000, driver, can_fd_driver, message_filter, channel, line,
 )

@@ -26,6 +26,10 @@ class Tester:
         self.n_ps = self.iut.timing.bit_time_ps
         self.d_ps = self.iut.data.bit_time_ps
         self.tq = self.iut.timing.quantum_ps
+        self.sample_ps = self.iut.timing.sample_time_ps
+        self.fast_sample_ps = self.iut.data.sample_time_ps
+        self.ps2 = self.n_ps - self.sample_ps
+        self.fast_ps2 = self.d_ps - self.fast_sample_ps
         self.now_ps = 0
         self.frame = Bits(Spec(0))
         self.starts: list[int] = []
@@ -110,6 +114,7 @@ class Tester:
         self.frame = bits
         self.starts = []
         last = len(bits.levels) - 1 if until is None else until
+        ack_slot = bits.ack
         for k in range(last + 1):
             self.starts.append(self.now_ps)
             if k < since:
@@ -118,7 +123,7 @@ class Tester:
             level = "-" if level == "1" else level
             if k < len(drives):
                 driven = drives[k]
-            if k == bits.ack and ack:
+            if k == ack_slot and ack:
                 level, driven = ("0", "1") if sends else ("-", "0")
             self._cell(change.get(k, level), driven, self._length(bits, k, failing=k == until))
         self.starts.append(self.now_ps)
@@ -130,13 +135,8 @@ class Tester:
         following = k + 1 < len(bits.fast) and bits.fast[k + 1] and not failing
         if bits.names[k] == "CRC DEL":
             following = False
-        before = self.iut.data.sample_time_ps if fast else self.iut.timing.sample_time_ps
-        behind = (
-            self.d_ps - self.iut.data.sample_time_ps
-            if following
-            else self.n_ps - self.iut.timing.sample_time_ps
-        )
-        return before + behind
+        before = self.fast_sample_ps if fast else self.sample_ps
+        return before + (self.fast_ps2 if following else self.ps2)
 
     def _cell(self, level: str, driven: str, length_ps: int) -> None:
         self._played.append((self.now_ps, _LEVELS[level]))
@@ -172,6 +172,13 @@ class Tester:
 
         return self.check(look)
 
+    def check_at(self, bit: int, *, rec: int) -> Tester:
+        """REC as the last frame's bit begins: behind that bit's predecessor."""
+        now_ps, self.now_ps = self.now_ps, self.starts[bit]
+        self.counters(0, rec)
+        self.now_ps = now_ps
+        return self
+
     def check(self, look: Callable[[], None]) -> Tester:
         self._checks.append((self.now_ps, look))
         return self
@@ -191,7 +198,7 @@ class Tester:
         iut.bus.stimulate(Stimulus(times, levels, [iut.line.controller]))
         for at_ps, spec in self._sends:
             timeline.at((start_ps + at_ps) // 1000, lambda spec=spec: iut.send(spec))
-        for at_ps, look in self._checks:
+        for at_ps, look in sorted(self._checks, key=lambda check: check[0]):
             timeline.run_until((start_ps + at_ps) // 1000)
             look()
         timeline.run_until((start_ps + self.now_ps) // 1000)
