@@ -10,6 +10,8 @@ from canwire.bus.can import node as seam
 from canwire.bus.can.bus import CanBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
+from canwire.values.event import ErrorState
+from canwire.values.record import SINGLE_SHOT
 from tests.iso16845.frames import Spec
 
 CONTROLLERS = {"fd": IDEAL, "sja1000": SJA1000, "mcp2515": MCP2515}
@@ -35,9 +37,9 @@ class Iut:
         self.channel = self.line.open(Channel(256, 64))
         self.timeline.run_until(100 * self.timing.bit_time_ps // 1000)
 
-    def send(self, spec: Spec) -> None:
+    def send(self, spec: Spec, *, single_shot: bool = False) -> None:
         """Ask it to transmit; it begins at once if the bus is idle."""
-        self.line.send(self.channel, frame_of(spec))
+        self.line.send(self.channel, frame_of(spec), SINGLE_SHOT if single_shot else 0)
 
     def received(self) -> list[Frame]:
         """What it handed up since the last call."""
@@ -50,6 +52,15 @@ class Iut:
     @property
     def rec(self) -> int:
         return self.line.driver.counters().rec
+
+    @property
+    def off(self) -> bool:
+        """In bus-off, as its driver tells."""
+        return self.line.driver.counters().state is ErrorState.BUS_OFF
+
+    def recover(self) -> None:
+        """Ask for recovery, if it has to be asked."""
+        self.line.driver.restart(self.timeline.now_ns)
 
     def preset(self, tec: int = 0, rec: int = 0) -> None:
         """Counters as errors before would have left them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Self
 
 from tests.iso16845.frames import Bits, Spec, lay_out
 from tests.iso16845.iut import Iut
@@ -39,14 +40,14 @@ class Scene(Tester):
         """Frame E as the controller itself sends it now: with its error state."""
         return self.e
 
-    def disturbed(self) -> Scene:
+    def disturbed(self) -> Self:
         """The tester sends frame E with the stuff bit in its data dominant; the flag is to come next."""
         bits = lay_out(self.e)
         at = stuff_bit(bits)
         self.lt(bits, change={at: "0"}, until=at)
         return self
 
-    def disturbed_sender(self, *, passive: bool = False) -> Scene:
+    def disturbed_sender(self, *, passive: bool = False) -> Self:
         """The controller sends frame E, with the stuff bit in its data seen dominant."""
         bits = lay_out(self.e.but(esi=passive and self.fd))
         at = stuff_bit(bits)
@@ -54,24 +55,24 @@ class Scene(Tester):
         self.sends(bits, change={at: "0"}, until=at, ask=False)
         return self
 
-    def again(self, *, passive: bool = False) -> Scene:
+    def again(self, *, passive: bool = False) -> Self:
         """The controller repeats frame E, and gets it acknowledged."""
         self.sends(self.e.but(esi=passive and self.fd), ask=False)
         return self
 
-    def overloaded(self) -> Scene:
+    def overloaded(self) -> Self:
         """The tester sends a good frame, whose last EOF bit is seen dominant; the overload flag is to come next."""
         bits = lay_out(self.other)
         self.lt(bits, change={len(bits.levels) - 1: "0"})
         return self
 
-    def overloaded_sender(self, spec: Spec | None = None) -> Scene:
+    def overloaded_sender(self, spec: Spec | None = None) -> Self:
         """The controller sends a good frame, intermission bit 1 is dominant; the overload flag is to come next."""
         self.sends(spec or self.other)
         self.dominant(1)
         return self
 
-    def forced(self, count: int, *bits: int) -> Scene:
+    def forced(self, count: int, *bits: int) -> Self:
         """The controller drives a flag of so many bits, of which these (from 1) are seen recessive."""
         self.bits("".join("1" if k in bits else "-" for k in range(1, count + 1)), "0" * count)
         return self

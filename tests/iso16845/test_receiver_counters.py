@@ -110,11 +110,18 @@ def stuffed(kind: str, field: str, level: str, *, fd: bool) -> tuple[Bits, int]:
 
 def candidates(kind: str, *, fd: bool) -> list[Spec]:
     octets = (b"\x80", b"\x7f", b"\x12", b"\x00\x00", b"\xff\xff", b"\x3c" * 64 if fd else b"\x3c" * 8)
-    specs = [Spec(id, data, fd=fd, esi=esi) for id in range(0x7FF, 0, -61) for data in octets for esi in (False, fd)]
+    specs = [
+        Spec(id, data, fd=fd, esi=esi)
+        for id in range(0x7FF, 0, -61)
+        for data in octets
+        for esi in (False, fd)
+    ]
     if fd:
         return [*specs, Spec(0x155, b"\x01" * 64, fd=True, esi=True)]
     remote = [Spec(id, b"", remote=True, dlc=15) for id in range(0x7FF, 0, -1)]
-    extended = [Spec(id, b"\x01", extended=True, remote=True, dlc=15) for id in range(0x1FFFFFFF, 0, -0xFFFFF)]
+    extended = [
+        Spec(id, b"\x01", extended=True, remote=True, dlc=15) for id in range(0x1FFFFFFF, 0, -0xFFFFF)
+    ]
     if kind != "fd":
         extended = [spec.but(reserved=(("FDF", "1"), ("r0", "1"))) for spec in extended]
     return [*specs, *remote, *extended]

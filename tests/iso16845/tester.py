@@ -9,6 +9,7 @@ picosecond where the controller drives something else. `check` marks are looked 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Self
 
 from canwire.bus.can.stimulus import FREE, Stimulus
 from tests.iso16845.frames import Bits, Spec, lay_out
@@ -40,10 +41,11 @@ class Tester:
         self._checks: list[tuple[int, Callable[[], None]]] = []
         self._sends: list[tuple[int, Spec]] = []
         self._level = 1
+        self.single_shot = False
 
     # the tape
 
-    def bits(self, lt: str, iut: str | None = None, *, bit_ps: int = 0) -> Tester:
+    def bits(self, lt: str, iut: str | None = None, *, bit_ps: int = 0) -> Self:
         """Cells of one nominal bit (or `bit_ps`); `iut` left out: recessive."""
         iut = "1" * len(lt) if iut is None else iut
         assert len(lt) == len(iut)
@@ -51,22 +53,22 @@ class Tester:
             self._cell(level, driven, bit_ps or self.n_ps)
         return self
 
-    def recessive(self, count: int) -> Tester:
+    def recessive(self, count: int) -> Self:
         """Nobody drives anything."""
         return self.bits("-" * count)
 
-    def dominant(self, count: int) -> Tester:
+    def dominant(self, count: int) -> Self:
         """The tester alone drives dominant."""
         return self.bits("0" * count)
 
-    def flag(self, count: int = 6) -> Tester:
+    def flag(self, count: int = 6) -> Self:
         """The controller drives an active error flag, or an overload flag."""
         return self.bits("-" * count, "0" * count)
 
-    def passive_flag(self) -> Tester:
+    def passive_flag(self) -> Self:
         return self.recessive(6)
 
-    def between(self, count: int = 8 + 3) -> Tester:
+    def between(self, count: int = 8 + 3) -> Self:
         """Delimiter and intermission."""
         return self.recessive(count)
 
@@ -79,7 +81,7 @@ class Tester:
         since: int = 0,
         ack: bool = True,
         drives: str = "",
-    ) -> Tester:
+    ) -> Self:
         """The tester sends a frame: its bits from `since` up to and including `until`, where an error ends it.
 
         `change` has other cells for some bits. The controller drives `drives` first, and acknowledges if `ack`.
@@ -95,13 +97,13 @@ class Tester:
         since: int = 0,
         ack: bool = True,
         ask: bool = True,
-    ) -> Tester:
+    ) -> Self:
         """The controller sends a frame, the tester acknowledges if `ack`; `ask` puts it into the queue at SOF."""
         if ask:
             self.ask(frame.spec if isinstance(frame, Bits) else frame)
         return self._frame(frame, change or {}, until, since, sends=True, ack=ack)
 
-    def ask(self, spec: Spec) -> Tester:
+    def ask(self, spec: Spec) -> Self:
         """The controller is asked to send this from now on."""
         self._sends.append((self.now_ps, spec))
         return self
@@ -109,7 +111,7 @@ class Tester:
     def _frame(
         self, frame: Spec | Bits, change: Mapping[int, str], until: int | None, since: int, *, sends: bool, ack: bool,
         drives: str = "",
-    ) -> Tester:  # fmt: skip
+    ) -> Self:  # fmt: skip
         bits = frame if isinstance(frame, Bits) else lay_out(frame)
         self.frame = bits
         self.starts = []
@@ -150,19 +152,19 @@ class Tester:
 
     # finer than a bit
 
-    def force(self, level: str, start_ps: int, width_ps: int) -> Tester:
+    def force(self, level: str, start_ps: int, width_ps: int) -> Self:
         """Over what the tape says, the tester puts a level in front of the controller for a while."""
         self._forced.append((start_ps, start_ps + width_ps, _LEVELS[level]))
         return self
 
-    def skip(self, ps: int) -> Tester:
+    def skip(self, ps: int) -> Self:
         """Everything behind happens so much later (earlier if negative)."""
         self.now_ps += ps
         return self
 
     # what else must be so
 
-    def counters(self, tec: int | None = None, rec: int | None = None) -> Tester:
+    def counters(self, tec: int | None = None, rec: int | None = None) -> Self:
         """At this point of the tape the counters have these values."""
         where = self.now_ps
 
@@ -172,14 +174,14 @@ class Tester:
 
         return self.check(look)
 
-    def check_at(self, bit: int, *, rec: int) -> Tester:
+    def check_at(self, bit: int, *, rec: int) -> Self:
         """REC as the last frame's bit begins: behind that bit's predecessor."""
         now_ps, self.now_ps = self.now_ps, self.starts[bit]
         self.counters(0, rec)
         self.now_ps = now_ps
         return self
 
-    def check(self, look: Callable[[], None]) -> Tester:
+    def check(self, look: Callable[[], None]) -> Self:
         self._checks.append((self.now_ps, look))
         return self
 
@@ -197,7 +199,9 @@ class Tester:
         times, levels = self._stimulus(start_ps)
         iut.bus.stimulate(Stimulus(times, levels, [iut.line.controller]))
         for at_ps, spec in self._sends:
-            timeline.at((start_ps + at_ps) // 1000, lambda spec=spec: iut.send(spec))
+            timeline.at(
+                (start_ps + at_ps) // 1000, lambda spec=spec: iut.send(spec, single_shot=self.single_shot)
+            )
         for at_ps, look in sorted(self._checks, key=lambda check: check[0]):
             timeline.run_until((start_ps + at_ps) // 1000)
             look()
