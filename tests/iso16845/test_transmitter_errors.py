@@ -134,7 +134,7 @@ def test_stuff_bits_of_base_frames(kind: str) -> None:
     if kind == "fd":
         assert (
             stuff_errors(kind, sent(STUFF_BASE_FD.replace("107/28F", "107/08F"), extended=False, fd=True))
-            >= 39
+            >= 38
         )
 
 

@@ -174,10 +174,10 @@ class Tester:
 
         return self.check(look)
 
-    def check_at(self, bit: int, *, rec: int) -> Self:
-        """REC as the last frame's bit begins: behind that bit's predecessor."""
+    def check_at(self, bit: int, *, tec: int | None = None, rec: int | None = None) -> Self:
+        """Counters as a bit of the last frame begins: behind that bit's predecessor."""
         now_ps, self.now_ps = self.now_ps, self.starts[bit]
-        self.counters(0, rec)
+        self.counters(tec, rec)
         self.now_ps = now_ps
         return self
 
