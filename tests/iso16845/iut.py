@@ -20,6 +20,19 @@ DATA = BitTiming(4, 6, 3, 2, clock_hz=80_000_000)  # 10 of them: 2 Mbit/s
 NOMINAL = BitTiming(1, 11, 4, 2, clock_hz=8_000_000)  # 16 quanta of 125 ns: 500 kbit/s
 
 
+def segmented(kind: str, ps2: int, sjw: int = 1) -> BitTiming:
+    """The usual nominal bit of a controller with another sample point."""
+    usual = NOMINAL_FD if kind == "fd" else NOMINAL
+    tseg1 = usual.quanta - 1 - ps2
+    prop = max(0 if kind == "fd" else 1, tseg1 - max(ps2, sjw))
+    return BitTiming(usual.prescaler, tseg1, ps2, sjw, clock_hz=usual.clock_hz, prop=prop)
+
+
+def segmented_data(ps2: int, sjw: int = 1) -> BitTiming:
+    """The same for the data phase."""
+    return BitTiming(DATA.prescaler, DATA.quanta - 1 - ps2, ps2, sjw, clock_hz=DATA.clock_hz)
+
+
 class Iut:
     """One controller, started and error active, alone on a bus that goes bit by bit."""
 

@@ -81,12 +81,16 @@ class Tester:
         since: int = 0,
         ack: bool = True,
         drives: str = "",
+        lengths: Mapping[int, int] | None = None,
     ) -> Self:
         """The tester sends a frame: its bits from `since` up to and including `until`, where an error ends it.
 
-        `change` has other cells for some bits. The controller drives `drives` first, and acknowledges if `ack`.
+        `change` has other cells for some bits, `lengths` how much longer (ps; < 0: shorter) some are. The controller
+        drives `drives` first, and acknowledges if `ack`.
         """
-        return self._frame(frame, change or {}, until, since, sends=False, ack=ack, drives=drives)
+        return self._frame(
+            frame, change or {}, until, since, sends=False, ack=ack, drives=drives, lengths=lengths
+        )
 
     def sends(
         self,
@@ -97,11 +101,12 @@ class Tester:
         since: int = 0,
         ack: bool = True,
         ask: bool = True,
+        lengths: Mapping[int, int] | None = None,
     ) -> Self:
         """The controller sends a frame, the tester acknowledges if `ack`; `ask` puts it into the queue at SOF."""
         if ask:
             self.ask(frame.spec if isinstance(frame, Bits) else frame)
-        return self._frame(frame, change or {}, until, since, sends=True, ack=ack)
+        return self._frame(frame, change or {}, until, since, sends=True, ack=ack, lengths=lengths)
 
     def ask(self, spec: Spec) -> Self:
         """The controller is asked to send this from now on."""
@@ -110,7 +115,7 @@ class Tester:
 
     def _frame(
         self, frame: Spec | Bits, change: Mapping[int, str], until: int | None, since: int, *, sends: bool, ack: bool,
-        drives: str = "",
+        drives: str = "", lengths: Mapping[int, int] | None = None,
     ) -> Self:  # fmt: skip
         bits = frame if isinstance(frame, Bits) else lay_out(frame)
         self.frame = bits
@@ -127,7 +132,8 @@ class Tester:
                 driven = drives[k]
             if k == ack_slot and ack:
                 level, driven = ("0", "1") if sends else ("-", "0")
-            self._cell(change.get(k, level), driven, self._length(bits, k, failing=k == until))
+            length_ps = self._length(bits, k, failing=k == until) + (lengths or {}).get(k, 0)
+            self._cell(change.get(k, level), driven, length_ps)
         self.starts.append(self.now_ps)
         return self
 
@@ -157,8 +163,15 @@ class Tester:
         self._forced.append((start_ps, start_ps + width_ps, _LEVELS[level]))
         return self
 
+    def drives(self, start_ps: int, width_ps: int) -> Self:
+        """The controller drives dominant in this time, beside what the tape says."""
+        self._driven += [(start_ps, 0), (start_ps + width_ps, 1)]
+        return self
+
     def skip(self, ps: int) -> Self:
         """Everything behind happens so much later (earlier if negative)."""
+        if ps > 0:
+            self._played.append((self.now_ps, FREE))
         self.now_ps += ps
         return self
 
@@ -230,6 +243,7 @@ class Tester:
     def _compare(self) -> None:
         until = self.now_ps
         seen = [(at, level) for at, level in self._seen if at < until]
+        self._driven.sort()
         assert self._in_bits(seen) == self._in_bits(self._driven), "what the controller drove, in bits"
         assert seen == self._driven
 
