@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 from tests.iso16845.frames import Bits, Spec, lay_out
 from tests.iso16845.iut import Iut, segmented
 from tests.iso16845.purposes import shows
@@ -16,8 +18,10 @@ LAST_CRC_RECESSIVE, LAST_CRC_DOMINANT = Spec(0x032, b"\x55", fd=True), Spec(0x03
 class Fast(Scene):
     """One FD frame with fine disturbances; quanta of both phases have the same length."""
 
-    def __init__(self, kind: str, spec: Spec, *, sjw_n: int = 4) -> None:
-        super().__init__(kind, True, rec=9, iut=Iut(kind, segmented(kind, 10, sjw_n)))
+    def __init__(
+        self, kind: str, spec: Spec, *, ps2: int = 10, sjw_n: int = 4, iut: Iut | None = None
+    ) -> None:
+        super().__init__(kind, True, rec=9, iut=iut or Iut(kind, segmented(kind, ps2, sjw_n)))
         assert self.iut.timing.quantum_ps == self.iut.data.quantum_ps
         self.spec = spec
         self.laid = lay_out(spec)
@@ -25,14 +29,14 @@ class Fast(Scene):
 
     def whole(
         self, lengths: dict[str, int] | None = None, *, forced_ack: bool = False, ack: bool = True
-    ) -> Fast:
+    ) -> Self:
         """The whole frame; some bits are so many quanta longer or shorter."""
         changed = {self.at(name): quanta * self.tq for name, quanta in (lengths or {}).items()}
         change = {self.laid.ack: "0"} if forced_ack else {}
         self.lt(self.laid, lengths=changed, change=change, ack=ack)
         return self
 
-    def until(self, name: str) -> Fast:
+    def until(self, name: str) -> Self:
         """The frame up to this bit, where the controller sees an error."""
         self.lt(self.laid, until=self.at(name))
         return self
@@ -45,14 +49,14 @@ class Fast(Scene):
             return at - (name == "before")
         return self.laid.names.index(name)
 
-    def put(self, level: str, name: str, begin: float, end: float, *, clear: int = 0) -> Fast:
+    def put(self, level: str, name: str, begin: float, end: float, *, clear: int = 0) -> Self:
         """Force a level between two quanta of a bit, beginning `clear` ps later."""
         start = self.starts[self.at(name)]
         begin_ps = start + round(begin * self.tq) + clear
         self.force(level, begin_ps, start + round(end * self.tq) - begin_ps)
         return self
 
-    def behind_sample(self, level: str, name: str, *, late: int = 0) -> Fast:
+    def behind_sample(self, level: str, name: str, *, late: int = 0) -> Self:
         """Force a level from the sample point (and `late` quanta) to the end of the bit."""
         at = self.at(name)
         start, end = self.starts[at], self.starts[at + 1]
