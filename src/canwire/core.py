@@ -5,7 +5,18 @@ from __future__ import annotations
 from canwire import ring, timeline
 from canwire.boards.can import channel, line, message_filter
 from canwire.bus import load
-from canwire.bus.can import bit_layout, bit_level, frame_reader, joining, node, station, stimulus
+from canwire.bus.can import (
+    bit_layout,
+    bit_level,
+    bus_state,
+    frame_reader,
+    joining,
+    node,
+    station,
+    stepped,
+    stimulus,
+    tally,
+)
 from canwire.bus.can import bits as can_bits
 from canwire.bus.can import bus as can_bus
 from canwire.chips import confinement, host
@@ -22,9 +33,9 @@ from canwire.values import frame, slcan_text
 
 # fmt: off
 MODULES = (
-    frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, station, stimulus, bit_level, load, joining,
-    can_bus, confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes,
-    sja1000, driver, can_fd_driver, message_filter, channel, line,
+    frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, tally, station, stimulus, bit_level,
+    load, joining, stepped, bus_state, can_bus, confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter,
+    sja1000_link, sja1000_modes, sja1000, driver, can_fd_driver, message_filter, channel, line,
 )
 # fmt: on
 

@@ -56,6 +56,9 @@ WAITING = {
     "8.8.2.4": "transmitter delay compensation",
 }
 
+# (purpose, controller) whose test fails still, and why: it must go on failing until the row is taken out
+OPEN: dict[tuple[str, str], str] = {}
+
 
 def why_not(number: str, kind: str) -> str:
     """Why a purpose does not apply to a controller; empty if it does."""
@@ -74,7 +77,13 @@ def shows(number: str) -> Callable[[Test], Test]:
     kinds = [kind for kind in KINDS if not why_not(number, kind)]
 
     def mark(test: Test) -> Test:
-        cases = [pytest.param(kind, id=f"{number}-{kind}") for kind in kinds]
+        cases = [pytest.param(kind, id=f"{number}-{kind}", marks=_marks(number, kind)) for kind in kinds]
         return pytest.mark.parametrize("kind", cases)(test)
 
     return mark
+
+
+def _marks(number: str, kind: str) -> list[pytest.MarkDecorator]:
+    if (number, kind) not in OPEN:
+        return []
+    return [pytest.mark.xfail(strict=True, reason=OPEN[number, kind])]

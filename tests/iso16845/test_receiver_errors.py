@@ -119,6 +119,14 @@ def crc_error(kind: str, bits: Bits, *, acknowledged: bool = False) -> None:
     scene.lt(bits, change=change, until=until, ack=False).flag().between().counters(0, 1).play(received=[])
 
 
+def late_crc_error(bits: Bits) -> None:
+    """Others acknowledge for two bits: the ACK delimiter, and the flag behind it, come one bit later."""
+    delimiter = bits.names.index("ACK DEL")
+    scene = Scene("fd", True)
+    scene.lt(bits, change={bits.ack: "0", delimiter: "0"}, until=delimiter, ack=False).recessive(1)
+    scene.flag().between().counters(0, 1).play(received=[])
+
+
 def changed_check(spec: Spec, level: str) -> Bits:
     """The frame with one CRC bit of this level inverted, stuffed to fit."""
     good = lay_out(spec)
@@ -139,6 +147,7 @@ def test_crc_of_the_own_format(kind: str) -> None:
     if kind == "fd":
         for spec in (SHORT, LARGE):
             crc_error(kind, lay_out(spec, parity_change=True))
+            late_crc_error(changed_check(spec, "0"))
         lost_bits()
 
 

@@ -109,6 +109,8 @@ class CanFdDriver(Driver):
 
     def listen(self, sink: Sink, attentive: bool) -> None:
         self._controller.sink = sink
+        if attentive and not self._controller.attentive and self._controller.bus is not None:
+            self._controller.bus.interrupt()  # the frame on the wire was not meant to be noticed
         self._controller.attentive = attentive
 
 

@@ -1,6 +1,7 @@
 """The bus skips over undisturbed frames in one step, or goes bit by bit: nobody may see a difference.
 
-Random scenarios run both ways; records, counters, events and busy time must agree to the last byte.
+Random scenarios run both ways; records, counters, events and busy time must agree to the last byte, at the end and at
+random moments in the middle of frames. Looking must not take the bus out of its way.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ SEEDS = 150
 SEEDS_A_TEST = 10
 SPAN_NS = 5_000_000
 END_NS = 12_000_000
+LOOKS = 150
 
 
 @pytest.mark.conforms("G-06", "G-09")
@@ -75,9 +77,9 @@ def outcome(seed: int, *, bitwise: bool | None, flips: bool = False, noise: floa
         if chance.random() < 0.3 and len(nodes) > 1:
             lab.at(chance.randrange(SPAN_NS), nodes[-1].stop)
             lab.at(SPAN_NS + chance.randrange(1_000_000), nodes[-1].start)
+        seen = look_at_random_moments(lab, bus, nodes, random.Random(seed))
         lab.run_until(END_NS)
-        bus.wire.interrupt()  # a frame that is on the wire right now is worked out up to its present bit
-        return summary(lab, bus, nodes)
+        return {**summary(lab, bus, nodes), "seen": seen}
 
 
 def some_nodes(bus: LabBus, chance: random.Random) -> list[LabNode]:
@@ -129,6 +131,24 @@ def keep_changing(lab: Lab, bus: LabBus, chance: random.Random) -> None:
 
 def change_way(bus: LabBus) -> None:
     bus.wire.bitwise = not bus.wire.bitwise
+
+
+def look_at_random_moments(
+    lab: Lab, bus: LabBus, nodes: list[LabNode], chance: random.Random
+) -> list[dict[str, Any]]:
+    """What everybody sees at some hundred moments, which comes into the list as time goes on."""
+    seen: list[dict[str, Any]] = []
+
+    def look() -> None:
+        glance = summary(lab, bus, nodes)
+        for node in nodes:
+            controller = node.line.controller
+            glance[node.name] = (bus.wire.on_wire(controller), bus.wire.activity(controller))
+        seen.append(glance)
+
+    for _ in range(LOOKS):
+        lab.at(chance.randrange(END_NS // 2), look, background=True)
+    return seen
 
 
 def summary(lab: Lab, bus: LabBus, nodes: list[LabNode]) -> dict[str, Any]:

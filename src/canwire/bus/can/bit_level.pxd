@@ -1,13 +1,14 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
-from canwire.bus.can.node cimport Node
-from canwire.bus.can.station cimport Station, Tally
+from canwire.bus.can.node cimport Mailbox, Node
+from canwire.bus.can.station cimport Station
+from canwire.bus.can.tally cimport Tally
 from canwire.bus.can.stimulus cimport Stimulus
 
-cdef int _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
+cdef int _FRAME, _QUIET, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
 cdef long long _NEVER
 cdef int _FREE
-cdef int _RES_FIELD, _HISTORY
+cdef int _RES_FIELD, _HISTORY, _MARGIN_BITS
 
 @cython.final
 cdef class Clock:
@@ -33,7 +34,7 @@ cdef class Clock:
     cpdef void edge(self, long long at_ps) except *
     cdef int _restart_bit(self, long long at_ps) except -1
     @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
-    cdef int _resynchronise(self, long long at_ps) except -1
+    cdef void _resynchronise(self, long long at_ps) except *
 
 @cython.final
 cdef class BitLevel:
@@ -58,6 +59,12 @@ cdef class BitLevel:
     @cython.locals(soonest="long long", clock=Clock)
     cpdef long long next_ps(self) noexcept
     @cython.locals(clock=Clock, station=Station)
+    cpdef int resume_frame(self) except -1
+    @cython.locals(clock=Clock)
+    cpdef int fail_unacknowledged(self, Node sender, Mailbox box, bint passive) except -1
+    @cython.locals(clock=Clock, node=Node, quiet_ns="long long", run="long long")
+    cpdef int resume_intermission(self, Node sender, long long quiet_from_ns) except -1
+    @cython.locals(clock=Clock)
     cpdef int activity(self, Node node) except -1
     cpdef int step(self) except -1
     @cython.locals(at_ns="unsigned long long", changed=bint, clock=Clock)

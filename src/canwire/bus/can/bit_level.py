@@ -13,29 +13,28 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from canwire.bus.can.frame_reader import RES
-from canwire.bus.can.node import FAILED, QUIET, RECEIVING, SENDING, Node
+from canwire.bus.can.node import QUIET, Mailbox, Node
 from canwire.bus.can.station import (
-    ACTIVE_FLAG,
     FRAME,
     IDLE,
     INTERMISSION,
     KEEP_RATE,
-    OVERLOAD_FLAG,
     SUSPEND,
     TO_DATA_RATE,
     WAITING,
     Station,
-    Tally,
 )
 from canwire.bus.can.stimulus import FREE, Stimulus
+from canwire.bus.can.tally import Tally
 from canwire.timeline import NEVER
 
 _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
 _KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
-_NEVER = NEVER
+_NEVER, _QUIET = NEVER, QUIET
 _FREE = FREE
 _RES_FIELD = RES
 _HISTORY = 64
+_MARGIN_BITS = 16
 
 # who sees a disturbed bit
 EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
@@ -70,7 +69,6 @@ class Clock:
         """A bit boundary: `out` may change."""
         self.start_ps = at_ps
         self.sampling = True
-        self.synchronised = False
         self.due_ps = at_ps + self.sample_ps()
         before = self.station.out
         self.station.begin_bit()
@@ -97,16 +95,18 @@ class Clock:
     def sampled(self, at_ps: int) -> None:
         """The sample is taken: the rest of the bit runs at the rate that holds from here on."""
         self.sampling = False
+        self.synchronised = False
         change = self.station.rate_change
         if change != _KEEP_RATE:
             self.data_rate = change == _TO_DATA_RATE
         self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
 
     def edge(self, at_ps: int) -> None:
-        """A recessive to dominant edge arrives: synchronise, once a bit, hard where the frame begins."""
+        """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""
         station = self.station
         state = station.state
-        if state == _WAITING:  # whoever looks for the bus follows every edge
+        if state == _WAITING:  # whoever looks for the bus follows every edge, and is no nearer to an idle one
+            station.run = 0
             self._restart_bit(at_ps)
             return
         if self.synchronised or station.last_sample == 0:
@@ -114,7 +114,8 @@ class Clock:
         idle = state == _IDLE or state == _SUSPEND
         third_bit = state == _INTERMISSION and self.sampling and station.left == 1
         if idle or third_bit:
-            station.sof_seen = True
+            # an SOF behind the last sample of the intermission is joined by those who have one to send themselves
+            station.sof_seen = not (station.just_free and state == _IDLE and station.ready_to_send())
             self._restart_bit(at_ps)
         elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
             self._restart_bit(at_ps)
@@ -133,13 +134,14 @@ class Clock:
         jump = self.node.data_jump_ps if self.data_rate else self.node.jump_ps
         if self.sampling:
             late = (at_ps - self.start_ps) // quantum * quantum
-            if late > 0 and self.station.out == 1:
+            if late > 0:
+                if self.station.out == 0:
+                    return  # whoever drives dominant takes no notice of an edge that is late
                 self.due_ps += late if late < jump else jump
-                self.synchronised = True
         else:
             early = self.due_ps - at_ps
             self.due_ps -= early if early < jump else jump
-            self.synchronised = True
+        self.synchronised = True
 
 
 class BitLevel:
@@ -189,11 +191,37 @@ class BitLevel:
         for node in nodes:
             self.add(node, 0)
 
+    def resume_frame(self) -> None:
+        """After `enter` where a frame begins: nobody takes part but those who contend still."""
+        for clock in self.clocks:
+            station = clock.station
+            if station.contending is None and station.state == _IDLE:
+                station.sof_seen = True
+
+    def fail_unacknowledged(self, sender: Node, box: Mailbox, passive: bool) -> None:
+        """After `enter` where the ACK slot begins: the sender has been told that nobody filled it."""
+        for clock in self.clocks:
+            if clock.node is sender:
+                clock.station.fail_unacknowledged(box, passive)
+                clock.sampling = False
+                clock.due_ps = sender.bit_ps
+
+    def resume_intermission(self, sender: Node, quiet_from_ns: int) -> None:
+        """After `enter` where an intermission begins: the bus was recessive from `quiet_from_ns` on."""
+        for clock in self.clocks:
+            node = clock.node
+            quiet_ns = self.origin_ns - max(node.waiting_from_ns, quiet_from_ns)
+            # rounded to bits in spite of whole nanoseconds; from -3 on, never negative in between
+            run = (quiet_ns * 1000 + (_MARGIN_BITS * 8 + 1) * node.bit_ps // 8) // node.bit_ps - _MARGIN_BITS
+            clock.station.resume_intermission(node is sender, run)
+
     def add(self, node: Node, at_ps: int) -> None:
         """A node comes to the bus; it starts out as its `on_bus` and `waiting` say."""
         station = Station(node, self.tally)
         if at_ps:
             station.contending = None
+        else:
+            station.counted = node.counted_ns == self.origin_ns
         station.now_ns = self.at_ns(at_ps)
         self.clocks.append(Clock(station, at_ps))
 
@@ -261,18 +289,14 @@ class BitLevel:
 
     def transmits(self, node: Node) -> bool:
         """This node sends, or sent what its error flag now ends."""
-        return any(clock.node is node and clock.station.transmitting for clock in self.clocks)
+        return any(clock.node is node and clock.station.transmits() for clock in self.clocks)
 
     def activity(self, node: Node) -> int:
         """As Bus.activity."""
         for clock in self.clocks:
-            station = clock.station
             if clock.node is node:
-                if station.state == _FRAME:
-                    return SENDING if station.transmitting else RECEIVING
-                if ACTIVE_FLAG <= station.state <= OVERLOAD_FLAG:
-                    return FAILED if station.transmitting else RECEIVING
-        return QUIET
+                return clock.station.activity()
+        return _QUIET
 
     def step(self) -> None:
         """Everything that happens at the next instant: boundaries, then edges, then samples."""

@@ -1,9 +1,9 @@
 """The bus: who sends next, for how long, and who hears it.
 
-Undisturbed frames are worked out in one step each: arbitration by the lowest key, exact length, delivery.
-Everything else (errors, collisions, faults, clocks that disagree, a trace of levels) goes bit by bit through
-bit_level.py until the bus rests again. Both ways give the same times, counters and events; tests hold
-them against each other.
+Undisturbed frames are worked out in one step each: arbitration by the lowest key, exact length, delivery; stepped.py
+knows what happens inside them, for those who can notice. Everything else (errors, collisions, faults, clocks that
+disagree, a trace of levels) goes bit by bit through bit_level.py until the bus rests again. Both ways give the same
+times, counters, events and registers at any moment; tests hold them against each other.
 
 Source: ISO 11898-1:2015; reference/can-protocol.md sections 5 to 8.
 """
@@ -15,60 +15,43 @@ from functools import partial
 
 from canwire.bus.can import bits as can_bits
 from canwire.bus.can import node as seam
-from canwire.bus.can.bit_level import BitLevel
-from canwire.bus.can.in_step import follows, follows_data
-from canwire.bus.can.joining import Joining
-from canwire.bus.can.node import QUIET, RECEIVING, SENDING, Bus, Mailbox, Node
+from canwire.bus.can.bus_state import BITWISE, ERRING, REST, SENDING, BusState
+from canwire.bus.can.in_step import all_follow
+from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.stimulus import Stimulus
-from canwire.bus.load import BusLoad
 from canwire.timeline import NEVER, Timeline
 
 _NEVER = NEVER
 _ACK_ERROR = 3
 _FD = 1 << 10
-_NO_RULE, _RECEIVED, _TRANSMIT_ERROR = seam.NO_RULE, seam.RECEIVED, seam.TRANSMIT_ERROR
-_TOP_BIT = 1 << 31
+_NO_RULE, _TRANSMIT_ERROR = seam.NO_RULE, seam.TRANSMIT_ERROR
 _NOBODY = 1 << 32
-_REST, _SENDING, _BITWISE = range(3)
+_REST, _SENDING, _BITWISE, _ERRING = REST, SENDING, BITWISE, ERRING
 _INTERMISSION = 3
 _EOF_END_TO_ACK = 8  # bits from the end of the ACK slot to the end of EOF
 _ACK_DELIMITER_TO_EOF_END = 8
 _ERROR_FRAME = 14
+_ACK_SLOT_TO_FREE = 18  # where nobody filled it: the slot itself, error frame, intermission
 _ACK_SLOT = 0x19
 
 
-class CanBus(Bus):
+class CanBus(BusState):
     """A wired AND between any number of nodes, on a timeline."""
 
     def __init__(self, timeline: Timeline, name: str = "") -> None:
+        super().__init__(timeline)
         self.name = name
-        self.timeline = timeline
-        self.nodes: list[Node] = []
-        self.load = BusLoad()
         self.collisions = 0
         self.delay_ps = 0
         self.bitwise = False
         self.noise_left = -1  # undisturbed bits before the next one that noise inverts; -1: no noise
         self.scripted: Callable[[Mailbox], bool] | None = None
-        self.bits = BitLevel()
-        self.tally = self.bits.tally
-        self._state = _REST
-        self._free_ns = 0
-        self._free_ps = 0
-        self._start_ns = 0
-        self._busy_since_ns = 0
-        self._busy_from_ns = 0
         self._pause_ns = 0
-        self._end_ns = 0
-        self._end_ps = 0
-        self._joining = Joining(self.nodes)
+        self._next_ns = 0
+        self._flag_passive = False
         self._sleeping = False
         self._acknowledged = False
-        self._nobody = Node()
-        self._sender = self._nobody
-        self._box = Mailbox()
         self._members: list[Node] = []
-        self._first: Node | None = None
         self._alike = True
         self._alike_fd = True
         self._acknowledgers = 0
@@ -115,7 +98,7 @@ class CanBus(Bus):
                 self._sleeping = True
         self._link(members)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
-        self._alike, self._alike_fd = self._compare(members)
+        self._alike, self._alike_fd = all_follow(members, self.delay_ps)
         if self._state == _BITWISE:
             self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
@@ -129,90 +112,73 @@ class CanBus(Bus):
 
     def interrupt(self) -> None:
         """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
-        if self._state != _SENDING:
-            return
+        if self._state == _SENDING:
+            for node in self._members:
+                self.catch_up(node)
+            self._enter_bitwise()
+            self.bits.resume_frame()
+            if self.noise_left >= 0:
+                self.noise_left += self._noise_taken
+            self._replay()
+        elif self._state == _ERRING:
+            self._enter_at(self._end_ps - _ACK_SLOT_TO_FREE * self._sender.bit_ps)
+            self.bits.fail_unacknowledged(self._sender, self._box, self._flag_passive)
+            self._replay()
+
+    def _replay(self) -> None:
+        """Up to now everything went well, whatever is to come."""
+        self._inside.over = True
         now_ns = self.timeline.now_ns
-        self._enter_bitwise()
-        if self.noise_left >= 0:
-            self.noise_left += self._noise_taken
-        self.bits.undisturbed = True  # up to now this frame went well, whatever is to come
+        self.bits.undisturbed = True
         while self.bits.clocks and self.bits.at_ns(self.bits.next_ps()) < now_ns:
             self.bits.step()
         self.bits.undisturbed = False
 
     def short(self, shorted: bool) -> None:
         """Short the two wires (a dominant bus for everybody), or take the short away."""
-        self.interrupt()
-        self.bits.shorted = shorted
         if self._state == _REST and shorted:
-            self._begin_disturbed()
+            self._leave_rest()
+        else:
+            self.interrupt()
+        self.bits.shorted = shorted
         if self._state == _BITWISE:
             self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Put levels in front of nodes' receivers, from now on at the earliest."""
-        self.interrupt()
         if self._state == _REST:
-            self._begin_disturbed()
+            self._leave_rest()
+        else:
+            self.interrupt()
         self.bits.stimulate(stimulus, self._elapsed_ps())
         self.timeline.interrupted = True
 
-    def _begin_disturbed(self) -> None:
-        """Something other than an SOF ends the bus's rest."""
-        self._begin_at(max(self.timeline.now_ns, self._free_ns))
-        self._sender = self._nobody
+    def _leave_rest(self) -> None:
+        """Go down to the bit level while no frame is on the wire, in the midst of an intermission if need be."""
+        now_ns = self.timeline.now_ns
+        sender, self._sender = self._sender, self._nobody
         self._forget_contenders()
-        self._rouse(self._start_ns)
-        self._enter_bitwise()
-
-    def on_wire(self, node: Node) -> bool:
-        """This node has been the sender since SOF, or still takes part in arbitration."""
-        if self._state == _SENDING:
-            return node is self._sender
-        return self._state == _BITWISE and self.bits.transmits(node)
-
-    def activity(self, node: Node) -> int:
-        if self._state == _SENDING:
-            return SENDING if node is self._sender else RECEIVING
-        return self.bits.activity(node) if self._state == _BITWISE else QUIET
-
-    def recessive_groups(self, node: Node) -> int:
-        if self._state == _REST and node.waiting:
-            return self._joining.groups(node, self.timeline.now_ns)
-        return node.sequences
-
-    def resting(self) -> bool:
-        """Nothing is on the wire."""
-        return self._state == _REST
-
-    def idle(self) -> bool:
-        return self._state == _REST and self.timeline.now_ns >= self._free_ns
+        self._rouse(now_ns)
+        if now_ns >= self._free_ns or not self._members:
+            self._begin_at(max(now_ns, self._free_ns))
+            self._joining.count(self._start_ns)
+            self._enter_bitwise()
+            return
+        self._start_ns = self._busy_from_ns = self._free_ns
+        bit_ps = self._members[0].bit_ps if sender is self._nobody else sender.bit_ps
+        self._enter_at(self._free_ps - _INTERMISSION * bit_ps)
+        self.bits.resume_intermission(sender, self._joining.quiet_from_ns)
+        self._replay()
 
     def busy(self) -> bool:
         """A frame or an error is on the wire, or a frame waits to go."""
-        return self._state != _REST or self._next_start() != _NEVER
-
-    def account(self) -> BusLoad:
-        """The load, with the frame on the wire counted up to this moment."""
-        now_ns = self.timeline.now_ns
-        if self._state != _REST and now_ns > self._busy_from_ns:
-            self.load.add(self._busy_from_ns, now_ns)
-            self._busy_from_ns = now_ns
-        return self.load
-
-    def busy_ns(self) -> int:
-        """How long the bus has been busy so far."""
-        busy_ns = self.account().busy_ns
-        ahead_ns = self._free_ns - self.timeline.now_ns
-        return busy_ns - ahead_ns if self._state == _REST and ahead_ns > 0 else busy_ns
-
-    def busy_since_ns(self) -> int:
-        """Since when the bus has not rested."""
-        return self._busy_since_ns
+        return not self.idle() or self._next_start() != _NEVER
 
     def next_ns(self) -> int:
         if self._state == _SENDING:
+            return self._next_ns
+        if self._state == _ERRING:
             return self._end_ns
         if self._state == _BITWISE:
             return self.bits.at_ns(self.bits.next_ps()) if self._anything_left() else self.timeline.now_ns
@@ -226,13 +192,21 @@ class CanBus(Bus):
         timeline = self.timeline
         while not timeline.interrupted:
             if self._state == _SENDING:
-                if self._end_ns > limit_ns:
+                if self._next_ns > limit_ns:
                     return
-                timeline.now_ns = self._end_ns
-                self._complete()
+                timeline.now_ns = self._next_ns
+                if self._next_ns == self._end_ns:
+                    self._complete()
+                else:
+                    self._happen()
             elif self._state == _BITWISE:
                 if not self._run_bits(limit_ns):
                     return
+            elif self._state == _ERRING:
+                if self._end_ns > limit_ns:
+                    return
+                timeline.now_ns = self._end_ns
+                self._end_error_frame()
             elif self._waiting or not self._go_on(limit_ns):
                 start = self._next_start()
                 if self._waiting:
@@ -286,7 +260,7 @@ class CanBus(Bus):
         sender = None
         lowest = _NOBODY
         rivals = 0
-        collision = False
+        collision = keen = tainted = False
         node = self._first
         while node is not None:
             box = node.offer
@@ -295,6 +269,8 @@ class CanBus(Bus):
             else:
                 node.contending = box
                 rivals += 1
+                if node.attentive or box.single_shot:
+                    keen = True
                 key = box.key
                 if key == lowest:
                     collision = True
@@ -303,6 +279,8 @@ class CanBus(Bus):
                     lowest = key
                     sender = node
                     self._box = box
+            if node.tainted:
+                tainted = True
             node = node.next_member
         if sender is None:
             return False
@@ -319,6 +297,8 @@ class CanBus(Bus):
             self._enter_bitwise()
         else:
             self._time_frame()
+            if tainted or (keen and rivals > 1):
+                self._next_ns = self._look_inside().next_ns(self._end_ns, self._acknowledged)
         return True
 
     def _skippable(self) -> bool:
@@ -328,8 +308,9 @@ class CanBus(Bus):
             if not self._alike_fd:
                 return False
             can_bits.show_error_state(box, self._sender.passive, self._sender.fd)
-        self._acknowledged = self._acknowledgers > 1 or self._sender.self_test
-        if not self._acknowledged and (self._listeners or self._waiting):
+        alone = self._acknowledgers <= 1
+        self._acknowledged = not alone or self._sender.self_test
+        if alone and (self._waiting or (self._listeners and not self._acknowledged)):
             return False
         if self.noise_left >= 0:
             bits = box.bits
@@ -342,7 +323,7 @@ class CanBus(Bus):
         return self.scripted is None or not self.scripted(box)
 
     def _time_frame(self) -> None:
-        """The frame's end, from its bits at one or two rates."""
+        """The frame's end, from its bits at one or two rates; if nobody acknowledges, where its sender finds out."""
         node = self._sender
         box = self._box
         bits = box.bits
@@ -353,39 +334,38 @@ class CanBus(Bus):
             length_ps -= _EOF_END_TO_ACK * node.bit_ps - (node.bit_ps if box.words[1] >> 32 & _FD else 0)
             length_ps += (_ERROR_FRAME + _INTERMISSION) * node.bit_ps
         self._end_ps = self._free_ps + length_ps
-        self._end_ns = self._start_ns + self._end_ps // 1000
+        if not self._acknowledged:
+            length_ps -= _ACK_SLOT_TO_FREE * node.bit_ps - node.sample_ps
+        self._end_ns = self._next_ns = self._start_ns + (self._free_ps + length_ps) // 1000
         self._state = _SENDING
 
-    def _tell_losers(self) -> None:
-        """Each contender but the winner, with the first bit where its arbitration field is the higher one."""
-        node = self._first
-        while node is not None:
-            box = node.contending
-            if box is not None and node is not self._sender:
-                node.arbitration_losses += 1
-                if node.attentive or box.single_shot:
-                    node.arbitration_lost(box, self._differing_bit(box.key), self._start_ns)
-            node = node.next_member
-
-    def _differing_bit(self, key: int) -> int:
-        differing = key ^ self._box.key
-        bit = 0
-        while differing < _TOP_BIT:
-            differing <<= 1
-            bit += 1
-        return bit
+    def _happen(self) -> None:
+        """Somebody notices something in the middle of the frame."""
+        inside = self._look_inside()
+        inside.over = False
+        inside.happen(self.timeline.now_ns)
+        if self._state == _SENDING:
+            self._next_ns = inside.next_ns(self._end_ns, self._acknowledged)
 
     def _complete(self) -> None:
         """The frame's last EOF bit has passed (or the ACK slot that nobody filled)."""
         sender = self._sender
         box = self._box
-        self._state = _REST
         if self._rivals > 1:
-            self._tell_losers()
+            self._count_losers()
         if self._acknowledged:
+            self._state = _REST
             self._succeed(sender, box)
         else:
             self._fail_unacknowledged(sender, box)
+
+    def _count_losers(self) -> None:
+        """Contenders that have not been told are counted at the latest now."""
+        node = self._first
+        while node is not None:
+            if node.contending is not None and node is not self._sender:
+                node.arbitration_losses += 1
+            node = node.next_member
 
     def _succeed(self, sender: Node, box: Mailbox) -> None:
         bit_ps = sender.bit_ps
@@ -406,8 +386,6 @@ class CanBus(Bus):
         while node is not None:
             node.contending = None
             if node is not sender:
-                if node.tainted and not node.listen_only:
-                    self._count_reception(node, bit_ps)
                 if node.sink is not None:
                     node.frames_received += 1
                     node.sink.deliver(box, end_ns, 0)
@@ -418,26 +396,27 @@ class CanBus(Bus):
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
 
-    def _count_reception(self, node: Node, bit_ps: int) -> None:
-        """REC goes down where the ACK delimiter is sampled (rule 8)."""
-        sampled_ps = self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps + node.sample_ps
-        node.count(_RECEIVED, self._start_ns + sampled_ps // 1000)
-
     def _fail_unacknowledged(self, sender: Node, box: Mailbox) -> None:
-        """A lone sender: nobody filled the ACK slot; error flag, delimiter and intermission are over by now."""
-        bit_ps = sender.bit_ps
-        self._free_ns = self._end_ns
-        sampled_ps = self._end_ps - (_ERROR_FRAME + _INTERMISSION + 1) * bit_ps + sender.sample_ps
-        self._free_ps = self._end_ps % 1000
-        self.load.add(self._busy_from_ns, self._free_ns)
+        """A lone sender: nobody filled the ACK slot; error flag, delimiter and intermission follow."""
+        self._state = _ERRING
+        self._end_ns = self._start_ns + self._end_ps // 1000
+        self._flag_passive = sender.passive
         self.tally.error_frames += 1
         rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
         sender.segment = _ACK_SLOT
+        sender.read_dominant = False
         extra = 7 if box.words[1] >> 32 & _FD else 8
-        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self._start_ns + sampled_ps // 1000)
+        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self.timeline.now_ns)
+
+    def _end_error_frame(self) -> None:
+        sender = self._sender
+        self._state = _REST
+        self._free_ns = self._end_ns
+        self._free_ps = self._end_ps % 1000
+        self.load.add(self._busy_from_ns, self._free_ns)
         sender.contending = None
         if sender.passive:
-            sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
+            sender.suspended_ns = self._free_ns + 8 * sender.bit_ps // 1000
 
     def _begin_at(self, start_ns: int) -> None:
         if start_ns != self._free_ns:
@@ -472,6 +451,13 @@ class CanBus(Bus):
         self._state = _BITWISE
         bits.enter(self._stations(), self._start_ns, self._free_ps, self._sender)
 
+    def _enter_at(self, at_ps: int) -> None:
+        """The same, so long after `_start_ns`."""
+        self._state = _BITWISE
+        self.bits.delay_ps = self.delay_ps
+        origin_ps = self._start_ns * 1000 + at_ps
+        self.bits.enter(self._stations(), origin_ps // 1000, origin_ps % 1000, self._sender)
+
     def _run_bits(self, limit_ns: int) -> bool:
         """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
         bits = self.bits
@@ -498,16 +484,7 @@ class CanBus(Bus):
         self._state = _REST
         self._free_ns = bits.at_ns(bits.now_ps)
         self._free_ps = bits.remainder_ps()
-        self.load.add(self._busy_from_ns, self._free_ns)
+        if self._free_ns > self._busy_from_ns:
+            self.load.add(self._busy_from_ns, self._free_ns)
         self._sender = self._nobody
         self._forget_contenders()
-
-    def _compare(self, members: list[Node]) -> tuple[bool, bool]:
-        """Whether all these nodes can follow each other's bits, and each other's FD frames too."""
-        timings = {node.timing(): node for node in members}
-        nodes = list(timings.values())
-        alike = all(follows(node, other, self.delay_ps) for node in nodes for other in nodes)
-        modes = {node.fd for node in members}
-        alike_fd = len(modes) == 1 and 0 not in modes
-        alike_fd = alike_fd and all(follows_data(node, other) for node in nodes for other in nodes)
-        return alike, alike and alike_fd

@@ -24,3 +24,13 @@ def follows(node: Node, other: Node, delay_ps: int) -> bool:
 def follows_data(node: Node, other: Node) -> bool:
     """The same for the data phase: condition III."""
     return 10 * abs(node.data_bit_ps - other.data_bit_ps) <= node.data_jump_ps
+
+
+def all_follow(members: list[Node], delay_ps: int) -> tuple[bool, bool]:
+    """Whether all these nodes can follow each other's bits, and each other's FD frames too."""
+    nodes = list({node.timing(): node for node in members}.values())
+    alike = all(follows(node, other, delay_ps) for node in nodes for other in nodes)
+    modes = {node.fd for node in members}
+    alike_fd = len(modes) == 1 and 0 not in modes
+    alike_fd = alike_fd and all(follows_data(node, other) for node in nodes for other in nodes)
+    return alike, alike and alike_fd

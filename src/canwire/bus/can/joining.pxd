@@ -13,7 +13,7 @@ cdef class Joining:
     cdef unsigned long long next_ns(self) except? 0
     @cython.locals(node=Node)
     cdef int join(self, unsigned long long at_ns) except -1
-    @cython.locals(since="unsigned long long")
+    @cython.locals(since="unsigned long long", past_ps="unsigned long long")
     cdef int groups(self, Node node, unsigned long long at_ns) except -1
     @cython.locals(node=Node)
     cdef int count(self, unsigned long long start_ns) except -1

@@ -38,9 +38,11 @@ class Joining:
     def groups(self, node: Node, at_ns: int) -> int:
         """How many groups of 11 bits the node has counted up to now, in recessive time that goes on."""
         since = self._quiet_since(node)
-        return (
-            node.sequences + (at_ns - since) * 1000 // (11 * node.bit_ps) if at_ns > since else node.sequences
-        )
+        if at_ns <= since:
+            return node.sequences
+        # a group is complete where its last bit is sampled
+        past_ps = (at_ns - since) * 1000 + node.bit_ps - node.sample_ps
+        return node.sequences + (past_ps - 1) // (11 * node.bit_ps)
 
     def count(self, start_ns: int) -> None:
         """An SOF ends the recessive time: whole runs of 11 bits count, the rest is lost."""

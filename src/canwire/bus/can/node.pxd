@@ -26,7 +26,7 @@ cdef class Node:
     cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep, read_dominant
     cdef public int fd, segment
     cdef public Mailbox offer, contending
-    cdef public unsigned long long suspended_ns, waiting_from_ns
+    cdef public unsigned long long suspended_ns, waiting_from_ns, counted_ns
     cdef public int waiting, sequences
     cdef public long long bit_ps, sample_ps, quantum_ps, phase1_ps, jump_ps
     cdef public long long data_bit_ps, data_sample_ps, data_quantum_ps, data_jump_ps
@@ -48,4 +48,5 @@ cdef class Bus(Source):
     cpdef bint on_wire(self, Node node) except -1
     cpdef bint idle(self) except -1
     cpdef int activity(self, Node node) except -1
+    cpdef catch_up(self, Node node)
     cpdef int recessive_groups(self, Node node) except -1

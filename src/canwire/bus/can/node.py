@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from canwire import _mem
-from canwire.timeline import Source, Timeline
+from canwire.timeline import NEVER, Source, Timeline
 from canwire.values.record import RECORD_SIZE
 
 # what a detected error does to the counters, by the numbers of reference/can-protocol.md section 7
@@ -31,9 +31,11 @@ NON_ISO_FD = 2
 
 # Bus.activity
 QUIET = 0
-RECEIVING = 1
-SENDING = 2
-FAILED = 3
+RECEIVED_LAST = 1
+SENT = 2
+RECEIVING = 3
+SENDING = 4
+FAILED = 5
 
 
 class Mailbox:
@@ -78,12 +80,12 @@ class Node:
     `asleep` (neither on the bus nor waiting: it is only told when the bus comes to life), and the timing in
     picoseconds, by its own oscillator.
 
-    It writes only `contending` (the node's mailbox on the wire, if any), `arbitration_losses`, `sequences`,
-    `suspended_ns`, `waiting_from_ns`, before `error` and `count` `segment` (which part of a frame it was, as the low
-    bits of SJA1000's ECC tell), before `error` `read_dominant` (what that bit was read as), and `next_member`, which
-    links those on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead
-    of `received` being called. Only an `attentive` node is told of lost arbitrations; a single-shot frame makes
-    it one.
+    It writes only `contending` (the node's mailbox on the wire, until it loses), `arbitration_losses`, `sequences`,
+    `suspended_ns`, `waiting_from_ns`, `counted_ns` (SOF of the last frame that was counted as received while it went
+    on), before `error` and `count` `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell),
+    before `error` `read_dominant` (what that bit was read as), and `next_member`, which links those on the bus. A node
+    with a `sink` has its frames put there and counted in `frames_received` instead of `received` being called. Only an
+    `attentive` node is told of lost arbitrations, at the very bit; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.
@@ -112,6 +114,7 @@ class Node:
         self.waiting = 0
         self.sequences = 0
         self.waiting_from_ns = 0
+        self.counted_ns = NEVER
         self.bit_ps = 2_000_000
         self.sample_ps = 1_750_000
         self.quantum_ps = 125_000
@@ -182,7 +185,15 @@ class Bus(Source):
         raise NotImplementedError
 
     def activity(self, node: Node) -> int:
-        """What a node on the bus does: QUIET, RECEIVING, SENDING, or FAILED while its own frame's error lasts."""
+        """What a node on the bus does.
+
+        RECEIVING or SENDING a frame, FAILED from an error or overload flag of its own to the end of the delimiter,
+        RECEIVED_LAST or SENT in the intermission behind these, QUIET otherwise.
+        """
+        raise NotImplementedError
+
+    def catch_up(self, node: Node) -> None:
+        """Count what the node has not been told of up to this moment: arbitration lost by one who is not attentive."""
         raise NotImplementedError
 
     def recessive_groups(self, node: Node) -> int:

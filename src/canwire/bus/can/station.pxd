@@ -3,6 +3,7 @@ cimport cython
 from canwire.bus.can cimport bits as can_bits
 from canwire.bus.can.frame_reader cimport FrameReader
 from canwire.bus.can.node cimport Mailbox, Node
+from canwire.bus.can.tally cimport Tally
 from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
@@ -11,16 +12,10 @@ cdef int _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING
 cdef int _BASE, _RTR, _IDE, _EXT, _RTR2, _CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF
 cdef int _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE
 cdef int _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR
+cdef int _NO_RULE, _RECEIVED, _TRANSMIT_ERROR, _RECEIVE_ERROR, _DOMINANT_AFTER_FLAG
+cdef int _FLAG_TRANSMITTER, _FLAG_RECEIVER, _LONG_TRANSMITTER, _LONG_RECEIVER
+cdef int _QUIET, _RECEIVED_LAST, _SENT, _RECEIVING, _SENDING, _FAILED
 cdef int _TO_DATA_RATE, _TO_NOMINAL_RATE, _FLAG_PART, _DELIMITER_PART, _OVERLOAD_PART
-
-cdef class Tap:
-    cpdef transmitted(self, Node node, Mailbox box, unsigned long long at_ns)
-
-@cython.final
-cdef class Tally:
-    cdef public unsigned long long frames, error_frames, last_success_ns
-    cdef public bint erring
-    cdef public Tap tap
 
 @cython.final
 cdef class Station:
@@ -29,7 +24,7 @@ cdef class Station:
     cdef public unsigned long long now_ns, sof_ns
     cdef public int state, out, last_sample, rate_change, index, run, left, dominant_run, flag_level
     cdef public FrameReader reader
-    cdef public bint fast, sof_seen, transmitting, finished, rejoined, overload, tec_due
+    cdef public bint fast, sof_seen, transmitting, finished, rejoined, overload, tec_due, just_free, flagged, counted
     cdef public Mailbox box, sent, contending
     cdef public bytes levels
     cdef public bint acknowledging, acknowledged, second_ack
@@ -39,6 +34,10 @@ cdef class Station:
     cpdef int sample(self, int level) except -1
     @cython.locals(node=Node, offer=Mailbox)
     cpdef bint ready_to_send(self) except -1
+    cpdef bint transmits(self) noexcept
+    cpdef int activity(self) except -1
+    cpdef int fail_unacknowledged(self, Mailbox box, bint passive) except -1
+    cpdef int resume_intermission(self, bint sent, int run) except -1
     cpdef bint resting(self) except -1
     cpdef int wait_for_bus(self) except -1
     @cython.locals(node=Node, box=Mailbox)
@@ -60,17 +59,24 @@ cdef class Station:
     cdef int _react(self, int outcome) except -1
     @cython.locals(field=int)
     cdef bint _tolerated(self, int level, bint stuff_bit) except -1
+    @cython.locals(node=Node)
     cdef int _lose(self) except -1
     cdef void _tail_bit(self, int level) except *
     cdef int _ack_bit(self, int level) except -1
+    @cython.locals(node=Node)
+    cdef int _count_reception(self) except -1
     cdef int _ack_delimiter_bit(self, int level) except -1
     cdef int _eof_bit(self, int level) except -1
     @cython.locals(node=Node, passive=bint, rule=int)
     cdef int _error(self, int kind, int bit, bint exempt=*) except -1
+    cdef int _begin_error_flag(self, bint passive) except -1
     cdef int _overload(self) except -1
+    cdef int _begin_flag(self, int state) except -1
     cdef int _count(self, int rule) except -1
     cdef int _leave_if_off(self) except -1
     cdef int _flag_bit(self, int level) except -1
+    @cython.locals(passive=bint)
+    cdef int _dominant_flag_bit(self, int level) except -1
     cdef int _passive_flag_bit(self, int level) except -1
     cdef void _after_flag_bit(self, int level) except *
     cdef int _delimiter_bit(self, int level) except -1

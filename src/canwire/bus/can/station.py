@@ -10,62 +10,34 @@ Source: ISO 11898-1:2015 chapters 8 and 10; Bosch CAN FD 1.0; reference/can-prot
 from __future__ import annotations
 
 from canwire.bus.can import bits as can_bits
+from canwire.bus.can import frame_reader as fields
+from canwire.bus.can import node as seam
 from canwire.bus.can.bit_layout import BitLayout
-from canwire.bus.can.frame_reader import (
-    ACK,
-    ACK_DELIMITER,
-    BASE,
-    CRC_DELIMITER,
-    EOF,
-    EXT,
-    FAST_FROM_HERE,
-    FORM_ERROR,
-    IDE,
-    PROTOCOL_EXCEPTION,
-    RTR,
-    RTR2,
-    STUFF_ERROR,
-    TAKEN,
-    FrameReader,
-)
-from canwire.bus.can.node import (
-    DOMINANT_AFTER_FLAG,
-    FLAG_BIT_ERROR_RECEIVER,
-    FLAG_BIT_ERROR_TRANSMITTER,
-    LONG_DOMINANT_RECEIVER,
-    LONG_DOMINANT_TRANSMITTER,
-    NO_RULE,
-    RECEIVE_ERROR,
-    RECEIVED,
-    TRANSMIT_ERROR,
-    Mailbox,
-    Node,
-)
+from canwire.bus.can.frame_reader import FrameReader
+from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.tally import Tally
 from canwire.values import frame as codec
 
 # states
 (
-    IDLE,
-    FRAME,
-    ACTIVE_FLAG,
-    PASSIVE_FLAG,
-    FLAG_WAIT,
-    DELIMITER,
-    OVERLOAD_FLAG,
-    INTERMISSION,
-    SUSPEND,
-    WAITING,
-) = range(10)
+    IDLE, FRAME, ACTIVE_FLAG, PASSIVE_FLAG, FLAG_WAIT, DELIMITER, OVERLOAD_FLAG, INTERMISSION, SUSPEND, WAITING,
+) = range(10)  # fmt: skip
 _IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT = IDLE, FRAME, ACTIVE_FLAG, PASSIVE_FLAG, FLAG_WAIT
 _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING = (
     DELIMITER, OVERLOAD_FLAG, INTERMISSION, SUSPEND, WAITING,
 )  # fmt: skip
 
-# of frame_reader.py, as C constants
-_BASE, _RTR, _IDE, _EXT, _RTR2 = BASE, RTR, IDE, EXT, RTR2
-_CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF = CRC_DELIMITER, ACK, ACK_DELIMITER, EOF
-_TAKEN, _STUFF_ERROR, _FORM_ERROR = TAKEN, STUFF_ERROR, FORM_ERROR
-_PROTOCOL_EXCEPTION, _FAST_FROM_HERE = PROTOCOL_EXCEPTION, FAST_FROM_HERE
+# of frame_reader.py and node.py, as C constants
+_BASE, _RTR, _IDE, _EXT, _RTR2 = fields.BASE, fields.RTR, fields.IDE, fields.EXT, fields.RTR2
+_CRC_DELIMITER, _ACK, _ACK_DELIMITER = fields.CRC_DELIMITER, fields.ACK, fields.ACK_DELIMITER
+_EOF, _TAKEN, _STUFF_ERROR, _FORM_ERROR = fields.EOF, fields.TAKEN, fields.STUFF_ERROR, fields.FORM_ERROR
+_PROTOCOL_EXCEPTION, _FAST_FROM_HERE = fields.PROTOCOL_EXCEPTION, fields.FAST_FROM_HERE
+_NO_RULE, _RECEIVED, _TRANSMIT_ERROR = seam.NO_RULE, seam.RECEIVED, seam.TRANSMIT_ERROR
+_RECEIVE_ERROR, _DOMINANT_AFTER_FLAG = seam.RECEIVE_ERROR, seam.DOMINANT_AFTER_FLAG
+_FLAG_TRANSMITTER, _FLAG_RECEIVER = seam.FLAG_BIT_ERROR_TRANSMITTER, seam.FLAG_BIT_ERROR_RECEIVER
+_LONG_TRANSMITTER, _LONG_RECEIVER = seam.LONG_DOMINANT_TRANSMITTER, seam.LONG_DOMINANT_RECEIVER
+_QUIET, _RECEIVED_LAST, _SENT = seam.QUIET, seam.RECEIVED_LAST, seam.SENT
+_RECEIVING, _SENDING, _FAILED = seam.RECEIVING, seam.SENDING, seam.FAILED
 
 # ErrorKind
 _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR = 1, 2, 3, 4, 5, 6
@@ -76,30 +48,13 @@ KEEP_RATE, TO_DATA_RATE, TO_NOMINAL_RATE = range(3)
 _TO_DATA_RATE, _TO_NOMINAL_RATE = TO_DATA_RATE, TO_NOMINAL_RATE
 
 
-class Tap:
-    """Somebody who watches the wire without being on it."""
-
-    def transmitted(self, node: Node, box: Mailbox, at_ns: int) -> None:
-        """The node's frame went through."""
-        raise NotImplementedError
-
-
-class Tally:
-    """What has happened on one bus, counted once for all its stations."""
-
-    def __init__(self) -> None:
-        self.frames = 0
-        self.error_frames = 0
-        self.erring = False
-        self.last_success_ns = 0
-        self.tap: Tap | None = None
-
-
 class Station:
     """The protocol machine of one node.
 
-    `out` is the level it drives, `rate_change` what its clock has to do at this sample point,
-    `sof_seen` that an edge has ended its idle time.
+    `out` is the level it drives, `rate_change` what its clock has to do at this sample point, `sof_seen` that an edge
+    has ended its idle time, `just_free` that the present bit's sample has ended the intermission. `flagged` holds from
+    an error or overload flag of its own to the end of the intermission behind it. `counted` says that the node has
+    been told already that the frame on the wire was well received.
     """
 
     def __init__(self, node: Node, tally: Tally) -> None:
@@ -120,9 +75,8 @@ class Station:
         self.contending = node.contending
         self.sent = self.box
         self.levels = b""
-        self.finished = False
-        self.rejoined = False
-        self.overload = False
+        self.just_free = self.finished = self.rejoined = False
+        self.overload = self.flagged = self.counted = False
         self.tec_due = False
         self.left = 0
         self.dominant_run = 0
@@ -141,6 +95,7 @@ class Station:
                 self.node.joined(self.now_ns)
         if self.state == _IDLE and not self.sof_seen:
             self._offer()
+        self.just_free = False
         self.out = 1
         if self.state == _FRAME:
             if self.transmitting:
@@ -181,6 +136,38 @@ class Station:
             and node.suspended_ns <= self.now_ns
         )
 
+    def transmits(self) -> bool:
+        """The node sends a frame, or sent what its error flag now ends."""
+        return self.transmitting and (self.finished or _FRAME <= self.state <= _OVERLOAD_FLAG)
+
+    def activity(self) -> int:
+        """As Bus.activity."""
+        if self.state == _FRAME or self.finished:
+            return _SENDING if self.transmitting else _RECEIVING
+        if _ACTIVE_FLAG <= self.state <= _OVERLOAD_FLAG:
+            return _FAILED
+        if self.state == _INTERMISSION:
+            return _SENT if self.transmitting or self.flagged else _RECEIVED_LAST
+        return _QUIET
+
+    def fail_unacknowledged(self, box: Mailbox, passive: bool) -> None:
+        """Go on behind an ACK slot that nobody filled, which the node has been told of."""
+        self.sent = box
+        self.contending = None
+        self.transmitting = self.tally.erring = True
+        self.tec_due = passive
+        self._begin_flag(_PASSIVE_FLAG if passive else _ACTIVE_FLAG)
+
+    def resume_intermission(self, sent: bool, run: int) -> None:
+        """Go on behind a frame that was stepped over; one who waits has seen `run` recessive bits."""
+        self.contending = None
+        if self.state == _WAITING:
+            self.run = run
+        else:
+            self.state = _INTERMISSION
+            self.transmitting = sent
+            self.left = 3
+
     def resting(self) -> bool:
         """Nothing of a frame or an error is under way here."""
         if self.finished or self.rejoined or self.sof_seen:
@@ -192,8 +179,7 @@ class Station:
     def wait_for_bus(self) -> None:
         """Leave whatever was going on; the node looks for 11 recessive bits."""
         self.state = _WAITING
-        self.transmitting = False
-        self.finished = False
+        self.transmitting = self.flagged = self.sof_seen = self.finished = False
         self.run = 0
 
     def _offer(self) -> None:
@@ -219,16 +205,15 @@ class Station:
         self.levels = bytes(layout.levels)
         self._begin_frame()
         self.transmitting = True
+        self.sof_seen = False
         self.state = _FRAME
 
     def _begin_frame(self) -> None:
         self.reader.fd_mode = self.node.fd
         self.reader.begin()
         self.index = 0
-        self.acknowledging = False
-        self.acknowledged = False
-        self.second_ack = False
-        self.fast = False
+        self.acknowledging = self.acknowledged = self.second_ack = False
+        self.fast = self.flagged = False
 
     def _start_receiving(self) -> None:
         """The bit just sampled is an SOF."""
@@ -263,9 +248,10 @@ class Station:
                 self._start_receiving()
         elif self.left == 0:
             suspended = self.transmitting and self.node.passive
-            self.transmitting = False
+            self.transmitting = self.flagged = self.sof_seen = False
             self.state = _SUSPEND if suspended else _IDLE
             self.left = 8
+            self.just_free = True
 
     def _waiting_bit(self, level: int) -> None:
         self.run = self.run + 1 if level else 0
@@ -286,6 +272,7 @@ class Station:
             self.tally.last_success_ns = self.now_ns
             if self.tally.tap is not None:
                 self.tally.tap.transmitted(self.node, self.sent, self.now_ns)
+            self.node.contending = None
             self.node.transmitted(self.sent, self.now_ns)
         else:
             codec.store_frame(self.reader.frame(), self.box.words, 0, 0, 0)
@@ -348,9 +335,11 @@ class Station:
         else:
             bit = {_RTR: 11, _IDE: 12, _RTR2: 31}[field]
         self.transmitting = False
-        self.node.arbitration_losses += 1
-        if self.node.attentive or self.sent.single_shot:
-            self.node.arbitration_lost(self.sent, bit, self.sof_ns)
+        node = self.node
+        node.contending = None
+        node.arbitration_losses += 1
+        if node.attentive or self.sent.single_shot:
+            node.arbitration_lost(self.sent, bit, self.sof_ns)
 
     def _tail_bit(self, level: int) -> None:
         if self.reader.field == _CRC_DELIMITER:
@@ -376,7 +365,15 @@ class Station:
                 self._error(_ACK_ERROR, self.index - 1)
         elif self.acknowledging and level == 1:
             self._error(_BIT, self.index - 1)
+        elif self.acknowledging:
+            self._count_reception()
         self.reader.go_on(_ACK_DELIMITER, 1)
+
+    def _count_reception(self) -> None:
+        if self.counted:
+            self.counted = False
+        else:
+            self.node.count(_RECEIVED, self.now_ns)
 
     def _ack_delimiter_bit(self, level: int) -> None:
         """CAN FD tolerates an acknowledge that comes one bit late or lasts two bits."""
@@ -392,8 +389,6 @@ class Station:
         elif level == 0:
             self._error(_FORM, self.index - 1)
         else:
-            if not self.transmitting and not self.node.listen_only:
-                self.node.count(RECEIVED, self.now_ns)
             self.reader.go_on(_EOF, 7)
 
     def _eof_bit(self, level: int) -> None:
@@ -411,29 +406,33 @@ class Station:
     def _error(self, kind: int, bit: int, exempt: bool = False) -> None:
         node = self.node
         passive = node.passive or node.listen_only
-        rule = TRANSMIT_ERROR if self.transmitting else RECEIVE_ERROR
+        rule = _TRANSMIT_ERROR if self.transmitting else _RECEIVE_ERROR
         self.tec_due = self.transmitting and passive and kind == _ACK_ERROR
         if exempt or self.tec_due or node.listen_only:
-            rule = NO_RULE
+            rule = _NO_RULE
         if self.fast:
             self.fast = False
             self.rate_change = _TO_NOMINAL_RATE
-        if not self.tally.erring:
-            self.tally.erring = True
-            self.tally.error_frames += 1
         node.segment = self.reader.part() if self.state == _FRAME else _DELIMITER_PART
         node.read_dominant = self.last_sample == 0
-        self.state = _PASSIVE_FLAG if passive else _ACTIVE_FLAG
-        self.overload = False
-        self.left = 6
-        self.run = 0
-        self.dominant_run = 0
+        self._begin_error_flag(passive)
         node.error(kind, bit, self.transmitting, rule, self.now_ns)
         self._leave_if_off()
 
+    def _begin_error_flag(self, passive: bool) -> None:
+        if not self.tally.erring:
+            self.tally.erring = True
+            self.tally.error_frames += 1
+        self.overload = False
+        self._begin_flag(_PASSIVE_FLAG if passive else _ACTIVE_FLAG)
+
     def _overload(self) -> None:
-        self.state = _PASSIVE_FLAG if self.node.listen_only else _OVERLOAD_FLAG
         self.overload = True
+        self._begin_flag(_PASSIVE_FLAG if self.node.listen_only else _OVERLOAD_FLAG)
+
+    def _begin_flag(self, state: int) -> None:
+        self.state = state
+        self.flagged = True
         self.left = 6
         self.run = 0
         self.dominant_run = 0
@@ -454,11 +453,18 @@ class Station:
         elif self.state == _FLAG_WAIT:
             self._after_flag_bit(level)
         else:
-            self.left -= 1
-            if self.left == 0:
-                self.state = _FLAG_WAIT
-            if level == 1:
-                self._count(FLAG_BIT_ERROR_TRANSMITTER if self.transmitting else FLAG_BIT_ERROR_RECEIVER)
+            self._dominant_flag_bit(level)
+
+    def _dominant_flag_bit(self, level: int) -> None:
+        """A bit error in an active error or overload flag is an error itself: an error flag begins anew."""
+        self.left -= 1
+        if self.left == 0:
+            self.state = _FLAG_WAIT
+        if level == 1:
+            passive = self.node.passive
+            self._count(_FLAG_TRANSMITTER if self.transmitting else _FLAG_RECEIVER)
+            if self.state != _WAITING:
+                self._begin_error_flag(passive)
 
     def _passive_flag_bit(self, level: int) -> None:
         """Complete once six equal bits have been seen; `run` counts them, `flag_level` is their level."""
@@ -468,7 +474,7 @@ class Station:
             self.state = _FLAG_WAIT
         if level == 0 and self.tec_due:
             self.tec_due = False
-            self._count(TRANSMIT_ERROR)
+            self._count(_TRANSMIT_ERROR)
 
     def _after_flag_bit(self, level: int) -> None:
         if level == 1:
@@ -477,9 +483,9 @@ class Station:
             return
         self.dominant_run += 1
         if self.dominant_run == 1 and not self.transmitting and not self.overload:
-            self._count(DOMINANT_AFTER_FLAG)
+            self._count(_DOMINANT_AFTER_FLAG)
         if self.dominant_run % 8 == 0:
-            self._count(LONG_DOMINANT_TRANSMITTER if self.transmitting else LONG_DOMINANT_RECEIVER)
+            self._count(_LONG_TRANSMITTER if self.transmitting else _LONG_RECEIVER)
 
     def _delimiter_bit(self, level: int) -> None:
         self.left -= 1

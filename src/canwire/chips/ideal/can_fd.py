@@ -59,6 +59,8 @@ class CanFdController(Node):
     def counters(self) -> tuple[int, ...]:
         """TEC, REC, ErrorState, errors, arbitration losses, frames sent, frames received."""
         confinement = self.confinement
+        if self.bus is not None:
+            self.bus.catch_up(self)
         return (
             confinement.tec,
             confinement.rec,

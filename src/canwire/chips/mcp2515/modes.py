@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from canwire.bus.can.node import QUIET, Mailbox
+from canwire.bus.can.node import RECEIVING, Mailbox
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.link import BusSide
 from canwire.timeline import Timer
@@ -90,7 +90,7 @@ class Modes(BusSide):
         if self.offer is not None and self.mode in (_NORMAL, _LOOP_BACK):
             return
         bus = self.bus
-        if bus is not None and self.on_bus and bus.activity(self) != QUIET:
+        if bus is not None and self.on_bus and bus.activity(self) >= RECEIVING:
             self._look_later()
             return
         self._enter(self._wanted)

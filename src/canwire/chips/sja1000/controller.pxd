@@ -9,7 +9,7 @@ cdef int _WRITE_MODE, _WRITE_CONTROL, _WRITE_COMMAND, _WRITE_IER, _WRITE_RXERR, 
 cdef int _MOD, _SR, _IER, _ALC, _ECC, _OCR, _CDR, _TX_RAM
 cdef int _RM, _SM, _TR, _AT, _RRB, _CDO, _SRR
 cdef int _RBS, _DOS, _TBS, _RS, _TS, _BS, _RI, _BASIC_IR_ONES, _CDR_ZERO
-cdef int _QUIET, _RECEIVING, _SENDING
+cdef int _QUIET, _RECEIVED_LAST, _RECEIVING, _SENDING
 cdef int _FORCED_TXERR, _STOPS_AFTER_BITS
 
 @cython.final

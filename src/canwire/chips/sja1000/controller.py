@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from canwire.bus.can.node import QUIET, RECEIVING, SENDING
+from canwire.bus.can.node import QUIET, RECEIVED_LAST, RECEIVING, SENDING
 from canwire.chips.sja1000 import cells as codes
 from canwire.chips.sja1000 import register_map as names
 from canwire.chips.sja1000.modes import Modes
@@ -43,7 +43,7 @@ _RBS, _DOS, _TBS, _RS, _TS, _BS = (
     names.SR_RBS, names.SR_DOS, names.SR_TBS, names.SR_RS, names.SR_TS, names.SR_BS,
 )  # fmt: skip
 _RI, _BASIC_IR_ONES, _CDR_ZERO = names.IR_RI, names.BASIC_IR_ONES, 0x10
-_QUIET, _RECEIVING, _SENDING = QUIET, RECEIVING, SENDING
+_QUIET, _RECEIVED_LAST, _RECEIVING, _SENDING = QUIET, RECEIVED_LAST, RECEIVING, SENDING
 _FORCED_TXERR = 255
 _STOPS_AFTER_BITS = 15
 
@@ -155,7 +155,7 @@ class Sja1000(Modes):
         activity = self.bus.activity(self) if self.bus is not None else _QUIET
         if activity == _QUIET:
             return value
-        return value | (_RS if activity == _RECEIVING else _TS)
+        return value | (_RS if activity in (_RECEIVING, _RECEIVED_LAST) else _TS)
 
     def _write(self, code: int, value: int) -> None:
         if code == _WRITE_COMMAND:

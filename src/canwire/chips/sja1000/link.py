@@ -5,7 +5,7 @@ Sja1000 (controller.py) adds the side towards the processor. Source: data sheet 
 
 Interpretations [INT] where the data sheet is silent:
 - A received frame is stored when its last EOF bit has passed, one bit later than the chip's last-but-one.
-- Errors of a lone sender that nobody acknowledges are told when its error frame is over, as the bus does.
+- TS and RS last to the end of the intermission; TS is also 1 in an error or overload frame that the chip takes part in.
 - Beside errors in frames, ECC captures bit errors in active error and overload flags, and every eighth dominant bit
   that is tolerated behind a flag (form error, 0x13); the first dominant bit behind a flag only counts.
 - A sender that sees a dominant bit in a delimiter or in EOF captures a bit error, a receiver a form error, even where

@@ -8,7 +8,7 @@ from typing import Protocol
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.node import Mailbox, Node
-from canwire.bus.can.station import Tap
+from canwire.bus.can.tally import Tap
 from canwire.bus.medium import one_way_delay_ps
 from canwire.drivers.driver import LineSettings
 from canwire.errors import BadValue

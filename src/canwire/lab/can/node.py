@@ -201,7 +201,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
 
     @property
     def arbitration_losses(self) -> int:
-        return int(self.line.controller.arbitration_losses)
+        return self.line.driver.counters().arbitration_losses
 
     @property
     def accepted(self) -> int:

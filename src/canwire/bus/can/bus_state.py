@@ -1,0 +1,114 @@
+"""What a bus is at, and what anybody may ask of it at any moment, in the middle of a bit too.
+
+bus.py moves it on. Whichever way a frame takes, whole or bit by bit, the answers here are the same.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can.bit_level import BitLevel
+from canwire.bus.can.joining import Joining
+from canwire.bus.can.node import FAILED, QUIET, Bus, Mailbox, Node
+from canwire.bus.can.stepped import SteppedFrame
+from canwire.bus.load import BusLoad
+from canwire.timeline import Timeline
+
+REST, SENDING, BITWISE, ERRING = range(4)
+_REST, _SENDING, _BITWISE, _ERRING = REST, SENDING, BITWISE, ERRING
+_FAILED, _QUIET = FAILED, QUIET
+_INTERMISSION = 3
+
+
+class BusState(Bus):
+    """REST between frames, SENDING one as a whole, ERRING behind one that nobody acknowledged, or BITWISE.
+
+    At REST the bus is free from `_free_ns` and `_free_ps` on, maybe not yet: the intermission counts to it. Up to
+    `_busy_from_ns` `load` is complete.
+    """
+
+    def __init__(self, timeline: Timeline) -> None:
+        self.timeline = timeline
+        self.nodes: list[Node] = []
+        self.load = BusLoad()
+        self.bits = BitLevel()
+        self.tally = self.bits.tally
+        self._state = _REST
+        self._free_ns = 0
+        self._free_ps = 0
+        self._start_ns = 0
+        self._busy_since_ns = 0
+        self._busy_from_ns = 0
+        self._end_ns = 0
+        self._end_ps = 0
+        self._inside = SteppedFrame()
+        self._joining = Joining(self.nodes)
+        self._nobody = Node()
+        self._sender = self._nobody
+        self._box = Mailbox()
+        self._first: Node | None = None
+
+    def on_wire(self, node: Node) -> bool:
+        """This node has been the sender since SOF, or still takes part in arbitration."""
+        if self._state == _SENDING:
+            return self._look_inside().transmits(node, self.timeline.now_ns)
+        if self._state == _ERRING:
+            return node is self._sender and self._look_inside().fails(self.timeline.now_ns)
+        return self._state == _BITWISE and self.bits.transmits(node)
+
+    def activity(self, node: Node) -> int:
+        now_ns = self.timeline.now_ns
+        if not node.on_bus:
+            return _QUIET
+        if self._state == _BITWISE:
+            return self.bits.activity(node)
+        if self._state == _SENDING:
+            return self._look_inside().activity(node, now_ns)
+        if self._sender is self._nobody or (self._state == _REST and now_ns >= self._free_ns):
+            return _QUIET
+        inside = self._look_inside()
+        if self._state == _ERRING and inside.fails(now_ns):
+            return _FAILED
+        return inside.activity_behind(node, now_ns)
+
+    def catch_up(self, node: Node) -> None:
+        if self._state == _SENDING and node.contending is not None:
+            self._look_inside().catch_up(node, self.timeline.now_ns)
+
+    def recessive_groups(self, node: Node) -> int:
+        if self._state == _REST and node.waiting:
+            return self._joining.groups(node, self.timeline.now_ns)
+        return node.sequences
+
+    def resting(self) -> bool:
+        """Nothing is on the wire."""
+        return self.idle()
+
+    def idle(self) -> bool:
+        return self._state == _REST and self.timeline.now_ns >= self._free_ns
+
+    def account(self) -> BusLoad:
+        """The load, with the frame on the wire counted up to this moment."""
+        now_ns = self.timeline.now_ns
+        if self._state != _REST and now_ns > self._busy_from_ns:
+            self.load.add(self._busy_from_ns, now_ns)
+            self._busy_from_ns = now_ns
+        return self.load
+
+    def busy_ns(self) -> int:
+        """How long the bus has been busy so far."""
+        busy_ns = self.account().busy_ns
+        counted_ns = self._free_ns if self._state == _REST else self._busy_from_ns
+        ahead_ns = counted_ns - self.timeline.now_ns
+        return busy_ns - ahead_ns if ahead_ns > 0 else busy_ns
+
+    def busy_since_ns(self) -> int:
+        """Since when the bus has not rested."""
+        return self._busy_since_ns
+
+    def _look_inside(self) -> SteppedFrame:
+        """The frame on the wire, or the last one."""
+        inside = self._inside
+        inside.take(self._start_ns, self._free_ps, self._end_ps, self._sender, self._box)
+        inside.first = self._first
+        if self._state == _REST:
+            inside.end_ps += _INTERMISSION * self._sender.bit_ps
+        return inside

@@ -1,0 +1,158 @@
+"""A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
+
+bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and is told so,
+one whose REC goes down at the ACK slot, one that is looked at. For them alone the same is found out here as
+station.py does bit by bit.
+
+Source: ISO 11898-1:2015 chapters 10.4.2 and 12.1.4; reference/can-protocol.md sections 5 to 7.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can import node as seam
+from canwire.bus.can.node import Mailbox, Node
+from canwire.timeline import NEVER
+
+_NEVER = NEVER
+_QUIET, _RECEIVED_LAST, _SENT = seam.QUIET, seam.RECEIVED_LAST, seam.SENT
+_RECEIVING, _SENDING, _FAILED, _RECEIVED = seam.RECEIVING, seam.SENDING, seam.FAILED, seam.RECEIVED
+_TOP_BIT = 1 << 31
+_ACK_SLOT_TO_EOF_END = 9
+_INTERMISSION = 3
+
+
+class SteppedFrame:
+    """The frame that bus.py steps over, or the last one.
+
+    It began at `start_ns` and `lead_ps`; `end_ps` counts from `start_ns`. `first` begins the chain of all who are on
+    the bus. Those whose `contending` is set are still in arbitration or, as `sender`, have won it. `over` says that the
+    frame is stepped over no more.
+    """
+
+    def __init__(self) -> None:
+        self.start_ns = 0
+        self.lead_ps = 0
+        self.end_ps = 0
+        self.sender = Node()
+        self.box = Mailbox()
+        self.first: Node | None = None
+        self.over = False
+
+    def take(self, start_ns: int, lead_ps: int, end_ps: int, sender: Node, box: Mailbox) -> None:
+        """This is the frame."""
+        self.start_ns = start_ns
+        self.lead_ps = lead_ps
+        self.end_ps = end_ps
+        self.sender = sender
+        self.box = box
+
+    def next_ns(self, end_ns: int, acknowledged: bool) -> int:
+        """When the next thing happens that somebody notices, `end_ns` at the latest."""
+        soonest = end_ns
+        node = self.first
+        while node is not None:
+            box = node.contending
+            if box is not None and node is not self.sender and (node.attentive or box.single_shot):
+                soonest = min(soonest, self._loses_ns(node, box))
+            if acknowledged and self._is_to_count(node):
+                soonest = min(soonest, self._acknowledges_ns(node))
+            node = node.next_member
+        return soonest
+
+    def happen(self, now_ns: int) -> None:
+        """Tell those whose time has come: losers of arbitration, and receivers whose REC goes down."""
+        node = self.first
+        while node is not None:
+            box = node.contending
+            if box is not None and node is not self.sender and (node.attentive or box.single_shot):
+                if self._loses_ns(node, box) <= now_ns:
+                    self._lose(node, box)
+            elif self._is_to_count(node) and self._acknowledges_ns(node) <= now_ns:
+                node.counted_ns = self.start_ns
+                node.count(_RECEIVED, now_ns)
+            if self.over:
+                return
+            node = node.next_member
+
+    def catch_up(self, node: Node, now_ns: int) -> None:
+        """Count a loss of arbitration up to now that nobody had to be told of."""
+        box = node.contending
+        if box is None or node is self.sender or node.attentive or box.single_shot:
+            return
+        if self._loses_ns(node, box) < now_ns:
+            node.contending = None
+            node.arbitration_losses += 1
+
+    def activity(self, node: Node, now_ns: int) -> int:
+        """As Bus.activity, up to the end of EOF."""
+        if self.transmits(node, now_ns):
+            return _SENDING
+        joined = node.contending is not None or self._at_ns(self.lead_ps + node.sample_ps) < now_ns
+        return _RECEIVING if joined else _QUIET
+
+    def transmits(self, node: Node, now_ns: int) -> bool:
+        """The node has won arbitration, or still takes part in it."""
+        box = node.contending
+        return node is self.sender or (box is not None and now_ns <= self._loses_ns(node, box))
+
+    def fails(self, now_ns: int) -> bool:
+        """Behind an ACK slot that nobody filled: the error frame lasts, of which `end_ps` is the intermission's end."""
+        node = self.sender
+        return now_ns <= self._at_ns(self.end_ps - (_INTERMISSION + 1) * node.bit_ps + node.sample_ps)
+
+    def activity_behind(self, node: Node, now_ns: int) -> int:
+        """As Bus.activity, in the intermission behind the frame, which `end_ps` is the end of."""
+        if now_ns > self._at_ns(self.end_ps - node.bit_ps + node.sample_ps):
+            return _QUIET
+        return _SENT if node is self.sender else _RECEIVED_LAST
+
+    def _at_ns(self, at_ps: int) -> int:
+        return self.start_ns + at_ps // 1000
+
+    def _lose(self, node: Node, box: Mailbox) -> None:
+        node.contending = None
+        node.arbitration_losses += 1
+        node.arbitration_lost(box, losing_bit(box.key, self.box.key), self.start_ns)
+
+    def _loses_ns(self, node: Node, box: Mailbox) -> int:
+        """Where this contender samples the first bit that is dominant in spite of it."""
+        at_bit = wire_bit(box.key, losing_bit(box.key, self.box.key))
+        return self._at_ns(self.lead_ps + at_bit * node.bit_ps + node.sample_ps)
+
+    def _is_to_count(self, node: Node) -> bool:
+        return (
+            node.tainted
+            and not node.listen_only
+            and node is not self.sender
+            and node.counted_ns != self.start_ns
+        )
+
+    def _acknowledges_ns(self, node: Node) -> int:
+        """Where this receiver samples its own acknowledge: its REC goes down (rule 8)."""
+        return self._at_ns(self.end_ps - _ACK_SLOT_TO_EOF_END * self.sender.bit_ps + node.sample_ps)
+
+
+def losing_bit(key: int, winner: int) -> int:
+    """The first bit where this arbitration field is higher than the winner's, 0..31 as SJA1000's ALC counts."""
+    differing = key ^ winner
+    bit = 0
+    while differing < _TOP_BIT:
+        differing <<= 1
+        bit += 1
+    return bit
+
+
+def wire_bit(key: int, bit: int) -> int:
+    """Where a bit of the arbitration field is on the wire, counted from SOF with stuff bits."""
+    at = run = 1
+    last = 0
+    for k in range(bit + 1):
+        level = key >> 31 - k & 1
+        if run == 5:
+            at += 1
+            last ^= 1
+            run = 1
+        run = run + 1 if level == last else 1
+        last = level
+        at += 1
+    return at - 1
