@@ -25,11 +25,10 @@ from canwire import (
     LineStatus,
     Siblings,
     WantedMode,
-    conflicts_on,
 )
 from canwire.python_can.arguments import error_frames_of, state_of, timings_of
 from canwire.python_can.clock import clock_of
-from canwire.python_can.company import Company
+from canwire.python_can.company import Company, warn_of_conflicts
 from canwire.python_can.ending import OPEN_BUSES
 from canwire.python_can.errors import opening, operating, operation_error
 from canwire.python_can.filters import LIST_SIZE, planned
@@ -112,8 +111,7 @@ class CanwireBus(can.BusABC):
                 with started or nullcontext():  # once there is a channel the line goes on by itself
                     self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
                 self._leases.append(self._line_channel)
-                for conflict in conflicts_on(self._hub, self._place.info.bus):
-                    log.warning("%s", conflict)
+                warn_of_conflicts(self._hub, self._place.info.bus)
                 self._line_channel.set_up(
                     ChannelMode(
                         rx_fifo_size,

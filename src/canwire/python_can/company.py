@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from canwire import BusEvent, ErrorKind, ErrorState, Hub, LinePlace, LineStatus, format_rates
+from canwire import BusEvent, ErrorKind, ErrorState, Hub, LinePlace, LineStatus, conflicts_on, format_rates
 
 _LOG = logging.getLogger("can.canwire")
 _TROUBLED = (ErrorState.ERROR_WARNING, ErrorState.ERROR_PASSIVE)
@@ -57,3 +57,9 @@ class Company:
 
 
 _START = "start a shared one by `canwire serve`"
+
+
+def warn_of_conflicts(hub: Hub, bus: str) -> None:
+    """Say in the log which lines of this bus run at different rates: they destroy each other's frames."""
+    for conflict in conflicts_on(hub, bus):
+        _LOG.warning("%s", conflict)

@@ -3,9 +3,11 @@ cimport cython
 from canwire.bus.can.node cimport Mailbox, Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
+from canwire.bus.can.stimulus cimport Stimulus
 
 cdef int _FRAME, _QUIET, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
 cdef long long _NEVER
+cdef int _FREE
 cdef int _RES_FIELD, _HISTORY, _MARGIN_BITS
 
 @cython.final
@@ -13,7 +15,8 @@ cdef class Clock:
     cdef public Station station
     cdef public Node node
     cdef public long long start_ps, due_ps, edge_ps
-    cdef public bint sampling, synchronised, data_rate
+    cdef public int forced, seen
+    cdef public bint sampling, synchronised, data_rate, free
     cdef public list times, levels
     cdef public long long changes
 
@@ -39,14 +42,19 @@ cdef class BitLevel:
     cdef public list clocks
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
-    cdef public bint shorted, undisturbed
-    cdef bint _stepping
-    cdef public object capture, disturb
+    cdef public bint shorted, undisturbed, pinned
+    cdef bint _stepping, _forcing
+    cdef public object capture, disturb, watch
+    cdef public list stimuli
+    cdef long long _change_ps
     cdef public Node victim
-    cdef int _wire, _shown, _flip
+    cdef int _wire, _shown, _flip, _forced
     cdef Clock _flip_sender
     cdef Node _reference
 
+    @cython.locals(clock=Clock)
+    cpdef int stimulate(self, Stimulus stimulus, long long at_ps) except -1
+    cpdef long long offset_ps(self) noexcept
     cpdef unsigned long long at_ns(self, long long at_ps) noexcept
     @cython.locals(soonest="long long", clock=Clock)
     cpdef long long next_ps(self) noexcept
@@ -63,14 +71,23 @@ cdef class BitLevel:
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cdef int _begin_bits(self, long long at_ps) except -1
+    cdef int _begin_bit(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef bint resting(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)
     cdef int _settle(self, long long at_ps) except -1
     @cython.locals(driver=Clock, clock=Clock, fell=bint, arrives="long long")
     cdef int _send_edges(self, long long at_ps) except -1
-    @cython.locals(level=int, other=Clock)
+    @cython.locals(absolute_ps="long long", soonest="long long", clock=Clock, stimulus=Stimulus)
+    cdef int _force(self, long long at_ps) except -1
+    @cython.locals(clock=Clock)
+    cdef int _put_in_front(self, Stimulus stimulus) except -1
+    @cython.locals(clock=Clock, arrives=bint, fell=bint, level=int)
+    cdef int _look_for_edges(self, long long at_ps) except -1
+    @cython.locals(level=int, flipped=bint)
     cdef int _seen_by(self, Clock clock, long long at_ps) except -1
+    @cython.locals(level=int, other=Clock)
+    cdef int _undisturbed_level(self, Clock clock, long long at_ps) except -1
     cdef bint _flipped_for(self, Clock clock) except -1
     @cython.locals(sender=Clock)
     cdef void _begin_disturbance(self) except *

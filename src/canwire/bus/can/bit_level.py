@@ -24,12 +24,14 @@ from canwire.bus.can.station import (
     WAITING,
     Station,
 )
+from canwire.bus.can.stimulus import FREE, Stimulus
 from canwire.bus.can.tally import Tally
 from canwire.timeline import NEVER
 
 _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
 _KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
 _NEVER, _QUIET = NEVER, QUIET
+_FREE = FREE
 _RES_FIELD = RES
 _HISTORY = 64
 _MARGIN_BITS = 16
@@ -49,6 +51,9 @@ class Clock:
         self.sampling = False
         self.synchronised = False
         self.edge_ps = _NEVER  # of an edge still on its way
+        self.forced = _FREE  # a stimulus puts this level in front of its receiver
+        self.free = True  # none did so up to now
+        self.seen = 1
         self.data_rate = False
         self.times = [0] * _HISTORY
         self.levels = [1] * _HISTORY
@@ -145,7 +150,7 @@ class BitLevel:
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
     is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the first
     sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
-    already, and well.
+    already, and well. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does not rest.
     """
 
     def __init__(self) -> None:
@@ -159,10 +164,16 @@ class BitLevel:
         self.undisturbed = False
         self.capture: Callable[[int, int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
+        self.watch: Callable[[Clock, int], None] | None = None
+        self.pinned = False
+        self.stimuli: list[Stimulus] = []
         self.victim: Node | None = None
         self._stepping = False
         self._wire = 1
         self._shown = 1
+        self._forced = _FREE
+        self._forcing = False
+        self._change_ps = _NEVER
         self._flip = -1
         self._flip_sender: Clock | None = None
         self._reference: Node | None = None
@@ -237,6 +248,20 @@ class BitLevel:
         if not self._stepping:
             self._settle(self.now_ps)
 
+    def stimulate(self, stimulus: Stimulus, at_ps: int) -> None:
+        """Put levels in front of nodes' receivers, from now (`at_ps`) on at the earliest."""
+        if not self._forcing:
+            self._forcing = True
+            for clock in self.clocks:
+                clock.seen = self._undisturbed_level(clock, self.now_ps)
+                clock.free = True
+        self.stimuli.append(stimulus)
+        self._change_ps = min(self._change_ps, max(at_ps, stimulus.next_ps - self.offset_ps()))
+
+    def offset_ps(self) -> int:
+        """From the timeline's start to `enter`."""
+        return self.origin_ns * 1000 + self.origin_ps
+
     def at_ns(self, at_ps: int) -> int:
         return self.origin_ns + (self.origin_ps + at_ps) // 1000
 
@@ -244,7 +269,7 @@ class BitLevel:
         return (self.origin_ps + self.now_ps) % 1000
 
     def next_ps(self) -> int:
-        soonest = _NEVER
+        soonest = self._change_ps
         for clock in self.clocks:
             soonest = min(soonest, clock.due_ps, clock.edge_ps)
         return soonest
@@ -291,16 +316,22 @@ class BitLevel:
                 if station.finished and station.transmitting:
                     sent = True  # receivers are told of a frame before its sender
                 else:
-                    clock.begin_bit(at_ps)
+                    self._begin_bit(clock, at_ps)
+        if sent:
+            self._begin_bits(at_ps)
+        if self._change_ps <= at_ps:
+            self._force(at_ps)
+            changed = True
         if changed:
-            if sent:
-                self._begin_bits(at_ps)
             self._begin_disturbance()
             self._settle(at_ps)
-        for clock in self.clocks:
-            if clock.edge_ps <= at_ps:
-                clock.edge_ps = _NEVER
-                clock.edge(at_ps)
+        if self._forcing:
+            self._look_for_edges(at_ps)
+        else:
+            for clock in self.clocks:
+                if clock.edge_ps <= at_ps:
+                    clock.edge_ps = _NEVER
+                    clock.edge(at_ps)
         for clock in self.clocks:
             if clock.due_ps == at_ps and clock.sampling:
                 clock.station.sample(self._seen_by(clock, at_ps))
@@ -309,11 +340,16 @@ class BitLevel:
     def _begin_bits(self, at_ps: int) -> None:
         for clock in self.clocks:
             if clock.due_ps == at_ps and not clock.sampling:
-                clock.begin_bit(at_ps)
+                self._begin_bit(clock, at_ps)
+
+    def _begin_bit(self, clock: Clock, at_ps: int) -> None:
+        clock.begin_bit(at_ps)
+        if self.watch is not None:
+            self.watch(clock, self.offset_ps() + at_ps)
 
     def resting(self) -> bool:
         """Nothing is under way on the wire."""
-        if self.shorted or self._wire == 0:
+        if self.shorted or self._wire == 0 or self._forcing or self.pinned:
             return False
         for clock in self.clocks:
             if not clock.station.resting() or clock.edge_ps != _NEVER:
@@ -345,6 +381,8 @@ class BitLevel:
         for clock in self.clocks:
             wire &= clock.station.out
         shown = wire ^ 1 if self._flip == EVERYBODY else wire
+        if self._forced != _FREE:
+            shown = self._forced
         if shown != self._shown:
             self._shown = shown
             if self.capture is not None:
@@ -367,7 +405,52 @@ class BitLevel:
                     arrives = at_ps if self.shorted else at_ps + self.delay_ps
                     clock.edge_ps = min(clock.edge_ps, arrives)
 
+    def _force(self, at_ps: int) -> None:
+        """Stimuli change; the one that came last decides."""
+        absolute_ps = self.offset_ps() + at_ps
+        self._forced = _FREE
+        soonest = _NEVER
+        for clock in self.clocks:
+            clock.forced = _FREE
+        for stimulus in self.stimuli:
+            stimulus.advance(absolute_ps)
+            soonest = min(soonest, stimulus.next_ps)
+            if stimulus.level != _FREE:
+                self._put_in_front(stimulus)
+        self.stimuli = [stimulus for stimulus in self.stimuli if not stimulus.over()]
+        self._change_ps = soonest - self.offset_ps() if soonest != _NEVER else _NEVER
+
+    def _put_in_front(self, stimulus: Stimulus) -> None:
+        if stimulus.nodes is None:
+            self._forced = stimulus.level
+        for clock in self.clocks:
+            if stimulus.nodes is None or clock.node in stimulus.nodes:
+                clock.forced = stimulus.level
+
+    def _look_for_edges(self, at_ps: int) -> None:
+        """While levels are forced, an edge is what a node sees as one."""
+        for clock in self.clocks:
+            arrives = clock.edge_ps <= at_ps
+            if arrives:
+                clock.edge_ps = _NEVER
+            level = self._undisturbed_level(clock, at_ps)
+            fell = clock.seen == 1 or (arrives and clock.free)
+            clock.seen = level
+            clock.free = clock.forced == _FREE
+            if level == 0 and fell:
+                clock.edge(at_ps)
+        if not self.stimuli:
+            self._forcing = False
+
     def _seen_by(self, clock: Clock, at_ps: int) -> int:
+        level = self._undisturbed_level(clock, at_ps)
+        flipped = self._flip >= 0 and not self.shorted and clock.forced == _FREE
+        return level ^ 1 if flipped and self._flipped_for(clock) else level
+
+    def _undisturbed_level(self, clock: Clock, at_ps: int) -> int:
+        """What is in front of a node's receiver, but for a bit that is to be read wrong."""
+        if clock.forced != _FREE:
+            return clock.forced
         if self.shorted:
             return 0
         if self.delay_ps == 0:
@@ -377,7 +460,7 @@ class BitLevel:
             for other in self.clocks:
                 if other is not clock:
                     level &= other.level_at(at_ps - self.delay_ps)
-        return level ^ 1 if self._flip >= 0 and self._flipped_for(clock) else level
+        return level
 
     def _flipped_for(self, clock: Clock) -> bool:
         if self._flip == EVERYBODY:

@@ -18,6 +18,7 @@ from canwire.bus.can import node as seam
 from canwire.bus.can.bus_state import BITWISE, ERRING, REST, SENDING, BusState
 from canwire.bus.can.in_step import all_follow
 from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.stimulus import Stimulus
 from canwire.timeline import NEVER, Timeline
 
 _NEVER = NEVER
@@ -144,6 +145,15 @@ class CanBus(BusState):
             self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
 
+    def stimulate(self, stimulus: Stimulus) -> None:
+        """Put levels in front of nodes' receivers, from now on at the earliest."""
+        if self._state == _REST:
+            self._leave_rest()
+        else:
+            self.interrupt()
+        self.bits.stimulate(stimulus, self._elapsed_ps())
+        self.timeline.interrupted = True
+
     def _leave_rest(self) -> None:
         """Go down to the bit level while no frame is on the wire, in the midst of an intermission if need be."""
         now_ns = self.timeline.now_ns
@@ -171,7 +181,7 @@ class CanBus(BusState):
         if self._state == _ERRING:
             return self._end_ns
         if self._state == _BITWISE:
-            return self.bits.at_ns(self.bits.next_ps()) if self.bits.clocks else self.timeline.now_ns
+            return self.bits.at_ns(self.bits.next_ps()) if self._anything_left() else self.timeline.now_ns
         start = self._next_start()
         if self._waiting:
             joining = self._joining.next_ns()
@@ -452,7 +462,7 @@ class CanBus(BusState):
         """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
         bits = self.bits
         while not self.timeline.interrupted:
-            if not bits.clocks:
+            if not self._anything_left():
                 self._leave_bitwise()  # the last node has left
                 return True
             at_ns = bits.at_ns(bits.next_ps())
@@ -464,6 +474,9 @@ class CanBus(BusState):
                 self._leave_bitwise()
                 return True
         return True
+
+    def _anything_left(self) -> bool:
+        return bool(self.bits.clocks or self.bits.stimuli)
 
     def _leave_bitwise(self) -> None:
         bits = self.bits

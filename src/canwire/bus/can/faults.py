@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from canwire.bus.can.bit_layout import BitLayout
 from canwire.bus.can.bit_level import EVERYBODY, ONE_NODE, RECEIVERS, SENDER
 from canwire.bus.can.bus import CanBus
+from canwire.bus.can.forcing import Forcing
 from canwire.bus.can.node import Mailbox, Node
 from canwire.errors import BadValue
 from canwire.values.frame import Frame, frame_of_record
@@ -51,11 +52,11 @@ class Fault:
         return wanted_id and (self.extended is None or self.extended == frame.extended)
 
 
-class Faults:
-    """Everything that goes wrong on one bus, by script or by chance."""
+class Faults(Forcing):
+    """Everything that goes wrong on one bus, by script or by chance; what levels are forced stands in forcing.py."""
 
     def __init__(self, bus: CanBus, seed: int) -> None:
-        self._bus = bus
+        super().__init__(bus)
         self._random = random.Random(seed)
         self._faults: list[Fault] = []
         self._noise = 0.0
@@ -82,7 +83,7 @@ class Faults:
         viewers = SEEN_BY[seen_by] if isinstance(seen_by, str) else ONE_NODE
         fault = Fault(frame_id, extended, bit, viewers, victim, times)
         self._faults.append(fault)
-        self._bus.scripted = self._scripted
+        self._choose_frames()
         return fault
 
     def _check(
@@ -131,10 +132,10 @@ class Faults:
         self._bus.short(False)
 
     def clear(self) -> None:
-        """No more scripted faults, noise or short; nodes cut off stay cut off."""
+        """No more scripted faults, noise or short; nodes cut off stay cut off, and what is forced at a time comes."""
         self._faults.clear()
         self.noise(0.0)
-        self._bus.scripted = None
+        self.forget_placed()
         if self._bus.bits.shorted:
             self.clear_short()
 
@@ -144,9 +145,12 @@ class Faults:
             return -1
         return int(math.log(1.0 - self._random.random()) / math.log1p(-self._noise))
 
+    def _choose_frames(self) -> None:
+        self._bus.scripted = self._scripted if self._faults or self._placed else None
+
     def _scripted(self, box: Mailbox) -> bool:
         frame = frame_at_box(box)
-        return any(fault.matches(frame) for fault in self._faults)
+        return any(fault.matches(frame) for fault in self._faults) or self._awaits(box)
 
     def _disturb(self, node: Node, index: int) -> int:
         """Who sees the bit inverted that the sender now drives, or -1."""
@@ -171,7 +175,7 @@ class Faults:
             fault.times -= 1
         if not any(other.times != 0 for other in self._faults):
             self._faults.clear()
-            bus.scripted = None
+            self._choose_frames()
         bus.bits.victim = fault.victim
         return fault.seen_by
 

@@ -7,7 +7,8 @@ Interpretations [INT] where the data sheet is silent:
   for 11 recessive bits. From normal to listen-only mode and back the bus is not left. A REQOP of 5 to 7 is none.
 - Listen-only mode has no counters, so it ends bus-off, too.
 - Sleep is only left by bus activity or WAKIF, each with WAKIE set; WAKIF may have been set before (docs/mcp2515.md).
-  REQOP keeps what was written, and counts again when it is written. A chip that has been woken waits for 128 periods of its oscillator and 11 recessive bits.
+  REQOP keeps what was written, and counts again when it is written. A chip that has been woken waits for 128 periods
+  of its oscillator and 11 recessive bits.
 - In loop-back mode a frame takes as long as on the wire, intermission included.
 - A PHSEG2 of one quantum counts as two. SAM, WAKFIL and SOF change nothing.
 """

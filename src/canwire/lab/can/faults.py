@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from typing import Any
 
 from canwire.boards.can.line import Line
@@ -33,9 +34,18 @@ class LabFaults(Faults):
         seen_by: str | Node | CanBenchNode[Any] = "all",
     ) -> Fault:
         """Invert one bit of matching frames for `seen_by`: "all", "receivers", "sender" or one node."""
-        viewer = seen_by.line.controller if isinstance(seen_by, CanBenchNode) else seen_by
-        with self._time.touch():
+        viewer = self._controller(seen_by) if isinstance(seen_by, CanBenchNode) else seen_by
+        with self._touch():
             return super().flip(bit=bit, frame_id=frame_id, extended=extended, times=times, seen_by=viewer)
+
+    def _controller(self, node: object) -> Node:
+        if not isinstance(node, CanBenchNode):
+            return super()._controller(node)
+        controller: Node = node.line.controller
+        return controller
+
+    def _touch(self) -> AbstractContextManager[object]:
+        return self._time.touch()
 
     def islands(self) -> list[CanBus]:
         """The stubs of the nodes whose plug is pulled."""

@@ -1,0 +1,272 @@
+"""Disturbances anywhere on the wire: a level held, a glitch, an edge moved, for one node, several or all.
+
+`Forcing` turns what a script asks for into stimuli: at a time, or when a node gets to a place. Frames that a placed
+disturbance can meet go bit by bit; all others are stepped over as ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+
+from canwire.bus.can import station
+from canwire.bus.can.bit_layout import BitLayout
+from canwire.bus.can.bit_level import Clock
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.places import FRAME, Place, Progress
+from canwire.bus.can.stimulus import FREE, Stimulus
+from canwire.errors import BadValue
+from canwire.values.frame import Frame, frame_of_record
+
+LEVELS = {"dominant": 0, "recessive": 1}
+_SIGNS = {"0": 0, "1": 1, "-": FREE}
+Changes = list[tuple[int, int]]  # (ps from the place, level)
+
+
+@dataclass(slots=True)
+class Disturbance:
+    """What is to happen at a place: `shape` gives the changes for a node's bit and quantum (ps) there."""
+
+    place: Place
+    shape: Callable[[int, int], Changes]
+    seen_by: str | list[Node]
+    times: int | None
+
+
+class Forcing:
+    """Levels that a script puts on one bus; faults.py and the lab build on it."""
+
+    def __init__(self, bus: CanBus) -> None:
+        self._bus = bus
+        self._placed: list[Disturbance] = []
+        self._progress: dict[Node, Progress] = {}
+        self._frame: Frame | None = None
+        self._sender: Node | None = None
+        self._indices: dict[int, int] = {}
+
+    def place(
+        self,
+        part: str,
+        bit: int = 1,
+        *,
+        frame_id: int | None = None,
+        extended: bool | None = None,
+        node: object = None,
+    ) -> Place:
+        """The start of a bit, for `at`: "frame" (from 0, SOF), a field ("data", "ack", "eof" ...), or "error flag",
+        "overload flag", "error delimiter", "overload delimiter", "intermission", "suspend", "idle" (from 1).
+
+        `node` is whose bits count, by default the sender's.
+        """
+        return Place(part, bit, frame_id, extended, None if node is None else self._controller(node))
+
+    def hold(
+        self, level: str, *, at: Place | int, bits: int = 1, seen_by: object = "all", times: int | None = 1
+    ) -> None:
+        """Hold the bus "dominant" or "recessive" for so many bits, from a place or a time in ns on.
+
+        `seen_by`: "all" (it is on the wire then, and in a trace), "receivers", "sender", one node or several.
+        `times`: as often as the place comes (None: for ever).
+        """
+        if not isinstance(bits, int) or bits < 1:
+            raise BadValue(f"bits {bits!r}: at least 1")
+        held = _level(level)
+        self._add(at, lambda bit, _: [(0, held), (bits * bit, FREE)], seen_by, times)
+
+    def play(self, levels: str, *, at: Place | int, seen_by: object = "all", times: int | None = 1) -> None:
+        """Force one level a bit: "0" dominant, "1" recessive, "-" what the bus has by itself."""
+        if not levels or set(levels) - set(_SIGNS):
+            raise BadValue(f"levels {levels!r}: 0, 1 or - for each bit")
+        signs = [_SIGNS[sign] for sign in levels]
+        self._add(at, lambda bit, _: [*((k * bit, sign) for k, sign in enumerate(signs)), (len(signs) * bit, FREE)],
+                  seen_by, times)  # fmt: skip
+
+    def glitch(
+        self, level: str, *, at: Place | int, from_ns: float = 0.0, width_ns: float, seen_by: object = "all",
+        times: int | None = 1,
+    ) -> None:  # fmt: skip
+        """Force a level for less (or more) than a bit: so long, `from_ns` behind the place or time."""
+        if from_ns < 0 or not width_ns > 0:
+            raise BadValue(f"from_ns {from_ns}, width_ns {width_ns}: not negative, and wider than 0")
+        forced, start_ps, width_ps = _level(level), round(from_ns * 1000), round(width_ns * 1000)
+        self._add(at, lambda *_: [(start_ps, forced), (start_ps + width_ps, FREE)], seen_by, times)
+
+    def move_edge(
+        self, quanta: int, *, at: Place, to: str = "dominant", seen_by: object = "all", times: int | None = 1
+    ) -> None:
+        """Move the edge at the start of a frame's bit, which leads `to` this level, so many quanta back (< 0: forward).
+
+        The bit must have such an edge: what lies between the old place and the new one is forced, nothing else.
+        """
+        if (
+            not isinstance(at, Place)
+            or at.part != FRAME
+            or at.bit < 1
+            or not isinstance(quanta, int)
+            or not quanta
+        ):
+            raise BadValue(
+                f"an edge is moved by quanta (not 0) at a bit of a frame from 1 on, not {quanta!r}, {at!r}"
+            )
+        new = _level(to)
+        if quanta > 0:
+            self._add(at, lambda _, quantum: [(0, 1 - new), (quanta * quantum, FREE)], seen_by, times)
+        else:
+            before = Place(FRAME, at.bit - 1, at.frame_id, at.extended, at.node)
+            self._add(
+                before, lambda bit, quantum: [(bit + quanta * quantum, new), (bit, FREE)], seen_by, times
+            )
+
+    def forget_placed(self) -> None:
+        """Nothing more is to happen at places."""
+        self._placed.clear()
+        self._arm()
+
+    # what the lab overrides
+
+    def _controller(self, node: object) -> Node:
+        """The controller behind what a script calls a node."""
+        if not isinstance(node, Node):
+            raise BadValue(f"{node!r} is no node")
+        return node
+
+    def _touch(self) -> AbstractContextManager[object]:
+        """Held while something changes."""
+        return nullcontext()
+
+    # at work
+
+    def _viewers(self, seen_by: object) -> str | list[Node]:
+        if isinstance(seen_by, str):
+            if seen_by not in ("all", "receivers", "sender"):
+                raise BadValue(f"seen_by {seen_by!r}: nodes, or one of all, receivers, sender")
+            return seen_by
+        nodes = seen_by if isinstance(seen_by, Iterable) else [seen_by]
+        return [self._controller(node) for node in nodes]
+
+    def _add(
+        self, at: Place | int, shape: Callable[[int, int], Changes], seen_by: object, times: int | None
+    ) -> None:
+        viewers = self._viewers(seen_by)
+        if times is not None and times < 1:
+            raise BadValue(f"times {times}: at least 1, or None for ever")
+        with self._touch():
+            if isinstance(at, Place):
+                self._placed.append(Disturbance(at, shape, viewers, times))
+                self._arm()
+            else:
+                self._at_time(at, shape, viewers)
+
+    def _at_time(self, at_ns: int, shape: Callable[[int, int], Changes], viewers: str | list[Node]) -> None:
+        """Bits and quanta are those of the first node on the bus."""
+        timeline = self._bus.timeline
+        if at_ns < timeline.now_ns:
+            raise BadValue(f"at {at_ns} ns: the bus's time is {timeline.now_ns} ns already")
+        if viewers != "all" and isinstance(viewers, str):
+            raise BadValue(f"seen_by {viewers!r} at a time: nodes or all; only at a place somebody sends")
+        clock = self._bus.nodes[0] if self._bus.nodes else Node()
+        changes = shape(clock.bit_ps, clock.quantum_ps)
+        nodes = None if isinstance(viewers, str) else viewers
+        first_ns = at_ns + changes[0][0] // 1000
+        timeline.at(first_ns, lambda: self._bus.stimulate(_stimulus(at_ns * 1000, changes, nodes)))
+
+    def _arm(self) -> None:
+        bits = self._bus.bits
+        self._progress.clear()
+        self._indices.clear()
+        bits.watch = self._begin_bit if self._placed else None
+        bits.pinned = False
+        if self._placed:
+            self._bus.interrupt()
+        self._choose_frames()
+
+    def _choose_frames(self) -> None:
+        """Tell the bus which frames must go bit by bit."""
+        self._bus.scripted = self._awaits if self._placed else None
+
+    def _awaits(self, box: Mailbox) -> bool:
+        frame = frame_of_record(box.block)
+        return any(disturbance.place.admits(frame) for disturbance in self._placed)
+
+    def _begin_bit(self, clock: Clock, at_ps: int) -> None:
+        """One node's next bit begins; whatever is to happen there does."""
+        machine, node = clock.station, clock.node
+        progress = self._progress.setdefault(node, Progress())
+        progress.begin_bit(clock)
+        sends = machine.state == station.FRAME and machine.transmitting
+        if sends and (node is not self._sender or machine.index <= 1):
+            self._follow(node)
+        if self._bus.bits.undisturbed:
+            return
+        for disturbance in [*self._placed]:
+            if self._reached(disturbance.place, node, progress):
+                self._set_off(disturbance, clock, at_ps)
+        if self._bus.bits.pinned and not self._pins():
+            self._bus.bits.pinned = False
+
+    def _follow(self, sender: Node) -> None:
+        """This node is the sender now, as far as anybody can tell."""
+        self._sender = sender
+        box = sender.contending
+        self._frame = None if box is None else frame_of_record(box.block)
+        self._indices.clear()
+        if self._frame is not None:
+            layout = BitLayout(self._frame, fd_mode=sender.fd, error_passive=sender.passive)
+            for disturbance in self._placed:
+                if disturbance.place.admits(self._frame):
+                    self._indices[id(disturbance.place)] = disturbance.place.index_in(layout)
+        self._bus.bits.pinned = self._pins()
+
+    def _pins(self) -> bool:
+        """Something is to happen where the bus would be at rest already."""
+        if self._sender is None:
+            return False
+        at = self._progress.get(self._sender)
+        return any(
+            disturbance.place.outlasts_the_frame()
+            and disturbance.place.admits(self._frame)
+            and not (at is not None and at.part == "idle" and at.bit > max(disturbance.place.bit, 8))
+            for disturbance in self._placed
+        )
+
+    def _reached(self, place: Place, node: Node, progress: Progress) -> bool:
+        if node is not (place.node or self._sender) or not place.admits(self._frame):
+            return False
+        if progress.part == FRAME:
+            return self._indices.get(id(place), -1) == progress.bit
+        return progress.part == place.part and progress.bit == place.bit
+
+    def _set_off(self, disturbance: Disturbance, clock: Clock, at_ps: int) -> None:
+        node = clock.node
+        bit_ps, quantum_ps = (
+            (node.data_bit_ps, node.data_quantum_ps) if clock.data_rate else (node.bit_ps, node.quantum_ps)
+        )
+        bits = self._bus.bits
+        stimulus = _stimulus(at_ps, disturbance.shape(bit_ps, quantum_ps), self._seen(disturbance.seen_by))
+        bits.stimulate(stimulus, at_ps - bits.offset_ps())
+        if disturbance.times is not None:
+            disturbance.times -= 1
+            if disturbance.times == 0:
+                self._placed.remove(disturbance)
+                if not self._placed:
+                    bits.watch = None
+                self._choose_frames()
+
+    def _seen(self, seen_by: str | list[Node]) -> list[Node] | None:
+        if isinstance(seen_by, list):
+            return seen_by
+        if seen_by == "all":
+            return None
+        return [node for node in self._bus.nodes if (node is self._sender) == (seen_by == "sender")]
+
+
+def _level(name: str) -> int:
+    if name not in LEVELS:
+        raise BadValue(f"level {name!r}: dominant or recessive")
+    return LEVELS[name]
+
+
+def _stimulus(start_ps: int, changes: Changes, nodes: list[Node] | None) -> Stimulus:
+    return Stimulus([start_ps + at for at, _ in changes], [level for _, level in changes], nodes)

@@ -1,0 +1,122 @@
+"""Places on the wire by name: a bit of a frame, of an error flag, of a delimiter, of the intermission ...
+
+A `Place` is where a disturbance begins; `Progress` follows one node from bit to bit and says where it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from canwire.bus.can import station
+from canwire.bus.can.bit_layout import BitLayout
+from canwire.bus.can.bit_level import Clock
+from canwire.bus.can.node import Node
+from canwire.errors import BadValue
+from canwire.values.frame import Frame
+
+FIELDS = {
+    "identifier": "ID",
+    "dlc": "DLC",
+    "data": "DATA",
+    "crc": "CRC",
+    "crc delimiter": "CRC DEL",
+    "ack": "ACK",
+    "ack delimiter": "ACK DEL",
+    "eof": "EOF",
+}
+_PHASES = {
+    "error flag": (station.ACTIVE_FLAG, station.PASSIVE_FLAG),
+    "overload flag": (station.OVERLOAD_FLAG,),
+    "error delimiter": (station.DELIMITER,),
+    "overload delimiter": (station.DELIMITER,),
+    "intermission": (station.INTERMISSION,),
+    "suspend": (station.SUSPEND,),
+    "idle": (station.IDLE,),
+}
+FRAME = "frame"
+PARTS = (FRAME, *FIELDS, *_PHASES)
+_LONGEST = {"error delimiter": 8, "overload delimiter": 8, "intermission": 3, "suspend": 8}
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The start of one bit, the next time that a node gets there.
+
+    `part` is "frame", a field of it, or what follows one (PARTS); `bit` counts from 1 in the order of the wire, stuff
+    bits included, in "frame" from 0 (SOF). Bit 1 of a delimiter is the first recessive bit, known as such only
+    afterwards: the first place there is bit 2. `node` is whose bits are counted (None: the sender's of the last
+    frame); `frame_id` and `extended` say behind or in which frames (None: any).
+    """
+
+    part: str
+    bit: int = 1
+    frame_id: int | None = None
+    extended: bool | None = None
+    node: Node | None = None
+
+    def __post_init__(self) -> None:
+        if self.part not in PARTS:
+            raise BadValue(f"part {self.part!r}: one of {', '.join(PARTS)}")
+        first = 0 if self.part == FRAME else 2 if "delimiter" in self.part and self.part in _PHASES else 1
+        last = _LONGEST.get(self.part)
+        if not isinstance(self.bit, int) or self.bit < first or (last is not None and self.bit > last):
+            raise BadValue(f"bit {self.bit!r} of {self.part}: from {first}{f' to {last}' if last else ''}")
+
+    def admits(self, frame: Frame | None) -> bool:
+        """The frame is one of those in or behind which this place is; None is no known frame."""
+        if frame is None:
+            return self.frame_id is None and self.extended is None
+        wanted_id = self.frame_id is None or self.frame_id == frame.id
+        return wanted_id and (self.extended is None or self.extended == frame.extended)
+
+    def index_in(self, layout: BitLayout) -> int:
+        """Which bit of the frame it is, from SOF; -1 if it is none of this frame."""
+        if self.part == FRAME:
+            return self.bit
+        if self.part not in FIELDS:
+            return -1
+        name = FIELDS[self.part]
+        at = layout.find(name)
+        end = len(layout.fields) - layout.fields[::-1].index(layout.fields[at]) if at >= 0 else -1
+        return at + self.bit - 1 if at >= 0 and at + self.bit <= end else -1
+
+    def outlasts_the_frame(self) -> bool:
+        """The bus may have come to rest before it gets there."""
+        return self.part in ("suspend", "idle")
+
+
+class Progress:
+    """Where one node is: the part that its present bit belongs to, and which bit of it that is."""
+
+    def __init__(self) -> None:
+        self.part = ""
+        self.bit = 0
+        self._state = -1
+
+    def begin_bit(self, clock: Clock) -> None:
+        machine = clock.station
+        if machine.state == station.FRAME:
+            self.part, self.bit = FRAME, machine.index
+        elif machine.state == station.DELIMITER:
+            self.part, self.bit = _delimiter(machine.overload), 9 - machine.left
+        elif machine.state != self._state or machine.left == _full(machine.state):
+            self.part, self.bit = _part_of(machine.state), 1
+        else:
+            self.bit += 1
+        self._state = machine.state
+
+
+def _delimiter(overload: bool) -> str:
+    return "overload delimiter" if overload else "error delimiter"
+
+
+def _full(state: int) -> int:
+    """What `left` is in the first bit of an active flag: one may follow another at once."""
+    return 6 if state in (station.ACTIVE_FLAG, station.OVERLOAD_FLAG) else -1
+
+
+def _part_of(state: int) -> str:
+    for part, states in _PHASES.items():
+        if state in states:
+            return part
+    return ""
