@@ -338,7 +338,7 @@ def test_exit_cleans_up_what_an_application_left(on_bus: Any, hub: canwire.Hub) 
     on_bus.ACAN_Exit()
     status = hub.line_status(hub.board("HW000104").id, 0)
     assert (status.channels, status.control_holder) == (0, "")
-    assert status.running
+    assert (status.running, status.initialised) == (False, True)
     assert on_bus.ACAN_FreeFixedMemory(memory, 10) is False
     assert on_bus.ACAN_Init() == 0x0100
     assert on_bus.ACAN_AckEventCheck(tb) == 0

@@ -108,7 +108,8 @@ sys.stdin.read()
 
 
 @pytest.mark.conforms("AC-14", "AC-35")
-def test_a_program_that_dies_leaves_the_line_running_and_nothing_behind(
+@pytest.mark.conforms("N-04")
+def test_a_program_that_dies_leaves_the_line_set_up_and_nothing_behind(
     mortal_hub: Served, program: Any
 ) -> None:
     address, _ = mortal_hub
@@ -124,7 +125,7 @@ sys.stdin.read()
         dying.kill()
         dying.communicate(timeout=LONG)
         with open_driver(hub) as driver:
-            assert driver.on_bus
+            assert not driver.on_bus
             assert driver.config() == HardConfig(rate_kbps=125)
             driver.configure(HardConfig())
 

@@ -25,7 +25,7 @@ from canwire import (
 from canwire.boards import catalogue
 from canwire.boards.isa import IsaPlace
 from canwire.commands import main
-from canwire.commands.devices import LinUse, board_facts, tree
+from canwire.commands.devices import LinUse, board_facts, conflicts_among, tree
 
 IDLE = LineStatus(
     initialised=False,
@@ -64,6 +64,7 @@ BUSY = replace(
     frames_sent=10,
     frames_received=2000,
     errors=16,
+    set_by="engine (4711)",
     refused=1,
     lost=7,
     control_holder="engine (4711)",
@@ -132,14 +133,14 @@ def test_the_tree_tells_everything_that_changes() -> None:
         "      sent 0, received 0, errors 0, lost 0, refused 0; 0 channels, control free, cyclic list free",
         "  :1  CAN-2  can0  error passive    500000 bit/s, 2000000 after BRS  TEC 128  REC 3  load 42.3 %",
         "      sent 10, received 2000, errors 16 (last ACK), lost 7, refused 1; "
-        "2 channels, control engine (4711), cyclic list free",
+        "2 channels, control engine (4711), cyclic list free, set by engine (4711)",
         "  :2  LIN-1  lin0  operational      master, 19200 bit/s                              load 31.4 %",
         "      headers 12, sent 5, received 4, errors 3 (1 CHKSUM, 2 SLNORE), lost 3; "
         "2 monitors, control master (5)",
         "HW-LONGER  usb-to-can  USB-to-CAN V2 (simulated)",
         "  :0  CAN-1  body  shorted          1000000 bit/s                    TEC 128  REC 3  load 42.3 %",
         "      sent 10, received 2000, errors 16 (last ACK), lost 7, refused 1; "
-        "1 channel (exclusive), control engine (4711), cyclic list tester (5)",
+        "1 channel (exclusive), control engine (4711), cyclic list tester (5), set by engine (4711)",
         "  :1  CAN-2  can0  not initialised",
         "      sent 0, received 0, errors 0, lost 0, refused 0; 0 channels, control free, cyclic list free",
     ]
@@ -178,7 +179,13 @@ def test_the_object_has_every_field() -> None:
     assert "MASTER" in lin["lin"]["features"]
     assert set(lin["status"]) == {*LinLineStatus.__dataclass_fields__, "control_holder", "exclusive"}
     assert (lin["status"]["state"], lin["status"]["control_holder"]) == ("OPERATIONAL", "master (5)")
-    assert lin["status"]["mode"] == {"master": True, "bit_rate": 19_200, "errors": True, "note": "02"}
+    assert lin["status"]["mode"] == {
+        "master": True,
+        "bit_rate": 19_200,
+        "errors": True,
+        "note": "02",
+        "kin": "",
+    }
     assert {kind for kind, count in lin["status"]["errors"].items() if count} == {"CHKSUM", "SLNORE"}
 
 
@@ -201,6 +208,17 @@ def test_lin_lines_that_do_little() -> None:
     assert rows[6].strip() == "headers 0, sent 0, received 0, errors 0, lost 0; 0 monitors, control free"
     assert "slave, no bit rate yet" in rows[12]
     assert rows[13].endswith("errors 0, lost 3; 1 monitor (exclusive), control free")
+
+
+@pytest.mark.conforms("N-03")
+def test_lines_of_one_bus_at_different_rates_are_marked() -> None:
+    other = replace(BUSY, mode=LineMode(BitTiming.for_bit_rate(250_000)), set_by="ACAN (7)", set_by_left=True)
+    (found,) = conflicts_among([(FD, [BUSY, other, LIN_IDLE])])
+    assert str(found) == (
+        "can0: different bit rates on one bus: HW000001:0 at 500000 bit/s, 2000000 after BRS, set by engine (4711); "
+        "HW000001:1 at 250000 bit/s, set by ACAN (7), which has left it"
+    )
+    assert conflicts_among([(FD, [BUSY, IDLE, LIN_IDLE])]) == []
 
 
 def test_a_line_that_still_looks_for_its_rate() -> None:

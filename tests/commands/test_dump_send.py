@@ -65,7 +65,9 @@ IDLE = LineStatus(
     **COUNTERS,
 )
 MODE = LineMode(BitTiming.for_bit_rate(500_000), BitTiming.for_bit_rate(2_000_000), long_data=True)
-RUNNING = replace(IDLE, initialised=True, running=True, mode=MODE, state=0, control_holder="engine (1)")
+RUNNING = replace(
+    IDLE, initialised=True, running=True, mode=MODE, state=0, control_holder="engine (1)", set_by="engine (1)"
+)
 STOPPED = replace(IDLE, initialised=True, mode=MODE)
 ANY = WantedMode(None, None)
 
@@ -86,6 +88,9 @@ class FakeControl:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
         self.done.append("close")
 
 
@@ -124,9 +129,8 @@ class FakeHub:
         return find_line(self.as_hub, name, to_send=to_send).address
 
     def bring_up(self, rates: WantedMode = ANY, line: str = "HW000001:0") -> list[object]:
-        with ExitStack() as closing:
-            bring_up(self.as_hub, find_line(self.as_hub, line), rates, closing)
-            return list(self.control.done)
+        bring_up(self.as_hub, find_line(self.as_hub, line), rates)
+        return [done for done in self.control.done if done != "close"]
 
 
 @pytest.fixture
@@ -190,7 +194,7 @@ def test_a_bus_is_sent_to_from_a_line_that_nobody_configures(hub: FakeHub) -> No
     assert hub.place("can0", to_send=True) == "HW000001:0"
 
 
-def test_a_new_line_is_set_up_and_held(hub: FakeHub) -> None:
+def test_a_new_line_is_set_up(hub: FakeHub) -> None:
     mode, start = hub.bring_up()
     assert start == "start"
     assert isinstance(mode, LineMode)
@@ -208,13 +212,19 @@ def test_a_running_line_is_left_alone(hub: FakeHub) -> None:
         assert hub.bring_up(rates) == []
 
 
-@pytest.mark.parametrize("rates", [WantedMode(250_000, None), WantedMode(None, 4_000_000)])
-def test_whoever_comes_second_must_agree(hub: FakeHub, rates: WantedMode) -> None:
+@pytest.mark.parametrize(
+    ("rates", "asked"),
+    [
+        (WantedMode(250_000, None), "250000 bit/s"),
+        (WantedMode(None, 4_000_000), "500000 bit/s, 4000000 after BRS"),
+    ],
+)
+def test_whoever_comes_second_must_agree(hub: FakeHub, rates: WantedMode, asked: str) -> None:
     hub.states[1, 0] = [RUNNING]
     with pytest.raises(BadValue) as raised:
         hub.bring_up(rates)
     assert str(raised.value) == (
-        "HW000001:0 runs at 500000 bit/s, 2000000 after BRS, set by engine (1); "
+        f"HW000001:0 runs at 500000 bit/s, 2000000 after BRS, set by engine (1), not at {asked}; "
         "leave --bit-rate and --data-bit-rate out"
     )
 
@@ -567,7 +577,7 @@ def channel_on(hub: Hub, address: str, closing: ExitStack, mode: ChannelMode) ->
     place = find_line(hub, address)
     channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
     channel.set_up(mode)
-    bring_up(hub, place, ANY, closing)
+    bring_up(hub, place, ANY)
     channel.activate()
     return channel, place
 

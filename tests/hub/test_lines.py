@@ -124,23 +124,19 @@ def test_a_line_that_does_not_run_is_set_up_and_held(hub: Hub, place: LinePlace)
     assert not place.status(hub).control_holder
 
 
-def test_a_running_line_is_claimed_only_on_request(hub: Hub, place: LinePlace) -> None:
+@pytest.mark.conforms("N-01")
+def test_joining_a_running_line_takes_nothing(hub: Hub, place: LinePlace) -> None:
     with hub.open_channel(place.board.id, place.line):
         start_line(hub, place, as_wanted(place)).close()
         assert bring_up(hub, place, as_it_is, anything) is None
         assert not place.status(hub).control_holder
-        control = bring_up(hub, place, as_it_is, anything, claim=True)
-        assert control is not None
-        assert bring_up(hub, place, as_it_is, anything, claim=True) is None
-        control.close()
 
 
-@pytest.mark.parametrize("claim", [False, True])
-def test_a_running_line_that_does_not_suit_is_left_alone(hub: Hub, place: LinePlace, claim: bool) -> None:
+def test_a_running_line_that_does_not_suit_is_left_alone(hub: Hub, place: LinePlace) -> None:
     with hub.open_channel(place.board.id, place.line):
         start_line(hub, place, as_wanted(place)).close()
         with pytest.raises(BadValue, match="it runs at 250000 bit/s, 2000000 after BRS"):
-            bring_up(hub, place, lambda status: as_wanted(place), nothing, claim=claim)
+            bring_up(hub, place, lambda status: as_wanted(place), nothing)
         assert not place.status(hub).control_holder
 
 

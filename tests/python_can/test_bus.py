@@ -66,9 +66,19 @@ def test_programs_on_one_line_hear_each_other(open_bus: Open) -> None:
 def test_who_comes_first_sets_the_rate(open_bus: Open, channel: str) -> None:
     open_bus(channel, bitrate=250_000)
     with pytest.raises(can.CanInitializationError, match=r"HW000001:0 .*250000 bit/s.*set by python-can: "):
-        open_bus(channel, bitrate=500_000)
+        open_bus("HW000001:0", bitrate=500_000)
     assert open_bus(channel).line_status().mode.timing.bit_rate == 250_000
     assert open_bus(channel, bitrate=250_000).state is can.BusState.ACTIVE
+
+
+@pytest.mark.conforms("N-03")
+def test_a_line_of_its_own_at_another_rate_is_allowed_and_pointed_out(
+    open_bus: Open, caplog: pytest.LogCaptureFixture
+) -> None:
+    open_bus("can0", bitrate=250_000)
+    assert not caplog.messages
+    assert open_bus("can0", bitrate=500_000).line_status().mode.timing.bit_rate == 500_000
+    assert "can0: different bit rates on one bus: HW000001:0 at 250000 bit/s" in caplog.messages[0]
 
 
 def test_more_buses_than_lines_share_them(open_bus: Open) -> None:
@@ -131,10 +141,17 @@ def test_listening_only_is_one_parameter(open_bus: Open) -> None:
         quiet.state = can.BusState.ERROR
 
 
-def test_who_does_not_have_the_control_cannot_change_the_state(open_bus: Open) -> None:
-    open_bus("HW000001:0")
-    with pytest.raises(can.CanOperationError, match="held by python-can"):
-        open_bus("HW000001:0").state = can.BusState.PASSIVE
+@pytest.mark.conforms("N-01")
+def test_a_bus_keeps_no_control(open_bus: Open, served: Served) -> None:
+    bus = open_bus("HW000001:0")
+    assert not bus.line_status().control_holder
+    hub = canwire.connect(served.address, name="tester")
+    with hub, hub.open_control(hub.board("HW000001").id, 0):
+        with pytest.raises(can.CanOperationError, match="held by tester"):
+            bus.state = can.BusState.PASSIVE
+        bus.state = can.BusState.ACTIVE  # as it is
+    bus.state = can.BusState.PASSIVE
+    assert bus.state is can.BusState.PASSIVE
 
 
 @pytest.mark.conforms("PL-18")

@@ -52,8 +52,9 @@ class CanwireBus(can.BusABC):
     uses, else a shared one) or of a line ("HW000001:0", "usb-to-can-fd:1": that one, shared). What one program
     sends the others receive, whether they share its line or not.
 
-    `bitrate`, `data_bitrate`, `timing`: who comes first on a line (by a bus's name: on that bus) sets it, the
-    others agree or leave it out (500 kbit/s then, and 2 Mbit/s for data). `auto_bitrate` listens to find it.
+    `bitrate`, `data_bitrate`, `timing`: who comes first on a line sets it, the others agree or leave it out (that of
+    the bus then, else 500 kbit/s, and 2 Mbit/s for data). `auto_bitrate` listens to find it. Lines of one bus at
+    different rates are allowed, and the log warns of them.
     `fd` to send and receive CAN FD, `fd_non_iso` the one before ISO.
     `receive_own_messages`: as received once they went through, with that time, and `is_rx` False.
     `can_filters`: by the hub where they fit there; changed while messages come, none is missed.
