@@ -121,6 +121,7 @@ FILES = 20  # of a folder's own
 LINES = 300
 LONGEST = 500
 LONG = {  # files that need more than 300 lines; nothing needs more than 500
+    "__init__.py",  # a table: all that is public
     "boards/can/line.py",
     "bus/can/bit_level.py",
     "bus/can/bus.py",

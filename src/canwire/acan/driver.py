@@ -5,7 +5,6 @@ Source: INduCAN104 manual (seed 001), "General operation of drivers and applicat
 
 from __future__ import annotations
 
-from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -24,7 +23,7 @@ from canwire import (
 )
 from canwire.acan.constants import CANC_SJA1000, Condition
 from canwire.acan.dispatch import EVERY_INTERRUPT, Dispatch
-from canwire.acan.hard_config import HardConfig, registers_of
+from canwire.acan.hard_config import HardConfig, noted_config
 from canwire.acan.install import find_line
 from canwire.acan.line import AcanLine
 from canwire.acan.service import Service, notify, patiently
@@ -114,12 +113,7 @@ class Driver:
         mode = self._line.status().mode
         if mode is None or mode.timing is None:
             return None
-        registers = self._line.registers()
-        with suppress(BadValue):  # somebody else's note
-            config = HardConfig.unpack(mode.note)
-            if all(registers.get(name, value) == value for name, value in config.registers()):
-                return config
-        return HardConfig.from_registers(registers_of(mode.timing, {**dict(mode.registers), **registers}))
+        return noted_config(mode.note, mode.timing, dict(mode.registers), self._line.registers())
 
     def bus_on(self) -> bool:
         """Join the bus with error counters at 0 and nothing left to send; was it on the bus before?

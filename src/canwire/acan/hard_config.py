@@ -10,6 +10,7 @@ Source: INduCAN104 manual (seed 001), "Hardware configuration"; SJA1000 data she
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Self
 
@@ -181,6 +182,20 @@ class HardConfig:
     def unpack(cls, data: bytes) -> Self:
         """The configuration in 32 bytes; raises BadValue for any other number."""
         return cls.from_hi(ACANHI.unpack(data))
+
+
+def noted_config(
+    note: bytes, timing: BitTiming, settings: Mapping[str, int], registers: Mapping[str, int]
+) -> HardConfig:
+    """How a line is set up: as its note says, if the note is ours and the registers agree; else as they are.
+
+    Raises BadTiming as `registers_of` does.
+    """
+    with suppress(BadValue):  # somebody else's note
+        config = HardConfig.unpack(note)
+        if all(registers.get(name, value) == value for name, value in config.registers()):
+            return config
+    return HardConfig.from_registers(registers_of(timing, {**settings, **registers}))
 
 
 def registers_of(timing: BitTiming, known: Mapping[str, int]) -> dict[str, int]:
