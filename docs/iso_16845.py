@@ -137,7 +137,8 @@ def page() -> str:
 def _summary(tests: dict[str, str]) -> Iterator[str]:
     for name, begin in (("pass", "passes"), ("do not apply", "n/a"), ("open", "**open**")):
         counts = [
-            sum(verdict(purpose.number, kind, tests).startswith(begin) for purpose in PURPOSES) for kind in KINDS
+            sum(verdict(purpose.number, kind, tests).startswith(begin) for purpose in PURPOSES)
+            for kind in KINDS
         ]
         yield f"| {name} | {' | '.join(str(count) for count in counts)} |"
 
