@@ -19,7 +19,8 @@ class Timed(Scene):
         timing = segmented(kind, ps2 or usual.tseg2, sjw or usual.sjw)
         super().__init__(kind, False, iut=Iut(kind, timing))
         assert self.iut.timing.jump == timing.sjw
-        self.ntq, self.tseg1, self.tseg2, self.sjw = timing.quanta, timing.tseg1, timing.tseg2, timing.sjw
+        self.ntq, self.tseg1, self.tseg2 = timing.quanta, timing.tseg1, timing.tseg2
+        self.sjw = self.iut.line.controller.jump_ps // self.tq  # an MCP2515 wants it shorter than PS2
 
 
 def stuff_bits_of_s() -> tuple[Bits, int, int]:
@@ -35,8 +36,9 @@ def test_sample_point(kind: str) -> None:
     for ps2 in (2, 3, 4):
         scene = Timed(kind, ps2=ps2, sjw=ps2)
         bits, first, second = stuff_bits_of_s()
+        uncorrected = max(0, scene.ps2 - CLEAR - scene.sjw * scene.tq)
         scene.lt(bits, until=second, lengths={first: CLEAR - scene.ps2, second: -scene.ps2 - scene.tq})
-        scene.skip(scene.ps2 + scene.tq).flag().between().counters(0, 1).play(received=[])
+        scene.skip(scene.ps2 + scene.tq + uncorrected).flag().between().counters(0, 1).play(received=[])
 
 
 @shows("7.7.2")

@@ -151,6 +151,7 @@ def test_an_sof_behind_the_last_sample_of_the_intermission_is_joined() -> None:
         clock.station.sample(1)
         clock.sampled(clock.due_ps)
         clock.edge(clock.start_ps + 1_900_000)
+        clock.begin_bit(clock.due_ps)
         station = clock.station
         assert station.transmitting == (offer is not None)
         assert station.out == (0 if offer is not None else 1)

@@ -123,11 +123,12 @@ class Clock:
             self._resynchronise(at_ps)
 
     def _restart_bit(self, at_ps: int) -> None:
-        if not self.sampling:
-            self.begin_bit(at_ps)
-        self.start_ps = at_ps
-        self.due_ps = at_ps + self.sample_ps()
         self.synchronised = True
+        if self.sampling:
+            self.start_ps = at_ps
+            self.due_ps = at_ps + self.sample_ps()
+        else:
+            self.due_ps = at_ps  # a bit begins at this very instant, and others see what is driven in it
 
     def _resynchronise(self, at_ps: int) -> None:
         quantum = self.node.data_quantum_ps if self.data_rate else self.node.quantum_ps
