@@ -82,6 +82,7 @@ OUTSIDE_WORLD = {  # real adapters: their I/O alone
 }
 HUB_WITHOUT_CLOCKS = {
     "hub.protocol.board_messages",
+    "hub.protocol.channel_messages",
     "hub.protocol.cyclic_messages",
     "hub.protocol.failure",
     "hub.protocol.link",

@@ -285,3 +285,57 @@ def test_python_can_speaks_fd_to_a_canable(hub_address: str, home: Path) -> None
         assert program.communicate(timeout=PATIENCE_S)[0] == f"True True 16 {bytes(range(16)).hex()}\n"
     assert command.end() == 0
     command.process.communicate()
+
+
+@pytest.mark.finding("linux 4")
+def test_a_killed_one_leaves_no_board_behind(hub_address: str, home: Path) -> None:
+    with connect(hub_address) as hub:
+        before = [board.hardware_id for board in hub.boards()]
+        command = Command(hub_address, home, "--pty", str(home / "tty"))
+        assert len(hub.boards()) == len(before) + 1
+        assert command.end(signal.SIGKILL) != 0
+        deadline = time.monotonic() + PATIENCE_S
+        while len(hub.boards()) > len(before) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert [board.hardware_id for board in hub.boards()] == before
+    command.process.communicate()
+
+
+def refused_and_sent(command: Command, hub_address: str, count: int) -> tuple[int, int]:
+    """BELLs and z's for so many frames in one write, with somebody there who acknowledges."""
+    with serial.Serial(command.places[0], timeout=PATIENCE_S) as port:
+        port.write(b"\r\rS4\rO\r")
+        assert port.read(4) == b"\r" * 4
+        port.write(b"".join(b"t%03X0\r" % k for k in range(count)))
+        replies = b""
+        while replies.count(b"z") + replies.count(b"\a") < count:
+            replies += port.read(1)
+    return replies.count(b"\a"), replies.count(b"z")
+
+
+@pytest.mark.finding("linux 2")
+@pytest.mark.usefixtures("node")
+def test_what_is_refused_is_counted_where_people_look(
+    hub_address: str, home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = Command(hub_address, home, "--pty", str(home / "tty"), "--verbose")
+    refused, sent = refused_and_sent(command, hub_address, 300)
+    assert refused > 0
+    assert main(["devices", "--hub", hub_address]) == 0
+    assert f"refused {refused}" in capsys.readouterr().out
+    assert command.end() == 0
+    said = command.process.communicate()[1]
+    assert "frames are refused (BELL): 8 wait already" in said
+    assert f"sent {sent}, refused {refused}" in said
+
+
+@pytest.mark.finding("linux 2")
+@pytest.mark.usefixtures("node")
+def test_at_a_serial_lines_pace_nothing_is_refused(hub_address: str, home: Path) -> None:
+    """Six characters take 6.25 ms at 9600 baud, their frame less than half a millisecond on the bus."""
+    command = Command(hub_address, home, "--pty", str(home / "tty"), "--pace", "9600")
+    began = time.monotonic()
+    assert refused_and_sent(command, hub_address, 60) == (0, 60)
+    assert time.monotonic() - began > 60 * 6 * 10 / 9600 * 0.8
+    assert command.end() == 0
+    assert command.process.communicate()[1] == ""

@@ -50,6 +50,16 @@ def test_the_state_of_an_adapter_that_is_gone(served: Served, open_bus: Open) ->
     assert bus.state is can.BusState.ERROR
 
 
+@pytest.mark.finding("python-can 9")
+def test_how_late_a_real_adapters_stamps_are_nobody_knows(served: Served, open_bus: Open) -> None:
+    with canwire.connect(served.address) as hub:
+        hub.plug("python-can", port="virtual/late")
+    bus = open_bus("python-can:0")
+    assert bus.timestamp_error == float("inf")
+    assert not bus.hardware_timestamps
+    assert open_bus().timestamp_error < 1
+
+
 @pytest.mark.finding("python-can 5")
 def test_a_private_hub_is_said_to_be_one(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, tmp_path: Path

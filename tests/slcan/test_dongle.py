@@ -124,6 +124,20 @@ def test_the_ninth_frame_is_refused(opened: Bench) -> None:
     assert len(opened.can.sent) == 9
 
 
+@pytest.mark.finding("linux 2")
+def test_refused_frames_are_told_to_the_hub_and_said_once(opened: Bench) -> None:
+    said: list[str] = []
+    opened.dongle.on_change = said.append
+    opened.ask(b"t1230\r" * 20)
+    opened.ask(b"t1230\r" * 5)
+    assert opened.can.refused == opened.dongle.counters.refused == 17
+    assert [text for text in said if "refused" in text] == [
+        "frames are refused (BELL): 8 wait already, and the host sends more"
+    ]
+    opened.ask(b"C\r")
+    assert said[-1] == "closed; since power-up: sent 0, refused 17, received 0, lost 0, replies lost 0"
+
+
 def test_what_got_through_meanwhile_makes_room(opened: Bench) -> None:
     opened.ask(b"t1000\r" * 8)
     opened.can.frames.append(Frame(0, self_received=True))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -24,6 +25,7 @@ from canwire import (
 from canwire.boards.outside import capabilities_of
 from canwire.drivers.outside import Trouble
 from canwire.drivers.python_can.adapter import open_bus
+from canwire.drivers.python_can.backends import BACKENDS
 from canwire.drivers.python_can.port import parse_port
 from tests.drivers.outside_bench import (
     AGES_S,
@@ -116,6 +118,28 @@ def test_udp_multicast(hub: Hub) -> None:
         while (message := peer.recv(AGES_S)) is not None and message.arbitration_id != 0x456:
             pass
         assert message is not None
+
+
+@pytest.mark.realtime
+@pytest.mark.finding("python-can 10")
+def test_what_an_interface_echoes_is_not_received(
+    hub: Hub, peer: Any, channel: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As udp_multicast does; here `virtual`, told to, stands for it."""
+    assert BACKENDS["udp_multicast"].echoes
+    monkeypatch.setitem(BACKENDS, "virtual", replace(BACKENDS["virtual"], echoes=True))
+    program = plugged(hub, f"{channel}?receive_own_messages=true").start()
+    program.send(Frame(0x456), Frame(0x457))
+    while (message := peer.recv(AGES_S)).arbitration_id != 0x457:
+        pass
+    peer.send(message)  # the same frame from somebody else is one
+    heard = [program.wait(a_frame)[-1] for _ in range(3)]
+    assert [(frame.id, frame.self_received) for frame in heard] == [
+        (0x456, True),
+        (0x457, True),
+        (0x457, False),
+    ]
+    assert program.status().frames_received == 1
 
 
 @pytest.mark.realtime
@@ -304,3 +328,9 @@ def test_ports_are_text() -> None:
 def test_bad_ports(text: str) -> None:
     with pytest.raises(BadValue):
         parse_port(text)
+
+
+@pytest.mark.finding("python-can 8")
+def test_python_cans_slcan_loses_what_the_native_driver_does_not() -> None:
+    with pytest.raises(BadValue, match="canwire share /dev/ttyACM0"):
+        parse_port("python-can:slcan//dev/ttyACM0")

@@ -13,14 +13,7 @@ from typing import Any
 
 import msgspec
 
-from canwire.boards.can.modes import (
-    ChannelMode,
-    ChannelStatus,
-    CyclicStatus,
-    FilterContent,
-    LineMode,
-    LineStatus,
-)
+from canwire.boards.can.modes import ChannelMode, ChannelStatus, CyclicStatus, LineMode, LineStatus
 from canwire.boards.description import BoardInfo
 from canwire.errors import BadMessage, BadValue
 from canwire.hub.protocol.board_messages import Annotate as Annotate
@@ -35,6 +28,8 @@ from canwire.hub.protocol.board_messages import Registers as Registers
 from canwire.hub.protocol.board_messages import SetNote as SetNote
 from canwire.hub.protocol.board_messages import Sleep as Sleep
 from canwire.hub.protocol.board_messages import WriteRegister as WriteRegister
+from canwire.hub.protocol.channel_messages import CountRefused as CountRefused
+from canwire.hub.protocol.channel_messages import ReplaceFilters as ReplaceFilters
 from canwire.hub.protocol.cyclic_messages import AddCyclic as AddCyclic
 from canwire.hub.protocol.cyclic_messages import GetSchedulerStatus as GetSchedulerStatus
 from canwire.hub.protocol.cyclic_messages import RemoveCyclic as RemoveCyclic
@@ -223,21 +218,6 @@ class ListIds(Message):
     code: int
     mask: int
     add: bool
-
-
-class ReplaceFilters(Message):
-    """Channel -> None; both filters at once, also while it is active."""
-
-    handle: int
-    standard: FilterContent
-    extended: FilterContent
-
-
-class CountRefused(Message):
-    """Channel -> None; so many frames its client could not queue for want of room in a queue of its own."""
-
-    handle: int
-    count: int
 
 
 class SetUpChannel(Message):
