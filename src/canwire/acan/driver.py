@@ -105,10 +105,7 @@ class Driver:
         patiently(partial(self._line.configure, config))
 
     def config(self) -> HardConfig | None:
-        """How the controller is set up, by whomever; None if it is not.
-
-        Raises BadTiming for a rate of somebody else's that is no whole number of kbit/s.
-        """
+        """How the controller is set up, by whomever, or None; BadTiming for a rate that is no whole kbit/s."""
         self._check()
         mode = self._line.status().mode
         if mode is None or mode.timing is None:
