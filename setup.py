@@ -52,7 +52,7 @@ DIRECTIVES = {
     "initializedcheck": False,
     "cdivision": True,
     "annotation_typing": False,
-    "auto_pickle": False,  # frame.pxd asks for it: frames are values, everything else is one of a kind
+    "auto_pickle": False,  # Frame says itself how it is pickled, everything else is one of a kind
     "freethreading_compatible": False,
 }
 PROCESSES = os.cpu_count() or 1
@@ -60,6 +60,8 @@ PROCESSES = os.cpu_count() or 1
 
 class BuildCore(build_ext):
     """Sources become C when the core is built, not when somebody asks for the package's name and version."""
+
+    command_name = "build_ext"  # what its warnings begin with
 
     def run(self) -> None:
         if self.extensions:

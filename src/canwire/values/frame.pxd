@@ -6,7 +6,6 @@ cdef unsigned int _EXTENDED, _REMOTE, _SELF_RECEPTION, _FD, _BIT_RATE_SWITCH, _E
 cdef int _DLC_SHIFT
 cdef tuple _DLC_OF_LENGTH
 
-@cython.auto_pickle(True)
 @cython.final
 cdef class Frame:
     cdef unsigned int _id, _info
