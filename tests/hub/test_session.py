@@ -861,7 +861,7 @@ def test_the_rate_of_a_running_bus(bench: Bench, hub: Hub, other: Hub) -> None:
         control.detect([(NOMINAL, DATA)], 100)
     with pytest.raises(NothingHeard, match="no frame at any"):
         control.detect(table[:2], 100, low_speed=False)
-    with pytest.raises(BadTiming, match="low-speed"):
+    with pytest.raises(NothingHeard, match="rates: 125000"):  # quicker ones are passed over
         control.detect(table, 100, low_speed=True)
     control.initialise(LineMode(None))
     mode = control.status().mode

@@ -394,7 +394,7 @@ def test_closed() -> None:
         with pytest.raises(Closed, match="cyclic transmit list of sender is closed"):
             call()
     assert (bench.list.running, bench.list.states()) == (False, (EMPTY,) * 16)
-    assert bench.list.skipped == 10  # all that were due: a stopped controller takes none
+    assert bench.list.skipped == 0  # nothing is due while the line is stopped
     assert bench.timeline.next_ns() == NEVER
     assert bench.line.driver is not None
     bench.line.driver.start(bench.timeline.now_ns)
@@ -638,18 +638,27 @@ def test_what_the_line_refuses_later_is_counted_and_hurts_nobody() -> None:
 
 
 def test_a_full_queue_skips_and_counts() -> None:
-    """Off the bus the controller takes none, and the queue holds 64."""
+    """On a shorted bus the controller keeps the first frame, and the queue holds 64."""
+    bench = Bench()
+    bench.bus.short(True)
+    index = bench.list.add(Frame(0), 1)
+    bench.list.start(index)
+    bench.list.resume()
+    bench.run_to(100)
+    assert bench.list.skipped == 100 - 64 - 1
+
+
+def test_a_stopped_line_is_sent_nothing_of_the_time_it_stood() -> None:
     bench = Bench(on_bus=False)
     index = bench.list.add(Frame(0), 1, increment=Increment.ID)
     bench.list.start(index, 100)
     bench.list.resume()
     bench.run_to(80)
-    assert bench.list.skipped == 16
     assert bench.line.driver is not None
     bench.line.driver.start(bench.timeline.now_ns)
     bench.run_to(200)
     assert [frame.id for frame in bench.arrived()] == list(range(100))
-    assert (bench.list.skipped, bench.list.states()[index]) == (16, DONE)  # tick 81 found it full as well
+    assert (bench.list.skipped, bench.list.states()[index]) == (0, DONE)
 
 
 def test_flags_reach_the_line() -> None:

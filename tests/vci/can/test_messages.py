@@ -193,6 +193,7 @@ def test_a_fault_of_the_coupling_comes_and_goes_with_a_message(virtual: Virtual)
     control = program.start(0, CLASSIC_BOARD, op_mode=low, btp_sdr=vci.CAN_BTP_125KB)
     other = program.port(0)
     program.start(0, btp_sdr=vci.CAN_BTP_125KB)
+    virtual.hub.run_for(0.01)
     port.waiting()
     virtual.hub.short("can0")
     assert port.message(STATUS).ab_data[0] == vci.CAN_STATUS_BUSCERR

@@ -138,7 +138,10 @@ def test_it_knows_no_fd(program: Program, board: str) -> None:
         control.init_line(program.init(ex_mode=vci.CAN_EXMODE_FASTDATA))
 
 
-def test_the_cyclic_list(program: Program, board: str) -> None:
+def test_the_cyclic_list(hub: Any, program: Program) -> None:
+    """Of an INduCAN104, which has the same chip: a PC-I04 has no list."""
+    board = "HW000105"
+    hub.plug("inducan104", board, ("can0",))
     start_old(program, board)
     program.start(0)
     far = program.port(0)
@@ -152,6 +155,7 @@ def test_the_cyclic_list(program: Program, board: str) -> None:
     assert [one.data for one in messages] == [bytes([k]) for k in range(5)]
     times = [one.time for one in messages]
     assert all(abs(late - early - 2000) <= 8 for early, late in itertools.pairwise(times))
+    hub.unplug(board)
 
 
 def test_a_bus_error_is_told(virtual: Virtual) -> None:

@@ -36,7 +36,7 @@ class Lease:
 
 
 def alone(iid: UUID) -> Any:
-    raise AssertionError(f"no other interface is asked for, but {iid} was")
+    raise vci.VciError(vci.VCI_E_NOINTERFACE)
 
 
 class Pair:

@@ -37,6 +37,7 @@ class CanLine:
         self.bus = slot.bus
         self.mode: LineMode | None = None
         self.filter: MessageFilter | None = None
+        self._after_reset: MessageFilter | None = None
         self.origin_ns: int | None = None
         self._overruns = 0
         self._overrun_timer: Timer | None = None
@@ -149,18 +150,17 @@ class CanLine:
     def reset(self) -> None:
         """Leave the bus mid-bit if need be and forget the settings; queues of channels keep what they have.
 
-        The filters are those of `initialise` again (source: VCI V4 manual 5.2.4; rulings 4).
+        Filters have the modes of `initialise` again, to be looked at (source: VCI V4 manual 5.2.4; rulings 4).
         """
-        before = self.mode
-        kept = self.filter if before is None else filter_of(before)
+        if self.mode is not None:
+            self._after_reset = filter_of(self.mode)
         self._clear()
-        self.filter = kept
         self.line.tell(self._info(InfoCode.RESET, 0), False)
 
     def abandon(self) -> None:
         """Nobody has anything open on it any more: as it was when the board was plugged in."""
         self.reset()
-        self.filter = None
+        self._after_reset = None
 
     def detect(
         self,
@@ -208,6 +208,12 @@ class CanLine:
         if self.filter is None:
             raise NotInitialised(f"{self.line.name}: a line has filters once it is initialised")
         return self.filter.of(extended)
+
+    def filter_mode(self, extended: bool) -> int:
+        """Of one frame format, after a reset that of `initialise`; raises NotInitialised before the first one."""
+        if self.filter is None and self._after_reset is not None:
+            return self._after_reset.of(extended).mode
+        return self.format_filter(extended).mode
 
     def begin_stamps(self, now_ns: int) -> None:
         """The time-stamp counter starts at 0 with the first start after a reset."""

@@ -18,12 +18,15 @@ answers = Answers()
 
 @answers.to(m.GetFilterMode)
 def _get_filter_mode(request: m.GetFilterMode, session: Session, world: World) -> Answer:
-    return m.Number(_filter(session, request.handle, request.extended).mode), ()
+    held = session.look_up(request.handle, object)
+    if isinstance(held, HeldChannel):
+        return m.Number(held.format_filter(request.extended).mode), ()
+    return m.Number(can_of(session, request.handle).filter_mode(request.extended)), ()
 
 
 @answers.to(m.SetFilterMode)
 def _set_filter_mode(request: m.SetFilterMode, session: Session, world: World) -> Answer:
-    found = _filter(session, request.handle, request.extended, change=True)
+    found = _filter(session, request.handle, request.extended)
     if request.mode not in (
         FilterMode.LOCK,
         FilterMode.PASS,
@@ -37,13 +40,13 @@ def _set_filter_mode(request: m.SetFilterMode, session: Session, world: World) -
 
 @answers.to(m.SetAcceptanceFilter)
 def _set_acceptance_filter(request: m.SetAcceptanceFilter, session: Session, world: World) -> Answer:
-    _filter(session, request.handle, request.extended, change=True).set_pattern(request.code, request.mask)
+    _filter(session, request.handle, request.extended).set_pattern(request.code, request.mask)
     return DONE
 
 
 @answers.to(m.ListIds)
 def _list_ids(request: m.ListIds, session: Session, world: World) -> Answer:
-    found = _filter(session, request.handle, request.extended, change=True)
+    found = _filter(session, request.handle, request.extended)
     (found.add if request.add else found.remove)(request.code, request.mask)
     return DONE
 
@@ -54,14 +57,13 @@ def _replace_filters(request: m.ReplaceFilters, session: Session, world: World) 
     return DONE
 
 
-def _filter(session: Session, handle: int, extended: bool, *, change: bool = False) -> FormatFilter:
-    """The filter of a control's line or of a channel; to `change` it, they must not be at work."""
+def _filter(session: Session, handle: int, extended: bool) -> FormatFilter:
+    """The filter of a control's line or of a channel, to be changed: they must not be at work."""
     held = session.look_up(handle, object)
     if isinstance(held, HeldChannel):
-        if change:
-            held.check_inactive()
+        held.check_inactive()
         return held.format_filter(extended)
     can = can_of(session, handle)
-    if change and can.running:
+    if can.running:
         raise WrongState(f"{can.line.name}: stop the line to change its filter")
     return can.format_filter(extended)
