@@ -21,22 +21,24 @@ class Pace:
         """Something is left."""
         return bool(self._left)
 
+    @property
+    def paced(self) -> bool:
+        """There is a rate."""
+        return self._byte_s > 0
+
     def put(self, data: bytes) -> None:
         self._left += data
 
     def due(self, now_s: float) -> bytes:
-        """What the line has brought by now; b"" if nothing."""
-        if not self._byte_s:
-            data, self._left = bytes(self._left), bytearray()
-            return data
+        """The next command, or what there is of it, if the line has brought it by now, else b""; unpaced: all."""
         self._free_s = max(self._free_s, now_s - _BEHIND_S)
-        found = bytearray()
-        while self._left and self._free_s <= now_s:
-            length = self._left.find(b"\r") + 1 or len(self._left)
-            found += self._left[:length]
-            del self._left[:length]
-            self._free_s += length * self._byte_s
-        return bytes(found)
+        if self._free_s > now_s:
+            return b""
+        length = (self.paced and self._left.find(b"\r") + 1) or len(self._left)
+        data = bytes(self._left[:length])
+        del self._left[:length]
+        self._free_s += length * self._byte_s
+        return data
 
     def wait_s(self, now_s: float) -> float | None:
         """Until the next is due; None if nothing is left."""

@@ -9,11 +9,13 @@ from collections.abc import Callable
 from functools import partial
 
 from canwire import Event, Unplugged
+from canwire.slcan.can_side import TRANSMIT_QUEUE
 from canwire.slcan.dongle import Dongle
 from canwire.slcan.pace import Pace
 from canwire.slcan.wires import Wire
 
 _CHUNK = 16_384
+_HOLD_LOOK_S, _LONGEST_HOLD_S = 0.01, 0.25
 
 
 class Served:
@@ -26,11 +28,12 @@ class Served:
         self.wire = wire
         self.blocked = False  # the wire takes no more at the moment
         self.look_at = 0.0
+        self._sent, self._sent_s = 0, 0.0
 
     def can_side(self) -> None:
         self.event.reset()
         self.dongle.pump()
-        self.flush()
+        self.bring()
 
     def host_side(self) -> None:
         if not self.pace:
@@ -39,10 +42,22 @@ class Served:
 
     def bring(self) -> None:
         """Let the dongle have what its line has brought."""
-        data = self.pace.due(time.monotonic())
-        if data:
+        now_s = time.monotonic()
+        while not self._holds(now_s) and (data := self.pace.due(now_s)):
             self.dongle.feed(data)
         self.flush()
+
+    def wait_s(self, now_s: float) -> float | None:
+        """Until there is something to `bring`; None if nothing is left."""
+        return _HOLD_LOOK_S if self.pace and self._holds(now_s) else self.pace.wait_s(now_s)
+
+    def _holds(self, now_s: float) -> bool:
+        """A paced host waits while the queue is full, unless nothing goes out at all: then it gets its BELL."""
+        if not self.pace.paced:
+            return False
+        if self.dongle.counters.sent != self._sent or self.dongle.waiting < TRANSMIT_QUEUE:
+            self._sent, self._sent_s = self.dongle.counters.sent, now_s
+        return self.dongle.waiting >= TRANSMIT_QUEUE and now_s - self._sent_s < _LONGEST_HOLD_S
 
     def flush(self) -> None:
         """As much of the output as the wire takes."""
@@ -105,9 +120,9 @@ class Service:
         wait: float | None = None
         now = time.monotonic()
         for served in list(self._served):
-            if served.pace.wait_s(now) == 0:
+            if served.wait_s(now) == 0:
                 self._work(served, served.bring)
-            left_s = served.pace.wait_s(now)
+            left_s = served.wait_s(now)
             if left_s is not None:
                 wait = left_s if wait is None else min(wait, left_s)
             if served not in self._served or self._found(served, now):
