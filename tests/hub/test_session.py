@@ -1021,7 +1021,6 @@ HANDLED: list[Callable[[int], m.Message]] = [
     m.Reset,
     m.GetChannelStatus,
     m.CancelQueued,
-    lambda handle: m.PassOn(handle, bytes(80)),
     m.ResetScheduler,
     m.GetSchedulerStatus,
     m.ResetFifo,
@@ -1043,7 +1042,7 @@ HANDLED: list[Callable[[int], m.Message]] = [
 ]  # fmt: skip
 NEEDS = {  # what a handle must be for each of them; filters belong to both of the first two
     "control": {m.Start, m.Stop, m.Reset, m.Initialise, m.Detect},
-    "channel": {m.GetChannelStatus, m.CancelQueued, m.PassOn, m.SetUpChannel, m.Activate},
+    "channel": {m.GetChannelStatus, m.CancelQueued, m.SetUpChannel, m.Activate},
     "scheduler": {m.ResetScheduler, m.GetSchedulerStatus, m.AddCyclic, m.RemoveCyclic, m.StartCyclic, m.StopCyclic,
                   m.RunScheduler, m.ReplaceCyclic, m.StartInTurn},
     "fifo": {m.ResetFifo},

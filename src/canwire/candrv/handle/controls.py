@@ -110,7 +110,7 @@ class Controls:
 
     def _tell(self, call: Callable[[Device], T]) -> T:
         self.check()
-        with translated():
+        with translated(opened=True):
             return call(self.device)
 
 

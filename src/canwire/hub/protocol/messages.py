@@ -20,8 +20,11 @@ from canwire.hub.protocol.board_messages import Annotate as Annotate
 from canwire.hub.protocol.board_messages import GetNote as GetNote
 from canwire.hub.protocol.board_messages import GetRegisters as GetRegisters
 from canwire.hub.protocol.board_messages import HoldInterrupts as HoldInterrupts
+from canwire.hub.protocol.board_messages import ListNotes as ListNotes
 from canwire.hub.protocol.board_messages import Note as Note
+from canwire.hub.protocol.board_messages import Notes as Notes
 from canwire.hub.protocol.board_messages import OpenShare as OpenShare
+from canwire.hub.protocol.board_messages import PassOn as PassOn
 from canwire.hub.protocol.board_messages import ReadRegister as ReadRegister
 from canwire.hub.protocol.board_messages import Registers as Registers
 from canwire.hub.protocol.board_messages import SetNote as SetNote
@@ -225,13 +228,6 @@ class CancelQueued(Message):
     loaded: bool = True
 
 
-class PassOn(Message):
-    """Channel -> None: a frame's 80 bytes, as if it had come by the bus, for the line's other AS_BUS channels."""
-
-    handle: int
-    record: bytes
-
-
 class AddCyclic(Message):
     """Scheduler -> Number: its index. `record` is the frame's 80 bytes, request bits included."""
 
@@ -347,6 +343,7 @@ Request = (
     | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule | OpenMonitor | SetUpMonitor | GetMonitorStatus
     | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb | Advance | GetRegisters | SetNote | GetNote
     | ReplaceCyclic | StartInTurn | OpenShare | ReadRegister | WriteRegister | Sleep | HoldInterrupts | Annotate
+    | ListNotes
 )  # fmt: skip
 
 # the hub's replies
@@ -428,7 +425,8 @@ class Gone(Message):
 
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
-    | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Failed | BoardsChanged | Gone
+    | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
+    | Gone
 )  # fmt: skip
 
 

@@ -21,6 +21,13 @@ def _get_note(request: m.GetNote, session: Session, world: World) -> Answer:
     return m.Note(world.notes.get(request.name, b"")), ()
 
 
+@answers.to(m.ListNotes)
+def _list_notes(request: m.ListNotes, session: Session, world: World) -> Answer:
+    return m.Notes(
+        {name: value for name, value in world.notes.items() if name.startswith(request.prefix)}
+    ), ()
+
+
 @answers.to(m.SetNote)
 def _set_note(request: m.SetNote, session: Session, world: World) -> Answer:
     world.set_note(request.name, request.value)
