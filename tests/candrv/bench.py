@@ -93,6 +93,10 @@ class Bench:
         """That of CID1:."""
         return self.hub.board(str(RegistryStore(os.environ["CANWIRE_CONFIG"]).get("CID1", "Board"))).id
 
+    def unplug(self) -> None:
+        """CID1:'s board."""
+        self.hub.unplug(next(board.hardware_id for board in self.hub.boards() if board.id == self.board))
+
     def run(self, seconds: float) -> None:
         self.hub.run_for(seconds)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from canwire import Frame, candrv
+from canwire import Frame, InUse, candrv
 from canwire.candrv import (
     CAN_ACCEPTANCE_FILTER,
     CanbusEvent,
@@ -296,3 +296,74 @@ def test_a_handle_says_what_became_of_its_messages(bench: Bench) -> None:
     with pytest.raises(CandrvError, match="not open for writing"):
         reader.sending  # noqa: B018
     assert control(reader, candrv.ControlCode.TEST_DEVICE).answer == 0
+
+
+# B11, B12, B14, B15: devices
+
+
+@pytest.mark.finding("candrv B11")
+@pytest.mark.conforms("FS-08")
+def test_each_board_has_an_spi_port_of_its_own(bench: Bench, registry: RegistryStore) -> None:
+    registry.set("CID1", "Board", "picocom1")
+    registry.set("CID1", "DirectInterface", 1)
+    registry.install("CID2")
+    registry.set("CID2", "Board", "inducan104")
+    with bench.open(name="CID2:"), bench.open(name="CID1:") as handle:
+        assert handle.device.settings.direct_interface
+    for device in ("CID1:", "CID2:"):
+        candrv.unload(bench.hub, device)
+    registry.set("CID2", "Board", "picocom1")
+    with bench.open(name="CID2:"):
+        assert refusal(bench.open, name="CID1:") == Win32Error.ERROR_SHARING_VIOLATION
+
+
+@pytest.mark.finding("candrv B12")
+def test_a_driver_that_somebody_queries_is_not_restarted(bench: Bench) -> None:
+    with bench.open(read=False, write=False), pytest.raises(InUse, match="to query it"):
+        candrv.unload(bench.hub, "CID1:")
+    candrv.unload(bench.hub, "CID1:")
+
+
+@pytest.mark.finding("candrv B14")
+def test_device_names_in_either_case(bench: Bench) -> None:
+    with bench.open(name="cid1:") as lower, bench.open(name="Cid1:") as mixed:
+        assert (lower.name, mixed.name) == ("CID1:", "CID1:")
+    candrv.unload(bench.hub, "cid1:")
+    assert candrv.active(bench.hub) == ()
+
+
+@pytest.mark.finding("candrv B15")
+def test_a_board_that_was_pulled_out_has_one_code(bench: Bench) -> None:
+    handle = bench.open()
+    bench.unplug()
+    gone = Win32Error.ERROR_DEVICE_REMOVED
+    assert refusal(handle.write, "1 0 0\n") == gone
+    assert refusal(handle.read_event) == gone
+    assert refusal(handle.initialise) == gone
+    assert refusal(lambda: handle.baud_rate) == gone
+    assert refusal(handle.device.change, rate=500_000) == gone
+    assert refusal(handle.device.read_register, 0, reset_mode=False) == gone
+    assert refusal(bench.open) == Win32Error.ERROR_FILE_NOT_FOUND
+
+
+# B16: [HKLM\Drivers\Active]
+
+
+@pytest.mark.finding("candrv B16")
+def test_loaded_drivers(bench: Bench, registry: RegistryStore) -> None:
+    registry.set("CID1", "Baudrate", 250_000)
+    assert candrv.active(bench.hub) == ()
+    with bench.open():
+        [driver] = candrv.active(bench.program("another"))
+        assert (driver.name, driver.is_open) == ("CID1:", True)
+        assert driver.stored["Baudrate"] == 250_000
+        assert driver.board is not None
+        assert (driver.board.id, driver.line) == (bench.board, 0)
+        assert driver.state is not None
+        assert driver.state.rate == 250_000
+    registry.set("CID1", "Baudrate", 500_000)  # counts for the next time
+    [driver] = candrv.active(bench.hub)
+    assert (driver.stored["Baudrate"], driver.is_open) == (250_000, False)
+    bench.unplug()
+    [driver] = candrv.active(bench.hub)
+    assert (driver.board, driver.state) == (None, None)

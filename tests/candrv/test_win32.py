@@ -224,7 +224,7 @@ def test_refusals() -> None:
         return code
 
     assert failed(CreateFile("CID9:", GENERIC_READ, 0), INVALID_HANDLE_VALUE) == ERROR_FILE_NOT_FOUND
-    for arguments in ((1, 0), (GENERIC_READ, 4), (GENERIC_READ, 0, None, 2)):
+    for arguments in ((1, 0), (GENERIC_READ, 4), (GENERIC_READ, 0, None, 6)):
         assert failed(CreateFile("CID1:", *arguments), INVALID_HANDLE_VALUE) == ERROR_INVALID_PARAMETER
     handle = opened(GENERIC_READ, 0)
     assert failed(CreateFile("CID1:", GENERIC_READ, 3), INVALID_HANDLE_VALUE) == ERROR_SHARING_VIOLATION

@@ -1028,7 +1028,6 @@ HANDLED: list[Callable[[int], m.Message]] = [
     m.Reset,
     m.GetChannelStatus,
     m.CancelQueued,
-    lambda handle: m.PassOn(handle, bytes(80)),
     m.ResetScheduler,
     m.GetSchedulerStatus,
     m.ResetFifo,
@@ -1052,7 +1051,7 @@ HANDLED: list[Callable[[int], m.Message]] = [
 ]  # fmt: skip
 NEEDS = {  # what a handle must be for each of them; filters belong to both of the first two
     "control": {m.Start, m.Stop, m.Reset, m.Initialise, m.Detect},
-    "channel": {m.GetChannelStatus, m.CancelQueued, m.PassOn, m.SetUpChannel, m.Activate, m.ReplaceFilters,
+    "channel": {m.GetChannelStatus, m.CancelQueued, m.SetUpChannel, m.Activate, m.ReplaceFilters,
                 m.CountRefused},
     "scheduler": {m.ResetScheduler, m.GetSchedulerStatus, m.AddCyclic, m.RemoveCyclic, m.StartCyclic, m.StopCyclic,
                   m.RunScheduler, m.ReplaceCyclic, m.StartInTurn},

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from canwire.candrv import constants as _constants
 from canwire.candrv.constants import *  # noqa: F403
+from canwire.candrv.device.active import Driver, active
 from canwire.candrv.device.device import Device, unload
 from canwire.candrv.errors import CandrvError, format_error, translated
 from canwire.candrv.event_queue import Event, EventQueue
@@ -92,6 +93,7 @@ __all__ = [
     "PCAN_TRANSMIT_DATA",
     "CandrvError",
     "Controller",
+    "Driver",
     "Event",
     "EventQueue",
     "EventReader",
@@ -103,6 +105,7 @@ __all__ = [
     "PartialWrite",
     "RegistryStore",
     "Settings",
+    "active",
     "controller_of",
     "format_error",
     "format_event",

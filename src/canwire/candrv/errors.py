@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from canwire import CanwireError
+from canwire import CanwireError, NoSuchBoard
 from canwire.candrv.constants import Win32Error
 
 TEXTS = {
@@ -23,6 +23,7 @@ TEXTS = {
     Win32Error.ERROR_SHARING_VIOLATION: "somebody else has opened it without sharing it so",
     Win32Error.ERROR_NOT_SUPPORTED: "the request is not supported",
     Win32Error.ERROR_DEV_NOT_EXIST: "the device is no longer available",
+    Win32Error.ERROR_FILE_EXISTS: "the file exists",
     Win32Error.ERROR_INVALID_PARAMETER: "the parameter is incorrect",
     Win32Error.ERROR_INSUFFICIENT_BUFFER: "the buffer is too small",
     Win32Error.ERROR_MOD_NOT_FOUND: "a module is missing",
@@ -113,11 +114,14 @@ def as_candrv(error: CanwireError) -> CandrvError:
 
 
 @contextmanager
-def translated() -> Iterator[None]:
-    """Errors of canwire leave as CandrvError."""
+def translated(*, opened: bool = False) -> Iterator[None]:
+    """Errors of canwire leave as CandrvError; where a board was `opened`, one that is not there was pulled out."""
     try:
         yield
     except CandrvError:
         raise
+    except NoSuchBoard as error:
+        code = Win32Error.ERROR_DEVICE_REMOVED if opened else win32_code(error)
+        raise CandrvError(code, str(error)) from error
     except CanwireError as error:
         raise as_candrv(error) from error

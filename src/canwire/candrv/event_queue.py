@@ -60,7 +60,7 @@ class Event(NamedTuple):
         message, time = of.data, of.time.high << 32 | of.time.low
         if not of.event & MESSAGE_EVENTS:
             return cls(of.event, time, of.lost)
-        data = b"" if message.rtr else message.msg[: message.dlc]
+        data = b"" if message.rtr else bytes(message.msg[: message.dlc])
         return cls(of.event, time, of.lost, message.fmt, message.identifier, message.rtr, message.dlc, data)
 
 

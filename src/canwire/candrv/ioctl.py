@@ -117,7 +117,7 @@ def _read_filter(call: Call) -> Reply:
 def _write_transmit_data(call: Call) -> Reply:
     message = CAN_TRANSMIT_DATA.unpack(call.data)
     call.handle.write_message(
-        message.identifier, message.msg, rtr=message.rtr, dlc=message.dlc, fmt=message.fmt
+        message.identifier, bytes(message.msg), rtr=message.rtr, dlc=message.dlc, fmt=message.fmt
     )
     return Reply()
 

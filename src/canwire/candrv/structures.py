@@ -19,9 +19,11 @@ from canwire.candrv.constants import (
     CANBUS_NUMBER_OF_CONSTANT_BAUDRATES,
     MAX_DEVICE_NAME_LENGTH,
 )
-from canwire.packed.kinds import number, numbers, octets
+from canwire.packed.kinds import number, numbers
 from canwire.packed.layout import Kind, Misfit
 from canwire.packed.record import Record, record
+
+_MOST_DATA = 8
 
 
 def _text(units: int) -> Kind:
@@ -43,12 +45,24 @@ def _text(units: int) -> Kind:
     return Kind(f"{2 * units}s", wants, fit, lambda value: value.encode("utf-16-le"), decode, align=2)
 
 
+def _message() -> Kind:
+    """CAN_BYTE[8] whose bytes can be assigned one by one, as 8.19 does; fewer are filled up with zeros."""
+    wants = f"at most {_MOST_DATA} bytes"
+
+    def fit(value: Any) -> bytearray:
+        if not isinstance(value, bytes | bytearray | memoryview) or memoryview(value).nbytes > _MOST_DATA:
+            raise Misfit(value, wants)
+        return bytearray(bytes(value).ljust(_MOST_DATA, b"\0"))
+
+    return Kind(f"{_MOST_DATA}s", wants, fit, bytes, bytearray)
+
+
 CAN_DWORD: TypeAlias = Annotated[int, number("I")]
 CAN_UINT: TypeAlias = Annotated[int, number("I")]
 CAN_INT: TypeAlias = Annotated[int, number("i")]
 CAN_BYTE: TypeAlias = Annotated[int, number("B")]
 DWORD: TypeAlias = CAN_DWORD
-EIGHT_BYTES: TypeAlias = Annotated[bytes, octets(8)]
+EIGHT_BYTES: TypeAlias = Annotated[bytes | bytearray, _message()]
 DEVICE_NAME: TypeAlias = Annotated[str, _text(MAX_DEVICE_NAME_LENGTH)]
 COMMANDS: TypeAlias = Annotated[tuple[int, ...], numbers("i", CANBUS_CMD_LAST_ENTRY)]
 BAUDRATES: TypeAlias = Annotated[tuple[int, ...], numbers("I", CANBUS_NUMBER_OF_CONSTANT_BAUDRATES)]

@@ -7,10 +7,10 @@
         print(GetLastError())
 
 How C's arguments look here: a HANDLE is a number. A pointer to a DWORD that is written (lpdwRead, lpdwEvent, ...) is a
-list whose item 0 is set, or None. A buffer that is read is bytes or anything like it, or a structure of
-`candrv.structures`; a buffer that is written is a bytearray or another writable buffer, or such a structure, which is
-filled in. COMMTIMEOUTS is a structure, also where GetCommTimeouts fills it in. Further constants:
-`canwire.candrv.constants`.
+list whose item 0 is set, a ctypes number, or None. A buffer that is read is bytes or anything like it, or a structure
+of `candrv.structures`; a buffer that is written is a bytearray or another writable buffer, or such a structure, which
+is filled in; what ctypes has (arrays, structures, byref) will do for both. COMMTIMEOUTS is a structure, also where
+GetCommTimeouts fills it in. Further constants: `canwire.candrv.constants`.
 
 Source: CANDRV manual (seed 000), chapter 8.
 """
@@ -25,12 +25,14 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias
 from canwire import CanwireError
 from canwire.candrv import ioctl
 from canwire.candrv.constants import (
+    CREATE_NEW,
     FILE_SHARE_READ,
     FILE_SHARE_WRITE,
     GENERIC_READ,
     GENERIC_WRITE,
     INVALID_HANDLE_VALUE,
     OPEN_EXISTING,
+    TRUNCATE_EXISTING,
     ControlCode,
     Win32Error,
 )
@@ -38,6 +40,7 @@ from canwire.candrv.device.device import Device
 from canwire.candrv.errors import CandrvError, as_candrv, translated
 from canwire.candrv.handle.handle import Handle
 from canwire.candrv.handle.writing import PartialWrite
+from canwire.candrv.pointers import fill, room_in, set_dword, taken, timeouts_of
 from canwire.candrv.program import PROGRAM
 from canwire.candrv.structures import COMMTIMEOUTS, Structure
 
@@ -45,9 +48,9 @@ if TYPE_CHECKING:
     from canwire import Hub
 
 P = ParamSpec("P")
-Out: TypeAlias = list[int] | None
-Readable: TypeAlias = bytes | bytearray | memoryview | Structure | None
-Writable: TypeAlias = bytearray | memoryview | Structure | None
+Out: TypeAlias = list[int] | Any
+Readable: TypeAlias = bytes | bytearray | memoryview | Structure | Any
+Writable: TypeAlias = bytearray | memoryview | Structure | Any
 
 _ACCESS = GENERIC_READ | GENERIC_WRITE
 _SHARES = FILE_SHARE_READ | FILE_SHARE_WRITE
@@ -94,8 +97,13 @@ def CreateFile(
     dwFlags: int = 0,
     hTemplate: object = None,
 ) -> int:
-    """A handle, or INVALID_HANDLE_VALUE. lpSecurity, dwFlags and hTemplate mean nothing."""
-    if dwAccess & ~_ACCESS or dwShareMode & ~_SHARES or dwCreation != OPEN_EXISTING:
+    """A handle, or INVALID_HANDLE_VALUE. lpSecurity, dwFlags and hTemplate mean nothing.
+
+    Every dwCreation opens the device, which is always there already; so CREATE_NEW fails with ERROR_FILE_EXISTS.
+    """
+    if dwCreation == CREATE_NEW:
+        raise CandrvError(Win32Error.ERROR_FILE_EXISTS, f"{lpFileName} is a device")
+    if dwAccess & ~_ACCESS or dwShareMode & ~_SHARES or not CREATE_NEW < dwCreation <= TRUNCATE_EXISTING:
         raise CandrvError(
             Win32Error.ERROR_INVALID_PARAMETER,
             f"access {dwAccess:#x}, share mode {dwShareMode:#x}, creation {dwCreation}",
@@ -117,12 +125,12 @@ def WriteFile(
     hDevice: int, lpBuffer: Readable, dwCount: int, lpdwWritten: Out = None, lpOverlapped: object = None
 ) -> int:
     """lpdwWritten gets how much was used, also of a text that is wrong further on."""
-    _set(lpdwWritten, 0)
+    set_dword(lpdwWritten, 0)
     handle = PROGRAM.handle(hDevice)
     try:
-        _set(lpdwWritten, handle.write(_bytes(lpBuffer, dwCount)))
+        set_dword(lpdwWritten, handle.write(taken(lpBuffer, dwCount)))
     except PartialWrite as error:
-        _set(lpdwWritten, error.written)
+        set_dword(lpdwWritten, error.written)
         raise
     return 1
 
@@ -130,17 +138,17 @@ def WriteFile(
 @_answering(0)
 def ReadFile(
     hDevice: int,
-    lpBuffer: bytearray | memoryview,
+    lpBuffer: Writable,
     dwCount: int,
     lpdwRead: Out = None,
     lpOverlapped: object = None,
 ) -> int:
     """The next event as text. One that does not fit stays, and the call fails with ERROR_INSUFFICIENT_BUFFER."""
-    _set(lpdwRead, 0)
+    set_dword(lpdwRead, 0)
     handle = PROGRAM.handle(hDevice)
-    text = handle.read_text(_size(lpBuffer, dwCount))
-    _fill(lpBuffer, text)
-    _set(lpdwRead, len(text))
+    text = handle.read_text(room_in(lpBuffer, dwCount))
+    fill(lpBuffer, text)
+    set_dword(lpdwRead, len(text))
     return 1
 
 
@@ -150,38 +158,40 @@ def DeviceIoControl(
     dwIoControlCode: int,
     lpInBuffer: Readable = None,
     nInBufferSize: int = 0,
-    lpOutBuffer: Writable | bytes = None,
+    lpOutBuffer: Writable = None,
     nOutBufferSize: int = 0,
     lpReturned: Out = None,
     lpOverlapped: object = None,
 ) -> int:
     """Not 0 for success; of IOCTL_CAN_TEST_DEVICE its own answer. Two codes read the out buffer."""
-    _set(lpReturned, 0)
+    set_dword(lpReturned, 0)
     handle = PROGRAM.handle(hDevice)
-    given = _bytes(lpInBuffer, nInBufferSize) if nInBufferSize else b""
-    second = _bytes(lpOutBuffer, nOutBufferSize) if dwIoControlCode in ioctl.READ_BOTH else b""
-    room = _size(lpOutBuffer, nOutBufferSize) if nOutBufferSize else 0
+    given = taken(lpInBuffer, nInBufferSize) if nInBufferSize else b""
+    second = taken(lpOutBuffer, nOutBufferSize) if dwIoControlCode in ioctl.READ_BOTH else b""
+    room = 0
+    if nOutBufferSize:
+        room = room_in(lpOutBuffer, nOutBufferSize, written=dwIoControlCode not in ioctl.READ_BOTH)
     try:
         data, answer = ioctl.control(handle, dwIoControlCode, given, room, second)
     except CandrvError as error:
         if dwIoControlCode == ControlCode.INIT and room >= 4:
-            _fill(lpOutBuffer, ioctl.init_status(error))
+            fill(lpOutBuffer, ioctl.init_status(error))
         raise
     if data:
-        _fill(lpOutBuffer, data)
-        _set(lpReturned, len(data))
+        fill(lpOutBuffer, data)
+        set_dword(lpReturned, len(data))
     return answer
 
 
 @_answering(0)
 def SetCommTimeouts(hDevice: int, lpTimeouts: COMMTIMEOUTS) -> int:
-    PROGRAM.handle(hDevice).timeouts = _structure(lpTimeouts)
+    PROGRAM.handle(hDevice).timeouts = timeouts_of(lpTimeouts)
     return 1
 
 
 @_answering(0)
 def GetCommTimeouts(hDevice: int, lpTimeouts: COMMTIMEOUTS) -> int:
-    _fill(_structure(lpTimeouts), PROGRAM.handle(hDevice).timeouts.pack())
+    fill(timeouts_of(lpTimeouts), PROGRAM.handle(hDevice).timeouts.pack())
     return 1
 
 
@@ -193,54 +203,13 @@ def SetCommMask(hDevice: int, dwEventMask: int) -> int:
 
 @_answering(0)
 def GetCommMask(hDevice: int, lpdwEventMask: Out) -> int:
-    _set(lpdwEventMask, PROGRAM.handle(hDevice).mask)
+    set_dword(lpdwEventMask, PROGRAM.handle(hDevice).mask)
     return 1
 
 
 @_answering(0)
 def WaitCommEvent(hDevice: int, lpdwEvent: Out, lpOverlapped: object = None) -> int:
     """lpdwEvent gets the type of the next event, which stays; 0 if the waiting was aborted."""
-    _set(lpdwEvent, 0)
-    _set(lpdwEvent, PROGRAM.handle(hDevice).wait_comm_event())
+    set_dword(lpdwEvent, 0)
+    set_dword(lpdwEvent, PROGRAM.handle(hDevice).wait_comm_event())
     return 1
-
-
-# pointers
-
-
-def _set(out: Out, value: int) -> None:
-    if out is not None:
-        out[0] = value
-
-
-def _bytes(buffer: Any, count: int) -> bytes:
-    """The first `count` bytes of a buffer; raises ERROR_INVALID_PARAMETER where there are not so many."""
-    held = b"" if buffer is None else buffer.pack() if isinstance(buffer, Structure) else bytes(buffer)
-    if not 0 <= count <= len(held):
-        raise CandrvError(
-            Win32Error.ERROR_INVALID_PARAMETER, f"{count} bytes of a buffer that has {len(held)}"
-        )
-    return held[:count]
-
-
-def _size(buffer: Any, count: int) -> int:
-    """How much may be written to a buffer: `count` bytes, if it has them; else ERROR_INVALID_PARAMETER."""
-    held = 0 if buffer is None else buffer.SIZE if isinstance(buffer, Structure) else len(buffer)
-    if not 0 <= count <= held:
-        raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, f"{count} bytes of a buffer that has {held}")
-    return count
-
-
-def _fill(buffer: Any, data: bytes) -> None:
-    if isinstance(buffer, Structure):
-        filled = type(buffer).unpack(data)
-        for name in type(buffer).OFFSETS:
-            setattr(buffer, name, getattr(filled, name))
-    elif buffer is not None:
-        memoryview(buffer)[: len(data)] = data
-
-
-def _structure(timeouts: Any) -> COMMTIMEOUTS:
-    if not isinstance(timeouts, COMMTIMEOUTS):
-        raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, f"{timeouts!r:.40}: a COMMTIMEOUTS")
-    return timeouts

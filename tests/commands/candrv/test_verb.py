@@ -521,6 +521,37 @@ def test_settings_count_after_a_restart(bench: Bench) -> None:
     assert bench.device("CID1:", read=False, write=False).device.state().rate == 250_000
 
 
+@pytest.mark.finding("candrv B16")
+def test_a_reg_file_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = ["--config", str(tmp_path / "r.toml")]
+    (tmp_path / "board.reg").write_text(
+        "REGEDIT4\n\n[HKEY_LOCAL_MACHINE\\Drivers\\BuiltIn\\CID1]\n"
+        '"Dll"="candrv.dll"\n"Baudrate"=dword:0007a120\n"Flags"=dword:00000008\n'
+    )
+    assert main(["candrv", "registry", "import", str(tmp_path / "board.reg"), *config]) == 0
+    shown = capsys.readouterr()
+    assert shown.out == "CID1: 2 entries\n"
+    assert "skipped: CID1 Flags=dword:00000008\n" in shown.err
+    assert main(["candrv", "registry", "get", "CID1:", "Baudrate", *config]) == 0
+    assert capsys.readouterr().out == "500000\n"
+    assert main(["candrv", "registry", "import", str(tmp_path / "none.reg"), *config]) == 2
+    assert "No such file" in capsys.readouterr().err
+
+
+@pytest.mark.finding("candrv B16")
+def test_loaded_drivers_are_shown(bench: Bench) -> None:
+    assert bench.run("active") == (0, "no driver is loaded: one is when its device is first opened\n", "")
+    handle = bench.device()
+    expected = (
+        "CID2: Drivers\\BuiltIn\\CID2\n  HW000002 (netdcu), line 0\n  1000000 bit/s, CAN2.0A, {}\n"
+        '  Board = "HW000002"\n  AcceptanceMask = 0xFFFFFFFF\n  EventQueueSize = 20000\n'
+        '  Prefix = "CID"\n  Index = 2\n'
+    )
+    assert bench.run("active") == (0, expected.format("open"), "")
+    handle.close()
+    assert bench.run("active") == (0, expected.format("not open"), "")
+
+
 # a device as a terminal
 
 

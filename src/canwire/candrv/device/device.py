@@ -51,8 +51,8 @@ class Device:
 
     def __init__(self, hub: Hub, name: str, store: RegistryStore | None = None) -> None:
         self.hub = hub
-        self.name = name
-        self.settings = loaded(hub, name, store or usual_store())
+        self.name = name.upper()  # as Windows, which does not tell them apart
+        self.settings = loaded(hub, self.name, store or usual_store())
         self.board, self.number = find_port(hub.boards(), self.settings)
         self.controller = controller_on(self.board, self.line)
         self._bell: Bell | None = None  # rung when "virtualize" changes
@@ -113,7 +113,7 @@ class Device:
         ERROR_SHARING_VIOLATION while somebody else sets it up or, for another rate, programs of another kind run it.
         """
         wanted = _given(rate=rate, mode=mode, format=format, listen=listen)
-        with translated():
+        with translated(opened=True):
             if mode is not None:
                 checked("CAN mode", mode, CanMode)
             if format is not None:
@@ -135,7 +135,7 @@ class Device:
 
     def sleep(self, asleep: bool) -> None:
         """ENTER_STANDBY and LEAVE_STANDBY."""
-        with translated():
+        with translated(opened=True):
             self._held(lambda control: control.sleep() if asleep else control.wake())
 
     @property
@@ -157,11 +157,11 @@ class Device:
             bell.close()
 
     def read_register(self, address: int, *, reset_mode: bool) -> int:
-        with translated():
+        with translated(opened=True):
             return self._held(lambda control: control.read_register(address, reset_mode=reset_mode))
 
     def write_register(self, address: int, value: int, *, reset_mode: bool) -> None:
-        with translated():
+        with translated(opened=True):
             self._held(lambda control: control.write_register(address, value, reset_mode=reset_mode))
 
     def clear_overrun(self) -> None:
@@ -197,6 +197,13 @@ class Device:
 
     def _note(self, what: str) -> str:
         return f"candrv/{self.name}/{what}"
+
+    def is_open(self) -> bool:
+        """Some handle shares the bell, of whatever access; one that was opened under another's control does not."""
+        bell = Bell.find(self.hub, self._note("bell"))
+        if bell is not None:
+            bell.close()
+        return bell is not None
 
     def _join(self) -> None:
         """Share a bell with the other handles; where somebody keeps the control, ask the hub every time instead."""
@@ -264,13 +271,15 @@ def _given(**values: int | None) -> dict[str, int]:
 def unload(hub: Hub, name: str) -> None:
     """What a restart of the board does: the line forgets its settings, the next open reads the registry anew.
 
-    Raises InUse while somebody has the device open.
+    Raises InUse while somebody has the device open, if only to look at it.
     """
     device = Device(hub, name)
     users = device.status().channels
     if users:
         raise InUse(f"{name} {users} programs use its line; let them end first")
+    if device.is_open():
+        raise InUse(f"{name} a program has it open to query it; let it end first")
     with hub.open_control(device.board.id, device.number) as control:
         control.reset()
     device.virtualize = False
-    hub.set_note(settings_note(name), b"")
+    hub.set_note(settings_note(device.name), b"")

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
-from canwire import NoSuchBoard, Unplugged
 from canwire.candrv.constants import CanMode, Command, FrameFormat
 from canwire.candrv.errors import translated
 
@@ -112,11 +111,8 @@ class Controls:
     def _tell(self, call: Callable[[Device], T]) -> T:
         """The board was there when the handle was opened: where the hub does not know it any more, it was pulled."""
         self.check()
-        with translated():
-            try:
-                return call(self.device)
-            except NoSuchBoard as error:
-                raise Unplugged(str(error)) from error
+        with translated(opened=True):
+            return call(self.device)
 
 
 def _virtualize(device: Device, on: bool) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire import NoSuchBoard
@@ -63,12 +65,22 @@ def loaded(hub: Hub, name: str, store: RegistryStore) -> Settings:
         raise NoSuchBoard(f"no device {name!r:.40}; registered are {', '.join(devices) or 'none'}")
     settings = devices[name]
     board, _ = find_port(hub.boards(), settings)
-    others = [other for other in devices.values() if hub.note(settings_note(other.device))]
-    check_spi(board.kind, settings, others)
+    check_spi(board.kind, settings, _loaded_on(board, hub, devices.values()))
     table = next(table for table in store.devices() if store.settings(table) == settings)
     stored = {**store.stored(table), "Prefix": settings.prefix, "Index": settings.index}
     hub.set_note(settings_note(name), json.dumps(stored, separators=(",", ":")).encode())
     return settings
+
+
+def _loaded_on(board: BoardInfo, hub: Hub, devices: Iterable[Settings]) -> list[Settings]:
+    """Those whose drivers are loaded, on this board: each board has an SPI port of its own."""
+    boards, found = hub.boards(), []
+    for other in devices:
+        if hub.note(settings_note(other.device)):
+            with suppress(NoSuchBoard):
+                if find_port(boards, other)[0].id == board.id:
+                    found.append(other)
+    return found
 
 
 def settings_note(name: str) -> str:

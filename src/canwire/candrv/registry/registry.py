@@ -94,6 +94,19 @@ class RegistryStore:
 
         self._store(device, clear)
 
+    def merge(self, devices: Mapping[str, Mapping[str, Value | None] | None]) -> None:
+        """Store what a .reg file has (reg_file.py), all of it or, if BadValue is raised, nothing."""
+
+        def merged(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
+            after = dict(_present(tables))
+            for name, entries in devices.items():
+                table = after.pop(name, {})
+                if entries is not None:
+                    after[name] = _merged(table, entries)
+            return after
+
+        self._change(merged)
+
     def install(self, device: str = PRE_INSTALLED) -> None:
         """Register a device with the manual's defaults; one that is registered stays as it is."""
         name = _table_name(device)
@@ -138,6 +151,13 @@ class RegistryStore:
         registry_file.change(self.path, checked)
 
 
+def _merged(table: dict[str, Value], entries: Mapping[str, Value | None]) -> dict[str, Value]:
+    """The table with these entries; None lets the default count."""
+    lower = {name.lower() for name in entries}
+    kept = {name: value for name, value in table.items() if name.lower() not in lower}
+    return kept | {name: value for name, value in entries.items() if value is not None}
+
+
 def _settings(table: Mapping[str, Value], name: str) -> Settings:
     try:
         return Settings.of(table, name)
@@ -177,22 +197,15 @@ def check_devices(devices: Mapping[str, Settings]) -> None:
             raise BadValue(f"{settings.device} is the name of [candrv.{other}] and [candrv.{table}]")
 
 
-def check_spi(
-    kind: str, settings: Settings, others: Iterable[Settings] = (), held: Mapping[str, str] | None = None
-) -> None:
-    """Raises InUse if the device would take an SPI port for itself that somebody uses, or the other way round.
+def check_spi(kind: str, settings: Settings, others: Iterable[Settings] = ()) -> None:
+    """Raises InUse if the device would take an SPI port for itself that another uses, or the other way round.
 
-    `others` are the devices loaded on the same board, `held` who else holds an SPI port, by its name. Only boards
-    that share the port between CAN and SPI are concerned.
+    `others` are the devices loaded on the same board. Only boards that share the port between CAN and SPI are
+    concerned.
     """
     if kind not in SHARE_SPI:
         return
     port = settings.spi_device
-    user = (held or {}).get(port)
-    if settings.direct_interface and user:
-        raise InUse(
-            f"{settings.device} DirectInterface=1: {port} is held by {user}; set DirectInterface to 0"
-        )
     for other in others:
         direct = settings.direct_interface or other.direct_interface
         if other.spi_device == port and other.device != settings.device and direct:

@@ -80,7 +80,9 @@ class Settings:
     friendly_name: str = _text("FriendlyName", "PicoCOM CAN driver", "description")
     prefix: str = _text("Prefix", "CID", "device name: three upper-case letters before Index", "[A-Z]{3}")
     index: int = _number("Index", 1, "device name: the digit after Prefix", 0, 9)
-    order: int = _number("Order", 20, "load sequence: the higher, the later")
+    order: int = _number(
+        "Order", 20, "load sequence, the higher the later; here the order of this list alone"
+    )
     device_array_index: int = _number("DeviceArrayIndex", 0, "CAN port of the board that it drives", 0, 9)
     ioctl: int = _number(
         "Ioctl", 4, "called once when the driver has been loaded; the virtual board ignores it"
@@ -109,7 +111,13 @@ class Settings:
     can_mode_2b: int = _number(
         "CanMode2B", 0, "0 CAN2.0A, standard frames; 1 CAN2.0B, extended ones too", 0, 1
     )
-    format: int = _number("Format", 0, "frames sent: 0 as CanMode2B says, 1 standard, 2 extended", 0, 2)
+    format: int = _number(
+        "Format",
+        0,
+        "frames sent: 0 as CanMode2B says, 1 standard, 2 extended; received are both, with CanMode2B",
+        0,
+        2,
+    )
     virtualize: int = _number(
         "Virtualize", 0, "1: handles on this board receive what others of it send", 0, 1
     )
@@ -118,7 +126,9 @@ class Settings:
     mask_active: int = _number(
         "MaskActive", 0, "what a mask bit of 1 means: 0 always accepted, 1 must match", 0, 1
     )
-    align: int = _number("Align", 0, "where identifiers and filters lie in their 32 bits: filters.py", 0, 3)
+    align: int = _number(
+        "Align", 0, "where identifiers and filters lie in their 32 bits: table 6 of the manual", 0, 3
+    )
     irq: int = _number("IRQ", 30, "interrupt of the controller; the virtual board ignores it", 0, 255)
     direct_interface: int = _number(
         "DirectInterface", 0, "0 shares the SPI port through SPIDevice, 1 takes it for itself", 0, 1

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from canwire.commands.console import complain
 
 if TYPE_CHECKING:
+    from canwire.candrv.device.active import Driver
     from canwire.candrv.registry.registry import RegistryStore
 
 _IN_HEX = ("AcceptanceCode", "AcceptanceMask")
@@ -73,6 +75,34 @@ def defaults_entries(arguments: argparse.Namespace) -> int:
     """Let all defaults count."""
     _store(arguments).defaults(arguments.device)
     return _tell(arguments)
+
+
+def import_entries(arguments: argparse.Namespace) -> int:
+    """Store what a .reg file has; what has no place here is named."""
+    from canwire.candrv.registry import reg_file
+
+    store, found = _store(arguments), reg_file.load(Path(arguments.file))
+    store.merge(found.devices)
+    for device, entries in found.devices.items():
+        print(f"{device}: {'removed' if entries is None else f'{len(entries)} entries'}")
+    if found.skipped:
+        complain(f"skipped: {', '.join(found.skipped)}")
+    complain("drivers take it when they are loaded the next time: `canwire candrv restart`")
+    return 0
+
+
+def shown_driver(driver: Driver) -> str:
+    """A loaded driver: where it is, how it is set up now, and the entries it was loaded with."""
+    lines = [rf"{driver.name} Drivers\BuiltIn\{driver.name.removesuffix(':')}"]
+    if driver.board is None:
+        lines.append("  its board is not plugged in")
+    else:
+        lines.append(f"  {driver.board.hardware_id} ({driver.board.kind}), line {driver.line}")
+    if driver.state is not None:
+        mode = ("CAN2.0A", "CAN2.0B")[driver.state.mode]
+        lines.append(f"  {driver.state.rate} bit/s, {mode}, {'open' if driver.is_open else 'not open'}")
+    lines += [f"  {name} = {_shown(name, value)}" for name, value in driver.stored.items()]
+    return "\n".join(lines)
 
 
 def _tell(arguments: argparse.Namespace) -> int:

@@ -5,7 +5,8 @@ canwire candrv read                              CanRead: every event as ReadFil
 canwire candrv send -n 10000 -c 3 -t 2           CanSend: stress the driver, with totals
 canwire candrv mon -f log                        CanMon: every event of the binary interface, one a line
 canwire candrv install                           register CID1: with the manual's defaults; `remove CID1:`
-canwire candrv registry set CID1: Baudrate 500000   also list, get, delete, defaults
+canwire candrv registry set CID1: Baudrate 500000   also list, get, delete, defaults, import board.reg
+canwire candrv active                            which drivers are loaded, with what, on which port
 canwire candrv restart CID1:                     load the driver anew, with what the registry says now
 canwire candrv attach CID1: /tmp/can             `echo "731 0 4 11 22 33 44" > /tmp/can` sends, `cat /tmp/can` shows
 
@@ -49,6 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_restart(
         verbs.add_parser("restart", help="load a device's driver anew, with what the registry says now")
     )
+    _add_active(
+        verbs.add_parser("active", help="which drivers are loaded, with what, on which port of which board")
+    )
     _add_attach(verbs.add_parser("attach", help="a device as a terminal, for echo and cat"))
 
 
@@ -70,6 +74,7 @@ def _add_registry(parser: argparse.ArgumentParser) -> None:
         ("set", "device entry value", "store a value: decimal, or hex with 0x"),
         ("delete", "device entry", "let the default count"),
         ("defaults", "device", "delete all entries but those that say which device it is"),
+        ("import", "file", "store what a .reg file of Windows has for CANDRV's devices"),
     ):
         sub = verbs.add_parser(name, help=help, description=help)
         for word in words.split():
@@ -84,6 +89,15 @@ def _add_restart(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("device", nargs="?", default=_DEVICE, help=f"its name (default: {_DEVICE})")
     add_hub_argument(sub)
     sub.set_defaults(candrv_verb=_restart)
+
+
+def _add_active(sub: argparse.ArgumentParser) -> None:
+    sub.description = (
+        "What [HKLM\\Drivers\\Active] shows on a board: the drivers that are loaded, each since its device was opened "
+        "for the first time, with the entries that count for it until it is restarted."
+    )
+    add_hub_argument(sub)
+    sub.set_defaults(candrv_verb=_active)
 
 
 def _add_attach(sub: argparse.ArgumentParser) -> None:
@@ -106,6 +120,19 @@ def _restart(arguments: argparse.Namespace) -> int:
     with ExitStack() as closing:
         unload(connected(arguments, "candrv restart", closing), arguments.device)
     print(f"{arguments.device} is loaded anew when it is opened the next time")
+    return 0
+
+
+def _active(arguments: argparse.Namespace) -> int:
+    from canwire.candrv import active
+    from canwire.commands.candrv.registry import shown_driver
+
+    with ExitStack() as closing:
+        drivers = active(connected(arguments, "candrv active", closing))
+    print(
+        "\n\n".join(map(shown_driver, drivers))
+        or "no driver is loaded: one is when its device is first opened"
+    )
     return 0
 
 

@@ -171,6 +171,10 @@ class Hub(Client):
         """What some program left at the hub under this name; b"" if nothing."""
         return bytes(self.call(m.GetNote(name)).value)
 
+    def notes(self, prefix: str) -> dict[str, bytes]:
+        """All notes whose names begin so."""
+        return dict(self.call(m.ListNotes(prefix)).values)
+
     def set_note(self, name: str, value: bytes) -> None:
         """Leave a note for other programs, in place of the one before; b"" takes it away."""
         self.call(m.SetNote(name, value))

@@ -1,4 +1,4 @@
-"""Requests about a board's chips, and notes that programs leave for each other."""
+"""Requests about a board's chips, what goes past them, and notes that programs leave for each other."""
 
 from __future__ import annotations
 
@@ -69,6 +69,13 @@ class HoldInterrupts(Message):
     held: bool
 
 
+class PassOn(Message):
+    """Channel -> None: a frame's 80 bytes, as if it had come by the bus, for the line's other AS_BUS channels."""
+
+    handle: int
+    record: bytes
+
+
 class SetNote(Message):
     """-> None. A note lies at the hub until another takes its place; an empty one is taken away."""
 
@@ -80,6 +87,16 @@ class GetNote(Message):
     """-> Note, empty where there is none."""
 
     name: str
+
+
+class ListNotes(Message):
+    """-> Notes: those whose names begin so."""
+
+    prefix: str
+
+
+class Notes(Message):
+    values: tuple[tuple[str, bytes], ...]
 
 
 class Registers(Message):

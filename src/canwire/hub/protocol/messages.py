@@ -21,8 +21,11 @@ from canwire.hub.protocol.board_messages import GetNote as GetNote
 from canwire.hub.protocol.board_messages import GetRegisters as GetRegisters
 from canwire.hub.protocol.board_messages import HoldInterrupts as HoldInterrupts
 from canwire.hub.protocol.board_messages import KeepSettings as KeepSettings
+from canwire.hub.protocol.board_messages import ListNotes as ListNotes
 from canwire.hub.protocol.board_messages import Note as Note
+from canwire.hub.protocol.board_messages import Notes as Notes
 from canwire.hub.protocol.board_messages import OpenShare as OpenShare
+from canwire.hub.protocol.board_messages import PassOn as PassOn
 from canwire.hub.protocol.board_messages import ReadRegister as ReadRegister
 from canwire.hub.protocol.board_messages import Registers as Registers
 from canwire.hub.protocol.board_messages import SetNote as SetNote
@@ -247,13 +250,6 @@ class CancelQueued(Message):
     loaded: bool = True
 
 
-class PassOn(Message):
-    """Channel -> None: a frame's 80 bytes, as if it had come by the bus, for the line's other AS_BUS channels."""
-
-    handle: int
-    record: bytes
-
-
 class CreateFifo(Message):
     """-> FifoOpened (role "fifo"). Elements of `element_size` bytes, 1..65535; at least `capacity` of them."""
 
@@ -300,7 +296,7 @@ Request = (
     | ResetScheduler | GetSchedulerStatus | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule
     | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
     | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
-    | ReadRegister | WriteRegister | Sleep | HoldInterrupts
+    | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes
 )  # fmt: skip
 
 # the hub's replies
@@ -382,7 +378,8 @@ class Gone(Message):
 
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
-    | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Failed | BoardsChanged | Gone
+    | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
+    | Gone
 )  # fmt: skip
 
 

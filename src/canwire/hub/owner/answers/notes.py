@@ -21,6 +21,12 @@ def _get_note(request: m.GetNote, session: Session, world: World) -> Answer:
     return m.Note(world.notes.get(request.name, b"")), ()
 
 
+@answers.to(m.ListNotes)
+def _list_notes(request: m.ListNotes, session: Session, world: World) -> Answer:
+    found = (note for note in world.notes.items() if note[0].startswith(request.prefix))
+    return m.Notes(tuple(found)), ()
+
+
 @answers.to(m.SetNote)
 def _set_note(request: m.SetNote, session: Session, world: World) -> Answer:
     world.set_note(request.name, request.value)
