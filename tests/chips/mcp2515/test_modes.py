@@ -254,3 +254,72 @@ def test_bus_off_ends_in_listen_only_mode(bench: Bench) -> None:
     assert (mode_of(chip), chip.read(m.EFLG)) == (m.LISTEN_ONLY, 0)
     bench.bits(20)
     assert chip.on_bus
+
+
+# three corners: docs/mcp2515.md
+
+
+def test_in_bus_off_a_frame_to_send_holds_the_mode_until_it_is_aborted(bench: Bench) -> None:
+    bench.partner()
+    chip = off_the_bus(bench)
+    ask(chip, m.SLEEP)
+    bench.bits(100)
+    assert (mode_of(chip), chip.read(m.TXBCTRL[0]) & m.TX_TXREQ) == (m.NORMAL, m.TX_TXREQ)
+    chip.modify(m.CANCTRL, m.CTRL_ABAT, m.CTRL_ABAT)
+    assert (mode_of(chip), chip.read(m.TXBCTRL[0])) == (m.SLEEP, m.TX_ABTF | m.TX_TXERR)
+
+
+def test_in_bus_off_a_mode_that_was_asked_for_comes_when_the_frame_has_gone_out_after_recovery(
+    bench: Bench,
+) -> None:
+    partner = bench.partner()
+    chip = off_the_bus(bench)
+    ask(chip, m.CONFIGURATION)
+    bench.faults.clear()
+    bench.bits(128 * 11 + 200)
+    assert (mode_of(chip), partner.heard()) == (m.CONFIGURATION, [A])
+
+
+def off_the_bus(bench: Bench) -> Mcp2515:
+    """A chip that has gone bus-off with a frame it still has to send."""
+    chip = bench.chip()
+    bench.faults.flip(bit="dlc", seen_by="sender", times=None)
+    send(chip, A)
+    bench.bits(32 * 45)
+    assert chip.read(m.EFLG) & m.EFLG_TXBO
+    return chip
+
+
+def test_a_chip_that_falls_asleep_with_wakif_set_wakes_at_once(bench: Bench) -> None:
+    """Closed in the middle of a frame and opened again before it ends: sleep is entered after WAKIF was set."""
+    partner, chip = bench.partner(), bench.chip(enabled=m.INT_WAK)
+    partner.send(A)
+    bench.bits(20)
+    ask(chip, m.SLEEP)
+    assert mode_of(chip) == m.NORMAL
+    chip.modify(m.CANINTF, m.INT_WAK, m.INT_WAK)
+    bench.bits(100)
+    assert (mode_of(chip), chip.asleep) == (m.LISTEN_ONLY, False)
+
+
+def test_wakie_written_after_wakif_wakes_too(bench: Bench) -> None:
+    bench.partner()
+    chip = bench.chip(m.SLEEP, enabled=0)
+    chip.modify(m.CANINTF, m.INT_WAK, m.INT_WAK)
+    assert mode_of(chip) == m.SLEEP
+    chip.write(m.CANINTE, m.INT_WAK)
+    assert (mode_of(chip), chip.interrupt) == (m.LISTEN_ONLY, True)
+
+
+def test_errif_of_an_overflow_can_be_cleared_once_rxnovr_is(bench: Bench) -> None:
+    partner, chip = bench.partner(), bench.chip()
+    for _ in range(2):
+        partner.send(A)
+    bench.bits(300)
+    assert chip.read(m.EFLG) == m.EFLG_RX0OVR
+    chip.modify(m.CANINTF, m.INT_ERR, 0)
+    assert chip.read(m.CANINTF) & m.INT_ERR
+    chip.modify(m.EFLG, m.EFLG_RX0OVR, 0)
+    assert chip.read(m.CANINTF) & m.INT_ERR  # until it is written once more
+    chip.modify(m.CANINTF, m.INT_ERR, 0)
+    assert not chip.read(m.CANINTF) & m.INT_ERR

@@ -67,8 +67,11 @@ cdef class BitLevel:
     @cython.locals(clock=Clock)
     cpdef int activity(self, Node node) except -1
     cpdef int step(self) except -1
-    @cython.locals(at_ns="unsigned long long", changed=bint, clock=Clock)
+    @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock, station=Station)
     cdef int _step(self, long long at_ps) except -1
+    @cython.locals(clock=Clock)
+    cdef int _begin_bits(self, long long at_ps) except -1
+    cdef int _begin_bit(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef bint resting(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)

@@ -308,14 +308,18 @@ class BitLevel:
     def _step(self, at_ps: int) -> None:
         self.now_ps = at_ps
         at_ns = self.at_ns(at_ps)
-        changed = False
+        changed = sent = False
         for clock in self.clocks:
-            clock.station.now_ns = at_ns
+            station = clock.station
+            station.now_ns = at_ns
             if clock.due_ps == at_ps and not clock.sampling:
-                clock.begin_bit(at_ps)
                 changed = True
-                if self.watch is not None:
-                    self.watch(clock, self.offset_ps() + at_ps)
+                if station.finished and station.transmitting:
+                    sent = True  # receivers are told of a frame before its sender
+                else:
+                    self._begin_bit(clock, at_ps)
+        if sent:
+            self._begin_bits(at_ps)
         if self._change_ps <= at_ps:
             self._force(at_ps)
             changed = True
@@ -333,6 +337,16 @@ class BitLevel:
             if clock.due_ps == at_ps and clock.sampling:
                 clock.station.sample(self._seen_by(clock, at_ps))
                 clock.sampled(at_ps)
+
+    def _begin_bits(self, at_ps: int) -> None:
+        for clock in self.clocks:
+            if clock.due_ps == at_ps and not clock.sampling:
+                self._begin_bit(clock, at_ps)
+
+    def _begin_bit(self, clock: Clock, at_ps: int) -> None:
+        clock.begin_bit(at_ps)
+        if self.watch is not None:
+            self.watch(clock, self.offset_ps() + at_ps)
 
     def resting(self) -> bool:
         """Nothing is under way on the wire."""

@@ -99,6 +99,8 @@ class Mcp2515(Modes):
             self.cells[at] = after
             if at == m.RXBCTRL[0]:
                 self.cells[at] = (after & ~m.RX_BUKT1) | (m.RX_BUKT1 if after & m.RX_BUKT else 0)
+            elif at == _CANINTE:
+                self._wake_if_flagged()
         self._signal()
 
     def load_buffer(self, buffer: int, data: bytes) -> None:
@@ -200,10 +202,8 @@ class Mcp2515(Modes):
     def _flags(self, value: int) -> None:
         if self.cells[_EFLG] & m.EFLG_OVERFLOWS:
             value |= self.cells[_CANINTF] & m.INT_ERR
-        risen = value & ~self.cells[_CANINTF]
         self.cells[_CANINTF] = value
-        if risen & m.INT_WAK and self.asleep and self.cells[_CANINTE] & m.INT_WAK:
-            self._wake()
+        self._wake_if_flagged()
 
     def _transmit_control(self, number: int, value: int) -> None:
         at = m.TXBCTRL[number]

@@ -6,8 +6,8 @@ Interpretations [INT] where the data sheet is silent:
 - A mode changes when no frame is to be sent (in a mode that sends) and none is on the wire; configuration mode is left
   for 11 recessive bits. From normal to listen-only mode and back the bus is not left. A REQOP of 5 to 7 is none.
 - Listen-only mode has no counters, so it ends bus-off, too.
-- Sleep is only left by bus activity or WAKIF, each with WAKIE set; REQOP keeps what was written, and counts again
-  when it is written. A chip that has been woken waits for 128 periods of its oscillator and 11 recessive bits.
+- Sleep is only left by bus activity or WAKIF, each with WAKIE set; WAKIF may have been set before (docs/mcp2515.md).
+  REQOP keeps what was written, and counts again when it is written. A chip that has been woken waits for 128 periods of its oscillator and 11 recessive bits.
 - In loop-back mode a frame takes as long as on the wire, intermission included.
 - A PHSEG2 of one quantum counts as two. SAM, WAKFIL and SOF change nothing.
 """
@@ -66,6 +66,11 @@ class Modes(BusSide):
             self._wake()
             self._signal()
 
+    def _wake_if_flagged(self) -> None:
+        """A wake-up interrupt that is pending lets nobody sleep."""
+        if self.asleep and self.cells[m.CANINTF] & self.cells[m.CANINTE] & m.INT_WAK:
+            self._wake()
+
     def _wake(self) -> None:
         """The oscillator starts; whatever is on the bus meanwhile is lost."""
         self.asleep = False
@@ -117,6 +122,7 @@ class Modes(BusSide):
             self.asleep = True
             if self.bus is not None:
                 self.bus.changed()
+            self._wake_if_flagged()
         elif mode == _LOOP_BACK:
             self._leave_bus()
             self._take_settings()
