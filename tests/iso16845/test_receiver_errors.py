@@ -164,7 +164,8 @@ def lost_bits() -> None:
     spec, lost = quiet_runs()
     bits = lay_out(spec)
     for at in reversed(lost):
-        assert bits.levels[at - 1 : at + 6] == "1000001" and bits.stuff[at + 5] == "dynamic"
+        assert bits.levels[at - 1 : at + 6] == "1000001"
+        assert bits.stuff[at + 5] == "dynamic"
         bits.levels = bits.levels[:at] + bits.levels[at + 1 :]
         bits.stuff[at + 5] = ""
         for column in (bits.names, bits.stuff, bits.fast):
@@ -175,7 +176,7 @@ def lost_bits() -> None:
 def quiet_runs() -> tuple[Spec, list[int]]:
     """A frame with two runs of five dominant data bits that find the CRC register at 0, and where they begin."""
     head = lay_out(Spec(0x155, bytes(16), fd=True))
-    plain = [k for k, name in enumerate(head.names) if name == "DATA"][0]
+    plain = head.index("DATA")
     wire, data, lost = head.levels[:plain], "", []
 
     def feed(bit: str) -> None:

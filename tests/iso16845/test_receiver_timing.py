@@ -26,7 +26,8 @@ class Timed(Scene):
 def stuff_bits_of_s() -> tuple[Bits, int, int]:
     bits = lay_out(S)
     first, second = bits.stuffs()[:2]
-    assert (first, second) == (6, 12) and bits.levels[first] == bits.levels[second] == "0"
+    assert (first, second) == (6, 12)
+    assert bits.levels[first] == bits.levels[second] == "0"
     return bits, first, second
 
 

@@ -177,7 +177,8 @@ def test_recessive_stuff_bit_in_the_arbitration_field(kind: str) -> None:
     for fd in formats(kind):
         bits = lay_out(Spec(0x400, b"\x55", fd=fd))
         at = bits.index("ID", 7)
-        assert bits.stuff[at] and bits.levels[at] == "1"
+        assert bits.stuff[at]
+        assert bits.levels[at] == "1"
         scene = disturb_sender(Scene(kind, fd, tec=8), bits, at).counters(7, 0).check_at(0, tec=8)
         scene.play(received=[])
 
