@@ -52,9 +52,10 @@ picosecond by picosecond, and every level that the controller drives is held aga
 counters and what it hands up besides (`tests/iso16845/tester.py`). `tests/iso16845/rows` has setup, disturbance and
 expected response of each row.
 
-Numbers follow ISO 16845-1. {standard} of the {total} rows are purposes of the standard, as far as they are known in public;
-the other {variants} ({names}) are variants that a public list added: the same errors with a passive controller, or one
-in restricted operation. The standard has more to it: other chapters, and a part 2.
+Numbers follow ISO 16845-1. {standard} of the {total} rows are purposes of the standard, as far as they are known in
+public; the other {variants} ({names}) are variants that a public list added:
+the same errors with a passive controller, or one in restricted operation. The standard has more to it: other chapters,
+and a part 2.
 
 An FD controller runs a purpose with classic frames and once more with FD frames.
 
@@ -64,15 +65,15 @@ An FD controller runs a purpose with classic frames and once more with FD frames
 
 ## Where the standard can be read in two ways
 
-**How long an FD acknowledge is.** The ACK slot of an FD frame is one bit here, and a second dominant one is tolerated, as in
-Bosch's CAN FD 1.0 and the tools of Linux. A reading of two bits always makes what follows come one bit later. Rows
-count from their field, and so hold either way, but for one place:
+**How long an FD acknowledge is.** The ACK slot of an FD frame is one bit here, and a second dominant one is tolerated,
+as in Bosch's CAN FD 1.0 and the tools of Linux. A reading of two bits always makes what follows come one bit later.
+Rows count from their field, and so hold either way, but for one place:
 
-**Where the flag of a CRC error begins in an FD frame** (7.2.5, 7.6.10). ISO 11898-1:2015 has it begin in the bit behind the
-ACK delimiter. With an ACK slot of one bit that is the third bit behind the CRC delimiter, and with one of two bits the
-fourth, which is what public test descriptions say. Ours is the bit behind the ACK delimiter: the third, or the fourth where the
-acknowledge took two bits. An acknowledgement error comes in the third bit in both readings: a sender waits for a late
-acknowledge.
+**Where the flag of a CRC error begins in an FD frame** (7.2.5, 7.6.10). ISO 11898-1:2015 has it begin in the bit behind
+the ACK delimiter. With an ACK slot of one bit that is the third bit behind the CRC delimiter, and with one of two bits
+the fourth, which is what public test descriptions say. Ours is the bit behind the ACK delimiter: the third, or the
+fourth where the acknowledge took two bits. An acknowledgement error comes in the third bit in both readings: a sender
+waits for a late acknowledge.
 """
 
 

@@ -119,7 +119,7 @@ def header(spec: Spec) -> list[tuple[str, str]]:
 
 
 def lay_out(spec: Spec, *, crc_change: int = 0, parity_change: bool = False) -> Bits:
-    """The frame bit by bit. `crc_change` is XORed into the CRC, `parity_change` alters the stuff count."""
+    """The frame in bits. `crc_change` is XORed into the CRC, `parity_change` alters the stuff count, the rest fits."""
     bits = Bits(spec)
     fields = header(spec)
     if spec.data and not spec.remote:

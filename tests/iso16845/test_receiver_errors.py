@@ -176,7 +176,7 @@ def lost_bits() -> None:
 def quiet_runs() -> tuple[Spec, list[int]]:
     """A frame with two runs of five dominant data bits that find the CRC register at 0, and where they begin."""
     head = lay_out(Spec(0x155, bytes(16), fd=True))
-    plain = next(k for k, name in enumerate(head.names) if name == "DATA")
+    plain = head.index("DATA")
     wire, data, lost = head.levels[:plain], "", []
 
     def feed(bit: str) -> None:

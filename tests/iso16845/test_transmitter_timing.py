@@ -219,8 +219,7 @@ def two_recessive_bits(kind: str, quanta: int, begin: int) -> None:
     """The end of the first is dominant, and the second from a quantum up to one before its sample point."""
     scene = Sent(kind, TWO_RECESSIVE).whole()
     at = scene.laid.index("DATA", 3)
-    assert scene.laid.levels[at : at + 2] == "11"
-    assert not scene.laid.stuff[at]
+    assert (scene.laid.levels[at : at + 2], scene.laid.stuff[at]) == ("11", "")
     before_end(scene, at, quanta)
     start = scene.starts[at + 1]
     scene.force("0", start + begin * scene.tq, (scene.d.tseg1 - begin) * scene.tq).valid()

@@ -209,8 +209,8 @@ def test_frames_that_no_disturbance_can_meet_are_stepped_over(lab: Lab, can_bus:
 
 
 @pytest.mark.parametrize("asked", [
-    {"part": "middle"}, {"part": "intermission", "bit": 4},
-    {"part": "error delimiter", "bit": 1}, {"part": "eof", "bit": 0},
+    {"part": "middle"}, {"part": "intermission", "bit": 4}, {"part": "error delimiter", "bit": 1},
+    {"part": "eof", "bit": 0},
 ])  # fmt: skip
 def test_places_that_there_are_not(can_bus: LabBus, asked: dict[str, object]) -> None:
     with pytest.raises(BadValue):
