@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -36,6 +35,7 @@ from canwire import (
 from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
 from canwire.commands.console import complain, let_terminate
 from canwire.commands.shared_hub import connected, find_line
+from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
@@ -93,7 +93,7 @@ class Dump:
         self._name = place.info.bus if arguments.bus_name else arguments.line
         self._format = format_log_line if arguments.log else format_candump_line
         self._next = self._contents if arguments.errors else self._frames
-        self._epoch_ns = time.time_ns() - hub.now_ns() if arguments.log and hub.time == "real" else 0
+        self._epoch_ns = epoch_ns(hub) if arguments.log else 0
         self._shown = 0
 
     def run(self) -> None:

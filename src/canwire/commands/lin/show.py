@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from contextlib import ExitStack
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from canwire import (
     LinMonitorMode,
     format_lin_log_line,
 )
+from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
     from canwire import Hub, Monitor
@@ -35,7 +35,7 @@ class Shown:
         self._monitor = monitor
         self._name = name
         self._network = network
-        self._epoch_ns = time.time_ns() - hub.now_ns() if hub.time == "real" else 0
+        self._epoch_ns = epoch_ns(hub)
 
     def show(self, message: LinFrame | LinEvent) -> None:
         """A log line, and behind it the signals where a description knows the frame."""
