@@ -367,3 +367,22 @@ def test_loaded_drivers(bench: Bench, registry: RegistryStore) -> None:
     bench.unplug()
     [driver] = candrv.active(bench.hub)
     assert (driver.board, driver.state) == (None, None)
+
+
+# B7: reset mode amid traffic
+
+
+@pytest.mark.finding("candrv B7")
+@pytest.mark.conforms("FS-58")
+def test_reset_mode_breaks_no_frame_of_its_own_off(bench: Bench) -> None:
+    """It waits for the frame on the wire, so nothing arrives twice."""
+    handle = bench.open()
+    assert bench.peer
+    for number in range(80):
+        handle.write(f"{number:x} 0 8 0 0 0 0 0 0 0 0\n")
+        bench.run(0.0001 + number * 0.5e-6)  # at last in the end of the frame, which the partner has by then
+        handle.read_register(0x2A, reset_mode=True)
+        bench.run(0.001)
+    assert [frame.id for frame in bench.peer.received(80)] == list(range(80))
+    assert bench.peer.receive(0) is None
+    assert kinds(handle).count(TRANSMITTED) == 80

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from canwire.boards.board import BoardLine
 from canwire.boards.can.abilities import LOW_SPEED_LIMIT, check_mode, check_search, filter_of
@@ -104,6 +105,17 @@ class CanLine:
         if self.filter is not None:
             self.line.driver.accept(bounds(self.filter.of(False)), bounds(self.filter.of(True)))
         self.line.driver.start(now_ns)
+
+    def when_quiet(self, call: Callable[[], None]) -> None:
+        """Call once no frame of this line's is on the wire, or at once; none is begun until then."""
+        if self.running and self.mode is not None and self.line.driver.on_wire():
+            self.line.holding = True
+            later_ns = _LOOK_AGAIN_BITS * self._bit_ps // 1000
+            self.line.timeline.at(self.line.timeline.now_ns + later_ns, partial(self.when_quiet, call))
+            return
+        self.line.holding = bool(self._stopping)
+        call()
+        self.line.kick()
 
     def annotate(self, note: bytes) -> None:
         """Another note in the mode, told as a change; the controller is left alone. Raises NotInitialised."""

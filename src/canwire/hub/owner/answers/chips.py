@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from canwire.boards.can.connector import CanLine
-from canwire.errors import Unsupported
+from canwire.errors import CanwireError, Unsupported
 from canwire.hub.owner.answers.registry import DONE, Answers
+from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.line import HeldControl
 from canwire.hub.owner.session import Session
@@ -22,16 +25,24 @@ def _get_registers(request: m.GetRegisters, session: Session, world: World) -> A
 
 
 @answers.to(m.ReadRegister)
-def _read_register(request: m.ReadRegister, session: Session, world: World) -> Answer:
-    driver = _controlled(session, request.handle).line.driver
-    return m.Number(driver.read_register(request.address, request.reset_mode)), ()
+def _read_register(request: m.ReadRegister, session: Session, world: World) -> Answer | Deferred:
+    can = _controlled(session, request.handle)
+
+    def read() -> Answer:
+        return m.Number(can.line.driver.read_register(request.address, request.reset_mode)), ()
+
+    return _quietly(can, read) if request.reset_mode else read()
 
 
 @answers.to(m.WriteRegister)
-def _write_register(request: m.WriteRegister, session: Session, world: World) -> Answer:
-    driver = _controlled(session, request.handle).line.driver
-    driver.write_register(request.address, request.value, request.reset_mode)
-    return DONE
+def _write_register(request: m.WriteRegister, session: Session, world: World) -> Answer | Deferred:
+    can = _controlled(session, request.handle)
+
+    def write() -> Answer:
+        can.line.driver.write_register(request.address, request.value, request.reset_mode)
+        return DONE
+
+    return _quietly(can, write) if request.reset_mode else write()
 
 
 @answers.to(m.Sleep)
@@ -51,6 +62,20 @@ def _annotate(request: m.Annotate, session: Session, world: World) -> Answer:
 def _hold_interrupts(request: m.HoldInterrupts, session: Session, world: World) -> Answer:
     world.can_slot(request.board, request.line).can.line.driver.hold(request.held)
     return DONE
+
+
+def _quietly(can: CanLine, act: Callable[[], Answer]) -> Deferred:
+    """In reset mode a frame on the wire would be broken off, and sent again though others may have it already."""
+    deferred = Deferred()
+
+    def settle() -> None:
+        try:
+            deferred.settle(act())
+        except CanwireError as error:
+            deferred.settle(error)
+
+    can.when_quiet(settle)
+    return deferred
 
 
 def _controlled(session: Session, handle: int) -> CanLine:

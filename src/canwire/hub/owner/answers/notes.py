@@ -23,7 +23,7 @@ def _get_note(request: m.GetNote, session: Session, world: World) -> Answer:
 
 @answers.to(m.ListNotes)
 def _list_notes(request: m.ListNotes, session: Session, world: World) -> Answer:
-    found = (note for note in world.notes.items() if note[0].startswith(request.prefix))
+    found = [note for note in world.notes.items() if note[0].startswith(request.prefix)]
     return m.Notes(tuple(found)), ()
 
 
