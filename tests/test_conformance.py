@@ -19,5 +19,5 @@ def test_every_marker_names_a_behaviour() -> None:
         for line in PAGE.read_text(encoding="utf-8").splitlines()
         if (match := conformance.ROW.match(line))
     }
-    assert len(known) == 352
+    assert len(known) == 390
     assert set(conformance.marked_tests()) <= known

@@ -94,7 +94,7 @@ with can.Bus(interface="canwire", channel="can0", bitrate=125000) as bus:
         """
 import can
 try:
-    can.Bus(interface="canwire", channel="can0", bitrate=500000)
+    can.Bus(interface="canwire", channel="HW000001:0", bitrate=500000)
 except can.CanInitializationError as error:
     print(error)
 print([config["channel"] for config in can.detect_available_configs("canwire")])
