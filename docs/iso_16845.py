@@ -1,4 +1,3 @@
-# ruff: noqa: E501 - the page's own text
 """Writes docs/iso-16845.md: every public test purpose of ISO 16845-1, and what it says of each of our controllers.
 
     python docs/iso_16845.py
