@@ -123,6 +123,7 @@ LINES = 300
 LONGEST = 500
 LONG = {  # files that need more than 300 lines; nothing needs more than 500
     "__init__.py",  # a table: all that is public
+    "boards/can/connector.py",
     "boards/can/line.py",
     "bus/can/bit_level.py",
     "bus/can/bus.py",

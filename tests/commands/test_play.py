@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 
 from canwire import Frame, LogLine, parse_log_line
-from canwire.commands import main, play, progress
+from canwire.commands import main, play
+from canwire.commands.lab import progress
 
 CAR = Path(__file__).parents[2] / "examples" / "car-candump.log"
 CAR_FRAMES = 12_974
@@ -297,7 +298,7 @@ class FakeTerminal(io.StringIO):
 def test_progress_shows_on_a_terminal_once_it_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     terminal = FakeTerminal()
-    monkeypatch.setattr("canwire.commands.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("canwire.commands.lab.progress.time.monotonic", lambda: now[0])
     monkeypatch.setattr(sys, "stderr", terminal)
     with progress.Progress(200, "playing") as bar:
         now[0] += 0.9
@@ -312,7 +313,7 @@ def test_progress_shows_on_a_terminal_once_it_lasts(monkeypatch: pytest.MonkeyPa
 
 def test_progress_leaves_files_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
-    monkeypatch.setattr("canwire.commands.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("canwire.commands.lab.progress.time.monotonic", lambda: now[0])
     file = io.StringIO()
     monkeypatch.setattr(sys, "stderr", file)
     with progress.Progress(200, "playing") as bar:

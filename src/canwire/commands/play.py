@@ -22,8 +22,8 @@ from typing import TextIO
 
 from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
+from canwire.commands.lab.progress import Progress
 from canwire.commands.lab.summary import Summary, line
-from canwire.commands.progress import Progress
 from canwire.commands.shared_hub import add_hub_argument
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue

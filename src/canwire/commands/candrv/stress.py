@@ -28,7 +28,7 @@ from canwire.commands.candrv.opening import (
 )
 from canwire.commands.candrv.switches import Switches
 from canwire.commands.candrv.work import work
-from canwire.commands.progress import Progress
+from canwire.commands.lab.progress import Progress
 
 if TYPE_CHECKING:
     from canwire.candrv import Handle

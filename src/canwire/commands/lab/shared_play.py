@@ -11,7 +11,7 @@ from canwire import BadValue, ChannelMode
 from canwire.commands.can_line import bring_up, wanted_by
 from canwire.commands.console import complain, let_terminate
 from canwire.commands.lab.candump_log import CandumpLog, Survey
-from canwire.commands.progress import Progress
+from canwire.commands.lab.progress import Progress
 from canwire.commands.send import Sending
 from canwire.commands.shared_hub import connected, find_line
 
