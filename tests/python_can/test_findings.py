@@ -115,22 +115,21 @@ def test_in_company_nothing_is_said(open_bus: Open, caplog: pytest.LogCaptureFix
 def test_no_message_is_missed_while_filters_change(open_bus: Open) -> None:
     """Every filter here lets 0x100 pass."""
     a, b = open_bus(), open_bus(can_filters=[{"can_id": 0x100, "can_mask": 0x7FF}])
-    count, sent = 1000, threading.Event()
+    changes, between = 20, 50
+    count, permits = changes * between, threading.Semaphore(0)
 
     def send() -> None:
         for k in range(count):
+            permits.acquire()
             a.send(message(0x100, k.to_bytes(2, "big")))
-        sent.set()
 
     thread = threading.Thread(target=send)
     thread.start()
-    changes = 0
-    while not sent.is_set():
-        changes += 1
-        b.set_filters([{"can_id": 0x100, "can_mask": 0x7FF}, {"can_id": changes & 0xFF, "can_mask": 0x7FF}])
+    for change in range(changes):
+        permits.release(between)
+        b.set_filters([{"can_id": 0x100, "can_mask": 0x7FF}, {"can_id": change, "can_mask": 0x7FF}])
     thread.join()
     heard = [int.from_bytes(b.recv(LONG).data, "big") for _ in range(count)]
-    assert changes > 3
     assert heard == list(range(count))
 
 

@@ -154,7 +154,7 @@ def test_the_loser_is_told_the_position(lab: Lab, can_bus: LabBus, bit: int, bit
     a.send(winner)
     lab.run_until_idle()
     (lost,) = b.events()
-    assert lost == BusEvent(EventKind.ARBITRATION_LOST, 0, bit=bit, transmitting=True)
+    assert lost == BusEvent(EventKind.ARBITRATION_LOST, 0, bit=bit, transmitting=True, pending=True)
     assert b.receive_many(9) == [winner]
     assert a.receive_many(9) == [loser]
 

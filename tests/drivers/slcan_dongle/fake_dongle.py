@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import pty
-import select
 import socket
 import threading
 import tty
 from collections.abc import Callable
 from pathlib import Path
+
+from canwire.platform import wait_readable
 
 AGES_S = 20.0
 Answers = Callable[[bytes], bytes | None]
@@ -81,7 +82,7 @@ class FakeDongle:
     def _serve(self, master: int, end: int) -> None:
         """Until the other end of `end` is closed; a terminal that is being read cannot be closed."""
         rest = b""
-        while end not in (ready := select.select([master, end], [], [])[0]) and ready:
+        while wait_readable([master, end], None) and not wait_readable([end], 0):
             data = os.read(master, 4096)
             *lines, rest = (rest + data).split(b"\r")
             for line in lines:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import select
 import threading
 import time
 from collections.abc import Iterator
@@ -34,6 +33,7 @@ from canwire import (
 from canwire.boards.config.configuration import Config
 from canwire.drivers.outside import Trouble
 from canwire.drivers.slcan_dongle import link
+from canwire.platform import wait_readable
 from canwire.values.frame import record_to_send
 from tests.drivers.outside_bench import (
     AGES_S,
@@ -119,7 +119,7 @@ class Opaque:
         self.in_waiting = 4096
 
     def read(self, count: int) -> bytes:
-        if not select.select([self._descriptor], [], [], 0.05)[0]:
+        if not wait_readable([self._descriptor], 0.05):
             return b""
         data = os.read(self._descriptor, count)
         if not data:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import gc
 import os
-import select
 import threading
 from collections.abc import Callable, Iterator
 
@@ -15,6 +14,7 @@ import pytest
 
 from canwire import Closed, Event, Frame, Hub, HubChannel, HubLost, Unplugged
 from canwire.boards.can.modes import ChannelMode
+from canwire.platform import wait_readable
 from canwire.ring import RECHECK_S
 from tests.hub.in_memory import Bench
 
@@ -195,7 +195,7 @@ def test_a_descriptor_is_readable_while_the_event_is_signalled(bench: Bench, hub
     descriptor = event.fileno()
 
     def readable() -> bool:
-        return bool(select.select([descriptor], [], [], 0)[0])
+        return wait_readable([descriptor], 0)
 
     assert not readable()
     event.set()
