@@ -111,7 +111,9 @@ def test_udp_multicast(hub: Hub) -> None:
         pytest.skip(f"no multicast here: {error}")
     with peer:
         if peer.fileno() > 1000:
-            pytest.skip("python-can waits by select, which knows no descriptor above 1023; run this file alone")
+            pytest.skip(
+                "python-can waits by select, which knows no descriptor above 1023; run this file alone"
+            )
         program = Program(hub, hub.plug("python-can", port=f"udp_multicast/{group}?port=43177"))
         program.start()
         peer.send(can.Message(arbitration_id=0x123, is_extended_id=False, data=b"ab"))
