@@ -11,6 +11,7 @@ import argparse
 from contextlib import ExitStack
 
 from canwire import find_lines
+from canwire.commands.line import act
 from canwire.commands.shared_hub import add_hub_argument, add_line_argument, connected
 
 
@@ -28,7 +29,6 @@ def run(arguments: argparse.Namespace) -> int:
         for place in find_lines(hub, arguments.line):
             if place.info.lin is not None or not (arguments.reset or place.status(hub).running):
                 continue
-            with hub.open_control(place.board.id, place.line) as control:
-                control.reset() if arguments.reset else control.stop()
+            act(hub, place, "reset" if arguments.reset else "stop")
             print(f"{place.address} {'reset' if arguments.reset else 'stopped'}")
     return 0
