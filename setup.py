@@ -52,6 +52,7 @@ DIRECTIVES = {
     "initializedcheck": False,
     "cdivision": True,
     "annotation_typing": False,
+    "allow_none_for_extension_args": False,  # None is not a Frame: TypeError, where C would read its fields
     "auto_pickle": False,  # Frame says itself how it is pickled, everything else is one of a kind
     "freethreading_compatible": False,
 }
