@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from types import TracebackType
+from types import NoneType, TracebackType
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabBus
 from canwire.lab.lin.bus import LabLinBus
 from canwire.lab.time import LabTime
+from canwire.values.checks import finite, instance
 from canwire.values.timing.bit_timing import BitTiming
 
 CLOCK_HZ = 80_000_000
 _STALL_NS = 1_000_000_000
+_LONGEST_M = 1e6
+_LONGEST_DELAY_NS = 1e6
 
 
 class Lab(LabTime):
@@ -55,6 +58,10 @@ class Lab(LabTime):
         clock of the lab's controllers cannot make, BadValue for a name that is taken.
         """
         self._check_new(name)
+        for part, wanted in (("timing", timing), ("data_timing", data_timing)):
+            instance(part, wanted, BitTiming, NoneType)
+        length_m = finite("length_m", length_m, 0, _LONGEST_M)
+        node_delay_ns = finite("node_delay_ns", node_delay_ns, 0, _LONGEST_DELAY_NS)
         nominal = timing or BitTiming.for_bit_rate(bit_rate, clock_hz=CLOCK_HZ)
         data = data_timing
         if data is None and data_bit_rate is not None:

@@ -7,10 +7,10 @@ from typing import Generic, TypeVar
 
 from canwire.errors import Closed, NotReceived
 from canwire.lab.listening import Listening
-from canwire.lab.spans import nanoseconds
 from canwire.lab.time import LabTime
 from canwire.ring import Ring
 from canwire.timeline import NEVER
+from canwire.values.checks import nanoseconds
 
 FrameT = TypeVar("FrameT")
 BusT = TypeVar("BusT")

@@ -8,9 +8,9 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, Closed, NotIdle
-from canwire.lab.spans import nanoseconds
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
+from canwire.values.checks import LONGEST_NS, nanoseconds, whole
 
 if TYPE_CHECKING:
     import asyncio  # 35 ms that only asyncio's users pay
@@ -45,6 +45,7 @@ class LabTime:
     def run_until(self, time_ns: int) -> None:
         """Let time pass until `time_ns`; everything due at that very moment happens too."""
         self.check_open()
+        whole("time_ns", time_ns, 0, LONGEST_NS)
         if self.pacer is None:
             while not self.timeline.run_until(time_ns):
                 pass  # somebody's halt was not meant for us
@@ -72,8 +73,9 @@ class LabTime:
     def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
         """Call back at this time; a background timer does not keep the lab from being idle."""
         self.check_open()
+        due_ns = whole("time_ns", time_ns, 0, LONGEST_NS)
         with self.touch():
-            return self.timeline.at(time_ns, callback, background=background)
+            return self.timeline.at(due_ns, callback, background=background)
 
     def lateness_ns(self) -> list[int]:
         """Real time only: how late each happening was handled."""

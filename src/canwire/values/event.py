@@ -9,6 +9,7 @@ import struct
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from canwire.errors import BadValue
 from canwire.values.record import (
     EVENT_BIT,
     EVENT_ERROR,
@@ -140,7 +141,9 @@ class BusEvent:
 
     @classmethod
     def from_record(cls, record: bytes | bytearray | memoryview) -> BusEvent:
-        """The event in an 80-byte record; its kind must not be a frame's (0)."""
+        """The event in an 80-byte record; raises BadValue for other sizes and for what no event has."""
+        if len(record) != RECORD_SIZE:
+            raise BadValue(f"a record has {RECORD_SIZE} bytes, not {len(record)}")
         time_ns, number, info, first, status, flags, rec, tec, bit, code = _EVENT.unpack(record)
         kind = EventKind(info & 0xFF)
         codes = {EventKind.INFO: first, EventKind.TIME_OVERRUN: number, EventKind.ERROR: code}

@@ -18,6 +18,7 @@ from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.places import FRAME, Place, Progress
 from canwire.bus.can.stimulus import FREE, Stimulus
 from canwire.errors import BadValue
+from canwire.values.checks import LONGEST_NS, whole
 from canwire.values.frame import Frame, frame_of_record
 
 LEVELS = {"dominant": 0, "recessive": 1}
@@ -162,6 +163,7 @@ class Forcing:
     def _at_time(self, at_ns: int, shape: Callable[[int, int], Changes], viewers: str | list[Node]) -> None:
         """Bits and quanta are those of the first node on the bus."""
         timeline = self._bus.timeline
+        at_ns = whole("at", at_ns, 0, LONGEST_NS)
         if at_ns < timeline.now_ns:
             raise BadValue(f"at {at_ns} ns: the bus's time is {timeline.now_ns} ns already")
         if viewers != "all" and isinstance(viewers, str):

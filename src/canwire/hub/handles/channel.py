@@ -11,8 +11,10 @@ from canwire.hub.handles.filtered import Filtered
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor, close_descriptors
 from canwire.ring import Ring
+from canwire.values.checks import LONGEST_NS, instance, whole
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame, frame_of_record, record_to_send
+from canwire.values.records import check_dtype
 
 if TYPE_CHECKING:
     import numpy
@@ -106,7 +108,9 @@ class HubChannel(Filtered):
         """
         end = self.writing
         self.check()
-        record = record_to_send(frame, flags, priority << _PRIORITY_SHIFT)
+        instance("frame", frame, Frame)
+        urgency = whole("priority", priority, 0, 255) << _PRIORITY_SHIFT
+        record = record_to_send(frame, whole("flags", flags, 0, 0xFFFF_FFFF), urgency)
         if not end.ring.free() and not (timeout != 0 and end.wait(timeout)):
             raise QueueFull(self.name, end.ring.capacity)
         end.ring.put_bytes(record)
@@ -116,6 +120,7 @@ class HubChannel(Filtered):
         """Queue as many records (record_dtype(), time_ns 0 or a delay) as fit; returns how many."""
         end = self.writing
         self.check()
+        check_dtype(records)
         count = end.ring.put_array(records)
         end.touched()
         return count
@@ -133,14 +138,16 @@ class HubChannel(Filtered):
     def receive_many(self, limit: int, timeout: float | None = 0) -> list[Frame]:
         """Up to `limit` frames, waiting `timeout` seconds for the first."""
         end = self._waited(timeout)
-        frames = end.ring.take_frames(limit)
+        frames = end.ring.take_frames(whole("limit", limit, 0, LONGEST_NS))
         end.touched()
         return frames
 
     def receive_array(self, limit: int | None = None, timeout: float | None = 0) -> numpy.ndarray:
         """Up to `limit` records (None: all), waiting `timeout` seconds for the first. Needs canwire[arrays]."""
         end = self._waited(timeout)
-        records = end.ring.take_array(end.ring.capacity if limit is None else limit)
+        records = end.ring.take_array(
+            end.ring.capacity if limit is None else whole("limit", limit, 0, LONGEST_NS)
+        )
         end.touched()
         return records
 

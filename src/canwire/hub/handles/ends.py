@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from canwire.hub.handles.lease import Lease
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring
+from canwire.values.checks import nanoseconds
 
 if TYPE_CHECKING:
     from canwire.hub.handles.event import Event
@@ -92,6 +93,8 @@ class RingEnd:
 
     def wait(self, timeout: float | None) -> bool:
         """Block until the threshold is met, at most `timeout` seconds (None: for ever); raises if the lease ends."""
+        if timeout is not None:
+            timeout = nanoseconds("timeout", timeout) / 1e9
         self.lease.check()
         with self._lock:
             if self._closed:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from types import NoneType
 from typing import Protocol
 
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line
@@ -15,9 +16,10 @@ from canwire.errors import BadValue
 from canwire.lab.bus import BenchBus
 from canwire.lab.can.faults import LabFaults
 from canwire.lab.can.node import CanBenchNode
-from canwire.lab.recent import Recent
+from canwire.lab.recent import MOST_KEPT, Recent
 from canwire.lab.time import LabTime
 from canwire.values.acceptance import Acceptance
+from canwire.values.checks import instance, shown, whole
 from canwire.values.frame import Frame, frame_of_record
 from canwire.values.timing.bit_timing import BitTiming
 
@@ -87,6 +89,12 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         `script` is the node's behaviour: see NodeScript.
         """
         self._check_new(name)
+        for part, wanted in (("timing", timing), ("data_timing", data_timing)):
+            instance(part, wanted, BitTiming, NoneType)
+        if (script is not None and not callable(getattr(script, "run_on", None))) or isinstance(script, type):
+            raise TypeError(
+                f"script {shown(script)}: must be an object such as MyScript(), of a class made from NodeScript"
+            )
         nominal = timing or self.timing
         if bit_rate is not None:
             nominal = BitTiming.for_bit_rate(bit_rate, clock_hz=self.timing.clock_hz)
@@ -96,7 +104,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
             raise BadValue(f"controller {controller!r}: 'fd' or 'sja1000'")
         chip = controller == "sja1000"
         settings = LineSettings(
-            nominal, None if chip else data, iso, listen_only, 0.0 if chip else oscillator_ppm
+            nominal, None if chip else data, iso, bool(listen_only), 0.0 if chip else oscillator_ppm
         )
         acceptance = None
         if filters is not None:
@@ -136,7 +144,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""
-        self._tap = self.wire.tally.tap = RecentFrames(limit)
+        self._tap = self.wire.tally.tap = RecentFrames(whole("limit", limit, 0, MOST_KEPT))
 
     def stalled(self, after_ns: int) -> str | None:
         """Why this bus has got no frame through for `after_ns` although it is busy, or None."""

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabNode
-from canwire.lab.spans import nanoseconds
 from canwire.timeline import Timer
+from canwire.values.checks import nanoseconds
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame
 

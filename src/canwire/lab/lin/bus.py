@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import NoneType
 
 from canwire.boards.catalogue import ideal_lin_line, plug_lin
 from canwire.bus.lin.bus import LinBus
@@ -14,9 +15,9 @@ from canwire.lab.bus import BenchBus
 from canwire.lab.lin.faults import LabLinFaults
 from canwire.lab.lin.node import LinBenchNode, Responses
 from canwire.lab.lin.schedule import Table, tables_of
-from canwire.lab.recent import Recent
-from canwire.lab.spans import nanoseconds
+from canwire.lab.recent import MOST_KEPT, Recent
 from canwire.lab.time import LabTime
+from canwire.values.checks import instance, nanoseconds, whole
 from canwire.values.lin.frame import LinFrame
 from canwire.values.lin.record import TIME_SIZE, lin_frame_of_record
 from canwire.values.lin.timing import checked_rate
@@ -81,6 +82,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             response_space_bits=response_space_bits,
             byte_space_bits=byte_space_bits,
         )
+        _check_mapping("responses", responses)
         tables = {} if schedule is None else tables_of(schedule)
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
         if tables:
@@ -114,6 +116,8 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         oscillator that is off by `oscillator_ppm`. `start_up` (0 to 0.1 s) is how long it is deaf once
         started or woken. Raises BadValue, BadTiming, BadFrame.
         """
+        for what, mapping in (("responses", responses), ("subscribes", subscribes), ("events", events)):
+            _check_mapping(what, mapping)
         settings = LinSettings(
             master=False,
             bit_rate=self.bit_rate if bit_rate is None else bit_rate,
@@ -134,7 +138,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
 
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""
-        self._tap = self.wire.wire.tap = RecentLinFrames(limit)
+        self._tap = self.wire.wire.tap = RecentLinFrames(whole("limit", limit, 0, MOST_KEPT))
 
     def _node(
         self,
@@ -156,6 +160,10 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             line.start()
         self.nodes[name] = node
         return node
+
+
+def _check_mapping(name: str, mapping: object) -> None:
+    instance(name, mapping, Mapping, NoneType)
 
 
 class RecentLinFrames(Recent[LinFrame], LinTap):
