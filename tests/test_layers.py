@@ -48,6 +48,8 @@ OUTSIDE = [
     "commands",
     "__main__",
 ]
+# what the door finds by `canwire.NAME` without importing it: it imports them for type checkers alone
+FOUND_BY_THE_DOOR = {"acan", "candrv", "ldf", "python_can", "slcan", "vci"}
 OUTSIDE_MAY = {
     "packed": set(),
     "vci": {"packed"},
@@ -107,6 +109,7 @@ HUB_ON_TOP = {  # what stands in no room of the hub
     "hub.conflicts",
     "hub.connect",
     "hub.finding",
+    "hub.in_process",
     "hub.serve",
     "hub.usual",
     "hub.wanted_mode",
@@ -243,6 +246,8 @@ def test_imports_point_up_the_house() -> None:
             continue
         there = room_of(target)
         if here == there and here != DOOR:
+            continue
+        if here == DOOR and found.typing_only and there in FOUND_BY_THE_DOOR:
             continue
         if there not in ROOMS or ROOMS.index(there) >= ROOMS.index(here):
             wrong.append(found)

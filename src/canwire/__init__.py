@@ -10,101 +10,79 @@
 Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import (
-    ChannelMode,
-    ChannelStatus,
-    CyclicStatus,
-    FilterContent,
-    FilterMode,
-    FilterSetup,
-    LineMode,
-    LineStatus,
-    Siblings,
-)
-from canwire.boards.can.rates import RateConflict, RunningLine, format_rates, format_setter, rate_conflicts
-from canwire.boards.description import (
-    BoardInfo,
-    Capabilities,
-    Feature,
-    LinCapabilities,
-    LineInfo,
-    LinFeature,
-    Ticks,
-    TimingRange,
-)
-from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
-from canwire.bus.can.bit_layout import FIELDS, BitLayout
-from canwire.bus.can.bits import NON_ISO
-from canwire.core import core_mode
-from canwire.errors import (
-    BadConfig,
-    BadDescription,
-    BadFilter,
-    BadFrame,
-    BadMessage,
-    BadText,
-    BadTiming,
-    BadValue,
-    BusOff,
-    Busy,
-    CanwireError,
-    Closed,
-    ExtraMissing,
-    HubError,
-    HubLost,
-    InUse,
-    LineError,
-    NoChannel,
-    NoSuchBoard,
-    NothingHeard,
-    NotIdle,
-    NotInitialised,
-    NotReceived,
-    NotTransmitted,
-    QueueFull,
-    Unplugged,
-    Unsupported,
-    WrongState,
-)
-from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
-from canwire.values.acceptance import Acceptance
-from canwire.values.dlc import dlc_to_length, length_to_dlc
-from canwire.values.error_frame import decode_error_frame, encode_error_frame
-from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
-from canwire.values.frame import Frame
-from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
-from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
-from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
-from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
-from canwire.values.lin.text import (
-    LinLogLine,
-    format_lin_frame,
-    format_lin_log_line,
-    parse_lin_frame,
-    parse_lin_log_line,
-)
-from canwire.values.record import (
-    ABORT_ON_ERROR,
-    CONFIRM,
-    CONFIRM_LOAD,
-    HIGH_PRIORITY,
-    LOOP_BACK,
-    SELF_RECEPTION,
-    SINGLE_SHOT,
-    record_dtype,
-)
-from canwire.values.records import frames_to_array
-from canwire.values.register import RegisterValue
-from canwire.values.screen_text import format_candump_line, parse_candump_line
-from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
-from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
-from canwire.values.timing.bit_timing import BitTiming
-from canwire.values.timing.limits import TimingLimits
 from canwire.version import __version__
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what the table below says to the interpreter
+    from canwire import acan as acan
+    from canwire import candrv as candrv
+    from canwire import ldf as ldf
+    from canwire import python_can as python_can
+    from canwire import slcan as slcan
+    from canwire import vci as vci
+    from canwire.boards.can.modes import (
+        ChannelMode,
+        ChannelStatus,
+        CyclicStatus,
+        FilterContent,
+        FilterMode,
+        FilterSetup,
+        LineMode,
+        LineStatus,
+        Siblings,
+    )
+    from canwire.boards.can.rates import (
+        RateConflict,
+        RunningLine,
+        format_rates,
+        format_setter,
+        rate_conflicts,
+    )
+    from canwire.boards.description import (
+        BoardInfo,
+        Capabilities,
+        Feature,
+        LinCapabilities,
+        LineInfo,
+        LinFeature,
+        Ticks,
+        TimingRange,
+    )
+    from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
+    from canwire.bus.can.bit_layout import FIELDS, BitLayout
+    from canwire.bus.can.bits import NON_ISO
+    from canwire.core import core_mode
+    from canwire.errors import (
+        BadConfig,
+        BadDescription,
+        BadFilter,
+        BadFrame,
+        BadMessage,
+        BadText,
+        BadTiming,
+        BadValue,
+        BusOff,
+        Busy,
+        CanwireError,
+        Closed,
+        ExtraMissing,
+        HubError,
+        HubLost,
+        InUse,
+        LineError,
+        NoChannel,
+        NoSuchBoard,
+        NothingHeard,
+        NotIdle,
+        NotInitialised,
+        NotReceived,
+        NotTransmitted,
+        QueueFull,
+        Unplugged,
+        Unsupported,
+        WrongState,
+    )
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
@@ -122,44 +100,125 @@ if TYPE_CHECKING:
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode
+    from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
+    from canwire.ring import Ring
+    from canwire.values.acceptance import Acceptance
+    from canwire.values.dlc import dlc_to_length, length_to_dlc
+    from canwire.values.error_frame import decode_error_frame, encode_error_frame
+    from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
+    from canwire.values.frame import Frame
+    from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
+    from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
+    from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
+    from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
+    from canwire.values.lin.text import (
+        LinLogLine,
+        format_lin_frame,
+        format_lin_log_line,
+        parse_lin_frame,
+        parse_lin_log_line,
+    )
+    from canwire.values.record import (
+        ABORT_ON_ERROR,
+        CONFIRM,
+        CONFIRM_LOAD,
+        HIGH_PRIORITY,
+        LOOP_BACK,
+        SELF_RECEPTION,
+        SINGLE_SHOT,
+        record_dtype,
+    )
+    from canwire.values.records import frames_to_array
+    from canwire.values.register import RegisterValue
+    from canwire.values.screen_text import format_candump_line, parse_candump_line
+    from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
+    from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
+    from canwire.values.timing.bit_timing import BitTiming
+    from canwire.values.timing.limits import TimingLimits
 
-# loaded when they are first asked for: the lab's users need no messages, sockets and boards
-_LATER = {
-    "Control": "handles.control",
-    "Event": "handles.event",
-    "Fifo": "handles.fifo",
-    "Filtered": "handles.filtered",
-    "Hub": "handles.hub",
-    "HubChannel": "handles.channel",
-    "Lease": "handles.lease",
-    "LinControl": "handles.lin",
-    "LinePlace": "finding",
-    "Monitor": "handles.lin",
-    "RingEnd": "handles.ends",
-    "Scheduler": "handles.scheduler",
-    "WantedMode": "wanted_mode",
-    "bring_up": "bring_up",
-    "conflicts_on": "conflicts",
-    "connect": "connect",
-    "default_address": "usual",
-    "every_line": "finding",
-    "find_lines": "finding",
-    "serve": "serve",
-    "start_line": "bring_up",
-    "state_directory": "usual",
+_NAMES = {
+    "boards.can.modes": (
+        "ChannelMode ChannelStatus CyclicStatus FilterContent FilterMode FilterSetup LineMode LineStatus "
+        "Siblings"
+    ),
+    "boards.can.rates": "RateConflict RunningLine format_rates format_setter rate_conflicts",
+    "boards.description": (
+        "BoardInfo Capabilities Feature LinCapabilities LinFeature LineInfo Ticks TimingRange"
+    ),
+    "boards.lin.modes": "LinLineStatus LinMode LinMonitorMode LinMonitorStatus",
+    "bus.can.bit_layout": "BitLayout FIELDS",
+    "bus.can.bits": "NON_ISO",
+    "core": "core_mode",
+    "errors": (
+        "BadConfig BadDescription BadFilter BadFrame BadMessage BadText BadTiming BadValue BusOff Busy "
+        "CanwireError Closed ExtraMissing HubError HubLost InUse LineError NoChannel NoSuchBoard NotIdle "
+        "NotInitialised NotReceived NotTransmitted NothingHeard QueueFull Unplugged Unsupported "
+        "WrongState"
+    ),
+    "hub.bring_up": "bring_up start_line",
+    "hub.conflicts": "conflicts_on",
+    "hub.connect": "connect",
+    "hub.finding": "LinePlace every_line find_lines",
+    "hub.handles.channel": "HubChannel",
+    "hub.handles.control": "Control",
+    "hub.handles.ends": "RingEnd",
+    "hub.handles.event": "Event",
+    "hub.handles.fifo": "Fifo",
+    "hub.handles.filtered": "Filtered",
+    "hub.handles.hub": "Hub",
+    "hub.handles.lease": "Lease",
+    "hub.handles.lin": "LinControl Monitor",
+    "hub.handles.scheduler": "Scheduler",
+    "hub.serve": "serve",
+    "hub.usual": "default_address state_directory",
+    "hub.wanted_mode": "WantedMode",
+    "lab": "Lab LabBus LabLinBus LabLinNode LabNode NodeScript",
+    "ring": "Ring",
+    "values.acceptance": "Acceptance",
+    "values.dlc": "dlc_to_length length_to_dlc",
+    "values.error_frame": "decode_error_frame encode_error_frame",
+    "values.event": "BusEvent ErrorKind ErrorState EventKind",
+    "values.frame": "Frame",
+    "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
+    "values.lin.frame": "LinFrame lin_checksum protected_id",
+    "values.lin.record": "linmsg_of_record record_of_linmsg",
+    "values.lin.schedule": "LinSchedule LinSlot SlotKind",
+    "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
+    "values.record": (
+        "ABORT_ON_ERROR CONFIRM CONFIRM_LOAD HIGH_PRIORITY LOOP_BACK SELF_RECEPTION SINGLE_SHOT record_dtype"
+    ),
+    "values.records": "frames_to_array",
+    "values.register": "RegisterValue",
+    "values.screen_text": "format_candump_line parse_candump_line",
+    "values.slcan_text": "SlcanReader format_slcan_frame parse_slcan_frame",
+    "values.text": "LogLine format_frame format_log_line parse_frame parse_log_line",
+    "values.timing.bit_timing": "BitTiming",
+    "values.timing.limits": "TimingLimits",
 }
+"""What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub."""
+_MODULES = frozenset({"acan", "candrv", "ldf", "python_can", "slcan", "vci"})
+"""Programs' views and what needs an extra: not names of the door, but `import canwire; canwire.ldf` finds them."""
+_PLACES = {name: place for place, names in _NAMES.items() for name in names.split()}
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _LATER:
-        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+def _load(name: str) -> object:
     from importlib import import_module
 
-    return getattr(import_module(f"canwire.hub.{_LATER[name]}"), name)
+    if name in _MODULES:
+        return import_module(f"canwire.{name}")
+    if name not in _PLACES:
+        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+    found: object = getattr(import_module(f"canwire.{_PLACES[name]}"), name)
+    globals()[name] = found  # the next time at full speed
+    return found
+
+
+if not TYPE_CHECKING:
+    __getattr__ = _load
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_MODULES})
 
 
 __all__ = [
@@ -251,6 +310,7 @@ __all__ = [
     "QueueFull",
     "RateConflict",
     "RegisterValue",
+    "Ring",
     "RingEnd",
     "RunningLine",
     "Scheduler",
