@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
-from enum import IntEnum
 
+from canwire.values.named import NamedInt
 from canwire.values.record import (
     EVENT_BIT,
     EVENT_ERROR,
@@ -21,7 +21,7 @@ from canwire.values.record import (
 )
 
 
-class EventKind(IntEnum):
+class EventKind(NamedInt):
     """Message type of a record; 1..6 are VCI's CAN_MSGTYPE_, the rest are ours."""
 
     INFO = 1
@@ -36,7 +36,7 @@ class EventKind(IntEnum):
     WOKEN = 0x15
 
 
-class InfoCode(IntEnum):
+class InfoCode(NamedInt):
     """What happened to a line: VCI's CAN_INFO_ values."""
 
     STARTED = 1
@@ -44,7 +44,7 @@ class InfoCode(IntEnum):
     RESET = 3
 
 
-class ErrorKind(IntEnum):
+class ErrorKind(NamedInt):
     """What was wrong with a frame: VCI's CAN_ERROR_ values."""
 
     NONE = 0
@@ -58,7 +58,7 @@ class ErrorKind(IntEnum):
     OTHER = 8
 
 
-class ErrorState(IntEnum):
+class ErrorState(NamedInt):
     """Where fault confinement has put a controller."""
 
     ERROR_ACTIVE = 0
