@@ -34,6 +34,22 @@ LinFrame LinLineStatus LinLogLine LinMode LinMonitorMode LinMonitorStatus LinOut
 Monitor SlotKind format_lin_frame format_lin_log_line lin_checksum linmsg_of_record parse_lin_frame
 parse_lin_log_line protected_id record_of_linmsg
 Ring
+Counters LineSettings
+LinCounters
+LinLineState
+Behaviour
+Periodic
+Timer
+Config
+EventDescriptor
+LabFaults
+LabLinFaults
+Fault
+Place
+LinFault
+BoardConfig BusConfig
+IsaPlace
+DLC_MASK DLC_SHIFT ERROR_STATE_INDICATOR EXTENDED EXTENDED_DATA_LENGTH FAST_DATA_RATE OVERRUN REMOTE TYPE_MASK
 """
 
 

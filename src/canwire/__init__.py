@@ -39,6 +39,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
         format_setter,
         rate_conflicts,
     )
+    from canwire.boards.config.configuration import Config
+    from canwire.boards.config.tables import BoardConfig, BusConfig
     from canwire.boards.description import (
         BoardInfo,
         Capabilities,
@@ -49,10 +51,16 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
         Ticks,
         TimingRange,
     )
+    from canwire.boards.isa import IsaPlace
     from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
     from canwire.bus.can.bit_layout import FIELDS, BitLayout
     from canwire.bus.can.bits import NON_ISO
+    from canwire.bus.can.faults import Fault
+    from canwire.bus.can.places import Place
+    from canwire.bus.lin.faults import LinFault
     from canwire.core import core_mode
+    from canwire.drivers.driver import Counters, LineSettings
+    from canwire.drivers.lin_driver import LinCounters
     from canwire.errors import (
         BadConfig,
         BadDescription,
@@ -97,11 +105,18 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
+    from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode
     from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
+    from canwire.lab.can.bus import Behaviour
+    from canwire.lab.can.faults import LabFaults
+    from canwire.lab.can.script import Periodic
+    from canwire.lab.lin.faults import LabLinFaults
+    from canwire.platform import EventDescriptor
     from canwire.ring import Ring
+    from canwire.timeline import Timer
     from canwire.values.acceptance import Acceptance
     from canwire.values.dlc import dlc_to_length, length_to_dlc
     from canwire.values.error_frame import decode_error_frame, encode_error_frame
@@ -122,10 +137,19 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
         ABORT_ON_ERROR,
         CONFIRM,
         CONFIRM_LOAD,
+        DLC_MASK,
+        DLC_SHIFT,
+        ERROR_STATE_INDICATOR,
+        EXTENDED,
+        EXTENDED_DATA_LENGTH,
+        FAST_DATA_RATE,
         HIGH_PRIORITY,
         LOOP_BACK,
+        OVERRUN,
+        REMOTE,
         SELF_RECEPTION,
         SINGLE_SHOT,
+        TYPE_MASK,
         record_dtype,
     )
     from canwire.values.records import frames_to_array
@@ -142,13 +166,21 @@ _NAMES = {
         "Siblings"
     ),
     "boards.can.rates": "RateConflict RunningLine format_rates format_setter rate_conflicts",
+    "boards.config.configuration": "Config",
+    "boards.config.tables": "BoardConfig BusConfig",
     "boards.description": (
         "BoardInfo Capabilities Feature LinCapabilities LinFeature LineInfo Ticks TimingRange"
     ),
+    "boards.isa": "IsaPlace",
     "boards.lin.modes": "LinLineStatus LinMode LinMonitorMode LinMonitorStatus",
     "bus.can.bit_layout": "BitLayout FIELDS",
     "bus.can.bits": "NON_ISO",
+    "bus.can.faults": "Fault",
+    "bus.can.places": "Place",
+    "bus.lin.faults": "LinFault",
     "core": "core_mode",
+    "drivers.driver": "Counters LineSettings",
+    "drivers.lin_driver": "LinCounters",
     "errors": (
         "BadConfig BadDescription BadFilter BadFrame BadMessage BadText BadTiming BadValue BusOff Busy "
         "CanwireError Closed ExtraMissing HubError HubLost InUse LineError NoChannel NoSuchBoard NotIdle "
@@ -169,11 +201,18 @@ _NAMES = {
     "hub.handles.lease": "Lease",
     "hub.handles.lin": "LinControl Monitor",
     "hub.handles.scheduler": "Scheduler",
+    "hub.protocol.lin_messages": "LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
     "hub.wanted_mode": "WantedMode",
     "lab": "Lab LabBus LabLinBus LabLinNode LabNode NodeScript",
+    "lab.can.bus": "Behaviour",
+    "lab.can.faults": "LabFaults",
+    "lab.can.script": "Periodic",
+    "lab.lin.faults": "LabLinFaults",
+    "platform": "EventDescriptor",
     "ring": "Ring",
+    "timeline": "Timer",
     "values.acceptance": "Acceptance",
     "values.dlc": "dlc_to_length length_to_dlc",
     "values.error_frame": "decode_error_frame encode_error_frame",
@@ -185,7 +224,9 @@ _NAMES = {
     "values.lin.schedule": "LinSchedule LinSlot SlotKind",
     "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
     "values.record": (
-        "ABORT_ON_ERROR CONFIRM CONFIRM_LOAD HIGH_PRIORITY LOOP_BACK SELF_RECEPTION SINGLE_SHOT record_dtype"
+        "ABORT_ON_ERROR CONFIRM CONFIRM_LOAD DLC_MASK DLC_SHIFT ERROR_STATE_INDICATOR EXTENDED "
+        "EXTENDED_DATA_LENGTH FAST_DATA_RATE HIGH_PRIORITY LOOP_BACK OVERRUN REMOTE SELF_RECEPTION "
+        "SINGLE_SHOT TYPE_MASK record_dtype"
     ),
     "values.records": "frames_to_array",
     "values.register": "RegisterValue",
@@ -225,12 +266,21 @@ __all__ = [
     "ABORT_ON_ERROR",
     "CONFIRM",
     "CONFIRM_LOAD",
+    "DLC_MASK",
+    "DLC_SHIFT",
+    "ERROR_STATE_INDICATOR",
+    "EXTENDED",
+    "EXTENDED_DATA_LENGTH",
+    "FAST_DATA_RATE",
     "FIELDS",
     "HIGH_PRIORITY",
     "LOOP_BACK",
     "NON_ISO",
+    "OVERRUN",
+    "REMOTE",
     "SELF_RECEPTION",
     "SINGLE_SHOT",
+    "TYPE_MASK",
     "Acceptance",
     "BadConfig",
     "BadDescription",
@@ -240,9 +290,12 @@ __all__ = [
     "BadText",
     "BadTiming",
     "BadValue",
+    "Behaviour",
     "BitLayout",
     "BitTiming",
+    "BoardConfig",
     "BoardInfo",
+    "BusConfig",
     "BusEvent",
     "BusOff",
     "Busy",
@@ -251,13 +304,17 @@ __all__ = [
     "ChannelMode",
     "ChannelStatus",
     "Closed",
+    "Config",
     "Control",
+    "Counters",
     "CyclicStatus",
     "ErrorKind",
     "ErrorState",
     "Event",
+    "EventDescriptor",
     "EventKind",
     "ExtraMissing",
+    "Fault",
     "Feature",
     "Fifo",
     "FilterContent",
@@ -270,19 +327,25 @@ __all__ = [
     "HubError",
     "HubLost",
     "InUse",
+    "IsaPlace",
     "Lab",
     "LabBus",
+    "LabFaults",
     "LabLinBus",
+    "LabLinFaults",
     "LabLinNode",
     "LabNode",
     "Lease",
     "LinCapabilities",
     "LinControl",
+    "LinCounters",
     "LinErrorKind",
     "LinEvent",
     "LinEventKind",
+    "LinFault",
     "LinFeature",
     "LinFrame",
+    "LinLineState",
     "LinLineStatus",
     "LinLogLine",
     "LinMode",
@@ -296,6 +359,7 @@ __all__ = [
     "LineInfo",
     "LineMode",
     "LinePlace",
+    "LineSettings",
     "LineStatus",
     "LogLine",
     "Monitor",
@@ -307,6 +371,8 @@ __all__ = [
     "NotReceived",
     "NotTransmitted",
     "NothingHeard",
+    "Periodic",
+    "Place",
     "QueueFull",
     "RateConflict",
     "RegisterValue",
@@ -318,6 +384,7 @@ __all__ = [
     "SlcanReader",
     "SlotKind",
     "Ticks",
+    "Timer",
     "TimingLimits",
     "TimingRange",
     "Unplugged",

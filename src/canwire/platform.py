@@ -42,6 +42,9 @@ class EventDescriptor:
         event._closed = False
         return event
 
+    def __repr__(self) -> str:
+        return f"<event descriptor {'closed' if self._closed else self._read}>"
+
     def fileno(self) -> int:
         return self._read
 

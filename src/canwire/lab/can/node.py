@@ -152,11 +152,14 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         return self._ring.take_frames(limit)  # at once: several times as quick as one by one
 
     def receive_array(self, limit: int | None = None) -> numpy.ndarray:
-        """Up to `limit` frames (None: all) as numpy records: time_ns, id, info, data. Needs canwire[arrays]."""
+        """Up to `limit` frames (None: all) as numpy records: see `record_dtype`. Needs canwire[arrays]."""
         return self._ring.take_array(self._ring.capacity if limit is None else limit)
 
     def expect(self, id: int, *, within: float, extended: bool = False, data: bytes | None = None) -> Frame:
-        """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
+        """Let at most `within` seconds pass until this frame arrives, dropping others.
+
+        Raises NotReceived, saying what came instead.
+        """
 
         def wanted(frame: Frame) -> bool:
             return frame.id == id and frame.extended == extended and (data is None or frame.data == data)
