@@ -710,7 +710,8 @@ class TestWhatWouldNotWork:
 
     def test_names_of_python_can(self, lab: Lab) -> None:
         with pytest.raises(
-            TypeError, match=r"can_bus\(\) has no argument 'bitrate': what python-can calls bitrate is bit_rate"
+            TypeError,
+            match=r"can_bus\(\) has no argument 'bitrate': what python-can calls bitrate is bit_rate",
         ):
             lab.can_bus(bitrate=500_000)  # type: ignore[arg-type]
         with pytest.raises(
