@@ -41,7 +41,7 @@ def test_seconds_become_nanoseconds(value: float) -> None:
 
 @pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf"), 1e300, 10**400, LONGEST_NS])
 def test_spans_that_cannot_be(value: float) -> None:
-    with pytest.raises(BadValue, match="timeout .*at most 146 years"):
+    with pytest.raises(BadValue, match=r"timeout .*at most 146 years"):
         nanoseconds("timeout", value)
 
 

@@ -250,3 +250,9 @@ def test_a_real_log_is_read_whole() -> None:
         line = parse_log_line(text)
         assert format_log_line(line).split(" ", 1)[1] == text.split(" ", 1)[1]
     assert len(lines) == 12_974
+
+
+@pytest.mark.finding("newcomer F12")
+def test_a_log_line_gives_its_frame() -> None:
+    assert parse_log_line("(1.0) can0 123#1122").frame == Frame(0x123, b"\x11\x22")
+    assert parse_log_line("(1.0) can0 20000040#0000000000000000").frame is None

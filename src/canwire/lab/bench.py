@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from types import NoneType, TracebackType
+from typing import Never
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabBus
 from canwire.lab.lin.bus import LabLinBus
 from canwire.lab.time import LabTime
+from canwire.values.arguments import unknown_argument
 from canwire.values.checks import finite, instance
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import check_data_rate
 
 CLOCK_HZ = 80_000_000
 _STALL_NS = 1_000_000_000
@@ -50,6 +53,7 @@ class Lab(LabTime):
         iso_fd: bool = True,
         length_m: float = 0.0,
         node_delay_ns: float = 0.0,
+        **unknown: Never,
     ) -> LabBus:
         """A new bus. Rates in bit/s; `data_bit_rate` (or `data_timing`) makes it a CAN FD bus.
 
@@ -57,6 +61,8 @@ class Lab(LabTime):
         adds in each direction (75 for one 6N137 opto-coupler). Raises BadTiming for rates that the 80 MHz
         clock of the lab's controllers cannot make, BadValue for a name that is taken.
         """
+        if unknown:
+            raise unknown_argument("can_bus()", unknown, Lab.can_bus)
         self._check_new(name)
         for part, wanted in (("timing", timing), ("data_timing", data_timing)):
             instance(part, wanted, BitTiming, NoneType)
@@ -66,6 +72,8 @@ class Lab(LabTime):
         data = data_timing
         if data is None and data_bit_rate is not None:
             data = BitTiming.for_bit_rate(data_bit_rate, clock_hz=CLOCK_HZ)
+        if data is not None:
+            check_data_rate(nominal.bit_rate, data.bit_rate)
         with self.touch():
             bus = LabBus(self, name, nominal, data, iso_fd, length_m, node_delay_ns, self.seed)
         self.buses[name] = bus
@@ -91,6 +99,11 @@ class Lab(LabTime):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def __repr__(self) -> str:
+        names = ", ".join([*self.buses, *self.lin_buses]) or "no bus"
+        kind = "virtual" if self.pacer is None else "real"
+        return f"<lab in {kind} time, {'closed' if self.closed else f'{self.now_ns} ns'}: {names}>"
 
     def _stalled(self) -> str | None:
         for bus in self.buses.values():

@@ -80,7 +80,7 @@ class BenchNode(Generic[FrameT, BusT]):
                 yield frame
 
     def expect_nothing(self, *, within: float) -> None:
-        """Let time pass; raises NotReceived if any frame arrives."""
+        """Let `within` seconds pass; raises NotReceived if any frame arrives."""
         frame = self.receive(within)
         if frame is not None:
             raise NotReceived(f"{self._full_name}: {frame!r} arrived where silence was expected")

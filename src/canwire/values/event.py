@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 from canwire.errors import BadValue
+from canwire.values.named import NamedInt
 from canwire.values.record import (
     EVENT_BIT,
     EVENT_ERROR,
@@ -22,7 +22,7 @@ from canwire.values.record import (
 )
 
 
-class EventKind(IntEnum):
+class EventKind(NamedInt):
     """Message type of a record; 1..6 are VCI's CAN_MSGTYPE_, the rest are ours."""
 
     INFO = 1
@@ -37,7 +37,7 @@ class EventKind(IntEnum):
     WOKEN = 0x15
 
 
-class InfoCode(IntEnum):
+class InfoCode(NamedInt):
     """What happened to a line: VCI's CAN_INFO_ values."""
 
     STARTED = 1
@@ -45,7 +45,7 @@ class InfoCode(IntEnum):
     RESET = 3
 
 
-class ErrorKind(IntEnum):
+class ErrorKind(NamedInt):
     """What was wrong with a frame: VCI's CAN_ERROR_ values."""
 
     NONE = 0
@@ -59,7 +59,7 @@ class ErrorKind(IntEnum):
     OTHER = 8
 
 
-class ErrorState(IntEnum):
+class ErrorState(NamedInt):
     """Where fault confinement has put a controller."""
 
     ERROR_ACTIVE = 0

@@ -61,6 +61,9 @@ class SlcanReader:
         self._rest = text[start : start + kept]
         return found
 
+    def __repr__(self) -> str:
+        return f"<slcan reader, {len(self._rest)} bytes of an unfinished line, {self.dropped} dropped>"
+
     def clear(self) -> None:
         """Forget an unfinished line."""
         self._rest = b""

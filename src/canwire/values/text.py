@@ -61,6 +61,11 @@ class LogLine(NamedTuple):
     content: Frame | BusEvent
     direction: str | None = None
 
+    @property
+    def frame(self) -> Frame | None:
+        """The frame; None for an error frame's line, whose `content` is a BusEvent."""
+        return self.content if isinstance(self.content, Frame) else None
+
 
 def parse_frame(text: str) -> Frame:
     """The frame that a text like `123#11.22` stands for; raises BadText."""

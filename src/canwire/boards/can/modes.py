@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
+from canwire.values.named import NamedInt
 from canwire.values.timing.bit_timing import BitTiming
 
 
-class FilterMode(IntEnum):
+class FilterMode(NamedInt):
     """VCI's CAN_FILTER_ modes: what a message filter does with data frames."""
 
     VOID = 0
@@ -18,7 +18,7 @@ class FilterMode(IntEnum):
     EXCLUSIVE = 4
 
 
-class Siblings(IntEnum):
+class Siblings(NamedInt):
     """Which frames sent by its own line a channel gets back (source: VCI V4 manual 5.2.2, self-reception).
 
     OWN_FILTERED: all with self-reception asked for, through the filter (the lab's). ALL: likewise, past the

@@ -58,6 +58,9 @@ class BitLayout:
         self.data_bits = len(self.levels) - after_brs
         self._tail()
 
+    def __repr__(self) -> str:
+        return f"<{len(self.levels)} bits on the wire, {sum(self.stuffed)} of them stuff bits, CRC {self.crc:#x}>"
+
     def ack_slot(self) -> int:
         """Index of the ACK slot."""
         return self.fields.index(_INDEX["ACK"])

@@ -102,8 +102,9 @@ class HubChannel(Filtered):
         self.ask(m.PassOn(self._handle, record))
 
     def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0, priority: int = 0) -> None:
-        """Queue a frame; `flags` are request bits of its info word. Raises QueueFull if no room comes in time.
+        """Queue a frame; `flags` are request bits of its info word.
 
+        Raises QueueFull if no room comes in `timeout` seconds (None: it waits for ever).
         `priority` (0..255, 0 goes first) is for channels that were set up `prioritised`.
         """
         end = self.writing
@@ -152,14 +153,14 @@ class HubChannel(Filtered):
         return records
 
     def receive_record(self, timeout: float | None = 0) -> bytes | None:
-        """The oldest record, frame or event, as 80 bytes; None when none comes in time."""
+        """The oldest record, frame or event, as 80 bytes; None when none comes in `timeout` seconds."""
         end = self._waited(timeout)
         record = end.ring.take_bytes()
         end.touched()
         return record
 
     def receive_any(self, timeout: float | None = 0) -> Frame | BusEvent | None:
-        """The oldest frame or event, for a channel that was set up to take both; None when none comes in time."""
+        """The oldest frame or event, where the channel takes both; None when none comes in `timeout` seconds."""
         record = self.receive_record(timeout)
         if record is None:
             return None
@@ -180,6 +181,13 @@ class HubChannel(Filtered):
     def close(self) -> None:
         super().close()
         self._drop_ends()
+
+    def _state(self) -> str:
+        if self.over:
+            return super()._state()
+        if self._reading is None:
+            return "not set up"
+        return ", ".join(end.contents() for end in (self._reading, self._writing) if end is not None)
 
     def _waited(self, timeout: float | None) -> RingEnd:
         end = self.reading

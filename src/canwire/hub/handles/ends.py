@@ -137,6 +137,14 @@ class RingEnd:
         with self._lock:
             self._own.clear()
 
+    def contents(self) -> str:
+        """How full the ring is, in words."""
+        ring = self.ring
+        return f"{ring.contents()} of {ring.capacity} {'received' if self.reads else 'to send'}"
+
+    def __repr__(self) -> str:
+        return f"<end of {self.lease.name}'s queue: {'closed' if self._closed else self.contents()}>"
+
     def leave_to_parent(self) -> None:
         """In a fork: an empty and full ring of this process's own from now on. Without locks, see Client."""
         self._event = None

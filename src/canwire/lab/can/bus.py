@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from types import NoneType
-from typing import Protocol
+from typing import Never, Protocol
 
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line
 from canwire.bus.can.bus import CanBus
@@ -19,9 +19,11 @@ from canwire.lab.can.node import CanBenchNode
 from canwire.lab.recent import MOST_KEPT, Recent
 from canwire.lab.time import LabTime
 from canwire.values.acceptance import Acceptance
+from canwire.values.arguments import unknown_argument
 from canwire.values.checks import instance, shown, whole
 from canwire.values.frame import Frame, frame_of_record
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import check_data_rate
 
 Filters = Iterable[Sequence[int]] | Acceptance
 
@@ -76,6 +78,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         receive_queue: int = 16_384,
         transmit_queue: int = 16_384,
         controller: str = "fd",
+        **unknown: Never,
     ) -> LabNode:
         """A new node, started, on the bus since before its first frame.
 
@@ -88,6 +91,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         makes a classic controller, which destroys FD frames as real ones do. Queues are in frames.
         `script` is the node's behaviour: see NodeScript.
         """
+        if unknown:
+            raise unknown_argument("node()", unknown, LabBus.node)
         self._check_new(name)
         for part, wanted in (("timing", timing), ("data_timing", data_timing)):
             instance(part, wanted, BitTiming, NoneType)
@@ -99,6 +104,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         if bit_rate is not None:
             nominal = BitTiming.for_bit_rate(bit_rate, clock_hz=self.timing.clock_hz)
         data = (data_timing or self.data_timing) if fd else None
+        if data is not None:
+            check_data_rate(nominal.bit_rate, data.bit_rate)
         iso = self.iso_fd if iso_fd is None else iso_fd
         if controller not in ("fd", "sja1000"):
             raise BadValue(f"controller {controller!r}: 'fd' or 'sja1000'")
@@ -132,6 +139,12 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         if script is not None:
             script.run_on(node)
         return node
+
+    def __repr__(self) -> str:
+        data = "" if self.data_timing is None else f", {self.data_timing.bit_rate} after BRS"
+        nodes = ", ".join(self.nodes) or "no node"
+        counts = f"{self.frames} frames, {self.error_frames} error frames"
+        return f"<CAN bus {self.name}, {self.timing.bit_rate} bit/s{data}: {nodes}; {counts}>"
 
     @property
     def frames(self) -> int:

@@ -71,7 +71,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         waits in the controller. `delay_ns`: not before this long after the node's previous frame.
         Raises QueueFull, LineError (an FD frame on a classic line, a listen-only node), Closed.
         """
-        if not isinstance(frame, Frame):
+        if frame.__class__ is not Frame:
             instance("frame", frame, Frame)
         flags = self._flags
         if single_shot:
@@ -153,18 +153,19 @@ class CanBenchNode(BenchNode[Frame, BusT]):
 
     def receive_many(self, limit: int) -> list[Frame]:
         """Up to `limit` frames, oldest first; takes only what is there."""
-        return self._ring.take_frames(
-            whole("limit", limit, 0, LONGEST_NS)
-        )  # at once: several times as quick as one by one
+        most = whole("limit", limit, 0, LONGEST_NS)
+        return self._ring.take_frames(most)  # at once: several times as quick as one by one
 
     def receive_array(self, limit: int | None = None) -> numpy.ndarray:
-        """Up to `limit` frames (None: all) as numpy records: time_ns, id, info, data. Needs canwire[arrays]."""
-        return self._ring.take_array(
-            self._ring.capacity if limit is None else whole("limit", limit, 0, LONGEST_NS)
-        )
+        """Up to `limit` frames (None: all) as numpy records: see `record_dtype`. Needs canwire[arrays]."""
+        most = self._ring.capacity if limit is None else whole("limit", limit, 0, LONGEST_NS)
+        return self._ring.take_array(most)
 
     def expect(self, id: int, *, within: float, extended: bool = False, data: bytes | None = None) -> Frame:
-        """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
+        """Let at most `within` seconds pass until this frame arrives, dropping others.
+
+        Raises NotReceived, saying what came instead.
+        """
 
         def wanted(frame: Frame) -> bool:
             return frame.id == id and frame.extended == extended and (data is None or frame.data == data)

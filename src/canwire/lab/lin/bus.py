@@ -113,7 +113,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         `subscribes` gives lengths of frames whose absence is an error to it. `events` gives for event-triggered
         identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its error bit.
         `bit_rate` 0 finds the rate on the bus; a slave that `synchronises` follows the master within 14 %, by an
-        oscillator that is off by `oscillator_ppm`. `start_up` (0 to 0.1 s) is how long it is deaf once
+        oscillator that is off by `oscillator_ppm`. `start_up` (seconds, 0 to 0.1) is how long it is deaf once
         started or woken. Raises BadValue, BadTiming, BadFrame.
         """
         for what, mapping in (("responses", responses), ("subscribes", subscribes), ("events", events)):
@@ -130,6 +130,10 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
         node.set_up(subscribes or {}, events or {}, response_error)
         return node
+
+    def __repr__(self) -> str:
+        nodes = ", ".join(self.nodes) or "no node"
+        return f"<LIN bus {self.name}, {self.bit_rate} bit/s: {nodes}; {self.frames} frames>"
 
     @property
     def frames(self) -> int:

@@ -113,7 +113,10 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
     # receiving
 
     def expect(self, id: int, *, within: float, data: bytes | None = None) -> LinFrame:
-        """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
+        """Let at most `within` seconds pass until this frame arrives, dropping others.
+
+        Raises NotReceived, saying what came instead.
+        """
 
         def wanted(frame: LinFrame) -> bool:
             return frame.id == id and (data is None or frame.data == data)

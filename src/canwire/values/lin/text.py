@@ -51,6 +51,11 @@ class LinLogLine(NamedTuple):
     content: LinFrame | LinEvent
     direction: str | None = None
 
+    @property
+    def frame(self) -> LinFrame | None:
+        """The frame; None for a line about an event, which is the `content` then."""
+        return self.content if isinstance(self.content, LinFrame) else None
+
 
 def parse_lin_frame(text: str) -> LinFrame:
     """The frame that a text like `10#01.02` stands for; raises BadText."""
