@@ -29,6 +29,7 @@ BadDescription Busy LabLinBus LabLinNode LinCapabilities LinControl LinErrorKind
 LinFrame LinLineStatus LinLogLine LinMode LinMonitorMode LinMonitorStatus LinOutcome LinSchedule LinSlot LinState
 Monitor SlotKind format_lin_frame format_lin_log_line lin_checksum linmsg_of_record parse_lin_frame
 parse_lin_log_line protected_id record_of_linmsg
+ControllerOptions DelayCompensation
 """
 
 

@@ -70,6 +70,7 @@ from canwire.errors import (
 )
 from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
 from canwire.values.acceptance import Acceptance
+from canwire.values.controller_options import ControllerOptions, DelayCompensation
 from canwire.values.dlc import dlc_to_length, length_to_dlc
 from canwire.values.error_frame import decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
@@ -193,7 +194,9 @@ __all__ = [
     "ChannelStatus",
     "Closed",
     "Control",
+    "ControllerOptions",
     "CyclicStatus",
+    "DelayCompensation",
     "ErrorKind",
     "ErrorState",
     "Event",

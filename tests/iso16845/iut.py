@@ -10,6 +10,7 @@ from canwire.bus.can import node as seam
 from canwire.bus.can.bus import CanBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.event import ErrorState
 from canwire.values.record import SINGLE_SHOT
 from tests.iso16845.frames import Spec
@@ -36,7 +37,13 @@ def segmented_data(ps2: int, sjw: int = 1) -> BitTiming:
 class Iut:
     """One controller, started and error active, alone on a bus that goes bit by bit."""
 
-    def __init__(self, kind: str, timing: BitTiming | None = None, data: BitTiming | None = None) -> None:
+    def __init__(
+        self,
+        kind: str,
+        timing: BitTiming | None = None,
+        data: BitTiming | None = None,
+        options: ControllerOptions = USUAL,
+    ) -> None:
         self.kind = kind
         self.fd = kind == "fd"
         self.timing = timing or (NOMINAL_FD if self.fd else NOMINAL)
@@ -45,7 +52,7 @@ class Iut:
         self.bus = CanBus(self.timeline)
         self.line = LINE_MAKERS[CONTROLLERS[kind]]("iut", self.timeline)
         plug(self.line, self.bus)
-        self.line.driver.configure(LineSettings(self.timing, self.data if self.fd else None))
+        self.line.driver.configure(LineSettings(self.timing, self.data if self.fd else None, options=options))
         self.line.driver.start(self.timeline.now_ns)
         self.channel = self.line.open(Channel(256, 64))
         self.timeline.run_until(100 * self.timing.bit_time_ps // 1000)

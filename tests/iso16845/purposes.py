@@ -45,16 +45,8 @@ VARIANTS = ("7.2.2.a", "7.2.2.b", "7.2.3.a", "7.2.3.b", "7.2.4.a", "7.2.4.b")
 KINDS = {"fd": "ideal CAN FD controller", "sja1000": "SJA1000", "mcp2515": "MCP2515"}
 NO_FD = "knows no CAN FD"
 
-# purposes that wait for something the controllers do not have yet: take a row out to switch its test on
-WAITING = {
-    "7.2.2.b": "restricted operation",
-    "7.2.3.b": "restricted operation",
-    "7.2.4.b": "restricted operation",
-    "8.8.2.1": "transmitter delay compensation",
-    "8.8.2.2": "transmitter delay compensation",
-    "8.8.2.3": "transmitter delay compensation",
-    "8.8.2.4": "transmitter delay compensation",
-}
+# purposes for something that the ideal controller alone has
+IDEAL_ONLY = {"7.2.2.b": "restricted operation", "7.2.3.b": "restricted operation"}
 
 # (purpose, controller) whose test fails still, and why: it must go on failing until the row is taken out
 OPEN: dict[tuple[str, str], str] = {}
@@ -62,8 +54,8 @@ OPEN: dict[tuple[str, str], str] = {}
 
 def why_not(number: str, kind: str) -> str:
     """Why a purpose does not apply to a controller; empty if it does."""
-    if number in WAITING:
-        return f"has no {WAITING[number]}"
+    if number in IDEAL_ONLY and kind != "fd":
+        return f"has no {IDEAL_ONLY[number]}"
     if kind != "fd" and "classic" not in BY_NUMBER[number].applies:
         return NO_FD
     return ""

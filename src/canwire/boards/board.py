@@ -15,6 +15,7 @@ from canwire.boards.isa import IsaPlace
 from canwire.boards.lin.line import LinLine
 from canwire.bus.can.node import Bus
 from canwire.errors import BadValue
+from canwire.values.controller_options import USUAL, ControllerOptions
 
 MANUFACTURER = "canwire (simulated)"
 CAN = "CAN"
@@ -126,11 +127,15 @@ class BoardKind:
 
 @dataclass(frozen=True, slots=True)
 class BoardLine:
-    """One CAN connector of a board that is plugged in. `bus` stays known after the board was pulled out."""
+    """One CAN connector of a board that is plugged in. `bus` stays known after the board was pulled out.
+
+    `options` are what its controller has unless a program says otherwise.
+    """
 
     info: LineInfo
     line: Line
     bus: Bus
+    options: ControllerOptions = USUAL
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from canwire.lab.can.node import CanBenchNode
 from canwire.lab.recent import Recent
 from canwire.lab.time import LabTime
 from canwire.values.acceptance import Acceptance
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.frame import Frame, frame_of_record
 from canwire.values.timing.bit_timing import BitTiming
 
@@ -74,6 +75,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         receive_queue: int = 16_384,
         transmit_queue: int = 16_384,
         controller: str = "fd",
+        options: ControllerOptions = USUAL,
     ) -> LabNode:
         """A new node, started, on the bus since before its first frame.
 
@@ -83,7 +85,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         `filters` are (code, mask) pairs for 11-bit frames, (code, mask, True) for 29-bit ones; a mask bit of 1
         must match; without filters everything arrives. `self_reception` returns its own frames to it.
         `receives=False` makes a node that acknowledges but keeps nothing. Timing is the bus's unless given; `fd=False`
-        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames.
+        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames. `options` are what
+        else FD controllers have, and the transceiver's delay: see ControllerOptions.
         `script` is the node's behaviour: see NodeScript.
         """
         self._check_new(name)
@@ -95,9 +98,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         if controller not in ("fd", "sja1000"):
             raise BadValue(f"controller {controller!r}: 'fd' or 'sja1000'")
         chip = controller == "sja1000"
-        settings = LineSettings(
-            nominal, None if chip else data, iso, listen_only, 0.0 if chip else oscillator_ppm
-        )
+        ppm = 0.0 if chip else oscillator_ppm
+        settings = LineSettings(nominal, None if chip else data, iso, listen_only, ppm, options=options)
         acceptance = None
         if filters is not None:
             acceptance = filters if isinstance(filters, Acceptance) else Acceptance.from_filters(filters)
