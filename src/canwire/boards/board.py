@@ -74,6 +74,12 @@ class BoardKind:
         if not self.connectors:
             raise BadValue(f"board kind {self.name!r}: a board has one connector at least")
 
+    @property
+    def ideal(self) -> bool:
+        """Its CAN lines have the ideal controller, with the options of one."""
+        can = [one.controller for one in self.connectors if one.bus_type == CAN]
+        return not self.outside and can != [] and set(can) == {IDEAL}
+
     def bus_names(self, named: Sequence[str], there: Container[str]) -> tuple[str, ...]:
         """A bus for each connector: the named ones, then the usual ones; "" leaves one unconnected.
 
