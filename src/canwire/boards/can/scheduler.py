@@ -284,7 +284,7 @@ class CyclicList:
         """Refuse here what `Line.send` would refuse in every tick."""
         if self._line.driver.listen_only:
             raise LineError(
-                f"{self._line.name}: a line that only listens, or in restricted operation, sends nothing"
+                f"{self._line.name}: a listen-only line, or one in restricted operation, sends nothing"
             )
         if frame.fd and self._line.driver.fd == 0:
             raise LineError(f"{self._line.name}: the line is not set up for FD frames; give it a data timing")
