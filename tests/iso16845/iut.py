@@ -1,6 +1,8 @@
-"""The controller under test: made, sent from, asked for its counters, alike for all three."""
+"""The controller under test: made, sent from, asked for its counters, alike for all of them."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 from canwire import BitTiming, Frame
 from canwire.boards.board import IDEAL, MCP2515, SJA1000
@@ -15,7 +17,7 @@ from canwire.values.event import ErrorState
 from canwire.values.record import SINGLE_SHOT
 from tests.iso16845.frames import Spec
 
-CONTROLLERS = {"fd": IDEAL, "sja1000": SJA1000, "mcp2515": MCP2515}
+CONTROLLERS = {"fd": IDEAL, "tolerant": IDEAL, "sja1000": SJA1000, "mcp2515": MCP2515}
 NOMINAL_FD = BitTiming(4, 29, 10, 4, clock_hz=80_000_000)  # 40 quanta of 50 ns: 500 kbit/s
 DATA = BitTiming(4, 6, 3, 2, clock_hz=80_000_000)  # 10 of them: 2 Mbit/s
 NOMINAL = BitTiming(1, 11, 4, 2, clock_hz=8_000_000)  # 16 quanta of 125 ns: 500 kbit/s
@@ -47,7 +49,8 @@ class Iut:
         self.kind = kind
         self.fd = kind == "fd"
         self.timing = timing or (NOMINAL_FD if self.fd else NOMINAL)
-        self.data = (data or DATA) if self.fd else self.timing
+        self.data = data or (DATA if self.fd else self.timing)  # of the tester's frames, if not of its own
+        options = replace(options, fd_tolerant=kind == "tolerant")
         self.timeline = Timeline()
         self.bus = CanBus(self.timeline)
         self.line = LINE_MAKERS[CONTROLLERS[kind]]("iut", self.timeline)
