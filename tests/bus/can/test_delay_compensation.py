@@ -6,6 +6,8 @@ At 5 Mbit/s a bit of the data phase has 200 ns, and its sample point is at 162.5
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from canwire import ControllerOptions, DelayCompensation, ErrorKind, EventKind, Frame, Lab, LabBus, LabNode
 
@@ -67,6 +69,20 @@ def test_where_the_second_sample_point_may_be(
         assert not passes(ControllerOptions(first_ns - 1, compensation), bitwise=bitwise)
     if last_ns < 1_500:
         assert not passes(ControllerOptions(last_ns + 1, compensation), bitwise=bitwise)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2_000), st.integers(0, 1_000), st.integers(0, 1_000) | st.just(0), st.booleans())
+def test_a_frame_passes_where_every_bit_is_looked_at_in_its_own_echo(
+    delay_ns: int, offset_ns: int, filter_ns: int, measured: bool
+) -> None:
+    filter_ns = filter_ns if measured else 0
+    delay_ns = min(delay_ns, 1_500)  # the sample point of the nominal phase is at 1,750
+    second_ns = max(delay_ns + offset_ns, filter_ns) if measured else offset_ns
+    options = ControllerOptions(delay_ns, DelayCompensation(offset_ns, filter_ns, measured))
+    wanted = delay_ns <= second_ns < delay_ns + BIT_NS
+    assert passes(options) == wanted
+    assert passes(options, bitwise=True) == wanted
 
 
 def test_an_offset_of_a_bit_looks_at_the_next_one() -> None:
