@@ -118,6 +118,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.ring import Ring
     from canwire.timeline import Timer
     from canwire.values.acceptance import Acceptance
+    from canwire.values.controller_options import ControllerOptions, DelayCompensation
     from canwire.values.dlc import dlc_to_length, length_to_dlc
     from canwire.values.error_frame import decode_error_frame, encode_error_frame
     from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
@@ -161,6 +162,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.timing.limits import TimingLimits
 
 _NAMES = {
+    "values.controller_options": "ControllerOptions DelayCompensation",
     "boards.can.modes": (
         "ChannelMode ChannelStatus CyclicStatus FilterContent FilterMode FilterSetup LineMode LineStatus "
         "Siblings"
@@ -306,8 +308,10 @@ __all__ = [
     "Closed",
     "Config",
     "Control",
+    "ControllerOptions",
     "Counters",
     "CyclicStatus",
+    "DelayCompensation",
     "ErrorKind",
     "ErrorState",
     "Event",

@@ -34,6 +34,7 @@ from canwire.drivers.sja1000.driver import Sja1000Driver
 from canwire.drivers.sja1000.polled import port_driver
 from canwire.errors import BadValue, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
+from canwire.values.controller_options import USUAL, ControllerOptions
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
@@ -98,11 +99,12 @@ def build(
     *,
     real: bool = False,
     port: str = "",
+    options: ControllerOptions = USUAL,
 ) -> Board:
     """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
 
     `place` is where an ISA board's jumpers put it (None: as delivered); a `real` one is driven through /dev/port.
-    `port` is where an adapter is.
+    `port` is where an adapter is. `options` are those of its controllers, which only ideal ones can have.
     Nothing is running yet. Raises BadValue, NoSuchBoard for a bus that does not exist, Unsupported for a line of
     a type that no bus has, InUse for a place that another board has; nothing is plugged in then.
     """
@@ -124,7 +126,7 @@ def build(
     return Board(
         info,
         tuple(
-            _plugged(name, line, connector.controller, machine)
+            _plugged(name, line, connector.controller, machine, options)
             for name, line, connector in zip(names, info.lines, kind.connectors, strict=True)
         ),
     )
@@ -145,7 +147,9 @@ def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | Lin
         raise Unsupported(f"{kind.name}: {line.name} needs a {line.bus_type} bus, which {line.bus!r} is not")
 
 
-def _plugged(name: str, info: LineInfo, controller: str, machine: Machine) -> BoardLine | BoardLinLine:
+def _plugged(
+    name: str, info: LineInfo, controller: str, machine: Machine, options: ControllerOptions
+) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
     timeline = machine.timeline
     alone = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
@@ -156,7 +160,7 @@ def _plugged(name: str, info: LineInfo, controller: str, machine: Machine) -> Bo
         return BoardLinLine(info, lin)
     line = LINE_MAKERS[controller](name, timeline)
     plug(line, bus)
-    return BoardLine(info, line, bus)
+    return BoardLine(info, line, bus, options)
 
 
 def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, real: bool) -> Board:

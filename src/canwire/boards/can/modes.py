@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from canwire.values.controller_options import ControllerOptions
 from canwire.values.named import NamedInt
 from canwire.values.timing.bit_timing import BitTiming
 
@@ -68,6 +69,7 @@ class LineMode:
     With `loop_back` the controller hears only itself. When its last user goes a line is reset; one that `keeps`
     leaves the bus and stays set up, one that is `persistent` goes on until it is reset. Programs of the same `kin`,
     those of one vendor's interface, may set each other's running lines up at another rate ("": nobody may).
+    `options` are what else an FD controller has; None: what the board was given in canwire.toml.
     """
 
     timing: BitTiming | None
@@ -88,6 +90,7 @@ class LineMode:
     loop_back: bool = False
     keeps: bool = False
     kin: str = ""
+    options: ControllerOptions | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from canwire.lab.time import LabTime
 from canwire.values.acceptance import Acceptance
 from canwire.values.arguments import unknown_argument
 from canwire.values.checks import instance, shown, whole
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.frame import Frame, frame_of_record
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import check_data_rate
@@ -78,6 +79,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         receive_queue: int = 16_384,
         transmit_queue: int = 16_384,
         controller: str = "fd",
+        options: ControllerOptions = USUAL,
         **unknown: Never,
     ) -> LabNode:
         """A new node, started, on the bus since before its first frame.
@@ -88,7 +90,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         `filters` are (code, mask) pairs for 11-bit frames, (code, mask, True) for 29-bit ones; a mask bit of 1
         must match; without filters everything arrives. `self_reception` returns its own frames to it.
         `receives=False` makes a node that acknowledges but keeps nothing. Timing is the bus's unless given; `fd=False`
-        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames.
+        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames. `options` are what
+        else FD controllers have, and the transceiver's delay: see ControllerOptions.
         `script` is the node's behaviour: see NodeScript.
         """
         if unknown:
@@ -113,6 +116,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         settings = LineSettings(
             nominal, None if chip else data, iso, bool(listen_only), 0.0 if chip else oscillator_ppm
         )
+        ppm = 0.0 if chip else oscillator_ppm
+        settings = LineSettings(nominal, None if chip else data, iso, listen_only, ppm, options=options)
         acceptance = None
         if filters is not None:
             acceptance = filters if isinstance(filters, Acceptance) else Acceptance.from_filters(filters)
