@@ -33,8 +33,9 @@ from canwire import (
     format_rates,
 )
 from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected, find_line
+from canwire.commands.shell.colour import RED, has_colours, painted
 from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
@@ -64,7 +65,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.timeout is not None and not arguments.timeout >= 0:
         raise BadValue(f"-T {arguments.timeout}: seconds from 0 up")
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "dump", closing)
         place = find_line(hub, arguments.line)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
@@ -94,6 +94,7 @@ class Dump:
         self._format = format_log_line if arguments.log else format_candump_line
         self._next = self._contents if arguments.errors else self._frames
         self._epoch_ns = epoch_ns(hub) if arguments.log else 0
+        self._coloured = has_colours() and not arguments.log
         self._shown = 0
 
     def run(self) -> None:
@@ -104,7 +105,10 @@ class Dump:
                 return
             for content in contents:
                 stamp_ns = self._epoch_ns + content.timestamp_ns
-                sys.stdout.write(self._format(LogLine(stamp_ns, self._name, content)) + "\n")
+                line = self._format(LogLine(stamp_ns, self._name, content))
+                if self._coloured and isinstance(content, BusEvent):
+                    line = painted(line, RED)
+                sys.stdout.write(f"{line}\n")
             sys.stdout.flush()
             self._shown += len(contents)
             if self._left is not None:

@@ -18,13 +18,15 @@ import os
 import re
 import time
 from contextlib import ExitStack
-from typing import TextIO
 
 from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
+from canwire.commands.lab.output import Output, opened
 from canwire.commands.lab.progress import Progress
 from canwire.commands.lab.summary import Summary, line
 from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.ending import is_full
+from canwire.commands.shell.parser import add_time_argument
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
 _SENDER_QUEUE = 1024
@@ -57,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_hub_argument(shared)
     private = parser.add_argument_group("onto a private bus, which no other program hears")
     private.add_argument("--bus", metavar="NAME", help="what the bus is called in logs (can0)")
-    private.add_argument("--time", choices=("virtual", "real"), help="default: virtual, without waiting")
+    add_time_argument(private, ("virtual", "real"), "a private bus is virtual, or follows the clock")
     private.add_argument("--log", dest="log_out", metavar="OUT", help="write what arrives to this log")
     private.add_argument("--vcd", metavar="OUT", help="write the level of the wire, bit by bit: slow")
     private.add_argument(
@@ -72,6 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
     except BrokenPipeError:
         raise  # whoever read our output has gone: no mistake of the user's
     except OSError as error:
+        if is_full(error):
+            raise
         raise BadValue(f"{error.filename or arguments.log}: {error.strerror}") from error
 
 
@@ -144,10 +148,9 @@ class Player:
         self._senders = _senders(self._bus, found, arguments.senders)
         if arguments.vcd is not None:
             self._bus.trace_levels(arguments.vcd)
-        self._out: TextIO | None = None
+        self._out: Output | None = None
         if arguments.log_out is not None:
-            out = open(arguments.log_out, "w", encoding="utf-8")  # noqa: SIM115
-            self._out = closing.enter_context(out)
+            self._out = closing.enter_context(opened(arguments.log_out))
         self._progress = closing.enter_context(Progress(found.lines, "playing"))
         self._first_ns = found.first_ns
         self._zero_ns = self._lab.now_ns  # real time has begun to run already

@@ -14,7 +14,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import BoardInfo, NoSuchBoard, RegisterValue, Unsupported
-from canwire.commands.console import let_terminate
 from canwire.commands.shared_hub import add_hub_argument, connected
 
 if TYPE_CHECKING:
@@ -51,7 +50,6 @@ def run(arguments: argparse.Namespace) -> int:
         if not arguments.follow:
             print("\n".join(table(_values(hub, board, arguments.line))))
             return 0
-        let_terminate(closing)
         _follow(hub, board, arguments)
     return 0
 

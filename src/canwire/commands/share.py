@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import time
 from contextlib import ExitStack
 from dataclasses import replace
@@ -36,6 +35,7 @@ from canwire import (
 from canwire.commands.can_line import line_mode, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.ending import signals_call
 
 KINDS = ("slcan", "slcan-fd", "python-can")
 PATIENCE_S = 3.0  # for an adapter to say what it is
@@ -77,20 +77,15 @@ def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: 
     """A hub of our own, with these adapters, until SIGTERM or SIGINT."""
     stop = Event(manual_reset=True)
 
-    def end(*_: object) -> None:
-        stop.set()
-
     def ready(introduction: str) -> None:
         with canwire.connect(address, name="canwire share") as hub:
             share(hub, specs, arguments)
         print(introduction, flush=True)
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
-        canwire.serve(address, ready=ready, stop=stop, warn=complain)
+        with signals_call(stop.set):
+            canwire.serve(address, ready=ready, stop=stop, warn=complain)
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
         stop.close()
     return 0
 

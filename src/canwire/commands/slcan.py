@@ -17,7 +17,6 @@ On a pseudo terminal a host can write faster than on any serial line, and then f
 from __future__ import annotations
 
 import argparse
-import signal
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
@@ -29,6 +28,7 @@ import canwire
 from canwire import InUse
 from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.ending import signals_call
 from canwire.slcan import (
     DIALECTS,
     DongleCounters,
@@ -77,11 +77,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve until SIGTERM or SIGINT, or until the last dongle's board was pulled out."""
+    """Serve until SIGTERM, SIGHUP or SIGINT, or until the last dongle's board was pulled out."""
     with ExitStack() as closing:
         stop = canwire.Event(manual_reset=True)
         closing.callback(stop.close)
-        _end_by_signal(stop, closing)
+        closing.enter_context(signals_call(stop.set))
         service = Service(complain)
         hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire slcan"))
         closing.callback(service.close)
@@ -151,11 +151,3 @@ def _next(settings: Settings) -> Settings:
     if not digits or set(digits) == {"9"}:
         return settings
     return replace(settings, serial_number=f"{head}{int(digits) + 1:0{len(digits)}}")
-
-
-def _end_by_signal(stop: canwire.Event, closing: ExitStack) -> None:
-    """Only a main thread may ask for that."""
-    with suppress(ValueError):
-        for number in (signal.SIGTERM, signal.SIGINT):
-            before = signal.signal(number, lambda *_: stop.set())
-            closing.callback(signal.signal, number, before)

@@ -6,7 +6,7 @@ import argparse
 from contextlib import ExitStack
 
 from canwire import BadValue
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.lin.line import Wish, add_lin_arguments, begin_listening, find_lin_line, lin_status_of
 from canwire.commands.lin.show import Shown, loaded_network, opened_monitor
 from canwire.commands.shared_hub import connected
@@ -33,7 +33,6 @@ def run(arguments: argparse.Namespace) -> int:
             raise BadValue(f"--{option} {value}: {least} or more")
     network = loaded_network(arguments.ldf)
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "lin dump", closing)
         place = find_lin_line(hub, arguments.line)
         monitor = opened_monitor(hub, place, closing, events=arguments.errors)

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import BadValue
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.lin.line import (
     add_lin_arguments,
     become_master,
@@ -47,7 +47,6 @@ def run(arguments: argparse.Namespace) -> int:
     network = loaded_network(arguments.ldf)
     table, frames = described(network, arguments.table) if network else parsed(arguments.slots)
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "lin schedule", closing)
         place = find_lin_line(hub, arguments.line, to_send=True)
         monitor = opened_monitor(hub, place, closing, events=True)

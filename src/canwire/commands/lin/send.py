@@ -17,7 +17,7 @@ from canwire import (
     format_lin_frame,
     parse_lin_frame,
 )
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.lin.line import add_lin_arguments, become_master, find_lin_line
 from canwire.commands.lin.show import Shown, opened_monitor
 from canwire.commands.shared_hub import connected
@@ -49,7 +49,6 @@ def run(arguments: argparse.Namespace) -> int:
         if not getattr(arguments, option) >= least:
             raise BadValue(f"--{option} {getattr(arguments, option)}: {least} or more")
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "lin send", closing)
         place = find_lin_line(hub, arguments.line, to_send=True)
         monitor = opened_monitor(hub, place, closing, events=True)
