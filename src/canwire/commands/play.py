@@ -7,7 +7,8 @@ canwire play drive.log --time real                 the same at the speed of the 
 canwire play drive.log --log out.log --vcd out.vcd what a node on that bus received, and the level of the wire
 
 A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes.
-Every identifier has a node of its own, as in a car, so frames that are due together arbitrate.
+Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; with --vcd, which looks
+at every bit of every node, one node sends them all unless --senders each asks for that.
 """
 
 from __future__ import annotations
@@ -20,10 +21,12 @@ import time
 from contextlib import ExitStack
 
 from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
+from canwire.commands.console import complain
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
 from canwire.commands.lab.output import Output, opened
 from canwire.commands.lab.progress import Progress
 from canwire.commands.lab.summary import Summary, line
+from canwire.commands.lab.trace_cost import forecast
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import is_full
 from canwire.commands.shell.parser import add_time_argument
@@ -33,7 +36,7 @@ _SENDER_QUEUE = 1024
 _STEP_S = 0.001  # how long a full queue is given before it is looked at again
 _SHARED_ONLY = ("hub", "speed", "timeout")
 _PRIVATE_ONLY = ("bus", "time", "log_out", "vcd", "senders")
-_PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "senders": "each", "bit_rate": 500_000}
+_PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "bit_rate": 500_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,9 +64,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     private.add_argument("--bus", metavar="NAME", help="what the bus is called in logs (can0)")
     add_time_argument(private, ("virtual", "real"), "a private bus is virtual, or follows the clock")
     private.add_argument("--log", dest="log_out", metavar="OUT", help="write what arrives to this log")
-    private.add_argument("--vcd", metavar="OUT", help="write the level of the wire, bit by bit: slow")
     private.add_argument(
-        "--senders", choices=("each", "one"), help="a node for each identifier (default), or one for all"
+        "--vcd",
+        metavar="OUT",
+        help="write the level of the wire, bit by bit; says beforehand how long that takes",
+    )
+    private.add_argument(
+        "--senders",
+        choices=("each", "one"),
+        help="each identifier has a node of its own (default), or one node sends them all (default with --vcd)",
     )
 
 
@@ -84,7 +93,8 @@ def _run(arguments: argparse.Namespace) -> int:
         _refuse_others(
             arguments, _SHARED_ONLY, "that is for a shared line; name one behind the log, can0 perhaps"
         )
-        for name, usual in _PRIVATE_DEFAULTS.items():
+        usual_senders = "each" if arguments.vcd is None else "one"
+        for name, usual in {**_PRIVATE_DEFAULTS, "senders": usual_senders}.items():
             if getattr(arguments, name) is None:
                 setattr(arguments, name, usual)
         return _play_privately(arguments)
@@ -111,6 +121,10 @@ def _play_privately(arguments: argparse.Namespace) -> int:
             raise BadValue(
                 f"{arguments.log}:{found.fd_line}: a CAN FD frame; add --data-bit-rate, 2000000 perhaps"
             )
+        if arguments.vcd is not None:
+            cost = forecast(found.bits, len(found.keys), one=arguments.senders == "one")
+            if cost:
+                complain(cost)
         with ExitStack() as closing:
             player = Player(arguments, found, closing)
             if not arguments.json:
