@@ -19,7 +19,7 @@ def bits_of(frame: Frame) -> int:
 
 
 def forecast(bits: int, senders: int, one: bool) -> str:
-    """How big the file will be and how long it takes, and how long with the other choice of --senders; "" for little."""
+    """How big the file will be and how long it takes, also with the other choice of --senders; "" for little."""
     size = bits * _BYTES_OF_BIT
     if size < _WORTH_A_WORD:
         return ""
