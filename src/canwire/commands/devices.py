@@ -1,4 +1,4 @@
-"""`canwire devices`: the boards of the hub, their lines, and who does what with them.
+"""`canwire devices`: the boards of the hub, their lines, and who uses them.
 
 canwire devices            a tree for people
 canwire devices --json     one object with everything: identity, capabilities, settings, counters

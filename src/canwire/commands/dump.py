@@ -1,11 +1,11 @@
 """`canwire dump`: what happens on a line, as candump prints it.
 
 canwire dump can0                     the first line on that bus; it is started if nobody did
-canwire dump HW000001:0 -e            error frames and changes of state, too
+canwire dump HW000001:0 -e            error frames and state changes as well
 canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 frames
-canwire dump can0 -T 2                until nothing was heard for two seconds
+canwire dump can0 -T 2                until nothing has been heard for two seconds
 
-Frames that the line itself sends are shown as well. The end, Ctrl-C included, is a line on stderr: how many frames
+Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, a line on stderr says how many frames
 were shown, and how many were lost because they were not read in time.
 """
 
@@ -50,10 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_line_arguments(parser)
     parser.add_argument("-l", "--log", action="store_true", help="print log lines, as candump -l writes them")
-    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after so many lines")
-    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after so much silence")
+    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many lines")
+    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after this much silence")
     parser.add_argument(
-        "-e", "--errors", action="store_true", help="show error frames and changes of state, too"
+        "-e", "--errors", action="store_true", help="show error frames and state changes as well"
     )
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
 

@@ -57,7 +57,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shared = parser.add_argument_group("onto a shared LINE")
     shared.add_argument("--speed", type=float, metavar="FACTOR", help="default: 1; 0: as fast as it goes")
     shared.add_argument(
-        "--timeout", type=float, metavar="SECONDS", help="give up when nothing is delivered for so long (1)"
+        "--timeout",
+        type=float,
+        metavar="SECONDS",
+        help="give up when nothing has been delivered for this long (1)",
     )
     add_hub_argument(shared)
     private = parser.add_argument_group("onto a private bus, which no other program hears")

@@ -1,7 +1,7 @@
 """`canwire registers`: the registers of a board's chip, decoded; reading them changes nothing.
 
 canwire registers HW000003
-canwire registers inducan104 --follow        every half second what has changed; Ctrl-C ends
+canwire registers inducan104 --follow        every half second what has changed, until Ctrl-C
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--line", type=int, default=0, metavar="N", help="which of its lines (default: %(default)s)"
     )
-    parser.add_argument("--follow", action="store_true", help="look again and again, and show what changes")
+    parser.add_argument("--follow", action="store_true", help="keep looking, and show what changes")
     parser.add_argument(
         "--interval",
         type=float,
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="seconds between two looks (default: %(default)s)",
     )
-    parser.add_argument("--count", type=int, metavar="N", help="end after so many looks")
+    parser.add_argument("--count", type=int, metavar="N", help="end after looking this many times")
     add_hub_argument(parser)
 
 

@@ -7,8 +7,8 @@ canwire share slcan-fd:/dev/ttyACM0                 one that knows CAN FD (CANab
 canwire share python-can:pcan/PCAN_USBBUS1 --bit-rate 250000
 canwire share                                       list this machine's serial ports
 
-Where no hub runs, this is one until Ctrl-C. With --bit-rate the lines are started, and stay so; without it the first
-program that uses one does that. An adapter that is pulled out is waited for.
+Where no hub is running, this becomes one until Ctrl-C. With --bit-rate the lines are started and keep running;
+without it the first program that uses a line starts it. If an adapter is pulled out, the hub waits for it to come back.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SPEC",
         help="/dev/ttyUSB0, COM3, socket://host:port, ?serial=A123, python-can:pcan/PCAN_USBBUS1",
     )
-    parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="start the lines with this one")
+    parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="start the lines at this rate")
     parser.add_argument("--data-bit-rate", type=int, metavar="BIT/S", help="likewise, CAN FD")
     parser.add_argument("--listen-only", action="store_true", help="start them, but only to listen")
     add_hub_argument(parser)

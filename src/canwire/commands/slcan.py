@@ -7,8 +7,8 @@ canwire slcan --serial /dev/ttyUSB0          on a serial port (needs canwire[har
 canwire slcan --pty a --pty b                two dongles; the second one's serial number is the next
 
 Each dongle is a board of its own on the hub; without a hub one runs in this process. One line tells where each is.
-SIGTERM and Ctrl-C pull them out again, and say what was lost; a killed one's board goes, too. The usual links, and by
-serial number what Z has chosen, are in $XDG_STATE_HOME/canwire (~/.local/state/canwire).
+SIGTERM and Ctrl-C pull them out again and report what was lost; the board of a killed one goes, too. The usual links,
+and what Z has chosen for each serial number, are in $XDG_STATE_HOME/canwire (~/.local/state/canwire).
 
 On a pseudo terminal a host can write faster than on any serial line, and then finds the queue of eight full (BELL);
 --pace 115200 takes its bytes as such a line would.
@@ -66,13 +66,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bus", default="can0", help="plugged into this bus (default: can0)")
     parser.add_argument("--dialect", choices=sorted(DIALECTS), default="canbus", help="whose dongle it is")
     parser.add_argument(
-        "--serial-number", default="A123", metavar="XXXX", help="what N tells (default: A123)"
+        "--serial-number", default="A123", metavar="XXXX", help="the answer to N (default: A123)"
     )
-    parser.add_argument("--version", default="", metavar="TEXT", help="what V tells (default: V1013)")
+    parser.add_argument("--version", default="", metavar="TEXT", help="the answer to V (default: V1013)")
     parser.add_argument(
-        "--tx-reply", choices=("z", "cr"), default="z", help="to t and T: z and CR, or CR alone"
+        "--tx-reply",
+        choices=("z", "cr"),
+        default="z",
+        help="the reply to t and T: z and CR (z), or CR alone (cr)",
     )
-    parser.add_argument("--verbose", action="store_true", help="tell of openings, refusals and counts")
+    parser.add_argument("--verbose", action="store_true", help="report openings, refusals and counters")
     add_hub_argument(parser)
 
 

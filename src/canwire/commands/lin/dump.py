@@ -18,9 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--master", action="store_true", help="start a line that nobody started as master, not as slave"
     )
-    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after so many lines")
-    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after so much silence")
-    parser.add_argument("-e", "--errors", action="store_true", help="show errors and changes of state, too")
+    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many lines")
+    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after this much silence")
+    parser.add_argument("-e", "--errors", action="store_true", help="show errors and state changes as well")
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
     parser.add_argument("--ldf", metavar="FILE", help="show the signals, as this description has them")
 

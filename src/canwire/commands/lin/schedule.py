@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "slots", nargs="*", metavar="SLOT", help="10, 11:4@10ms (bytes asked for, time to the next), 12#0102"
     )
     parser.add_argument(
-        "--rounds", type=int, default=0, metavar="N", help="end after so many (default: Ctrl-C)"
+        "--rounds", type=int, default=0, metavar="N", help="end after this many (default: at Ctrl-C)"
     )
     parser.add_argument("--ldf", metavar="FILE", help="take a table and the master's frames from it instead")
     parser.add_argument("--table", metavar="NAME", help="which one of its schedules (default: the first)")

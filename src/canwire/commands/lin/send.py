@@ -35,10 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "frames", nargs="+", metavar="FRAME", help="10#0102, 10#0102_C; a header: 10#R, 10#R4"
     )
     parser.add_argument(
-        "-n", "--count", type=int, default=1, metavar="COUNT", help="send all of them so often"
+        "-n", "--count", type=int, default=1, metavar="COUNT", help="send the whole list COUNT times (1)"
     )
     parser.add_argument(
-        "--timeout", type=float, default=1.0, metavar="SECONDS", help="give a frame up after so long (1)"
+        "--timeout", type=float, default=1.0, metavar="SECONDS", help="give up on a frame after this long (1)"
     )
 
 
