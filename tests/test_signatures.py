@@ -258,4 +258,4 @@ def test_compiled_classes_tell_how_they_are_called() -> None:
                 inspect.signature(value)
             except ValueError:
                 silent.append(name)
-    assert silent == ["Timer"]  # made by Lab.at
+    assert set(silent) <= {"Timer"}  # Lab.at makes these; compiled it tells nothing
