@@ -84,7 +84,9 @@ def test_the_table_says_what_type_checkers_read() -> None:
     assert modules == canwire._MODULES
     places = {name: f"canwire.{place}" for name, place in canwire._PLACES.items()}
     assert {name: place for name, place in imported.items() if name not in modules} == places
-    assert {*places, "__version__"} == set(canwire.__all__)
+    errors = {name for name in canwire.__all__ if getattr(canwire, name).__class__ is type
+              and getattr(canwire, name).__module__ == "canwire.errors"}  # fmt: skip
+    assert {*places, *errors, "__version__"} == set(canwire.__all__)
 
 
 def test_asking_for_the_door_loads_nothing_behind_it() -> None:
@@ -93,7 +95,7 @@ def test_asking_for_the_door_loads_nothing_behind_it() -> None:
     shown = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
     )
-    assert shown.stdout.split() == ["canwire", "canwire.pytest_plugin", "canwire.version"]
+    assert shown.stdout.split() == ["canwire", "canwire.errors", "canwire.pytest_plugin", "canwire.version"]
 
 
 def test_a_bench_loads_no_sockets_nor_what_finds_plug_ins() -> None:

@@ -12,6 +12,36 @@ Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 
 from typing import TYPE_CHECKING
 
+from canwire.errors import (
+    BadConfig,
+    BadDescription,
+    BadFilter,
+    BadFrame,
+    BadMessage,
+    BadText,
+    BadTiming,
+    BadValue,
+    BusOff,
+    Busy,
+    CanwireError,
+    Closed,
+    ExtraMissing,
+    HubError,
+    HubLost,
+    InUse,
+    LineError,
+    NoChannel,
+    NoSuchBoard,
+    NothingHeard,
+    NotIdle,
+    NotInitialised,
+    NotReceived,
+    NotTransmitted,
+    QueueFull,
+    Unplugged,
+    Unsupported,
+    WrongState,
+)
 from canwire.version import __version__
 
 if TYPE_CHECKING:  # what the table below says to the interpreter
@@ -61,36 +91,6 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.core import core_mode
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
-    from canwire.errors import (
-        BadConfig,
-        BadDescription,
-        BadFilter,
-        BadFrame,
-        BadMessage,
-        BadText,
-        BadTiming,
-        BadValue,
-        BusOff,
-        Busy,
-        CanwireError,
-        Closed,
-        ExtraMissing,
-        HubError,
-        HubLost,
-        InUse,
-        LineError,
-        NoChannel,
-        NoSuchBoard,
-        NothingHeard,
-        NotIdle,
-        NotInitialised,
-        NotReceived,
-        NotTransmitted,
-        QueueFull,
-        Unplugged,
-        Unsupported,
-        WrongState,
-    )
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
@@ -183,12 +183,6 @@ _NAMES = {
     "core": "core_mode",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
-    "errors": (
-        "BadConfig BadDescription BadFilter BadFrame BadMessage BadText BadTiming BadValue BusOff Busy "
-        "CanwireError Closed ExtraMissing HubError HubLost InUse LineError NoChannel NoSuchBoard NotIdle "
-        "NotInitialised NotReceived NotTransmitted NothingHeard QueueFull Unplugged Unsupported "
-        "WrongState"
-    ),
     "hub.bring_up": "bring_up start_line",
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
@@ -238,7 +232,10 @@ _NAMES = {
     "values.timing.bit_timing": "BitTiming",
     "values.timing.limits": "TimingLimits",
 }
-"""What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub."""
+"""What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub.
+
+Errors are there from the start: they are asked for when things go wrong, at the interpreter's end perhaps.
+"""
 _MODULES = frozenset({"acan", "candrv", "ldf", "python_can", "slcan", "vci"})
 """Programs' views and what needs an extra: not names of the door, but `import canwire; canwire.ldf` finds them."""
 _PLACES = {name: place for place, names in _NAMES.items() for name in names.split()}

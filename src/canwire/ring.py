@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Protocol
 from canwire import _mem
 from canwire.errors import BadValue, CanwireError
 from canwire.values import frame as codec
+from canwire.values.arguments import SignatureOf
 from canwire.values.frame import Frame
 from canwire.values.record import RECORD_SIZE, load_numpy, record_dtype
 
@@ -60,6 +61,12 @@ class Signalled(Protocol):
     def wait_for(self, settled: Callable[[], bool], timeout: float | None, recheck: float | None) -> bool: ...
 
 
+def _prototype(
+    capacity: int, *, exact: bool = False, record_size: int = RECORD_SIZE, buffer: memoryview | None = None
+) -> None:
+    """How Ring is called, for help()."""
+
+
 class Ring:
     """A ring in this process's memory, or with `over` one end of a ring in memory that processes share.
 
@@ -69,6 +76,8 @@ class Ring:
 
     `exact` keeps to `capacity` instead of the next power of two; memory is taken for that all the same.
     """
+
+    __signature__ = SignatureOf(_prototype)
 
     def __init__(
         self,

@@ -320,3 +320,42 @@ def test_progress_leaves_files_alone(monkeypatch: pytest.MonkeyPatch) -> None:
         now[0] += 10
         bar.show(50)
     assert file.getvalue() == ""
+
+
+@pytest.mark.finding("newcomer F13")
+def test_four_frames_are_no_full_bus(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """They follow each other, so the bus is never free; but it is a hundredth of 100 ms that they take."""
+    log = log_of(tmp_path, *(f"(1.0) can0 12{k}#1122334455667788" for k in range(4)))
+    facts = played(capsys, log)
+    assert facts["bus_time_s"] < 0.002
+    assert facts["bus_load"] == pytest.approx(facts["peak_load"], abs=0.02)
+    assert 0.5 < facts["bus_load"] < 1.5
+
+
+@pytest.mark.finding("newcomer F10")
+def test_a_trace_is_told_of_beforehand(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    vcd = tmp_path / "out.vcd"
+    log = log_of(tmp_path, *(f"({k}.0) can0 {k % 9 + 0x100:03X}#1122334455667788" for k in range(2000)))
+    assert main(["play", log, "--vcd", str(vcd)]) == 0
+    said = capsys.readouterr().err
+    assert said.startswith("canwire: the trace will have about 1 MB and take about ")
+    assert "; with --senders each (9 nodes that arbitrate) " in said
+    assert 0.5e6 < vcd.stat().st_size < 2e6
+    assert main(["play", log_of(tmp_path, "(1.0) can0 123#"), "--vcd", str(vcd), "--senders", "each"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "content", [bytes(range(256)) * 40, b"LOGG" + bytes(2000), b"date Mon\nbase hex timestamps\n"]
+)
+@pytest.mark.finding("newcomer F13")
+def test_binary_and_other_formats_are_one_error(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: bytes
+) -> None:
+    log = tmp_path / "drive.blf"
+    log.write_bytes(content)
+    assert main(["play", str(log)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"canwire: {log} is no candump log; line 1: ")
+    assert said.count("\n") == 1
+    assert said.isprintable() or said.strip().isprintable()

@@ -16,6 +16,7 @@ from __future__ import annotations
 from binascii import Error, hexlify, unhexlify
 
 from canwire.values import frame as codec
+from canwire.values.arguments import SignatureOf
 from canwire.values.checks import instance, octets, whole
 from canwire.values.dlc import FD_LENGTHS
 from canwire.values.frame import Frame
@@ -29,6 +30,10 @@ _LENGTHS = bytes(FD_LENGTHS)
 _NO_DIGIT = 16
 
 
+def _prototype(*, fd: bool = False) -> None:
+    """How SlcanReader is called, for help()."""
+
+
 class SlcanReader:
     """Cuts a stream into lines, whatever its pieces, and makes frames of those that are one.
 
@@ -38,6 +43,8 @@ class SlcanReader:
     `fd` knows CANable's letters too, and forgives what is sent to such adapters: surplus bits above the 29 of an
     identifier, and an FD frame's DLC in two decimal digits. A remote frame without a length asks for no data.
     """
+
+    __signature__ = SignatureOf(_prototype)
 
     def __init__(self, *, fd: bool = False) -> None:
         self.fd = fd

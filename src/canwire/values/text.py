@@ -151,7 +151,7 @@ def _parse_any_log_line(line: str) -> LogLine:
     match = _LINE.fullmatch(line)
     if match is None:
         raise BadText(
-            f"{_shown(line)} is no log line: (seconds.decimals) interface frame, with R or T after it or not"
+            f"{_shown(line)} is no log line; expected: (seconds.decimals) interface frame, and perhaps R or T"
         )
     seconds, decimals, interface, text, direction = match.groups()
     timestamp_ns = parse_time(seconds, decimals)
@@ -211,7 +211,7 @@ def _complaint(text: str) -> str:
     if not re.fullmatch(_HEX_ID, head, re.ASCII):
         return f"{shown}: identifier {_shown(head)} must have 3 hex digits, or 8 for a 29-bit one"
     if rest[:1] in ("R", "r"):
-        return f"{shown}: behind R stands nothing, or the length 0..8, or 8_9 to 8_F"
+        return f"{shown}: after R comes nothing, a length from 0 to 8, or 8_9 to 8_F"
     if rest[:1] == "#" and not re.match(r"[0-9A-Fa-f]", rest[1:]):
         return f"{shown}: behind ## stands a digit of flags: bit 0 BRS, bit 1 ESI"
     return f"{shown}: data {_shown(rest.lstrip('#'))} must be pairs of hex digits, a dot between them or not"

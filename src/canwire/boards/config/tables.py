@@ -80,7 +80,8 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         | None
     ) = None
     shared_irq: Annotated[
-        bool, Meta(description="inducan104: others that say so too may use its interrupt line")
+        bool,
+        Meta(description="inducan104: share its interrupt line with boards that have this too"),
     ] = False
     access: Annotated[
         str,

@@ -16,6 +16,7 @@ from canwire.bus.can.bits import (
     STUFF_COUNT_CODE,
 )
 from canwire.errors import BadValue
+from canwire.values.arguments import SignatureOf
 from canwire.values.checks import instance, shown
 from canwire.values.dlc import dlc_to_length
 from canwire.values.frame import Frame
@@ -28,6 +29,10 @@ _INDEX = {name: index for index, name in enumerate(FIELDS)}
 DOMINANT, RECESSIVE = 0, 1
 
 
+def _prototype(frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
+    """How BitLayout is called, for help()."""
+
+
 class BitLayout:
     """Every bit of one frame from SOF to the last EOF bit; the ACK slot is recessive, as a sender drives it.
 
@@ -35,6 +40,8 @@ class BitLayout:
     byte a bit. `stuff_bits` counts dynamic stuff bits, `data_bits` the bits at the data rate
     from the one after BRS to the last CRC bit, `crc` is the value sent.
     """
+
+    __signature__ = SignatureOf(_prototype)
 
     def __init__(self, frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
         instance("frame", frame, Frame)

@@ -73,7 +73,7 @@ def set_up(
         configure(driver, config_of(machine, clock_khz, rate_kbps))
     elif not before.accepts(identifier(machine)):
         remark = (
-            f"the controller was set up before and lets in nothing for machine {machine}; /I sets it up anew"
+            f"the controller was set up before and lets in nothing for machine {machine}; /I sets it up again"
         )
     elif not before.accepts(identifier(acan.BROADCAST)):
         remark = "the controller was set up before and lets in nothing that is for all; /I sets it up anew"

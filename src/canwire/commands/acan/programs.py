@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, ExtraMissing
 from canwire.commands.acan.words import CLOCK_KHZ, RATE_KBPS, Words, machine, parsed
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
@@ -131,7 +131,6 @@ def _opened(arguments: argparse.Namespace, program: str, closing: ExitStack) -> 
     """The driver on a shared hub; raises DriverAbsent, HubError."""
     from canwire import acan
 
-    let_terminate(closing)
     hub = connected(arguments, f"acan {program}", closing)
     if arguments.board is None:
         return closing.enter_context(acan.open(hub))

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, CanwireError, Unsupported
 from canwire.commands.candrv.work import work
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ def attach(arguments: argparse.Namespace) -> int:
     if sys.platform == "win32":
         raise Unsupported("attach: there are no pseudo terminals on Windows")
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "candrv attach", closing)
         handle = closing.enter_context(candrv.open(arguments.device, read=True, write=True, hub=hub))
         settings = handle.device.settings

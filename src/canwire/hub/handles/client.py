@@ -172,7 +172,7 @@ class Client:
                 holding.end(HubLost(f"{holding.name}: the hub is gone"))
 
 
-_FORKED = "this connection belongs to the process that was forked; connect anew in this one"
+_FORKED = "this connection belongs to the process that was forked; connect again in this one"
 _OPEN: weakref.WeakSet[Client] = weakref.WeakSet()
 
 

@@ -193,7 +193,7 @@ class Engine:
 
     def _check(self) -> None:
         if self._pid != os.getpid():
-            raise CanwireError("this hub belongs to the process that was forked; connect anew in this one")
+            raise CanwireError("this hub belongs to the process that was forked; connect again in this one")
         if self._closed:
             raise HubLost("the hub in this process was closed")
 

@@ -100,7 +100,7 @@ def parse_lin_log_line(line: str) -> LinLogLine:
     match = _LINE.fullmatch(line)
     if match is None:
         raise BadText(
-            f"{_shown(line)} is no log line: (seconds.decimals) interface frame, with R or T after it or not"
+            f"{_shown(line)} is no log line; expected: (seconds.decimals) interface frame, and perhaps R or T"
         )
     seconds, decimals, interface, text, direction = match.groups()
     timestamp_ns = parse_time(seconds, decimals)
@@ -174,7 +174,7 @@ def _complaint(text: str) -> str:
     if not re.fullmatch(r"[0-9A-Fa-f]{2}", head, re.ASCII):
         return f"{shown}: {_shown(head)} is neither an identifier of 2 hex digits nor an event"
     if rest[:1] in ("R", "r"):
-        return f"{shown}: behind R stands nothing, or the number of bytes 0..8"
+        return f"{shown}: after R comes nothing, or the number of bytes, 0 to 8"
     return f"{shown}: data {_shown(rest)} must be pairs of hex digits, _C or _E (the checksum) behind them or not"
 
 
