@@ -99,6 +99,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         self._check_new(name)
         for part, wanted in (("timing", timing), ("data_timing", data_timing)):
             instance(part, wanted, BitTiming, NoneType)
+        instance("options", options, ControllerOptions)
         if (script is not None and not callable(getattr(script, "run_on", None))) or isinstance(script, type):
             raise TypeError(
                 f"script {shown(script)}: must be an object such as MyScript(), of a class made from NodeScript"
