@@ -95,6 +95,7 @@ def _at_work(scene: Scene) -> Callable[[], bool]:
 @pytest.mark.parametrize("actor", ACTORS)
 @pytest.mark.parametrize("starter", STARTERS)
 @pytest.mark.conforms("N-01", "N-02", "N-06")
+@pytest.mark.finding("acan A2")
 def test_an_adapter_is_shared(scene: Scene, starter: str, actor: str) -> None:
     first = scene.play(PLAYERS[starter])
     assert first.set_up() == DONE
@@ -113,6 +114,7 @@ def test_an_adapter_is_shared(scene: Scene, starter: str, actor: str) -> None:
 
 
 @pytest.mark.conforms("N-02")
+@pytest.mark.finding("acan A2")
 def test_acan_reads_and_sets_what_a_shared_dongle_has(scene: Scene) -> None:
     """Its OCR and IER are the firmware's own, so that asking for them is no reason to refuse."""
     if scene.kind != SLCAN:
