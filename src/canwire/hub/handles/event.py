@@ -103,6 +103,11 @@ class Event:
         self._forget_poll()
         self._own.close()
 
+    def __del__(self) -> None:
+        """One that nobody holds any more can signal nobody: its descriptors go with it."""
+        if hasattr(self, "_poll"):  # made without failure
+            self.close()
+
     def bind(self, signal: Signal) -> None:
         """For queues and lists: let this signal the event."""
         with self._lock:
