@@ -13,6 +13,7 @@ from pathlib import Path
 from tests.hubs import LONG_S
 
 _OPEN = Path("/proc/self/fd")
+_STANDARD = 2
 GIVES_BACK = "canwire gives back"  # the thread that closes a hub which nobody holds
 
 
@@ -25,6 +26,8 @@ def open_descriptors() -> Counter[str]:
     gc.collect()
     found: Counter[str] = Counter()
     for name in os.listdir(_OPEN) if _OPEN.exists() else ():
+        if int(name) <= _STANDARD:  # pytest's capturing changes what these are
+            continue
         with suppress(OSError):  # the listing's own
             found[os.readlink(_OPEN / name).partition(":[")[0]] += 1
     return found
