@@ -1,4 +1,4 @@
-"""Board kinds by name, and the only place that puts chips on buses.
+"""Board kinds by name, and the place that puts chips on buses (a chip whose outputs float: transceiver.py).
 
 A package adds a kind by an entry point of the group `canwire.boards` that names a BoardKind:
 
@@ -20,6 +20,7 @@ from canwire.boards.inducan104 import OSCILLATOR_HZ, BoardPorts, InduCan104, che
 from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.kinds import KINDS as KINDS
 from canwire.boards.lin.line import LinLine
+from canwire.boards.transceiver import Transceiver
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.node import Bus, Node
 from canwire.bus.lin.bus import LinBus
@@ -170,6 +171,7 @@ def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, re
         line.connect(port_driver(line, place.base, machine.timeline), Node())
         return Board(info, (BoardLine(info.lines[0], line, Bus()),))
     chip = Sja1000(None, OSCILLATOR_HZ)
+    Transceiver(chip, machine.timeline)
     card = InduCan104(place.base, place.irq, chip, shared_irq=place.shared_irq)
     machine.isa.plug(info.hardware_id, card)
     driver = Sja1000Driver(
@@ -206,6 +208,7 @@ def sja1000_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
     chip = Sja1000(None, OSCILLATOR_HZ)
     chip.oscillator_ppm = ppm
     chip.name = name
+    Transceiver(chip, timeline)
     driver = Sja1000Driver(line, chip, lambda: timeline.now_ns, peek=chip.peek)
     chip.on_interrupt = driver.service
     line.connect(driver, chip)
@@ -278,6 +281,8 @@ def plug(line: Line, bus: CanBus) -> None:
 
 def unplug(line: Line) -> None:
     """Take a line's controller off its bus, wherever that is."""
+    if isinstance(line.controller, Sja1000) and line.controller.transceiver is not None:
+        line.controller.transceiver.go_home()
     bus = line.controller.bus
     if isinstance(bus, CanBus):
         bus.detach(line.controller)

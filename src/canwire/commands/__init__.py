@@ -45,7 +45,7 @@ VERBS = {
     "stop": Verb("canwire.commands.stop", "take a line of the hub off its bus"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
-    "line": Verb("canwire.commands.line", "start, stop or reset a CAN line of the hub, or recover it"),
+    "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "acan": Verb(
         "canwire.commands.acan.verb", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"

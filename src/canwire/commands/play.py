@@ -7,8 +7,9 @@ canwire play drive.log --time real                 the same at the speed of the 
 canwire play drive.log --log out.log --vcd out.vcd what a node on that bus received, and the level of the wire
 
 A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes.
-Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; with --vcd, which looks
-at every bit of every node, one node sends them all unless --senders each asks for that.
+Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; beyond 256 identifiers
+they take turns at 256 nodes. With --vcd, which looks at every bit of every node, one node sends them all unless
+--senders each asks for that.
 """
 
 from __future__ import annotations
@@ -18,13 +19,15 @@ import json
 import os
 import re
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 
-from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
+from canwire import BadValue, Frame, Lab, LabBus, LogLine, QueueFull, format_log_line
 from canwire.commands.console import complain
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
 from canwire.commands.lab.output import Output, opened
 from canwire.commands.lab.progress import Progress
+from canwire.commands.lab.senders import Senders
 from canwire.commands.lab.summary import Summary, line
 from canwire.commands.lab.trace_cost import forecast
 from canwire.commands.shared_hub import add_hub_argument
@@ -32,7 +35,6 @@ from canwire.commands.shell.ending import is_full
 from canwire.commands.shell.parser import add_time_argument
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
-_SENDER_QUEUE = 1024
 _STEP_S = 0.001  # how long a full queue is given before it is looked at again
 _SHARED_ONLY = ("hub", "speed", "timeout")
 _PRIVATE_ONLY = ("bus", "time", "log_out", "vcd", "senders")
@@ -162,7 +164,7 @@ class Player:
             arguments.bus, bit_rate=arguments.bit_rate, data_bit_rate=arguments.data_bit_rate
         )
         self._recorder = self._bus.node("recorder", receive_queue=_IN_FLIGHT, transmit_queue=1)
-        self._senders = _senders(self._bus, found, arguments.senders)
+        self._send_by = _sender(self._bus, found, arguments.senders)
         if arguments.vcd is not None:
             self._bus.trace_levels(arguments.vcd)
         self._out: Output | None = None
@@ -201,11 +203,10 @@ class Player:
 
     def _send(self, frame: Frame) -> None:
         """Queue the frame; where queues are full the log waits for the bus."""
-        node = self._senders[frame.extended, frame.id]
         while True:
             try:
                 if self._sent - self._recorded < _IN_FLIGHT:
-                    node.send(frame)
+                    self._send_by(frame)
                     self._sent += 1
                     return
             except QueueFull:
@@ -227,20 +228,12 @@ class Player:
                 self._out.write("\n")
 
 
-def _senders(bus: LabBus, found: Survey, senders: str) -> dict[tuple[bool, int], LabNode]:
-    """Who sends which identifier; all of them are on the bus before the first frame."""
-    if senders == "one":
-        player = bus.node("player", receives=False, receive_queue=1, transmit_queue=_IN_FLIGHT)
-        return dict.fromkeys(found.keys, player)
-    return {
-        (extended, id): bus.node(
-            f"{id:08X}" if extended else f"{id:03X}",
-            receives=False,
-            receive_queue=1,
-            transmit_queue=_SENDER_QUEUE,
-        )
-        for extended, id in found.keys
-    }
+def _sender(bus: LabBus, found: Survey, senders: str) -> Callable[[Frame], None]:
+    """What queues a frame, or raises QueueFull."""
+    if senders == "each":
+        return Senders(bus, found.keys).send
+    node = bus.node("player", receives=False, receive_queue=1, transmit_queue=_IN_FLIGHT)
+    return lambda frame: node.send(frame)
 
 
 def _check_names(arguments: argparse.Namespace) -> None:

@@ -154,6 +154,7 @@ def test_local_0_without_a_number(config: acan.HardConfig | None, why: str) -> N
 
 
 @pytest.mark.conforms("AT-11")
+@pytest.mark.finding("acan A15.9")
 def test_a_spy_does_not_let_it_set_its_filter_up() -> None:
     driver = Wire().driver(config_of(1), on_bus=True)
     driver.holder = "canwire acan spy"

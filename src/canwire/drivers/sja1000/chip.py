@@ -124,10 +124,14 @@ class Chip:
         return ErrorState.ERROR_WARNING if status & m.SR_ES else ErrorState.ERROR_ACTIVE
 
     def registers(self) -> list[RegisterValue]:
-        """Those of the present mode, as far as they can be read without side effects; not the RAM."""
+        """Those of the present mode, as far as they can be read without side effects; not the RAM.
+
+        A chip that nobody has set up is in BasicCAN mode, with the reset request at the same place.
+        """
         resetting = bool(self.read(m.MOD) & m.MOD_RM)
+        file = m.PELICAN if self.read(m.CDR) & m.CDR_PELICAN else m.BASIC
         values = []
-        for register in m.PELICAN.readable(resetting):
+        for register in file.readable(resetting):
             if register.address >= m.RX_FIFO or (self._peek is None and register.address in _SIDE_EFFECTS):
                 continue
             value = (self._peek or self.read)(register.address)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING
 
 from canwire.boards.can.modes import ChannelMode, ChannelStatus, FilterContent
@@ -38,21 +39,25 @@ class HubChannel(Filtered):
         self.line = line
         self._reading: RingEnd | None = None
         self._writing: RingEnd | None = None
+        self._making = threading.Lock()  # ends are made and dropped by one thread at a time
 
     def set_up(self, mode: ChannelMode) -> None:
         """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
         self.check()
         reply, descriptors = self.hub.ask(m.SetUpChannel(self._handle, mode))
-        self._drop_ends()
-        receive = Ring.over(descriptors[0], reply.receive, exact=True)
-        receive.free_event = self.hub.doorbell
-        self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
-        close_descriptors(descriptors[0])
-        if reply.transmit:
-            transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
-            transmit.event = self.hub.doorbell
-            self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
-            close_descriptors(descriptors[2])
+        with self._making:
+            self._drop_ends()
+            receive = Ring.over(descriptors[0], reply.receive, exact=True)
+            receive.free_event = self.hub.doorbell
+            self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
+            close_descriptors(descriptors[0])
+            if reply.transmit:
+                transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
+                transmit.event = self.hub.doorbell
+                self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
+                close_descriptors(descriptors[2])
+            if self._closed:  # meanwhile, and what was there then has been dropped
+                self._drop_ends()
 
     @property
     def reading(self) -> RingEnd:
@@ -174,13 +179,15 @@ class HubChannel(Filtered):
 
     def leave_to_parent(self, why: Exception) -> None:
         super().leave_to_parent(why)
+        self._making = threading.Lock()  # the thread that may have held it is not here
         for end in (self._reading, self._writing):
             if end is not None:
                 end.leave_to_parent()
 
     def close(self) -> None:
         super().close()
-        self._drop_ends()
+        with self._making:
+            self._drop_ends()
 
     def _state(self) -> str:
         if self.over:

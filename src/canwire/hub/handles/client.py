@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 import threading
 import weakref
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from canwire.values.checks import LONGEST_NS, nanoseconds
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from canwire.hub.protocol.link import Answer, Link
+    from canwire.hub.protocol.link import Answer, Link, Listener
 
 
 class Holding(Protocol):
@@ -44,14 +45,23 @@ class Client:
     """What leases need of their hub. Calls may come from any thread; once the hub is gone they raise HubLost."""
 
     def __init__(self, link: Link) -> None:
+        self._closed = True  # until there is something to close
         self._link = link
         self._lock = threading.Lock()
         self._holdings: dict[int, Holding] = {}
-        self._closed = False
         self._forked = False
         self.doorbell = EventDescriptor.adopt(link.doorbell)
-        link.listen(self._notice)
+        self._closed = False
+        link.listen(weakly(self._notice))
         _OPEN.add(self)
+
+    def __del__(self) -> None:
+        """Nobody holds it any more, nor anything of it: it is given back, by a thread that may wait for the hub."""
+        if not getattr(self, "_closed", True) and not self._forked and not sys.is_finalizing():
+            with contextlib.suppress(
+                RuntimeError
+            ):  # no thread can be had: the process ends, or has none left
+                threading.Thread(target=self.close, name="canwire gives back", daemon=True).start()
 
     @property
     def address(self) -> str:
@@ -170,6 +180,18 @@ class Client:
         elif notice is None:
             for holding in self._held():
                 holding.end(HubLost(f"{holding.name}: the hub is gone"))
+
+
+def weakly(method: Listener) -> Listener:
+    """For a link, which must not keep who listens when nobody else holds that any more."""
+    found = weakref.WeakMethod(method)
+
+    def heard(notice: m.Message | None) -> None:
+        listener = found()
+        if listener is not None:
+            listener(notice)
+
+    return heard
 
 
 _FORKED = "this connection belongs to the process that was forked; connect again in this one"

@@ -111,6 +111,11 @@ class Event:
             return f"<{kind} event, closed>"
         return f"<{kind} event, {'signalled' if self.is_set() else 'not signalled'}, {len(self._signals)} assigned>"
 
+    def __del__(self) -> None:
+        """One that nobody holds any more can signal nobody: its descriptors go with it."""
+        if hasattr(self, "_poll"):  # made without failure
+            self.close()
+
     def bind(self, signal: Signal) -> None:
         """For queues and lists: let this signal the event."""
         with self._lock:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from canwire.boards.description import BoardInfo
 from canwire.errors import NoSuchBoard
 from canwire.hub.handles.channel import HubChannel
-from canwire.hub.handles.client import Client
+from canwire.hub.handles.client import Client, weakly
 from canwire.hub.handles.control import Control
 from canwire.hub.handles.fifo import Fifo
 from canwire.hub.handles.lease import Lease
@@ -32,7 +32,7 @@ class Hub(Client):
     def __init__(self, link: Link) -> None:
         super().__init__(link)
         self._watch = BoardWatch(self)
-        link.listen(self._watch.notice)
+        link.listen(weakly(self._watch.notice))
 
     def close(self) -> None:
         super().close()
