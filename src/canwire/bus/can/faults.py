@@ -15,6 +15,7 @@ from canwire.bus.can.bit_level import EVERYBODY, ONE_NODE, RECEIVERS, SENDER
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.forcing import Forcing
 from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue
 from canwire.values.frame import Frame, frame_of_record
 
@@ -30,12 +31,12 @@ _PLACES = {
 INJECTED = ("stuff", "form", "crc", "bit", "ack")
 
 
-@dataclass(slots=True)
-class Fault:
-    """One scripted disturbance.
+@dataclass(slots=True, eq=False)
+class Fault(Scripted):
+    """One bit inverted on purpose; `times` counts frames.
 
     `frame_id` and `extended` choose frames (None: any); `bit` is an index from SOF, stuff bits included, or a name
-    that `place` resolves in each frame; `times` counts down with each frame disturbed (None: for ever).
+    that `place` resolves in each frame.
     """
 
     frame_id: int | None
@@ -43,7 +44,6 @@ class Fault:
     bit: int | str
     seen_by: int
     victim: Node | None
-    times: int | None
 
     def matches(self, frame: Frame) -> bool:
         if self.times == 0:
@@ -60,6 +60,7 @@ class Faults(Forcing):
         self._random = random.Random(seed)
         self._faults: list[Fault] = []
         self._noise = 0.0
+        self.noise_errors = 0  # bits that noise has inverted
         self._active: tuple[Fault, int] | None = None
         bus.bits.disturb = self._disturb
 
@@ -81,7 +82,7 @@ class Faults(Forcing):
         self._check(bit, frame_id, extended, times, seen_by)
         victim = None if isinstance(seen_by, str) else seen_by
         viewers = SEEN_BY[seen_by] if isinstance(seen_by, str) else ONE_NODE
-        fault = Fault(frame_id, extended, bit, viewers, victim, times)
+        fault = Fault(frame_id, extended, bit, viewers, victim, times=times, remove=self._forget)
         self._faults.append(fault)
         self._choose_frames()
         return fault
@@ -159,6 +160,7 @@ class Faults(Forcing):
             bus.noise_left -= 1
             if bus.noise_left < 0:
                 bus.noise_left = self._next_noise()
+                self.noise_errors += 1
                 return EVERYBODY
         if bus.bits.undisturbed:
             self._active = None
@@ -171,13 +173,20 @@ class Faults(Forcing):
         if self._active is None or self._active[1] != index:
             return -1
         fault = self._active[0]
-        if fault.times is not None:
-            fault.times -= 1
+        fault.strike()
         if not any(other.times != 0 for other in self._faults):
             self._faults.clear()
             self._choose_frames()
         bus.bits.victim = fault.victim
         return fault.seen_by
+
+    def _forget(self, fault: Fault) -> None:
+        """It was cancelled, perhaps in the middle of a frame that it was to meet."""
+        with self._touch():
+            self._faults = [each for each in self._faults if each is not fault]
+            if self._active is not None and self._active[0] is fault:
+                self._active = None
+            self._choose_frames()
 
     def _choose(self, node: Node) -> None:
         """The first fault that meets the frame which begins now, and the bit where it will."""
