@@ -101,11 +101,17 @@ def test_what_was_to_come_at_a_time_does_not(lab: Lab, can_bus: LabBus) -> None:
 
 def test_noise_counts_the_bits_it_inverts(lab: Lab, can_bus: LabBus) -> None:
     sender, _ = pair(can_bus)
-    can_bus.faults.noise(0.01)
-    send(lab, sender)
-    for _ in range(20):
+    much, more = can_bus.faults.noise(0.002), can_bus.faults.add_noise(0.001)
+    for _ in range(300):
         send(lab, sender)
-    assert can_bus.faults.noise_errors > 0
+    assert much.struck > more.struck > 0
+    much.cancel()
+    before = much.struck, more.struck
+    for _ in range(200):
+        send(lab, sender)
+    assert (much.struck, more.struck > before[1]) == (before[0], True)
+    more.cancel()
+    assert can_bus.wire.noise_left == -1
 
 
 def test_a_lin_fault_counts_too(lab: Lab) -> None:

@@ -71,7 +71,8 @@ class Forcing:
         if bits is not None and (not isinstance(bits, int) or bits < 1):
             raise BadValue(f"bits {bits!r}: at least 1, or None until it is cancelled")
         held, span = _level(level), _FOREVER if bits is None else bits
-        return self._add(at, lambda bit, _: [(0, held), (span * bit, FREE)], seen_by, times)
+        often = None if bits is None else times
+        return self._add(at, lambda bit, _: [(0, held), (span * bit, FREE)], seen_by, often)
 
     def play(
         self, levels: str, *, at: When = None, seen_by: object = "all", times: int | None = 1
@@ -160,9 +161,12 @@ class Forcing:
                 self._placed.append(placed)
                 self._arm()
                 return placed
-            return self._at_time(self._bus.timeline.now_ns if at is None else at, shape, viewers)
+            at_ns = self._bus.timeline.now_ns if at is None else at
+            return self._at_time(at_ns, shape, viewers, None if times is None else 1)
 
-    def _at_time(self, at_ns: int, shape: Callable[[int, int], Changes], viewers: str | list[Node]) -> Timed:
+    def _at_time(
+        self, at_ns: int, shape: Callable[[int, int], Changes], viewers: str | list[Node], times: int | None
+    ) -> Timed:
         """Bits and quanta are those of the first node on the bus."""
         timeline = self._bus.timeline
         if at_ns < timeline.now_ns:
@@ -171,7 +175,7 @@ class Forcing:
             raise BadValue(f"seen_by {viewers!r} at a time: nodes or all; only at a place somebody sends")
         clock = self._bus.nodes[0] if self._bus.nodes else Node()
         changes = shape(clock.bit_ps, clock.quantum_ps)
-        timed = Timed(times=1, remove=self._end)
+        timed = Timed(times=times, remove=self._end)
 
         def begin() -> None:
             timed.stimulus = _stimulus(at_ns * 1000, changes, None if isinstance(viewers, str) else viewers)
