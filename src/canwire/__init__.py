@@ -109,6 +109,8 @@ if TYPE_CHECKING:
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
     from canwire.hub.finding import LinePlace, every_line, find_lines
+    from canwire.hub.handles.bus.bus import HubBus, HubLinBus
+    from canwire.hub.handles.bus.fault import HubFault
     from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
@@ -119,6 +121,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
+    from canwire.hub.protocol.fault_messages import FaultInfo
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode
@@ -127,10 +130,14 @@ if TYPE_CHECKING:
 _LATER = {
     "Control": "handles.control",
     "Event": "handles.event",
+    "FaultInfo": "protocol.fault_messages",
     "Fifo": "handles.fifo",
     "Filtered": "handles.filtered",
     "Hub": "handles.hub",
+    "HubBus": "handles.bus.bus",
     "HubChannel": "handles.channel",
+    "HubFault": "handles.bus.fault",
+    "HubLinBus": "handles.bus.bus",
     "Lease": "handles.lease",
     "LinControl": "handles.lin",
     "LinePlace": "finding",
@@ -199,6 +206,7 @@ __all__ = [
     "Event",
     "EventKind",
     "ExtraMissing",
+    "FaultInfo",
     "Feature",
     "Fifo",
     "FilterContent",
@@ -207,8 +215,11 @@ __all__ = [
     "Filtered",
     "Frame",
     "Hub",
+    "HubBus",
     "HubChannel",
     "HubError",
+    "HubFault",
+    "HubLinBus",
     "HubLost",
     "InUse",
     "Lab",

@@ -5,6 +5,8 @@ A fault is a value; `Fault` are all there are, those of docs/faults.md. Lines ar
 
 from __future__ import annotations
 
+import msgspec
+
 from canwire.hub.protocol.message import Message
 
 
@@ -133,6 +135,18 @@ Fault = (
 )  # fmt: skip
 
 
+class GetBus(Message):
+    """-> BusFound. Raises NoSuchBoard, or Unsupported for a real adapter's bus, which no hub can disturb."""
+
+    bus: str
+
+
+class BusFound(Message):
+    """`kind` is "CAN" or "LIN"."""
+
+    kind: str
+
+
 class SetFault(Message):
     """-> Opened. `lasting_ns` None: until it is cancelled; a `persistent` one outlives its client."""
 
@@ -162,7 +176,7 @@ class CancelFault(Message):
 
 
 class ListFaults(Message):
-    """-> Faults, those that are over and not given back yet included. Raises NoSuchBoard, Unsupported."""
+    """-> FaultList: all programs' faults there, those that are over and not given back yet included."""
 
     bus: str
 
@@ -174,7 +188,7 @@ class ClearFaults(Message):
     whose: str
 
 
-class FaultInfo(Message, frozen=True):
+class FaultInfo(msgspec.Struct, array_like=True, frozen=True):
     """A fault as everybody sees it.
 
     `text` says what it is, `setter` who set it. `struck` counts frames disturbed, levels forced, frames babbled, bits
@@ -198,5 +212,5 @@ class FaultState(Message):
     info: FaultInfo
 
 
-class Faults(Message):
+class FaultList(Message):
     faults: tuple[FaultInfo, ...]
