@@ -36,8 +36,11 @@ def _what(fault: f.Fault) -> str:
 
 def _level(fault: f.Fault) -> str:
     if isinstance(fault, f.Hold):
-        bits = "until it is taken back" if fault.bits is None else f"for {fault.bits} bits"
-        return f"hold {fault.level} {_where(fault.at)} {bits}"
+        if fault.bits is None:
+            return f"hold {fault.level} {_where(fault.at)}, until it is taken back"
+        return (
+            f"hold {fault.level} for {fault.bits} {'bit' if fault.bits == 1 else 'bits'} {_where(fault.at)}"
+        )
     if isinstance(fault, f.Play):
         return f"play {fault.levels} {_where(fault.at)}"
     if isinstance(fault, f.Glitch):
