@@ -13,7 +13,7 @@ import canwire
 EXPORTED = """
 BadConfig BadMessage BoardInfo Capabilities ChannelMode ChannelStatus Control CyclicStatus Event Feature Fifo Filtered
 FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LineInfo LineMode LineStatus
-FaultInfo HubBus HubFault HubLinBus
+CanBusFaults FaultInfo HubBus HubFault HubLinBus LinBusFaults
 NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange Unplugged Unsupported
 WrongState
 connect default_address serve

@@ -110,7 +110,9 @@ if TYPE_CHECKING:
     from canwire.hub.connect import connect
     from canwire.hub.finding import LinePlace, every_line, find_lines
     from canwire.hub.handles.bus.bus import HubBus, HubLinBus
+    from canwire.hub.handles.bus.can import CanBusFaults
     from canwire.hub.handles.bus.fault import HubFault
+    from canwire.hub.handles.bus.lin import LinBusFaults
     from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
@@ -128,6 +130,7 @@ if TYPE_CHECKING:
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
 _LATER = {
+    "CanBusFaults": "handles.bus.can",
     "Control": "handles.control",
     "Event": "handles.event",
     "FaultInfo": "protocol.fault_messages",
@@ -139,6 +142,7 @@ _LATER = {
     "HubFault": "handles.bus.fault",
     "HubLinBus": "handles.bus.bus",
     "Lease": "handles.lease",
+    "LinBusFaults": "handles.bus.lin",
     "LinControl": "handles.lin",
     "LinePlace": "finding",
     "Monitor": "handles.lin",
@@ -194,6 +198,7 @@ __all__ = [
     "BusEvent",
     "BusOff",
     "Busy",
+    "CanBusFaults",
     "CanwireError",
     "Capabilities",
     "ChannelMode",
@@ -228,6 +233,7 @@ __all__ = [
     "LabLinNode",
     "LabNode",
     "Lease",
+    "LinBusFaults",
     "LinCapabilities",
     "LinControl",
     "LinErrorKind",
