@@ -11,13 +11,15 @@ from typing import Any
 class Scripted:
     """One disturbance on a bus. `times` counts down each time it strikes (None: for ever), `struck` counts up.
 
-    `listener` is called at each strike, in the midst of the bus's step: it may set timers and nothing else.
+    `listener` is called at each strike, in the midst of the bus's step, and when it is `cancelled`: it may set timers
+    and nothing else.
     """
 
     times: int | None = 1
     struck: int = 0
     listener: Callable[[], object] | None = None
     remove: Callable[[Any], object] | None = field(default=None, repr=False)
+    cancelled: bool = False
 
     @property
     def times_left(self) -> int | None:
@@ -34,7 +36,10 @@ class Scripted:
 
     def cancel(self) -> None:
         """It strikes no more; a second time does nothing."""
-        self.times = 0
-        remove, self.remove = self.remove, None
-        if remove is not None:
-            remove(self)
+        if self.cancelled:
+            return
+        self.cancelled, self.times = True, 0
+        if self.remove is not None:
+            self.remove(self)
+        if self.listener is not None:
+            self.listener()

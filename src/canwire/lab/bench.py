@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabBus
 from canwire.lab.lin.bus import LabLinBus
 from canwire.lab.time import LabTime
 from canwire.values.timing.bit_timing import BitTiming
+
+if TYPE_CHECKING:
+    from canwire.lab.serving import Serving
 
 CLOCK_HZ = 80_000_000
 _STALL_NS = 1_000_000_000
@@ -35,6 +40,7 @@ class Lab(LabTime):
         self.seed = seed
         self.buses: dict[str, LabBus] = {}
         self.lin_buses: dict[str, LabLinBus] = {}
+        self._serving: Serving | None = None
 
     def can_bus(
         self,
@@ -77,6 +83,24 @@ class Lab(LabTime):
         self.lin_buses[name] = bus
         return bus
 
+    def serve(self, address: str | None = None, *, boards: Sequence[str] = ("usb-to-can-fd",)) -> str:
+        """Let programs share the buses that there are now, until the lab is closed; the socket's address.
+
+        They connect by `canwire.connect(address)` (None: this user's usual hub's) and find `boards` of these kinds,
+        whose lines are on the lab's first CAN and LIN buses, and may plug in more. Time must be "real"; calls to that
+        hub from a script's callbacks would wait for themselves. Raises BadValue, NoSuchBoard, HubError where another
+        hub listens.
+        """
+        from canwire.lab.serving import Serving  # what the lab alone needs no messages for
+
+        self.check_open()
+        if self.pacer is None:
+            raise BadValue('a lab in virtual time waits for nobody else: Lab(time="real") can be served')
+        if self._serving is not None:
+            raise BadValue(f"this lab is served on {self._serving.address} already")
+        self._serving = Serving(self.pacer, self.timeline, self.buses, self.lin_buses, address, boards)
+        return self._serving.address
+
     def __enter__(self) -> Lab:
         return self
 
@@ -93,6 +117,8 @@ class Lab(LabTime):
         return None
 
     def _leave(self) -> None:
+        if self._serving is not None:
+            self._serving.close()
         for bus in self.buses.values():
             bus.close()
         for lin_bus in self.lin_buses.values():

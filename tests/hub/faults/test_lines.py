@@ -182,6 +182,18 @@ def test_a_deaf_line_hears_nothing_and_a_stuck_bus_everybody_s_errors(hub: Hub) 
     assert len(receiver.frames(0)) == 1
 
 
+def test_a_level_held_for_long_ends_with_its_time(hub: Hub, engine: Engine) -> None:
+    sender, receiver = Program(hub, IDEAL), Program(hub, OTHER)
+    held = hub.bus("can0").faults.hold("dominant", bits=1_000_000, lasting=0.001)
+    hub.run_for(0.0005)
+    assert (held.struck, held.info().over) == (1, "used up")
+    hub.run_for(0.001)
+    sender.send()
+    hub.run_for(0.01)
+    assert len(receiver.frames(0)) == 1
+    held.cancel()
+
+
 def test_a_short_is_there_as_long_as_anybody_shorts_it(hub: Hub, engine: Engine) -> None:
     bus = engine.world.buses["can0"]
     assert isinstance(bus, CanBus)

@@ -120,7 +120,8 @@ class Faults(Forcing):
     def noise(self, bit_error_rate: float) -> Noise:
         """From now on, everybody reads each bit of a frame wrong with this probability (0 ends it)."""
         self._check_rate(bit_error_rate)
-        self._noises.clear()
+        for noise in [*self._noises]:
+            noise.cancel()
         return self.add_noise(bit_error_rate)
 
     def add_noise(self, bit_error_rate: float) -> Noise:
@@ -162,8 +163,8 @@ class Faults(Forcing):
 
     def clear(self) -> None:
         """No more scripted faults, noise or short; nodes cut off stay cut off, and what is forced at a time comes."""
-        self._faults.clear()
-        self.noise(0.0)
+        for fault in [*self._faults, *self._noises]:
+            fault.cancel()
         self.forget_placed()
         if self._bus.bits.shorted:
             self.clear_short()

@@ -124,8 +124,8 @@ class Forcing:
 
     def forget_placed(self) -> None:
         """Nothing more is to happen at places."""
-        self._placed.clear()
-        self._arm()
+        for placed in [*self._placed]:
+            placed.cancel()
 
     # what the lab overrides
 

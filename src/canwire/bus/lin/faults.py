@@ -95,6 +95,8 @@ class LinFaults(LinDisturber):
 
     def clear(self) -> None:
         """No more scripted faults, and no short."""
+        for fault in self._faults:
+            fault.cancel()
         self._faults.clear()
         self._bus.wire.disturber = None
         if self._bus.bits.shorted != FREE:

@@ -19,6 +19,7 @@ from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.medium import one_way_delay_ps
 from canwire.errors import BadValue, NoSuchBoard, Unplugged, Unsupported
+from canwire.hub.owner.bench import Bench
 from canwire.hub.owner.faults.book import FaultBook
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.lin import LinSlot
@@ -43,8 +44,9 @@ _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up
 class World:
     """What all sessions share."""
 
-    def __init__(self, config: Config, *, virtual: bool = False) -> None:
-        self.timeline = Timeline()
+    def __init__(self, config: Config, *, virtual: bool = False, bench: Bench | None = None) -> None:
+        self._bench = bench or Bench(Timeline(), {}, {})
+        self.timeline = self._bench.timeline
         self.virtual = virtual
         self.buses: dict[str, CanBus | LinBus] = {}
         self.reactor = None if virtual else LaterReactor()
@@ -54,7 +56,7 @@ class World:
         self.boards: dict[int, Board] = {}
         self.slots: dict[tuple[int, int], CanSlot | LinSlot] = {}
         rates = {bus.name: bus.usual_rate for bus in config.bus}
-        self.faults = FaultBook(self.timeline, self.buses, self.boards, self.slots, rates)
+        self.faults = FaultBook(self.timeline, self.buses, self.boards, self.slots, rates, self._bench.faults)
         self.pipes = Pipes()
         self.warn: Callable[[str], object] | None = None  # gets what people should know, in sentences
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
@@ -257,6 +259,11 @@ class World:
         return max(1, min(room)) * _SHORTEST_BITS * quickest // 1000
 
     def _add_bus(self, config: BusConfig) -> None:
+        given = self._bench.buses.get(config.name)
+        if given is not None:
+            self.buses[config.name] = given
+            self._can_buses += [given] if isinstance(given, CanBus) else []
+            return
         if config.type == "lin":
             self.buses[config.name] = LinBus(self.timeline, config.name)
             return

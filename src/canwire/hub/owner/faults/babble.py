@@ -46,7 +46,7 @@ class Babbler:
 
     def _send(self) -> None:
         left = self.babbling.times_left
-        if self.babbling.remove is not None and (left is None or self._queued < left):
+        if not self.babbling.cancelled and (left is None or self._queued < left):
             self._queued += 1
             self._line.send(self._channel, self._frame, CONFIRM, self._gap_ns if self._begun else 0)
             self._begun = True

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 
 from canwire.boards.board import Board
 from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
 from canwire.bus.lin.bus import LinBus
+from canwire.bus.lin.faults import LinFaults
 from canwire.errors import BadValue, NoSuchBoard, Unsupported
 from canwire.hub.owner.faults.can import CanFaults
 from canwire.hub.owner.faults.lin import LinBusFaults
@@ -37,6 +39,7 @@ class FaultBook:
         boards: Mapping[int, Board],
         slots: Mapping[tuple[int, int], CanSlot | LinSlot],
         rates: Mapping[str, int],
+        scripts: Mapping[str, Faults | LinFaults],
     ) -> None:
         self.shorts = Shorts(buses, slots)
         self._timeline = timeline
@@ -44,6 +47,7 @@ class FaultBook:
         self._boards = boards
         self._slots = slots
         self._rates = rates
+        self._scripts = scripts
         self._on: dict[str, CanFaults | LinBusFaults] = {}
         self._faults: dict[int, LiveFault] = {}
         self._last = 0
@@ -134,11 +138,14 @@ class FaultBook:
     def _faults_on(self, name: str) -> CanFaults | LinBusFaults:
         if name not in self._on:
             bus, lines = self._buses[name], LinesOf(name, self._boards, self._slots)
+            script = self._scripts.get(name)
             if isinstance(bus, CanBus):
                 usual = BitTiming.for_bit_rate(self._rates.get(name, 500_000), clock_hz=_CLOCK_HZ)
-                self._on[name] = CanFaults(bus, lines, self.shorts, usual)
+                faults = script if isinstance(script, Faults) else Faults(bus, seed=0)
+                self._on[name] = CanFaults(bus, lines, self.shorts, usual, faults)
             else:
-                self._on[name] = LinBusFaults(bus, lines, self.shorts)
+                lin_faults = script if isinstance(script, LinFaults) else LinFaults(bus)
+                self._on[name] = LinBusFaults(bus, lines, self.shorts, lin_faults)
         return self._on[name]
 
     def _make_room(self) -> None:

@@ -33,12 +33,12 @@ class CanFaults:
     place of one, each counts until it is taken back.
     """
 
-    def __init__(self, bus: CanBus, lines: LinesOf, shorts: Shorts, usual: BitTiming) -> None:
+    def __init__(self, bus: CanBus, lines: LinesOf, shorts: Shorts, usual: BitTiming, faults: Faults) -> None:
         self._bus = bus
         self._lines = lines
         self._shorts = shorts
         self._usual = usual
-        self._faults = Faults(bus, seed=0)
+        self._faults = faults
         self._islands: Islands[Any, CanBus] = Islands(bus.timeline, CanBus, plug, unplug)
         self._pulled: list[CanLine] = []
         self._delays = [bus.delay_ps]

@@ -23,11 +23,11 @@ _NUMBERS = {"checksum": 0, "no_response": 0, "cut": 1, "stop_bit": 1, "flip": 2,
 class LinBusFaults:
     """What goes wrong on one bus. `begin` raises BadValue, NoSuchBoard, Unsupported for what no fault can be."""
 
-    def __init__(self, bus: LinBus, lines: LinesOf, shorts: Shorts) -> None:
+    def __init__(self, bus: LinBus, lines: LinesOf, shorts: Shorts, faults: LinFaults) -> None:
         self._bus = bus
         self._lines = lines
         self._shorts = shorts
-        self._faults = LinFaults(bus)
+        self._faults = faults
         self._islands: Islands[LinLine, LinBus] = Islands(bus.timeline, LinBus, plug_lin, unplug_lin)
         self._pulled: list[LinLine] = []
         self._makers: dict[type[object], Callable[[Any], Scripted]] = {

@@ -30,24 +30,28 @@ class LiveFault:
     over: str = ""
     waiting: list[Callable[[], object]] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self.limit = self.effect.times
+
     def end(self, why: str) -> None:
         """It is over, and undone; the first reason stays."""
         self.effect.cancel()
+        if self.timer is not None:
+            self.timer.cancel()
         if not self.over:
-            self.over = why
-            if self.timer is not None:
-                self.timer.cancel()
-            waiting, self.waiting = self.waiting, []
-            for tell in waiting:
-                tell()
+            self._tell(why)
 
     def used_up(self) -> None:
-        """It has struck as often as it should; a level that is held goes on to its end."""
+        """It has struck as often as it should (a level that is held goes on to its end), or was cleared on a bench."""
         if not self.over and self.effect.times == 0:
-            waiting, self.waiting = self.waiting, []
-            self.over = USED_UP
-            for tell in waiting:
-                tell()
+            done = self.limit is not None and self.effect.struck >= self.limit
+            self._tell(USED_UP if done else "cleared on its bench")
+
+    def _tell(self, why: str) -> None:
+        self.over = why
+        waiting, self.waiting = self.waiting, []
+        for tell in waiting:
+            tell()
 
     def info(self) -> FaultInfo:
         left = 0 if self.over else self.effect.times_left
