@@ -10,6 +10,10 @@ from canwire.boards import catalogue
 from canwire.boards.board import CAN
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BusConfig
+from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults import Faults
+from canwire.bus.lin.bus import LinBus
+from canwire.bus.lin.faults import LinFaults
 from canwire.errors import HubLost
 from canwire.hub.links.unix_socket.server import Server
 from canwire.hub.owner.bench import Bench
@@ -35,15 +39,14 @@ class Serving:
         address: str | None,
         boards: Sequence[str],
     ) -> None:
-        bench = Bench(
-            timeline,
-            {bus.name: bus.wire for bus in (*buses.values(), *lin_buses.values())},
-            {bus.name: bus.faults for bus in (*buses.values(), *lin_buses.values())},
-        )
+        wires: dict[str, CanBus | LinBus] = {name: bus.wire for name, bus in buses.items()}
+        wires |= {name: bus.wire for name, bus in lin_buses.items()}
+        faults: dict[str, Faults | LinFaults] = {name: bus.faults for name, bus in buses.items()}
+        faults |= {name: bus.faults for name, bus in lin_buses.items()}
         rates = [BusConfig(name=name, bit_rate=bus.timing.bit_rate) for name, bus in buses.items()]
-        lin = [BusConfig(name=name, type="lin") for name in lin_buses]
+        slow = [BusConfig(name=name, type="lin") for name in lin_buses]
         with pacer.lock:
-            self._world = World(Config(bus=(*rates, *lin)), bench=bench)
+            self._world = World(Config(bus=(*rates, *slow)), bench=Bench(timeline, wires, faults))
         self._engine = Engine(self._world, pace=BenchPace(self._world, pacer))
         with ExitStack() as on_failure:
             on_failure.callback(self._engine.close)
