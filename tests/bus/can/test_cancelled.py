@@ -114,6 +114,25 @@ def test_noise_counts_the_bits_it_inverts(lab: Lab, can_bus: LabBus) -> None:
     assert can_bus.wire.noise_left == -1
 
 
+@pytest.mark.parametrize("passed", range(2, 60, 3))
+def test_noise_that_begins_in_the_middle_of_a_frame_leaves_its_past_alone(
+    lab: Lab, can_bus: LabBus, passed: int
+) -> None:
+    sender, receiver = pair(can_bus)
+    send(lab, sender)
+    receiver.events()
+    sender.send(C04)
+    lab.run_for(passed * BIT_NS * 1e-9)
+    began_ns = lab.now_ns
+    noise = can_bus.faults.noise(0.9)
+    can_bus.wire.interrupt()  # whoever has a reason to look at the bits
+    lab.run_for(4 * BIT_NS * 1e-9)
+    noise.cancel()
+    lab.run_for(0.01)
+    assert all(event.timestamp_ns > began_ns for event in receiver.events(EventKind.ERROR))
+    assert receiver.waiting == 2
+
+
 def test_a_lin_fault_counts_too(lab: Lab) -> None:
     bus = lab.lin_bus("lin0")
     fault = bus.faults.checksum(times=2)

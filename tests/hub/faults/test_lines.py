@@ -194,6 +194,27 @@ def test_a_level_held_for_long_ends_with_its_time(hub: Hub, engine: Engine) -> N
     held.cancel()
 
 
+def test_fast_time_keeps_to_the_clock_while_a_line_is_lonely_or_a_node_babbles(
+    hub: Hub, engine: Engine
+) -> None:
+    lonely = Program(hub, IDEAL)
+    faults = hub.bus("can0").faults
+    assert engine.world.healthy()
+    pulled = faults.disconnect(IDEAL)
+    lonely.send()
+    hub.run_for(0.1)
+    assert not engine.world.healthy()
+    lonely.channel.close()
+    pulled.cancel()
+    hub.run_for(0.1)
+    assert engine.world.healthy()
+    Program(hub, OTHER)
+    babble = faults.babble(0, gap=0.01)
+    assert not engine.world.healthy()
+    babble.cancel()
+    assert engine.world.healthy()
+
+
 def test_a_short_is_there_as_long_as_anybody_shorts_it(hub: Hub, engine: Engine) -> None:
     bus = engine.world.buses["can0"]
     assert isinstance(bus, CanBus)

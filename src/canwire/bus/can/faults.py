@@ -144,6 +144,7 @@ class Faults(Forcing):
             self._mix_noises()
 
     def _mix_noises(self) -> None:
+        self._bus.interrupt()  # what has passed of a frame has passed with the noise before
         self._noise = 1.0 - math.prod(1.0 - noise.rate for noise in self._noises)
         self._bus.noise_left = self._next_noise()
 
