@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -16,7 +15,9 @@ import canwire
 from tests.hubs import connected, embedded
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-RUN = re.compile(r"^<!-- run: \S+ -->\n```python\n(.*?)^```\n\n```text\n(.*?)^```", re.MULTILINE | re.DOTALL)
+RUN = re.compile(
+    r"^<!-- run: (\S+) -->\n```python\n(.*?)^```\n\n```text\n(.*?)^```", re.MULTILINE | re.DOTALL
+)
 FILE = re.compile(r"^<!-- file: (\S+) -->\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CALL = re.compile(r"^\| `(\w+)\(", re.MULTILINE)
 CONFIG = '[[bus]]\nname = "can0"\n[[board]]\nkind = "usb-to-can"\nserial = "HW000001"\n'
@@ -26,20 +27,31 @@ def page() -> str:
     return (DOCS / "faults.md").read_text(encoding="utf-8")
 
 
-def test_what_is_printed_is_what_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    samples = RUN.findall(page())
-    assert len(samples) == 1
-    for code, shown in samples:
-        output, space = io.StringIO(), {"__name__": "sample"}
-        with embedded(CONFIG, time="fast") as engine, contextlib.ExitStack() as closing:
+def samples() -> dict[str, tuple[str, str]]:
+    found = {name: (code, shown) for name, code, shown in RUN.findall(page())}
+    assert set(found) == {"hub", "lab"}
+    return found
 
-            def connect(engine: Any = engine, closing: contextlib.ExitStack = closing) -> canwire.Hub:
-                return closing.enter_context(connected(engine))
 
-            monkeypatch.setattr(canwire, "connect", connect)
-            with contextlib.redirect_stdout(output):
-                exec(compile(code, "<faults.md>", "exec"), space)
-        assert output.getvalue() == shown, code
+def printed(code: str) -> str:
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
+        exec(compile(code, "<faults.md>", "exec"), {"__name__": "sample"})
+    return output.getvalue()
+
+
+def test_the_sample_on_a_hub_prints_what_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    code, shown = samples()["hub"]
+    with embedded(CONFIG, time="fast") as engine, contextlib.ExitStack() as closing:
+        monkeypatch.setattr(canwire, "connect", lambda: closing.enter_context(connected(engine)))
+        assert printed(code) == shown
+
+
+def test_the_sample_of_a_lab_prints_what_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("can")
+    monkeypatch.chdir(tmp_path)
+    code, shown = samples()["lab"]
+    assert printed(code) == shown
 
 
 def test_the_tests_pass(tmp_path: Path) -> None:
