@@ -63,6 +63,30 @@ def test_vci_error_message_passive_and_bus_off(hub: Hub, vci_program: VciProgram
     assert (sender.counts().lost, receiver.counts().lost) == (0, 0)
 
 
+def test_vci_lin_errors(hub: Hub, vci_program: VciProgram) -> None:
+    hub.plug("usb-to-can-fd", "HW000009", ("can0", "can0", "lin0"))
+    slave = vci_program.lin()
+    asking = vci_program.monitor("HW000009")
+    master = vci_program.lin("HW000009", op_mode=vci.LIN_OPMODE_MASTER | vci.LIN_OPMODE_ERRORS)
+    slave.write_message(False, vci.LinMsg(pid=1, data=b"1234", ecs=1))
+    header = vci.LinMsg(pid=1, ido=1, dlen=4, ecs=1)
+    faults = hub.lin_bus("lin0").faults
+    for begin, error in (
+        (lambda: faults.checksum(1), vci.LIN_ERROR_CHKSUM),
+        (lambda: faults.no_response(1), vci.LIN_ERROR_SLNORE),
+        (lambda: faults.parity(1), vci.LIN_ERROR_SLNORE),
+        (lambda: faults.disconnect("HW000001:2"), vci.LIN_ERROR_SLNORE),
+    ):
+        fault = begin()
+        master.write_message(True, header)
+        hub.run_for(0.1)
+        assert asking.message(vci.LIN_MSGTYPE_ERROR).ab_data[0] == error
+        assert fault.struck == 1
+        fault.cancel()
+    master.write_message(True, header)
+    assert bytes(asking.message(vci.LIN_MSGTYPE_DATA).ab_data)[:4] == b"1234"
+
+
 # CANDRV
 
 

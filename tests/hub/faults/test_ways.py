@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import time
+
 import pytest
 
 from canwire import BadValue, CanwireError, ErrorKind, Frame, HubFault, NoSuchBoard, Unsupported
+from canwire import connect as connect_to
 from canwire.hub.handles.bus.can import CanBusFaults
 from tests.hub.faults.bench import FRAME, IDEAL, LONG_S, OTHER, Program
 from tests.hubs import Connect
@@ -56,6 +61,32 @@ def test_faults_end_with_their_program_unless_they_are_persistent(connect: Conne
     assert there.clear() == 0
     assert there.clear(left=True) == 1
     assert there.list() == ()
+
+
+def test_a_program_that_is_killed_takes_its_faults_along(hub_process: str) -> None:
+    code = (
+        "import canwire, sys\n"
+        "hub = canwire.connect(sys.argv[1])\n"
+        "hub.bus('can0').faults.disconnect('HW000001:0')\n"
+        "print('set', flush=True)\n"
+        "sys.stdin.read()\n"
+    )
+    with connect_to(hub_process, name="watching") as hub:
+        there = hub.bus("can0").faults
+        process = subprocess.Popen(
+            [sys.executable, "-c", code, hub_process],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        with process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "set\n"
+            assert [fault.kind for fault in there.list()] == ["disconnect"]
+            process.kill()
+        deadline = time.monotonic() + LONG_S
+        while there.list():
+            assert time.monotonic() < deadline
 
 
 def test_a_fault_cleared_by_others_says_by_whom(connect: Connect) -> None:
