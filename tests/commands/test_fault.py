@@ -99,6 +99,8 @@ def test_what_stays_is_listed_and_cleared(run: Run, hub_address: str) -> None:
         assert run("can0", "--clear")[1] == "can0: 1 fault ended\n"
         assert len(hub.bus("can0").faults.list()) == 1
         assert json.loads(run("can0", "--clear", "--everybody", "--json")[1])["ended"] == 1
+        assert run("can0", "--list")[1] == "can0: no faults\n"
+        assert run("can0", "--list", "--json")[1] == ""
 
 
 WORDS = {

@@ -126,6 +126,27 @@ def test_what_cannot_be_served_leaves_nothing(lab: Lab, bus: LabBus, tmp_path: P
     assert lab.serve(str(tmp_path / "x.sock")) == str(tmp_path / "x.sock")
 
 
+class Broken(NodeScript):
+    """Fails at its first frame."""
+
+    def on_message(self, frame: Frame) -> None:
+        raise ArithmeticError("a script's own mistake")
+
+
+def test_a_script_that_fails_ends_the_hub_and_the_lab_says_why(tmp_path: Path) -> None:
+    lab = Lab(time="real")
+    lab.can_bus("body").node("broken", Broken())
+    with canwire.connect(lab.serve(str(tmp_path / "lab.sock"))) as hub:
+        fault = hub.bus("body").faults.noise(1e-9)
+        program = Program(hub, "HW000001:0")
+        program.send()
+        with pytest.raises(HubLost):
+            fault.wait(LONG_S)
+    with pytest.raises(ArithmeticError, match="a script's own mistake"):
+        lab.close()
+    assert not os.path.exists(tmp_path / "lab.sock")
+
+
 def test_the_end_of_the_lab_is_the_end_of_its_hub(tmp_path: Path) -> None:
     with Lab(time="real") as lab:
         wire = lab.can_bus("body").wire

@@ -56,6 +56,7 @@ class Serving:
             self._server = Server(self._engine, default_address() if address is None else address)
             on_failure.pop_all()
         self.address = self._server.path
+        pacer.when_failed = lambda: self._engine.post(self._engine.close)  # no time passes any more
 
     def close(self) -> None:
         """Hang up on everybody; the boards leave the bench."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from canwire import ErrorKind, ErrorState, Frame, Hub, Unplugged, Unsupported
+from canwire import ChannelMode, ErrorKind, ErrorState, Frame, Hub, Unplugged, Unsupported
 from canwire.bus.can.bus import CanBus
 from canwire.hub.owner.engine import Engine
 from tests.hub.faults.bench import FRAME, IDEAL, LIN, MCP2515, OTHER, SJA1000, Program
@@ -152,6 +152,18 @@ def test_a_babbling_node_takes_the_bus_and_gives_it_back(hub: Hub) -> None:
     hub.run_for(0.001)
     assert [frame.id for frame in receiver.frames(0)][-1] == 0x123
     assert (receiver.lost(), sender.lost()) == (0, 0)
+
+
+def test_what_a_babbling_node_makes_others_lose_is_counted(hub: Hub) -> None:
+    slow = Program(hub, IDEAL)
+    small = hub.open_channel(slow.place.board.id, slow.place.line)
+    small.set_up(ChannelMode(16, 0, exact=True))
+    small.activate()
+    babble = hub.bus("can0").faults.babble(0, times=100)
+    assert babble.wait(1.0)
+    counts = small.status()
+    assert (counts.accepted, counts.lost, len(small.receive_many(200))) == (100, 84, 16)
+    assert (len(slow.frames(0)), slow.lost()) == (100, 0)
 
 
 def test_a_babbling_node_counts_and_leaves(hub: Hub, engine: Engine) -> None:

@@ -69,8 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
         let_terminate(closing)
         hub = connected(arguments, "fault", closing)
         if arguments.list:
-            for info in _bus(hub, arguments.bus).faults.list():
-                print(_json("there", info) if arguments.json else _line(info))
+            _list(hub, arguments)
         elif arguments.clear:
             _clear(hub, arguments)
         else:
@@ -83,6 +82,14 @@ def _bus(hub: Hub, name: str) -> HubBus | HubLinBus:
     with suppress(Unsupported):
         return hub.bus(name)
     return hub.lin_bus(name)
+
+
+def _list(hub: Hub, arguments: argparse.Namespace) -> None:
+    there = _bus(hub, arguments.bus).faults.list()
+    for info in there:
+        print(_json("there", info) if arguments.json else _line(info))
+    if not there and not arguments.json:
+        print(f"{arguments.bus}: no faults")
 
 
 def _clear(hub: Hub, arguments: argparse.Namespace) -> None:
