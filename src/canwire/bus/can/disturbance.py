@@ -29,3 +29,8 @@ class Timed(Scripted):
 
     timer: Timer | None = None
     stimulus: Stimulus | None = None
+
+
+def stimulus_of(start_ps: int, changes: Changes, nodes: list[Node] | None) -> Stimulus:
+    """These changes from that time on."""
+    return Stimulus([start_ps + at for at, _ in changes], [level for _, level in changes], nodes)

@@ -13,7 +13,7 @@ from canwire.bus.can import station
 from canwire.bus.can.bit_layout import BitLayout
 from canwire.bus.can.bit_level import Clock
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.disturbance import Changes, Disturbance, Timed
+from canwire.bus.can.disturbance import Changes, Disturbance, Timed, stimulus_of
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.places import FRAME, Place, Progress
 from canwire.bus.can.stimulus import FREE, Stimulus
@@ -178,7 +178,7 @@ class Forcing:
         timed = Timed(times=times, remove=self._end)
 
         def begin() -> None:
-            timed.stimulus = _stimulus(at_ns * 1000, changes, None if isinstance(viewers, str) else viewers)
+            timed.stimulus = stimulus_of(at_ns * 1000, changes, None if isinstance(viewers, str) else viewers)
             self._bus.stimulate(timed.stimulus)
             timed.strike()
 
@@ -273,7 +273,7 @@ class Forcing:
             (node.data_bit_ps, node.data_quantum_ps) if clock.data_rate else (node.bit_ps, node.quantum_ps)
         )
         bits = self._bus.bits
-        stimulus = _stimulus(at_ps, disturbance.shape(bit_ps, quantum_ps), self._seen(disturbance.seen_by))
+        stimulus = stimulus_of(at_ps, disturbance.shape(bit_ps, quantum_ps), self._seen(disturbance.seen_by))
         bits.stimulate(stimulus, at_ps - bits.offset_ps())
         disturbance.strike()
         if disturbance.times == 0:
@@ -294,7 +294,3 @@ def _level(name: str) -> int:
     if name not in LEVELS:
         raise BadValue(f"level {name!r}: dominant or recessive")
     return LEVELS[name]
-
-
-def _stimulus(start_ps: int, changes: Changes, nodes: list[Node] | None) -> Stimulus:
-    return Stimulus([start_ps + at for at, _ in changes], [level for _, level in changes], nodes)
