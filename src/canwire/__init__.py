@@ -10,101 +10,87 @@
 Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import (
-    ChannelMode,
-    ChannelStatus,
-    CyclicStatus,
-    FilterContent,
-    FilterMode,
-    FilterSetup,
-    LineMode,
-    LineStatus,
-    Siblings,
-)
-from canwire.boards.can.rates import RateConflict, RunningLine, format_rates, format_setter, rate_conflicts
-from canwire.boards.description import (
-    BoardInfo,
-    Capabilities,
-    Feature,
-    LinCapabilities,
-    LineInfo,
-    LinFeature,
-    Ticks,
-    TimingRange,
-)
-from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
-from canwire.bus.can.bit_layout import FIELDS, BitLayout
-from canwire.bus.can.bits import NON_ISO
-from canwire.core import core_mode
-from canwire.errors import (
-    BadConfig,
-    BadDescription,
-    BadFilter,
-    BadFrame,
-    BadMessage,
-    BadText,
-    BadTiming,
-    BadValue,
-    BusOff,
-    Busy,
-    CanwireError,
-    Closed,
-    ExtraMissing,
-    HubError,
-    HubLost,
-    InUse,
-    LineError,
-    NoChannel,
-    NoSuchBoard,
-    NothingHeard,
-    NotIdle,
-    NotInitialised,
-    NotReceived,
-    NotTransmitted,
-    QueueFull,
-    Unplugged,
-    Unsupported,
-    WrongState,
-)
-from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
-from canwire.values.acceptance import Acceptance
-from canwire.values.dlc import dlc_to_length, length_to_dlc
-from canwire.values.error_frame import decode_error_frame, encode_error_frame
-from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
-from canwire.values.frame import Frame
-from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
-from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
-from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
-from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
-from canwire.values.lin.text import (
-    LinLogLine,
-    format_lin_frame,
-    format_lin_log_line,
-    parse_lin_frame,
-    parse_lin_log_line,
-)
-from canwire.values.record import (
-    ABORT_ON_ERROR,
-    CONFIRM,
-    CONFIRM_LOAD,
-    HIGH_PRIORITY,
-    LOOP_BACK,
-    SELF_RECEPTION,
-    SINGLE_SHOT,
-    record_dtype,
-)
-from canwire.values.records import frames_to_array
-from canwire.values.register import RegisterValue
-from canwire.values.screen_text import format_candump_line, parse_candump_line
-from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
-from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
-from canwire.values.timing.bit_timing import BitTiming
-from canwire.values.timing.limits import TimingLimits
 from canwire.version import __version__
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what the table below says to the interpreter
+    from canwire import acan as acan
+    from canwire import candrv as candrv
+    from canwire import ldf as ldf
+    from canwire import python_can as python_can
+    from canwire import slcan as slcan
+    from canwire import vci as vci
+    from canwire.boards.can.modes import (
+        ChannelMode,
+        ChannelStatus,
+        CyclicStatus,
+        FilterContent,
+        FilterMode,
+        FilterSetup,
+        LineMode,
+        LineStatus,
+        Siblings,
+    )
+    from canwire.boards.can.rates import (
+        RateConflict,
+        RunningLine,
+        format_rates,
+        format_setter,
+        rate_conflicts,
+    )
+    from canwire.boards.config.configuration import Config
+    from canwire.boards.config.tables import BoardConfig, BusConfig
+    from canwire.boards.description import (
+        BoardInfo,
+        Capabilities,
+        Feature,
+        LinCapabilities,
+        LineInfo,
+        LinFeature,
+        Ticks,
+        TimingRange,
+    )
+    from canwire.boards.isa import IsaPlace
+    from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
+    from canwire.bus.can.bit_layout import FIELDS, BitLayout
+    from canwire.bus.can.bits import NON_ISO
+    from canwire.bus.can.faults import Fault
+    from canwire.bus.can.places import Place
+    from canwire.bus.lin.faults import LinFault
+    from canwire.core import core_mode
+    from canwire.drivers.driver import Counters, LineSettings
+    from canwire.drivers.lin_driver import LinCounters
+    from canwire.errors import (
+        BadConfig,
+        BadDescription,
+        BadFilter,
+        BadFrame,
+        BadMessage,
+        BadText,
+        BadTiming,
+        BadValue,
+        BusOff,
+        Busy,
+        CanwireError,
+        Closed,
+        ExtraMissing,
+        HubError,
+        HubLost,
+        InUse,
+        LineError,
+        NoChannel,
+        NoSuchBoard,
+        NothingHeard,
+        NotIdle,
+        NotInitialised,
+        NotReceived,
+        NotTransmitted,
+        QueueFull,
+        Unplugged,
+        Unsupported,
+        WrongState,
+    )
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
@@ -124,65 +110,189 @@ if TYPE_CHECKING:
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.protocol.fault_messages import FaultInfo
+    from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode
+    from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
+    from canwire.lab.can.bus import Behaviour
+    from canwire.lab.can.faults import LabFaults
+    from canwire.lab.can.script import Periodic
+    from canwire.lab.lin.faults import LabLinFaults
+    from canwire.platform import EventDescriptor
+    from canwire.ring import Ring
+    from canwire.timeline import Timer
+    from canwire.values.acceptance import Acceptance
+    from canwire.values.controller_options import ControllerOptions, DelayCompensation
+    from canwire.values.dlc import dlc_to_length, length_to_dlc
+    from canwire.values.error_frame import decode_error_frame, encode_error_frame
+    from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
+    from canwire.values.frame import Frame
+    from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
+    from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
+    from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
+    from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
+    from canwire.values.lin.text import (
+        LinLogLine,
+        format_lin_frame,
+        format_lin_log_line,
+        parse_lin_frame,
+        parse_lin_log_line,
+    )
+    from canwire.values.record import (
+        ABORT_ON_ERROR,
+        CONFIRM,
+        CONFIRM_LOAD,
+        DLC_MASK,
+        DLC_SHIFT,
+        ERROR_STATE_INDICATOR,
+        EXTENDED,
+        EXTENDED_DATA_LENGTH,
+        FAST_DATA_RATE,
+        HIGH_PRIORITY,
+        LOOP_BACK,
+        OVERRUN,
+        REMOTE,
+        SELF_RECEPTION,
+        SINGLE_SHOT,
+        TYPE_MASK,
+        record_dtype,
+    )
+    from canwire.values.records import frames_to_array
+    from canwire.values.register import RegisterValue
+    from canwire.values.screen_text import format_candump_line, parse_candump_line
+    from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
+    from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
+    from canwire.values.timing.bit_timing import BitTiming
+    from canwire.values.timing.limits import TimingLimits
 
-# loaded when they are first asked for: the lab's users need no messages, sockets and boards
-_LATER = {
-    "CanBusFaults": "handles.bus.can",
-    "Control": "handles.control",
-    "Event": "handles.event",
-    "FaultInfo": "protocol.fault_messages",
-    "Fifo": "handles.fifo",
-    "Filtered": "handles.filtered",
-    "Hub": "handles.hub",
-    "HubBus": "handles.bus.bus",
-    "HubChannel": "handles.channel",
-    "HubFault": "handles.bus.fault",
-    "HubLinBus": "handles.bus.bus",
-    "Lease": "handles.lease",
-    "LinBusFaults": "handles.bus.lin",
-    "LinControl": "handles.lin",
-    "LinePlace": "finding",
-    "Monitor": "handles.lin",
-    "RingEnd": "handles.ends",
-    "Scheduler": "handles.scheduler",
-    "WantedMode": "wanted_mode",
-    "bring_up": "bring_up",
-    "conflicts_on": "conflicts",
-    "connect": "connect",
-    "default_address": "usual",
-    "every_line": "finding",
-    "find_lines": "finding",
-    "serve": "serve",
-    "start_line": "bring_up",
-    "state_directory": "usual",
+_NAMES = {
+    "values.controller_options": "ControllerOptions DelayCompensation",
+    "boards.can.modes": (
+        "ChannelMode ChannelStatus CyclicStatus FilterContent FilterMode FilterSetup LineMode LineStatus "
+        "Siblings"
+    ),
+    "boards.can.rates": "RateConflict RunningLine format_rates format_setter rate_conflicts",
+    "boards.config.configuration": "Config",
+    "boards.config.tables": "BoardConfig BusConfig",
+    "boards.description": (
+        "BoardInfo Capabilities Feature LinCapabilities LinFeature LineInfo Ticks TimingRange"
+    ),
+    "boards.isa": "IsaPlace",
+    "boards.lin.modes": "LinLineStatus LinMode LinMonitorMode LinMonitorStatus",
+    "bus.can.bit_layout": "BitLayout FIELDS",
+    "bus.can.bits": "NON_ISO",
+    "bus.can.faults": "Fault",
+    "bus.can.places": "Place",
+    "bus.lin.faults": "LinFault",
+    "core": "core_mode",
+    "drivers.driver": "Counters LineSettings",
+    "drivers.lin_driver": "LinCounters",
+    "errors": (
+        "BadConfig BadDescription BadFilter BadFrame BadMessage BadText BadTiming BadValue BusOff Busy "
+        "CanwireError Closed ExtraMissing HubError HubLost InUse LineError NoChannel NoSuchBoard NotIdle "
+        "NotInitialised NotReceived NotTransmitted NothingHeard QueueFull Unplugged Unsupported "
+        "WrongState"
+    ),
+    "hub.bring_up": "bring_up start_line",
+    "hub.conflicts": "conflicts_on",
+    "hub.connect": "connect",
+    "hub.finding": "LinePlace every_line find_lines",
+    "hub.handles.bus.bus": "HubBus HubLinBus",
+    "hub.handles.bus.can": "CanBusFaults",
+    "hub.handles.bus.fault": "HubFault",
+    "hub.handles.bus.lin": "LinBusFaults",
+    "hub.handles.channel": "HubChannel",
+    "hub.handles.control": "Control",
+    "hub.handles.ends": "RingEnd",
+    "hub.handles.event": "Event",
+    "hub.handles.fifo": "Fifo",
+    "hub.handles.filtered": "Filtered",
+    "hub.handles.hub": "Hub",
+    "hub.handles.lease": "Lease",
+    "hub.handles.lin": "LinControl Monitor",
+    "hub.handles.scheduler": "Scheduler",
+    "hub.protocol.fault_messages": "FaultInfo",
+    "hub.protocol.lin_messages": "LinLineState",
+    "hub.serve": "serve",
+    "hub.usual": "default_address state_directory",
+    "hub.wanted_mode": "WantedMode",
+    "lab": "Lab LabBus LabLinBus LabLinNode LabNode NodeScript",
+    "lab.can.bus": "Behaviour",
+    "lab.can.faults": "LabFaults",
+    "lab.can.script": "Periodic",
+    "lab.lin.faults": "LabLinFaults",
+    "platform": "EventDescriptor",
+    "ring": "Ring",
+    "timeline": "Timer",
+    "values.acceptance": "Acceptance",
+    "values.dlc": "dlc_to_length length_to_dlc",
+    "values.error_frame": "decode_error_frame encode_error_frame",
+    "values.event": "BusEvent ErrorKind ErrorState EventKind",
+    "values.frame": "Frame",
+    "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
+    "values.lin.frame": "LinFrame lin_checksum protected_id",
+    "values.lin.record": "linmsg_of_record record_of_linmsg",
+    "values.lin.schedule": "LinSchedule LinSlot SlotKind",
+    "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
+    "values.record": (
+        "ABORT_ON_ERROR CONFIRM CONFIRM_LOAD DLC_MASK DLC_SHIFT ERROR_STATE_INDICATOR EXTENDED "
+        "EXTENDED_DATA_LENGTH FAST_DATA_RATE HIGH_PRIORITY LOOP_BACK OVERRUN REMOTE SELF_RECEPTION "
+        "SINGLE_SHOT TYPE_MASK record_dtype"
+    ),
+    "values.records": "frames_to_array",
+    "values.register": "RegisterValue",
+    "values.screen_text": "format_candump_line parse_candump_line",
+    "values.slcan_text": "SlcanReader format_slcan_frame parse_slcan_frame",
+    "values.text": "LogLine format_frame format_log_line parse_frame parse_log_line",
+    "values.timing.bit_timing": "BitTiming",
+    "values.timing.limits": "TimingLimits",
 }
+"""What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub."""
+_MODULES = frozenset({"acan", "candrv", "ldf", "python_can", "slcan", "vci"})
+"""Programs' views and what needs an extra: not names of the door, but `import canwire; canwire.ldf` finds them."""
+_PLACES = {name: place for place, names in _NAMES.items() for name in names.split()}
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _LATER:
-        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+def _load(name: str) -> object:
     from importlib import import_module
 
-    return getattr(import_module(f"canwire.hub.{_LATER[name]}"), name)
+    if name in _MODULES:
+        return import_module(f"canwire.{name}")
+    if name not in _PLACES:
+        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+    found: object = getattr(import_module(f"canwire.{_PLACES[name]}"), name)
+    globals()[name] = found  # the next time at full speed
+    return found
+
+
+if not TYPE_CHECKING:
+    __getattr__ = _load
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_MODULES})
 
 
 __all__ = [
     "ABORT_ON_ERROR",
     "CONFIRM",
     "CONFIRM_LOAD",
+    "DLC_MASK",
+    "DLC_SHIFT",
+    "ERROR_STATE_INDICATOR",
+    "EXTENDED",
+    "EXTENDED_DATA_LENGTH",
+    "FAST_DATA_RATE",
     "FIELDS",
     "HIGH_PRIORITY",
     "LOOP_BACK",
     "NON_ISO",
+    "OVERRUN",
+    "REMOTE",
     "SELF_RECEPTION",
     "SINGLE_SHOT",
+    "TYPE_MASK",
     "Acceptance",
     "BadConfig",
     "BadDescription",
@@ -192,9 +302,12 @@ __all__ = [
     "BadText",
     "BadTiming",
     "BadValue",
+    "Behaviour",
     "BitLayout",
     "BitTiming",
+    "BoardConfig",
     "BoardInfo",
+    "BusConfig",
     "BusEvent",
     "BusOff",
     "Busy",
@@ -204,13 +317,19 @@ __all__ = [
     "ChannelMode",
     "ChannelStatus",
     "Closed",
+    "Config",
     "Control",
+    "ControllerOptions",
+    "Counters",
     "CyclicStatus",
+    "DelayCompensation",
     "ErrorKind",
     "ErrorState",
     "Event",
+    "EventDescriptor",
     "EventKind",
     "ExtraMissing",
+    "Fault",
     "FaultInfo",
     "Feature",
     "Fifo",
@@ -227,20 +346,26 @@ __all__ = [
     "HubLinBus",
     "HubLost",
     "InUse",
+    "IsaPlace",
     "Lab",
     "LabBus",
+    "LabFaults",
     "LabLinBus",
+    "LabLinFaults",
     "LabLinNode",
     "LabNode",
     "Lease",
     "LinBusFaults",
     "LinCapabilities",
     "LinControl",
+    "LinCounters",
     "LinErrorKind",
     "LinEvent",
     "LinEventKind",
+    "LinFault",
     "LinFeature",
     "LinFrame",
+    "LinLineState",
     "LinLineStatus",
     "LinLogLine",
     "LinMode",
@@ -254,6 +379,7 @@ __all__ = [
     "LineInfo",
     "LineMode",
     "LinePlace",
+    "LineSettings",
     "LineStatus",
     "LogLine",
     "Monitor",
@@ -265,9 +391,12 @@ __all__ = [
     "NotReceived",
     "NotTransmitted",
     "NothingHeard",
+    "Periodic",
+    "Place",
     "QueueFull",
     "RateConflict",
     "RegisterValue",
+    "Ring",
     "RingEnd",
     "RunningLine",
     "Scheduler",
@@ -275,6 +404,7 @@ __all__ = [
     "SlcanReader",
     "SlotKind",
     "Ticks",
+    "Timer",
     "TimingLimits",
     "TimingRange",
     "Unplugged",

@@ -115,6 +115,14 @@ class Ring:
 
         return cls(capacity, exact=exact, record_size=record_size, buffer=map_memory(descriptor))
 
+    def __repr__(self) -> str:
+        return f"<ring, {self.contents()} of {self.capacity} records of {self.record_size} bytes>"
+
+    def contents(self) -> int:
+        """Records in it. Unlike `fill` and `free` this is nobody's look at it: who is signalled when stays as it is."""
+        count = (_mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)) & _M64
+        return count if count <= self.capacity else 0
+
     def fill(self) -> int:
         """Records that wait for the consumer."""
         self._seen_head = _mem.load_acquire(self._words, _HEAD)
@@ -298,7 +306,7 @@ class Ring:
         return self._sleep(_WANTED, self.event, timeout, ended)
 
     def sleep_until_free(self, timeout: float | None, ended: Callable[[], bool] | None = None) -> bool:
-        """Wait on `free_event` until at least `free_threshold` records fit; as `sleep`."""
+        """Wait on `free_event` until at least `free_threshold` records fit; False on timeout (seconds)."""
         return self._sleep(_FREE_WANTED, self.free_event, timeout, ended)
 
     def arm(self) -> None:

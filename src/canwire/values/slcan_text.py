@@ -16,6 +16,7 @@ from __future__ import annotations
 from binascii import Error, hexlify, unhexlify
 
 from canwire.values import frame as codec
+from canwire.values.checks import instance, octets, whole
 from canwire.values.dlc import FD_LENGTHS
 from canwire.values.frame import Frame
 
@@ -45,7 +46,7 @@ class SlcanReader:
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Frame | bytes]:
         """The frames and lines that these bytes complete."""
-        text = self._rest + bytes(data)
+        text = self._rest + octets("data", data)
         found: list[Frame | bytes] = []
         start = 0
         end = text.find(b"\r")
@@ -59,6 +60,9 @@ class SlcanReader:
             kept = _LONGEST + 1
         self._rest = text[start : start + kept]
         return found
+
+    def __repr__(self) -> str:
+        return f"<slcan reader, {len(self._rest)} bytes of an unfinished line, {self.dropped} dropped>"
 
     def clear(self) -> None:
         """Forget an unfinished line."""
@@ -166,11 +170,15 @@ def decimal_code(text: bytes, at: int, end: int, tens: int) -> int:
 
 def parse_slcan_frame(line: bytes, *, fd: bool = False) -> Frame | None:
     """The frame in a line without its CR; None if it holds none."""
-    return SlcanReader(fd=fd)._frame(line, 0, len(line))
+    text = octets("line", line)
+    return SlcanReader(fd=fd)._frame(text, 0, len(text))
 
 
 def format_slcan_frame(frame: Frame, stamp: int = -1) -> bytes:
-    """The line, CR included; with a `stamp` (0..0xFFFF) behind the data if that is not negative."""
+    """The line, CR included; with a `stamp` (0..0xFFFF) behind the data if that is not -1. Raises BadValue."""
+    instance("frame", frame, Frame)
+    if stamp != -1:
+        whole("stamp", stamp, 0, 0xFFFF)
     info = frame._info
     code = info >> _DLC_SHIFT & 15
     if info & _FD:

@@ -6,7 +6,15 @@ from math import prod
 from typing import Any
 
 _CLASSIC = ("bit_ps", "sample_ps", "quantum_ps", "phase1_ps", "jump_ps")
-_FD = (*_CLASSIC, "data_bit_ps", "data_sample_ps", "data_quantum_ps", "data_jump_ps")
+_FD = (
+    *_CLASSIC,
+    "data_bit_ps",
+    "data_sample_ps",
+    "data_quantum_ps",
+    "data_jump_ps",
+    "second_sample_ps",
+    "least_second_ps",
+)
 
 
 class Crystal:

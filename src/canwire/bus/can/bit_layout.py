@@ -15,6 +15,8 @@ from canwire.bus.can.bits import (
     NON_ISO,
     STUFF_COUNT_CODE,
 )
+from canwire.errors import BadValue
+from canwire.values.checks import instance, shown
 from canwire.values.dlc import dlc_to_length
 from canwire.values.frame import Frame
 
@@ -35,6 +37,7 @@ class BitLayout:
     """
 
     def __init__(self, frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
+        instance("frame", frame, Frame)
         self.levels = bytearray()
         self.fields = bytearray()
         self.stuffed = bytearray()
@@ -55,13 +58,21 @@ class BitLayout:
         self.data_bits = len(self.levels) - after_brs
         self._tail()
 
+    def __repr__(self) -> str:
+        return f"<{len(self.levels)} bits on the wire, {sum(self.stuffed)} of them stuff bits, CRC {self.crc:#x}>"
+
     def ack_slot(self) -> int:
         """Index of the ACK slot."""
         return self.fields.index(_INDEX["ACK"])
 
     def find(self, field: str) -> int:
-        """Index of the first bit of a field that is no stuff bit, or -1 if this frame has none."""
-        wanted = _INDEX[field]
+        """Index of the first bit of a field that is no stuff bit, or -1 if this frame has none.
+
+        Raises BadValue for what no frame has.
+        """
+        wanted = _INDEX.get(field) if isinstance(field, str) else None
+        if wanted is None:
+            raise BadValue(f"field {shown(field)}: one of {', '.join(FIELDS)}")
         found = [k for k, name in enumerate(self.fields) if name == wanted and not self.stuffed[k]]
         return found[0] if found else -1
 

@@ -63,6 +63,10 @@ class Faults(Forcing):
         self._active: tuple[Fault, int] | None = None
         bus.bits.disturb = self._disturb
 
+    def __repr__(self) -> str:
+        scripted = sum(fault.times != 0 for fault in self._faults)
+        return f"<faults of a CAN bus: {scripted} scripted, bit error rate {self._noise:g}>"
+
     def flip(
         self,
         *,

@@ -19,6 +19,7 @@ from canwire.bus.can.places import FRAME, Place, Progress
 from canwire.bus.can.stimulus import FREE, Stimulus
 from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue
+from canwire.values.checks import LONGEST_NS, whole
 from canwire.values.frame import Frame, frame_of_record
 
 LEVELS = {"dominant": 0, "recessive": 1}
@@ -169,6 +170,7 @@ class Forcing:
     ) -> Timed:
         """Bits and quanta are those of the first node on the bus."""
         timeline = self._bus.timeline
+        at_ns = whole("at", at_ns, 0, LONGEST_NS)
         if at_ns < timeline.now_ns:
             raise BadValue(f"at {at_ns} ns: the bus's time is {timeline.now_ns} ns already")
         if viewers != "all" and isinstance(viewers, str):

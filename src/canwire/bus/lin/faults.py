@@ -44,6 +44,9 @@ class LinFaults(LinDisturber):
         self._bus = bus
         self._faults: list[LinFault] = []
 
+    def __repr__(self) -> str:
+        return f"<faults of a LIN bus: {sum(fault.times != 0 for fault in self._faults)} scripted>"
+
     def checksum(self, frame_id: int | None = None, *, times: int | None = 1) -> LinFault:
         """Whoever answers sends a checksum that fits neither model."""
         return self._add(frame_id, times, in_response=_wrong_checksum)

@@ -52,6 +52,7 @@ class Chip:
         btr = self._timing_registers(settings.timing)
         if settings.data_timing is not None:
             raise Unsupported("an SJA1000 knows classic CAN only: no data bit rate, no long frames")
+        settings.refuse_options("an SJA1000")
         if settings.oscillator_ppm:
             raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
         wanted = {m.BTR0: btr[0], m.BTR1: btr[1], **_USUAL, m.IER: USUAL_IER}

@@ -13,13 +13,12 @@ from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor
+from canwire.values.checks import LONGEST_NS, nanoseconds
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from canwire.hub.protocol.link import Answer, Link
-
-_FOREVER_NS = 1 << 62
 
 
 class Holding(Protocol):
@@ -110,7 +109,7 @@ class Client:
     def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
         """Virtual time: let it pass until `ready()` or until `timeout` seconds of it are over; was it ready?"""
         now_ns = self.now_ns()
-        end_ns = now_ns + (_FOREVER_NS if timeout is None else round(timeout * 1e9))
+        end_ns = now_ns + (LONGEST_NS if timeout is None else nanoseconds("timeout", timeout))
         while not ready() and now_ns < end_ns:
             now_ns = int(self.call(m.Advance(end_ns - now_ns)).value)
         return ready()

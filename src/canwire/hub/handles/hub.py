@@ -12,7 +12,6 @@ from canwire.hub.handles.client import Client
 from canwire.hub.handles.control import Control
 from canwire.hub.handles.fifo import Fifo
 from canwire.hub.handles.lease import Lease
-from canwire.hub.handles.lin import LinControl, Monitor
 from canwire.hub.handles.scheduler import Scheduler
 from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
@@ -21,6 +20,7 @@ from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
     from canwire.hub.handles.event import Event
+    from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.protocol.link import Link
 
 
@@ -121,10 +121,14 @@ class Hub(Client):
 
     def open_lin_control(self, board: int, line: int) -> LinControl:
         """The one lease that configures a LIN line and sends on it; raises InUse naming its holder."""
+        from canwire.hub.handles.lin import LinControl
+
         return LinControl(self, self.call(m.OpenControl(board, line)).handle, board, line)
 
     def open_monitor(self, board: int, line: int, *, exclusive: bool = False) -> Monitor:
         """A monitor on a LIN line; an exclusive one has to be the only one, else InUse."""
+        from canwire.hub.handles.lin import Monitor
+
         return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
 
     def keep_settings(self, board: int, line: int) -> Lease:

@@ -29,6 +29,7 @@ from canwire.hub.owner.reactor import LaterReactor
 from canwire.hub.owner.session import Session
 from canwire.hub.protocol.messages import BoardsChanged
 from canwire.timeline import NEVER, Timeline
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ class World:
                 board.place,
                 real=board.access == "port",
                 port=board.port,
+                options=board.options,
             )
 
     # sessions
@@ -112,11 +114,12 @@ class World:
         *,
         real: bool = False,
         port: str = "",
+        options: ControllerOptions = USUAL,
     ) -> BoardInfo:
         """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken.
 
-        `place` and `real` are for ISA boards, `port` is for adapters (catalogue.build); raises InUse where another
-        board is.
+        `place` and `real` are for ISA boards, `port` is for adapters, `options` for those with ideal controllers
+        (catalogue.build); raises InUse where another board is.
         """
         if port:
             check_unused(port, self.boards.values())
@@ -128,7 +131,15 @@ class World:
             numbers = (f"HW{number:06}" for number in range(1, len(taken) + 2))
             serial = next(number for number in numbers if number not in taken)
         built = catalogue.build(
-            catalogue.kind(kind), self.next_luid(), serial, buses, self.machine, place, real=real, port=port
+            catalogue.kind(kind),
+            self.next_luid(),
+            serial,
+            buses,
+            self.machine,
+            place,
+            real=real,
+            port=port,
+            options=options,
         )
         self.boards[built.info.id] = built
         for number, slot in enumerate(built.lines):

@@ -404,7 +404,7 @@ def encode_request(serial: int, request: Message) -> bytes:
     try:
         message = _framed((serial, request), LARGEST_REQUEST)
         decode_request(message[LENGTH.size :])
-    except (BadMessage, TypeError, OverflowError, RecursionError) as error:
+    except (BadMessage, BufferError, TypeError, OverflowError, RecursionError) as error:
         raise BadValue(f"{type(request).__name__}: {error}") from None
     return message
 

@@ -13,6 +13,7 @@ from canwire.bus.can.faults import Fault, Faults
 from canwire.bus.can.node import Node
 from canwire.lab.can.node import CanBenchNode
 from canwire.lab.time import LabTime
+from canwire.values.checks import instance
 
 
 class LabFaults(Faults):
@@ -53,11 +54,13 @@ class LabFaults(Faults):
 
     def disconnect(self, node: CanBenchNode[Any]) -> None:
         """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
+        instance("node", node, CanBenchNode)
         with self._time.touch():
             self._islands.pull(node.line, node.name)
 
     def reconnect(self, node: CanBenchNode[Any]) -> None:
         """Put the plug back; the node waits for 11 recessive bits, as after a start."""
+        instance("node", node, CanBenchNode)
         with self._time.touch():
             self._islands.put_back(node.line, self._go_home)
 
