@@ -103,15 +103,18 @@ def _clear(hub: Hub, arguments: argparse.Namespace) -> None:
 def _see_through(hub: Hub, arguments: argparse.Namespace) -> None:
     """Set the fault; unless it is to stay, wait for its end and say what it did."""
     fault = KINDS[arguments.kind].set(_bus(hub, arguments.bus), arguments)
-    info = fault.info()
-    told = "set, and stays" if info.persistent else "set"
-    print(_json("set", info) if arguments.json else f"{info.bus}: {info.text}: {told}", flush=True)
-    if info.persistent:
+    if arguments.stay:
+        _tell("set", "set, and stays", fault.info(), arguments.json)
         return
     try:
+        _tell("set", "set", fault.info(), arguments.json)
         fault.wait()
     finally:
         _tell_end(fault, arguments.json)
+
+
+def _tell(event: str, said: str, info: FaultInfo, as_json: bool) -> None:
+    print(_json(event, info) if as_json else f"{info.bus}: {info.text}: {said}", flush=True)
 
 
 def _tell_end(fault: HubFault, as_json: bool) -> None:
