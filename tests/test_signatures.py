@@ -32,7 +32,8 @@ SEAMS = {
 SEAM_FIELDS = {"LinFault.in_header", "LinFault.in_response"}
 FRACTIONS_OF_A_NANOSECOND = {  # what hardware takes, and where in a bit a glitch is: no moments on a timeline
     "BitTiming.search(propagation_delay_ns)", "Lab.can_bus(node_delay_ns)", "Forcing.glitch(from_ns)",
-    "Forcing.glitch(width_ns)",
+    "Forcing.glitch(width_ns)", "CanBusFaults.glitch(from_ns)", "CanBusFaults.glitch(width_ns)",
+    "CanBusFaults.cable(node_delay_ns)",
 }  # fmt: skip
 # parameters and fields of these types are given by the class that users see
 BASES = {"CanBenchNode": "LabNode", "LinBenchNode": "LabLinNode"}

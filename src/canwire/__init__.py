@@ -58,6 +58,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.bus.can.faults import Fault
     from canwire.bus.can.places import Place
     from canwire.bus.lin.faults import LinFault
+    from canwire.bus.scripted import Scripted
     from canwire.core import core_mode
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
@@ -99,6 +100,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.bus.can import CanBusFaults
     from canwire.hub.handles.bus.fault import HubFault
     from canwire.hub.handles.bus.lin import LinBusFaults
+    from canwire.hub.handles.bus.setting import FaultStay
     from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
@@ -109,7 +111,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
-    from canwire.hub.protocol.fault_messages import FaultInfo
+    from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
     from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
@@ -185,6 +187,7 @@ _NAMES = {
     "bus.can.faults": "Fault",
     "bus.can.places": "Place",
     "bus.lin.faults": "LinFault",
+    "bus.scripted": "Scripted",
     "core": "core_mode",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
@@ -202,6 +205,7 @@ _NAMES = {
     "hub.handles.bus.can": "CanBusFaults",
     "hub.handles.bus.fault": "HubFault",
     "hub.handles.bus.lin": "LinBusFaults",
+    "hub.handles.bus.setting": "FaultStay",
     "hub.handles.channel": "HubChannel",
     "hub.handles.control": "Control",
     "hub.handles.ends": "RingEnd",
@@ -212,7 +216,7 @@ _NAMES = {
     "hub.handles.lease": "Lease",
     "hub.handles.lin": "LinControl Monitor",
     "hub.handles.scheduler": "Scheduler",
-    "hub.protocol.fault_messages": "FaultInfo",
+    "hub.protocol.fault_messages": "FaultInfo HubPlace",
     "hub.protocol.lin_messages": "LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
@@ -331,6 +335,7 @@ __all__ = [
     "ExtraMissing",
     "Fault",
     "FaultInfo",
+    "FaultStay",
     "Feature",
     "Fifo",
     "FilterContent",
@@ -345,6 +350,7 @@ __all__ = [
     "HubFault",
     "HubLinBus",
     "HubLost",
+    "HubPlace",
     "InUse",
     "IsaPlace",
     "Lab",
@@ -400,6 +406,7 @@ __all__ = [
     "RingEnd",
     "RunningLine",
     "Scheduler",
+    "Scripted",
     "Siblings",
     "SlcanReader",
     "SlotKind",

@@ -121,14 +121,14 @@ class Faults(Forcing):
         seen_by = "sender" if error in ("bit", "ack") else "receivers"
         return self.flip(bit=error, frame_id=frame_id, extended=extended, times=times, seen_by=seen_by)
 
-    def noise(self, bit_error_rate: float) -> Noise:
+    def noise(self, bit_error_rate: float) -> Scripted:
         """From now on, everybody reads each bit of a frame wrong with this probability (0 ends it)."""
         self._check_rate(bit_error_rate)
         for noise in [*self._noises]:
             noise.cancel()
         return self.add_noise(bit_error_rate)
 
-    def add_noise(self, bit_error_rate: float) -> Noise:
+    def add_noise(self, bit_error_rate: float) -> Scripted:
         """Noise beside what there is already."""
         self._check_rate(bit_error_rate)
         noise = Noise(bit_error_rate, times=None if bit_error_rate else 0, remove=self._silence)

@@ -10,7 +10,7 @@ import msgspec
 from canwire.hub.protocol.message import Message
 
 
-class PlaceOf(Message):
+class HubPlace(Message):
     """A place on the wire, bus/can/places.py's; `line` is whose bits count, "": the sender's."""
 
     part: str
@@ -20,7 +20,7 @@ class PlaceOf(Message):
     line: str = ""
 
 
-At = PlaceOf | int | None  # a place, a time of the hub in ns, or at once
+At = HubPlace | int | None  # a place, a time of the hub in ns, or at once
 SeenBy = tuple[str, ...]  # "all", "receivers" or "sender" alone, or lines
 
 
@@ -74,7 +74,7 @@ class MoveEdge(Message):
     """An edge of a frame comes late, or early."""
 
     quanta: int
-    at: PlaceOf
+    at: HubPlace
     to: str
     seen_by: SeenBy
     times: int | None

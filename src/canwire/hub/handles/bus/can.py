@@ -7,12 +7,12 @@ from typing import Unpack
 
 from canwire.errors import BadValue
 from canwire.hub.handles.bus.fault import HubFault
-from canwire.hub.handles.bus.setting import BusFaults, LineName, Stay, name_of
+from canwire.hub.handles.bus.setting import BusFaults, FaultStay
 from canwire.hub.protocol import fault_messages as f
 from canwire.values.frame import Frame, record_of_frame
 
-At = f.PlaceOf | int | None
-SeenBy = LineName | Iterable[LineName]
+At = f.HubPlace | int | None
+SeenBy = str | Iterable[str]
 _PROVOKED = {"stuff": "receivers", "form": "receivers", "crc": "receivers", "bit": "sender", "ack": "sender"}
 
 
@@ -29,10 +29,10 @@ class CanBusFaults(BusFaults):
         *,
         frame_id: int | None = None,
         extended: bool | None = None,
-        node: LineName | None = None,
-    ) -> f.PlaceOf:
+        node: str | None = None,
+    ) -> f.HubPlace:
         """The start of a bit, for `at`: a part and its bit as docs/faults.md has them; `node` is whose bits count."""
-        return f.PlaceOf(part, bit, frame_id, extended, "" if node is None else name_of(node))
+        return f.HubPlace(part, bit, frame_id, extended, node or "")
 
     def flip(
         self,
@@ -42,7 +42,7 @@ class CanBusFaults(BusFaults):
         extended: bool | None = None,
         times: int | None = 1,
         seen_by: SeenBy = "all",
-        **stay: Unpack[Stay],
+        **stay: Unpack[FaultStay],
     ) -> HubFault:
         """Invert one bit of matching frames, by number from SOF (0, stuff bits included) or by name."""
         return self._set(f.Flip(bit, frame_id, extended, times, _seen(seen_by)), stay)
@@ -54,7 +54,7 @@ class CanBusFaults(BusFaults):
         frame_id: int | None = None,
         extended: bool | None = None,
         times: int | None = 1,
-        **stay: Unpack[Stay],
+        **stay: Unpack[FaultStay],
     ) -> HubFault:
         """Provoke one kind of error in matching frames: "stuff", "form", "crc", "bit" or "ack"."""
         if error not in _PROVOKED:
@@ -64,7 +64,7 @@ class CanBusFaults(BusFaults):
             bit=error, frame_id=frame_id, extended=extended, times=times, seen_by=seen_by, **stay
         )
 
-    def noise(self, bit_error_rate: float, **stay: Unpack[Stay]) -> HubFault:
+    def noise(self, bit_error_rate: float, **stay: Unpack[FaultStay]) -> HubFault:
         """Everybody reads each bit of a frame wrong with this probability; several noises add up."""
         return self._set(f.Noise(bit_error_rate), stay)
 
@@ -76,7 +76,7 @@ class CanBusFaults(BusFaults):
         bits: int | None = 1,
         seen_by: SeenBy = "all",
         times: int | None = 1,
-        **stay: Unpack[Stay],
+        **stay: Unpack[FaultStay],
     ) -> HubFault:
         """Hold the bus "dominant" or "recessive" for so many bits; None: stuck, as long as the fault is there."""
         return self._set(f.Hold(level, at, bits, _seen(seen_by), times), stay)
@@ -88,7 +88,7 @@ class CanBusFaults(BusFaults):
         at: At = None,
         seen_by: SeenBy = "all",
         times: int | None = 1,
-        **stay: Unpack[Stay],
+        **stay: Unpack[FaultStay],
     ) -> HubFault:
         """Force one level a bit: "0" dominant, "1" recessive, "-" what the bus has by itself."""
         return self._set(f.Play(levels, at, _seen(seen_by), times), stay)
@@ -102,7 +102,7 @@ class CanBusFaults(BusFaults):
         width_ns: float,
         seen_by: SeenBy = "all",
         times: int | None = 1,
-        **stay: Unpack[Stay],
+        **stay: Unpack[FaultStay],
     ) -> HubFault:
         """Force a level for less (or more) than a bit: so long, `from_ns` behind the place or time."""
         return self._set(f.Glitch(level, at, from_ns, width_ns, _seen(seen_by), times), stay)
@@ -111,28 +111,28 @@ class CanBusFaults(BusFaults):
         self,
         quanta: int,
         *,
-        at: f.PlaceOf,
+        at: f.HubPlace,
         to: str = "dominant",
         seen_by: SeenBy = "all",
         times: int | None = 1,
-        **stay: Unpack[Stay],
+        **stay: Unpack[FaultStay],
     ) -> HubFault:
         """Move the edge at the start of a frame's bit, which leads `to` this level, by quanta (< 0: forward)."""
         return self._set(f.MoveEdge(quanta, at, to, _seen(seen_by), times), stay)
 
-    def short(self, **stay: Unpack[Stay]) -> HubFault:
+    def short(self, **stay: Unpack[FaultStay]) -> HubFault:
         """Short the wires: the bus is dominant until `cancel`."""
         return self._set(f.Short(), stay)
 
-    def drift(self, line: LineName, ppm: float, **stay: Unpack[Stay]) -> HubFault:
+    def drift(self, line: str, ppm: float, **stay: Unpack[FaultStay]) -> HubFault:
         """A line's oscillator runs fast, or slow (negative), by up to 100,000 ppm; several drifts add up."""
-        return self._set(f.Drift(name_of(line), ppm), stay)
+        return self._set(f.Drift(line, ppm), stay)
 
-    def wrong_rate(self, line: LineName, bit_rate: int, **stay: Unpack[Stay]) -> HubFault:
+    def wrong_rate(self, line: str, bit_rate: int, **stay: Unpack[FaultStay]) -> HubFault:
         """A line that is set up runs at this rate (bit/s) in place of the one it was told."""
-        return self._set(f.WrongRate(name_of(line), bit_rate), stay)
+        return self._set(f.WrongRate(line, bit_rate), stay)
 
-    def cable(self, length_m: float, *, node_delay_ns: float = 0.0, **stay: Unpack[Stay]) -> HubFault:
+    def cable(self, length_m: float, *, node_delay_ns: float = 0.0, **stay: Unpack[FaultStay]) -> HubFault:
         """The cable is so long, and each isolated node adds so much delay one way; the latest cable counts."""
         return self._set(f.Cable(length_m, node_delay_ns), stay)
 
@@ -144,7 +144,7 @@ class CanBusFaults(BusFaults):
         frame: Frame | None = None,
         gap: float = 0.0,
         times: int | None = None,
-        **stay: Unpack[Stay],
+        **stay: Unpack[FaultStay],
     ) -> HubFault:
         """A node more sends a frame again and again, `gap` seconds apart; with identifier 0 nobody else gets a word in.
 
@@ -157,9 +157,4 @@ class CanBusFaults(BusFaults):
 
 
 def _seen(seen_by: SeenBy) -> f.SeenBy:
-    if isinstance(seen_by, str):
-        return (seen_by,)
-    address = getattr(seen_by, "address", None)  # places are tuples as well
-    if address is not None:
-        return (address,)
-    return tuple(name_of(line) for line in seen_by) if isinstance(seen_by, Iterable) else ()
+    return (seen_by,) if isinstance(seen_by, str) else tuple(seen_by)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 from canwire.errors import BadValue
 from canwire.hub.handles.bus.fault import HubFault
@@ -13,18 +13,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.client import Client
 
 
-class HasAddress(Protocol):
-    """A line as `find_lines` gives it."""
-
-    @property
-    def address(self) -> str:
-        """HW000001:1"""
-
-
-LineName = str | HasAddress
-
-
-class Stay(TypedDict, total=False):
+class FaultStay(TypedDict, total=False):
     """How long a fault stays: `lasting` seconds of the hub's time, else until it is cancelled, used up, or its program
     ends; with `persistent` also after that."""
 
@@ -39,6 +28,9 @@ class BusFaults:
         self._hub = hub
         self._bus = bus
 
+    def __repr__(self) -> str:
+        return f"<faults of {self._bus}>"
+
     def list(self) -> tuple[f.FaultInfo, ...]:
         """All programs' faults here, in the order in which they were set, with who set them."""
         faults: tuple[f.FaultInfo, ...] = self._hub.call(m.ListFaults(self._bus)).faults
@@ -49,21 +41,14 @@ class BusFaults:
         whose = "all" if everybody else "left" if left else "mine"
         return int(self._hub.call(m.ClearFaults(self._bus, whose)).value)
 
-    def disconnect(
-        self, line: LineName, *, lasting: float | None = None, persistent: bool = False
-    ) -> HubFault:
+    def disconnect(self, line: str, *, lasting: float | None = None, persistent: bool = False) -> HubFault:
         """Pull a line's plug: it is alone on its own stub, at once, in mid-frame if need be; `cancel` puts it back."""
-        return self._set(f.Disconnect(name_of(line)), {"lasting": lasting, "persistent": persistent})
+        return self._set(f.Disconnect(line), {"lasting": lasting, "persistent": persistent})
 
-    def _set(self, fault: f.Fault, stay: Stay) -> HubFault:
+    def _set(self, fault: f.Fault, stay: FaultStay) -> HubFault:
         lasting = stay.get("lasting")
         if lasting is not None and not 0 < lasting < 1e9:
             raise BadValue(f"lasting {lasting!r}: seconds, more than 0")
         span_ns = None if lasting is None else max(1, round(lasting * 1e9))
         request = m.SetFault(self._bus, fault, span_ns, stay.get("persistent", False))
         return HubFault(self._hub, self._hub.call(request).handle, self._bus)
-
-
-def name_of(line: LineName) -> str:
-    """HW000001:1"""
-    return line if isinstance(line, str) else line.address

@@ -161,6 +161,6 @@ def _lines(fault: f.Fault) -> frozenset[str]:
     """Those that it cannot do without."""
     named = {getattr(fault, "line", ""), *getattr(fault, "seen_by", ())}
     at = getattr(fault, "at", None)
-    if isinstance(at, f.PlaceOf):
+    if isinstance(at, f.HubPlace):
         named.add(at.line)
     return frozenset(named - {"", "all", "receivers", "sender"})

@@ -87,9 +87,9 @@ class CanFaults:
         return [self._node(name) for name in names]
 
     def _at(self, at: f.At) -> Place | int | None:
-        return self._place(at) if isinstance(at, f.PlaceOf) else at
+        return self._place(at) if isinstance(at, f.HubPlace) else at
 
-    def _place(self, at: f.PlaceOf) -> Place:
+    def _place(self, at: f.HubPlace) -> Place:
         return Place(at.part, at.bit, at.frame_id, at.extended, self._node(at.line) if at.line else None)
 
     def _flip(self, fault: f.Flip) -> Scripted:
