@@ -18,6 +18,7 @@ EXPORTED = """
 ControllerOptions DelayCompensation
 BadConfig BadMessage BoardInfo Capabilities ChannelMode ChannelStatus Control CyclicStatus Event Feature Fifo Filtered
 FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LineInfo LineMode LineStatus
+CanBusFaults FaultInfo FaultStay HubBus HubFault HubLinBus HubPlace LinBusFaults Scripted
 NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange Unplugged Unsupported
 WrongState
 connect default_address serve

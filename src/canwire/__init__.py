@@ -88,6 +88,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.bus.can.faults import Fault
     from canwire.bus.can.places import Place
     from canwire.bus.lin.faults import LinFault
+    from canwire.bus.scripted import Scripted
     from canwire.core import core_mode
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
@@ -95,6 +96,11 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
     from canwire.hub.finding import LinePlace, every_line, find_lines
+    from canwire.hub.handles.bus.bus import HubBus, HubLinBus
+    from canwire.hub.handles.bus.can import CanBusFaults
+    from canwire.hub.handles.bus.fault import HubFault
+    from canwire.hub.handles.bus.lin import LinBusFaults
+    from canwire.hub.handles.bus.setting import FaultStay
     from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
@@ -105,6 +111,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
+    from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
     from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
@@ -180,6 +187,7 @@ _NAMES = {
     "bus.can.faults": "Fault",
     "bus.can.places": "Place",
     "bus.lin.faults": "LinFault",
+    "bus.scripted": "Scripted",
     "core": "core_mode",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
@@ -187,6 +195,11 @@ _NAMES = {
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
     "hub.finding": "LinePlace every_line find_lines",
+    "hub.handles.bus.bus": "HubBus HubLinBus",
+    "hub.handles.bus.can": "CanBusFaults",
+    "hub.handles.bus.fault": "HubFault",
+    "hub.handles.bus.lin": "LinBusFaults",
+    "hub.handles.bus.setting": "FaultStay",
     "hub.handles.channel": "HubChannel",
     "hub.handles.control": "Control",
     "hub.handles.ends": "RingEnd",
@@ -197,6 +210,7 @@ _NAMES = {
     "hub.handles.lease": "Lease",
     "hub.handles.lin": "LinControl Monitor",
     "hub.handles.scheduler": "Scheduler",
+    "hub.protocol.fault_messages": "FaultInfo HubPlace",
     "hub.protocol.lin_messages": "LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
@@ -298,6 +312,7 @@ __all__ = [
     "BusEvent",
     "BusOff",
     "Busy",
+    "CanBusFaults",
     "CanwireError",
     "Capabilities",
     "ChannelMode",
@@ -316,6 +331,8 @@ __all__ = [
     "EventKind",
     "ExtraMissing",
     "Fault",
+    "FaultInfo",
+    "FaultStay",
     "Feature",
     "Fifo",
     "FilterContent",
@@ -324,9 +341,13 @@ __all__ = [
     "Filtered",
     "Frame",
     "Hub",
+    "HubBus",
     "HubChannel",
     "HubError",
+    "HubFault",
+    "HubLinBus",
     "HubLost",
+    "HubPlace",
     "InUse",
     "IsaPlace",
     "Lab",
@@ -337,6 +358,7 @@ __all__ = [
     "LabLinNode",
     "LabNode",
     "Lease",
+    "LinBusFaults",
     "LinCapabilities",
     "LinControl",
     "LinCounters",
@@ -381,6 +403,7 @@ __all__ = [
     "RingEnd",
     "RunningLine",
     "Scheduler",
+    "Scripted",
     "Siblings",
     "SlcanReader",
     "SlotKind",

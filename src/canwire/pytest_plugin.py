@@ -25,6 +25,7 @@ import pytest
 if TYPE_CHECKING:
     from canwire import Lab, LabBus, LabLinBus
 
+pytest_plugins = ["canwire.pytest_hub"]  # `canwire_hub`, `canwire_faults`
 _KEPT_FRAMES = 100
 _LAB: pytest.StashKey[Lab] = pytest.StashKey()
 

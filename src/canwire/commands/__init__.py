@@ -54,6 +54,7 @@ VERBS = {
         "canwire.commands.candrv.verb",
         "CanTestSuite of F&S boards, the registry of their driver, devices as terminals",
     ),
+    "fault": Verb("canwire.commands.fault.verb", "have something go wrong on a bus of the hub"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
     "slcan": Verb(

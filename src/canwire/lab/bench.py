@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import NoneType, TracebackType
-from typing import Never
+from typing import TYPE_CHECKING, Never
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabBus
@@ -13,6 +14,9 @@ from canwire.values.arguments import unknown_argument
 from canwire.values.checks import finite, instance
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import check_data_rate
+
+if TYPE_CHECKING:
+    from canwire.lab.serving import Serving
 
 CLOCK_HZ = 80_000_000
 _STALL_NS = 1_000_000_000
@@ -41,6 +45,7 @@ class Lab(LabTime):
         self.seed = seed
         self.buses: dict[str, LabBus] = {}
         self.lin_buses: dict[str, LabLinBus] = {}
+        self._serving: Serving | None = None
 
     def can_bus(
         self,
@@ -92,6 +97,24 @@ class Lab(LabTime):
         self.lin_buses[name] = bus
         return bus
 
+    def serve(self, address: str | None = None, *, boards: Sequence[str] = ("usb-to-can-fd",)) -> str:
+        """Let programs share the buses that there are now, until the lab is closed; the socket's address.
+
+        They connect by `canwire.connect(address)` (None: this user's usual hub's) and find `boards` of these kinds,
+        whose lines are on the lab's first CAN and LIN buses, and may plug in more. Time must be "real"; calls to that
+        hub from a script's callbacks would wait for themselves. Raises BadValue, NoSuchBoard, HubError where another
+        hub listens.
+        """
+        from canwire.lab.serving import Serving  # what the lab alone needs no messages for
+
+        self.check_open()
+        if self.pacer is None:
+            raise BadValue('a lab in virtual time waits for nobody else: Lab(time="real") can be served')
+        if self._serving is not None:
+            raise BadValue(f"this lab is served on {self._serving.address} already")
+        self._serving = Serving(self.pacer, self.timeline, self.buses, self.lin_buses, address, boards)
+        return self._serving.address
+
     def __enter__(self) -> Lab:
         return self
 
@@ -113,6 +136,8 @@ class Lab(LabTime):
         return None
 
     def _leave(self) -> None:
+        if self._serving is not None:
+            self._serving.close()
         for bus in self.buses.values():
             bus.close()
         for lin_bus in self.lin_buses.values():

@@ -44,11 +44,24 @@ LASTING = [
     Lasting("candrv read", "Start receiving", regular=True),  # the manual's programs end with 0
     Lasting("candrv mon", "Start receiving", regular=True),
     Lasting("candrv attach CID1: {folder}/cid1", "CID1: is", regular=True),
+    Lasting("fault can0 noise --rate 1e-9", "noise"),
     Lasting("slcan --pty {folder}/pty", "dongle", regular=True),
     Lasting("serve --socket {folder}/own.sock", "canwire hub on", regular=True),
 ]
 WITHOUT_HUB = ("demo", "serve")
-AT_ONCE = {"acan", "bits", "completion", "devices", "line", "plug", "share", "stop", "timing", "unplug", "up"}
+AT_ONCE = {
+    "acan",
+    "bits",
+    "completion",
+    "devices",
+    "plug",
+    "recover",
+    "share",
+    "stop",
+    "timing",
+    "unplug",
+    "up",
+}
 """They end by themselves at once, or are shown to end in tests of their own: acan's programs, a hub by `share`."""
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from canwire.boards.board import BoardLine
 from canwire.boards.can.abilities import LOW_SPEED_LIMIT, check_mode, check_search, filter_of
 from canwire.boards.can.bounds import bounds
+from canwire.boards.can.crystal import Crystal
 from canwire.boards.can.detection import Detection
 from canwire.boards.can.message_filter import FormatFilter, MessageFilter
 from canwire.boards.can.modes import LineMode
@@ -36,6 +37,7 @@ class CanLine:
         self.info = slot.info
         self.line = slot.line
         self.bus = slot.bus
+        self.crystal = Crystal()
         self._options = slot.options
         self.mode: LineMode | None = None
         self.filter: MessageFilter | None = None
@@ -244,6 +246,7 @@ class CanLine:
 
     def _set_up(self, mode: LineMode, timing: BitTiming) -> None:
         self.line.driver.configure(self._settings(mode, timing))
+        self.crystal.configured(self.line.controller)
         self._bit_ps = timing.bit_time_ps
         line = self.line
         line.standard, line.extended = mode.standard, mode.extended

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.description import BoardInfo
 from canwire.errors import NoSuchBoard
+from canwire.hub.handles.bus.bus import HubBus, HubLinBus
 from canwire.hub.handles.channel import HubChannel
 from canwire.hub.handles.client import Client, weakly
 from canwire.hub.handles.control import Control
@@ -162,8 +163,16 @@ class Hub(Client):
         """A fault: keep the line's driver from serving its chip, which then overruns; or let it again."""
         self.call(m.HoldInterrupts(board, line, held))
 
+    def bus(self, name: str) -> HubBus:
+        """A CAN bus by its name; raises NoSuchBoard, or Unsupported for a LIN bus and for a real adapter's."""
+        return HubBus(self, name)
+
+    def lin_bus(self, name: str) -> HubLinBus:
+        """A LIN bus by its name; raises NoSuchBoard, or Unsupported for a CAN bus."""
+        return HubLinBus(self, name)
+
     def short(self, bus: str, shorted: bool = True) -> None:
-        """Short a bus's two wires, or take the short away; raises NoSuchBoard."""
+        """Short a bus's two wires, or take this short away; raises NoSuchBoard. It outlives this connection."""
         self.call(m.Disturb(bus, shorted))
 
     def registers(self, board: int, line: int) -> tuple[RegisterValue, ...]:
