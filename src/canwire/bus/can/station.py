@@ -311,11 +311,13 @@ class Station:
     def _tolerated(self, level: int, stuff_bit: bool) -> bool:
         """A sender reads another level than it drives: False when that was an error."""
         field = self.reader.field
-        if level == 0:
+        if level == 0 and stuff_bit:
+            # spared up to RTR: behind it comes IDE, which a base frame's sender drives dominant
+            if _BASE <= field <= _RTR2 and (field != _IDE or self.levels[self.index + 1] == 1):
+                self._error(_STUFF, self.index, exempt=True)
+                return False
+        elif level == 0:
             if _BASE <= field <= _RTR2:
-                if stuff_bit:
-                    self._error(_STUFF, self.index, exempt=True)
-                    return False
                 self._lose()
                 return True
             if field == _ACK or (field == _ACK_DELIMITER and self.reader.fd):
