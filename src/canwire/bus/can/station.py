@@ -242,8 +242,7 @@ class Station:
                 self._overload()
             elif self.ready_to_send() and not (self.transmitting and self.node.passive):
                 self._transmit_offer()  # the third bit is somebody's SOF, and counts as its own too
-                self.out = 0
-                self._frame_bit(0)
+                self._take_bit(0, False)
             else:
                 self._start_receiving()
         elif self.left == 0:
