@@ -1,6 +1,6 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
-from canwire.bus.can.node cimport Mailbox, Node
+from canwire.bus.can.node cimport Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
 from canwire.bus.can.stimulus cimport Stimulus
@@ -8,7 +8,7 @@ from canwire.bus.can.stimulus cimport Stimulus
 cdef int _FRAME, _QUIET, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
 cdef long long _NEVER
 cdef int _FREE
-cdef int _RES_FIELD, _HISTORY, _MARGIN_BITS
+cdef int _RES_FIELD, _HISTORY
 
 @cython.final
 cdef class Clock:
@@ -30,7 +30,7 @@ cdef class Clock:
     cpdef int level_at(self, long long at_ps) except -1
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1
-    @cython.locals(station=Station, state=int, idle=bint, third_bit=bint)
+    @cython.locals(station=Station, state=int, idle=bint, behind=bint, joins=bint)
     cpdef void edge(self, long long at_ps) except *
     cdef int _restart_bit(self, long long at_ps) except -1
     @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
@@ -46,11 +46,10 @@ cdef class BitLevel:
     cdef bint _stepping, _forcing
     cdef public object capture, disturb, watch
     cdef public list stimuli
-    cdef long long _change_ps
+    cdef long long _change_ps, _asked_ps, _fell_ps
     cdef public Node victim
     cdef int _wire, _shown, _flip, _forced
     cdef Clock _flip_sender
-    cdef Node _reference
 
     @cython.locals(clock=Clock)
     cpdef int stimulate(self, Stimulus stimulus, long long at_ps) except -1
@@ -58,12 +57,6 @@ cdef class BitLevel:
     cpdef unsigned long long at_ns(self, long long at_ps) noexcept
     @cython.locals(soonest="long long", clock=Clock)
     cpdef long long next_ps(self) noexcept
-    @cython.locals(clock=Clock, station=Station)
-    cpdef int resume_frame(self) except -1
-    @cython.locals(clock=Clock)
-    cpdef int fail_unacknowledged(self, Node sender, Mailbox box, bint passive) except -1
-    @cython.locals(clock=Clock, node=Node, quiet_ns="long long", run="long long")
-    cpdef int resume_intermission(self, Node sender, long long quiet_from_ns) except -1
     @cython.locals(clock=Clock)
     cpdef int activity(self, Node node) except -1
     cpdef int step(self) except -1
@@ -71,7 +64,9 @@ cdef class BitLevel:
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cdef int _begin_bits(self, long long at_ps) except -1
+    @cython.locals(station=Station, idle=bint)
     cdef int _begin_bit(self, Clock clock, long long at_ps) except -1
+    cdef bint _dominant_before(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef bint resting(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)
@@ -91,5 +86,5 @@ cdef class BitLevel:
     cdef bint _flipped_for(self, Clock clock) except -1
     @cython.locals(sender=Clock)
     cdef void _begin_disturbance(self) except *
-    @cython.locals(found=Clock, clock=Clock)
+    @cython.locals(found=Clock, clock=Clock, sends=bint)
     cdef Clock _first_sender(self)

@@ -66,16 +66,16 @@ class Station:
         self.out = 1
         self.last_sample = 1
         self.rate_change = 0
-        self.fast = False
-        self.sof_seen = False
-        self.transmitting = False
+        self.fast = self.transmitting = False
         self.index = 0
         self.run = 0
         self.box = Mailbox()
         self.contending = node.contending
         self.sent = self.box
         self.levels = b""
-        self.just_free = self.finished = self.rejoined = False
+        self.just_free = self.finished = False
+        # the last bit that it waited for has been sampled, and an SOF comes before it is over
+        self.rejoined = self.sof_seen = bool(node.waiting) and node.sequences >= node.waiting
         self.overload = self.flagged = self.counted = False
         self.tec_due = False
         self.left = 0
@@ -158,12 +158,10 @@ class Station:
         self.tec_due = passive
         self._begin_flag(_PASSIVE_FLAG if passive else _ACTIVE_FLAG)
 
-    def resume_intermission(self, sent: bool, run: int) -> None:
-        """Go on behind a frame that was stepped over; one who waits has seen `run` recessive bits."""
+    def resume_intermission(self, sent: bool) -> None:
+        """Go on behind a frame that was stepped over."""
         self.contending = None
-        if self.state == _WAITING:
-            self.run = run
-        else:
+        if self.state != _WAITING:
             self.state = _INTERMISSION
             self.transmitting = sent
             self.left = 3
