@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from canwire import Frame
+from canwire import Frame, Lab, LabBus
 from canwire.bus.can import station as states
 from canwire.bus.can.bit_layout import FIELDS, BitLayout
 from canwire.bus.can.node import NO_RULE, TRANSMIT_ERROR
@@ -86,3 +86,18 @@ def test_a_recessive_stuff_bit_in_arbitration_is_spared(field: str, extended: bo
     frame, at = some_frame_with_stuff_bit(field, 1, extended=extended)
     node, _ = sent_but_for(frame, at)
     assert node.told == [(STUFF, at, NO_RULE)]
+
+
+@pytest.mark.parametrize("bitwise", [False, True])
+def test_an_error_in_the_delimiter_behind_it_costs_no_second_frame(
+    lab: Lab, can_bus: LabBus, bitwise: bool
+) -> None:
+    """A single shot is given up at its own error; the next one waits in the same mailbox by then."""
+    can_bus.wire.bitwise = bitwise
+    a, b = can_bus.node("a"), can_bus.node("b")
+    can_bus.faults.flip(bit="dlc", seen_by="sender")
+    can_bus.faults.hold("dominant", at=can_bus.faults.place("error delimiter", 4))
+    for id in (0x100, 0x101):
+        a.send(Frame(id), single_shot=True)
+    lab.run_until_idle()
+    assert (a.aborted, [frame.id for frame in b.receive_many(9)]) == (1, [0x101])

@@ -16,7 +16,7 @@ cdef class Clock:
     cdef public Node node
     cdef public long long start_ps, due_ps, edge_ps
     cdef public int forced, seen
-    cdef public bint sampling, synchronised, data_rate, free
+    cdef public bint sampling, synchronised, data_rate, free, joins
     cdef public list times, levels
     cdef public long long changes
 
@@ -30,7 +30,7 @@ cdef class Clock:
     cpdef int level_at(self, long long at_ps) except -1
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1
-    @cython.locals(station=Station, state=int, idle=bint, behind=bint, joins=bint)
+    @cython.locals(station=Station, state=int, idle=bint, behind=bint)
     cpdef void edge(self, long long at_ps) except *
     cdef int _restart_bit(self, long long at_ps) except -1
     @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
@@ -84,7 +84,7 @@ cdef class BitLevel:
     @cython.locals(level=int, other=Clock)
     cdef int _undisturbed_level(self, Clock clock, long long at_ps) except -1
     cdef bint _flipped_for(self, Clock clock) except -1
-    @cython.locals(sender=Clock)
+    @cython.locals(sender=Clock, driver=Clock)
     cdef void _begin_disturbance(self) except *
     @cython.locals(found=Clock, clock=Clock, sends=bint)
     cdef Clock _first_sender(self)

@@ -49,6 +49,7 @@ class Clock:
         self.due_ps = at_ps  # of its next bit boundary or sample point
         self.sampling = False
         self.synchronised = False
+        self.joins = False  # it begins its SOF with somebody else's
         self.edge_ps = _NEVER  # of an edge still on its way
         self.forced = _FREE  # a stimulus puts this level in front of its receiver
         self.free = True  # none did so up to now
@@ -68,6 +69,7 @@ class Clock:
         """A bit boundary: `out` may change."""
         self.start_ps = at_ps
         self.sampling = True
+        self.joins = False
         self.due_ps = at_ps + self.sample_ps()
         before = self.station.out
         self.station.begin_bit()
@@ -116,8 +118,8 @@ class Clock:
         behind = state == _INTERMISSION and station.left <= (2 if self.sampling else 1)
         if idle or behind:
             # an SOF behind the last sample of the intermission is joined by those who have one to send themselves
-            joins = station.just_free and state == _IDLE and station.ready_to_send()
-            station.sof_seen = idle and not joins
+            self.joins = station.just_free and state == _IDLE and station.ready_to_send()
+            station.sof_seen = idle and not self.joins
             self._restart_bit(at_ps)
         elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
             self._restart_bit(at_ps)
@@ -327,7 +329,7 @@ class BitLevel:
 
     def _begin_bit(self, clock: Clock, at_ps: int) -> None:
         station = clock.station
-        idle = (station.state == _IDLE or station.rejoined) and not station.just_free and not station.sof_seen
+        idle = (station.state == _IDLE or station.rejoined) and not clock.joins and not station.sof_seen
         if idle and self._dominant_before(clock, at_ps):
             station.sof_seen = True  # whatever became of the edge: no SOF onto a dominant wire
             clock.begin_bit(at_ps)
@@ -465,7 +467,9 @@ class BitLevel:
             return
         sender = self._first_sender()
         if sender is None:
-            self._flip = -1
+            driver = self._flip_sender  # an error has ended its frame, but not yet its bit
+            if driver is None or driver.start_ps == self.now_ps or driver not in self.clocks:
+                self._flip = -1
         elif sender.start_ps == self.now_ps and (
             self._asked_ps != self.now_ps or sender is not self._flip_sender
         ):

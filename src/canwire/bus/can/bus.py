@@ -142,8 +142,7 @@ class CanBus(BusState):
         else:
             self.interrupt()
         self.bits.shorted = shorted
-        if self._state == _BITWISE:
-            self.bits.refresh(self._stations(), self._elapsed_ps())
+        self.bits.refresh(self._stations() if self._state == _BITWISE else [], self._elapsed_ps())
         self.timeline.interrupted = True
 
     def stimulate(self, stimulus: Stimulus) -> None:
@@ -408,6 +407,7 @@ class CanBus(BusState):
         sender.read_dominant = False
         extra = 7 if box.words[1] >> 32 & _FD else 8
         sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self.timeline.now_ns)
+        sender.contending = None
 
     def _end_error_frame(self) -> None:
         sender = self._sender
@@ -415,7 +415,6 @@ class CanBus(BusState):
         self._free_ns = self._end_ns
         self._free_ps = self._end_ps % 1000
         self.load.add(self._busy_from_ns, self._free_ns)
-        sender.contending = None
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * sender.bit_ps // 1000
 

@@ -416,6 +416,7 @@ class Station:
         node.read_dominant = self.last_sample == 0
         self._begin_error_flag(passive)
         node.error(kind, bit, self.transmitting, rule, self.now_ns)
+        node.contending = None  # a further error, in the delimiter, is not this frame's
         self._leave_if_off()
 
     def _begin_error_flag(self, passive: bool) -> None:
