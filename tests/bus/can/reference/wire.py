@@ -132,6 +132,7 @@ class Wire:
         self.clocks: list[Clock] = []
         self.flips: list[Flip] = []
         self.flip: Flip | None = None
+        self.driver: Clock | None = None  # whose bit is inverted
         self.chosen: Flip | None = None
         self.flips_for: tuple[Node | None, int] = (None, 0)
         self.holds: list[Hold] = []
@@ -221,10 +222,12 @@ class Wire:
         """A sender's bit begins: is it to be read wrong? Each frame meets the first flip that it has a bit for."""
         senders = [clock for clock in self.clocks if clock.node.transmitting and clock.node.where == "frame"]
         if not senders:
-            self.flip = None
+            if self.driver in beginning or self.driver not in self.clocks:
+                self.flip = None
             return
         first = min(senders, key=lambda clock: clock.node.arbitration)
         if first in beginning:
+            self.driver = first
             node = first.node
             if (node, node.sof_at) != self.flips_for:
                 self.flips_for = (node, node.sof_at)
