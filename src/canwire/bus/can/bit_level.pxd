@@ -69,6 +69,8 @@ cdef class BitLevel:
     cdef bint _dominant_before(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef bint resting(self) except -1
+    @cython.locals(common="long long", due="long long", clock=Clock)
+    cdef bint _free_together(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)
     cdef int _settle(self, long long at_ps) except -1
     @cython.locals(driver=Clock, clock=Clock, fell=bint, arrives="long long")

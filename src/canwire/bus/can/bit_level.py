@@ -257,20 +257,6 @@ class BitLevel:
             soonest = min(soonest, clock.due_ps, clock.edge_ps)
         return soonest
 
-    def request(self, node: Node, at_ps: int) -> None:
-        """An idle node has something to send: it need not wait for a bit boundary of its own."""
-        for clock in self.clocks:
-            station = clock.station
-            if (
-                clock.node is node
-                and station.state == _IDLE
-                and not station.sof_seen
-                and not station.just_free
-                and clock.start_ps != at_ps
-            ):
-                clock.due_ps = at_ps
-                clock.sampling = False
-
     def transmits(self, node: Node) -> bool:
         """This node sends, or sent what its error flag now ends."""
         return any(clock.node is node and clock.station.transmits() for clock in self.clocks)
@@ -354,15 +340,29 @@ class BitLevel:
         for clock in self.clocks:
             if not clock.station.resting() or clock.edge_ps != _NEVER:
                 return False
-        return phases.free_together(self.clocks)
+        return self._free_together()
+
+    def _free_together(self) -> bool:
+        """Everybody's intermission ends at the same boundary, or has ended: nobody may send before another."""
+        common = _NEVER
+        for clock in self.clocks:
+            if clock.station.state != _WAITING and not clock.node.listen_only:
+                due = clock.due_ps if clock.station.just_free else -1
+                if common != _NEVER and due != common:
+                    return False
+                common = due
+        return True
 
     def leave(self) -> None:
         """Hand back to the nodes what only stations know: suspend times, and where waiting ones stand.
 
         The bus is free from `now_ps` on: the bit boundary that all of them are about to reach, or have reached before.
         """
-        phases.hand_back(self.clocks, self.offset_ps())
-        self.now_ps = phases.free_from_ps(self.clocks, self.now_ps)
+        for clock in self.clocks:
+            if clock.station.state == _SUSPEND or clock.station.state == _WAITING:
+                phases.hand_back(clock, self.offset_ps())
+            if clock.station.just_free and not clock.node.listen_only and clock.due_ps > self.now_ps:
+                self.now_ps = clock.due_ps
         self.clocks = []
 
     def _settle(self, at_ps: int) -> None:

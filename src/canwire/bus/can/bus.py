@@ -78,7 +78,7 @@ class CanBus(BusState):
 
     def poll(self, node: Node) -> None:
         if self._state == _BITWISE:
-            self.bits.request(node, self._elapsed_ps())
+            phases.request(self.bits.clocks, node, self._elapsed_ps())
         self.timeline.interrupted = True
 
     def changed(self) -> None:

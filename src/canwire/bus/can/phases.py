@@ -26,31 +26,24 @@ class Clock(Protocol):
     sampling: bool
 
 
-def free_together(clocks: list[Clock]) -> bool:
-    """Everybody's intermission ends at the same boundary, or ended for everybody: nobody may send before another."""
-    dues = {clock.due_ps if clock.station.just_free else -1 for clock in clocks if sends(clock)}
-    return len(dues) <= 1
+def hand_back(clock: Clock, origin_ps: int) -> None:
+    """To a node what only its station knows; bits count from the boundary up to which it has sampled them."""
+    station, node = clock.station, clock.node
+    at_ns = (origin_ps + (clock.start_ps if clock.sampling else clock.due_ps)) // 1000
+    if station.state == SUSPEND:
+        node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
+    elif station.state == WAITING:
+        node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
 
 
-def sends(clock: Clock) -> bool:
-    """Others need to know when this node's idle time begins."""
-    return clock.station.state != WAITING and not clock.node.listen_only
-
-
-def free_from_ps(clocks: list[Clock], now_ps: int) -> int:
-    """Now, or the boundary that all of them are about to reach."""
-    return max([now_ps, *(clock.due_ps for clock in clocks if sends(clock) and clock.station.just_free)])
-
-
-def hand_back(clocks: list[Clock], origin_ps: int) -> None:
-    """To nodes what only stations know; bits count from the boundary up to which a node has sampled them."""
+def request(clocks: list[Clock], node: Node, at_ps: int) -> None:
+    """An idle node has something to send: it need not wait for a bit boundary of its own."""
     for clock in clocks:
-        station, node = clock.station, clock.node
-        at_ns = (origin_ps + (clock.start_ps if clock.sampling else clock.due_ps)) // 1000
-        if station.state == SUSPEND:
-            node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
-        elif station.state == WAITING:
-            node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
+        station = clock.station
+        idle = station.state == IDLE and not station.sof_seen and not station.just_free
+        if clock.node is node and idle and clock.start_ps != at_ps:
+            clock.due_ps = at_ps
+            clock.sampling = False
 
 
 def resume_frame(clocks: list[Clock]) -> None:

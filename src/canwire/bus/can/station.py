@@ -177,7 +177,7 @@ class Station:
     def wait_for_bus(self) -> None:
         """Leave whatever was going on; the node looks for 11 recessive bits."""
         self.state = _WAITING
-        self.transmitting = self.flagged = self.sof_seen = self.finished = False
+        self.transmitting = self.flagged = self.sof_seen = self.finished = self.just_free = False
         self.run = 0
 
     def _offer(self) -> None:
