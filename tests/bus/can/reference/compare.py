@@ -8,12 +8,14 @@ from typing import Any
 from tests.bus.can.reference.players import Outcome, by_the_rules, on_the_bench
 from tests.bus.can.reference.schedule import Schedule
 
+WAYS = {"bit by bit": True, "whole frames": False, "changing": None}
 
-def differences(schedule: Schedule) -> list[str]:
-    """The first difference in each thing told, by canwire's either way and by the rules; none if all agree."""
-    rules = by_the_rules(schedule)
+
+def differences(schedule: Schedule, rules: Outcome | None = None) -> list[str]:
+    """The first difference in each thing told, by each of canwire's ways and by the rules; none if all agree."""
+    rules = rules or by_the_rules(schedule)
     found = []
-    for way, bitwise in (("bit by bit", True), ("whole frames", False)):
+    for way, bitwise in WAYS.items():
         found += [f"{way}: {words}" for words in differing(on_the_bench(schedule, bitwise=bitwise), rules)]
     return found
 

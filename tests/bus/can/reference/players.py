@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -13,7 +14,7 @@ from tests.bus.can.reference.frames import Heard
 from tests.bus.can.reference.node import Node, Order
 from tests.bus.can.reference.schedule import BIT_NS, Schedule
 from tests.bus.can.reference.wire import Flip, Hold, Wire
-from tests.bus.can.test_two_ways import start_with_counters
+from tests.bus.can.test_two_ways import keep_changing, start_with_counters
 
 
 @dataclass
@@ -30,8 +31,8 @@ class Outcome:
 # canwire
 
 
-def on_the_bench(schedule: Schedule, *, bitwise: bool) -> Outcome:
-    """Bit by bit with a trace of the levels, or in whole frames where the bus chooses to."""
+def on_the_bench(schedule: Schedule, *, bitwise: bool | None) -> Outcome:
+    """Bit by bit with a trace of the levels, in whole frames where the bus chooses to, or (None) now this, now that."""
     outcome = Outcome()
     with Lab() as lab:
         bus = lab.can_bus(bit_rate=500_000, data_bit_rate=2_000_000)
@@ -42,7 +43,9 @@ def on_the_bench(schedule: Schedule, *, bitwise: bool) -> Outcome:
             if member.tec or member.rec:
                 start_with_counters(node, member.tec, member.rec)
             nodes.append(node)
-        if bitwise:
+        if bitwise is None:
+            keep_changing(lab, bus, random.Random(schedule.end_ns))
+        elif bitwise:
             trace(bus, outcome)
         arrange(lab, bus, nodes, schedule)
         for at_ns in schedule.looks:
