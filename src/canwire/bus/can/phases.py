@@ -8,6 +8,7 @@ Source: ISO 11898-1:2015 10.4.6 (interframe space), 8.2.6 (bus integration).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from canwire.bus.can.node import Mailbox, Node
@@ -36,7 +37,7 @@ def hand_back(clock: Clock, origin_ps: int) -> None:
         node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
 
 
-def request(clocks: list[Clock], node: Node, at_ps: int) -> None:
+def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
     """An idle node has something to send: it need not wait for a bit boundary of its own."""
     for clock in clocks:
         station = clock.station
@@ -46,7 +47,7 @@ def request(clocks: list[Clock], node: Node, at_ps: int) -> None:
             clock.sampling = False
 
 
-def resume_frame(clocks: list[Clock]) -> None:
+def resume_frame(clocks: Sequence[Clock]) -> None:
     """Behind an SOF: nobody takes part but those who contend still."""
     for clock in clocks:
         station = clock.station
@@ -54,7 +55,7 @@ def resume_frame(clocks: list[Clock]) -> None:
             station.sof_seen = True
 
 
-def fail_unacknowledged(clocks: list[Clock], sender: Node, box: Mailbox, passive: bool) -> None:
+def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, box: Mailbox, passive: bool) -> None:
     """Where the ACK slot begins: the sender has been told that nobody filled it."""
     for clock in clocks:
         if clock.node is sender:
@@ -63,13 +64,13 @@ def fail_unacknowledged(clocks: list[Clock], sender: Node, box: Mailbox, passive
             clock.due_ps = sender.bit_ps
 
 
-def resume_intermission(clocks: list[Clock], sender: Node) -> None:
+def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
     """Where the intermission behind this sender's frame begins, for all that heard it."""
     for clock in clocks:
         clock.station.resume_intermission(clock.node is sender)
 
 
-def resume(clocks: list[Clock], origin_ps: int, quiet_from_ns: int) -> None:
+def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ns: int) -> None:
     """Go on between frames in the bits that those who wait or are suspended are in."""
     for clock in clocks:
         if clock.station.state == WAITING:
