@@ -153,7 +153,7 @@ def test_the_trace_ends_with_the_bit_that_was_read_wrong() -> None:
     """Everybody reads one bit inverted, and its sender is bus-off by it: the wire is recessive again."""
     scenario = scene(250, end_ns=400_000)
     scenario.sends = [(0, 0, classic(0x100))]
-    scenario.flips = [(22, 1, None)]
+    scenario.flips = [(22, 1, "all")]
     agreed(scenario)
     levels = on_the_bench(scenario, bitwise=True).levels
     assert levels is not None

@@ -82,7 +82,7 @@ def play(first: int, faulty: int) -> Batch:
     found = []
     for seed in range(first, first + AT_ONCE):
         disturbed = seed % DISTURBED_EVERY == 0
-        schedule = schedule_of(seed, frames=FRAMES_A_SCHEDULE, faults=faulty if disturbed else 0)
+        schedule = schedule_of(seed, frames=FRAMES_A_SCHEDULE, faults=faulty if disturbed else 0, roles=True)
         rules = by_the_rules(schedule)
         if words := differences(schedule, rules):
             found.append((seed, words))

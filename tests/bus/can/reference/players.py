@@ -77,9 +77,10 @@ def arrange(lab: Lab, bus: LabBus, nodes: list[LabNode], schedule: Schedule) -> 
     for at_ns, number in schedule.restarts:
         lab.at(at_ns, nodes[number].restart)
     for bit, times, viewer in schedule.flips:
-        bus.faults.flip(bit=bit, times=times, seen_by="all" if viewer is None else nodes[viewer])
-    for at_ns, bits, level, viewer in schedule.holds:
-        seen_by: object = "all" if viewer is None else nodes[viewer]
+        seen_by_whom = viewer if isinstance(viewer, str) else nodes[viewer]
+        bus.faults.flip(bit=bit, times=times, seen_by=seen_by_whom)
+    for at_ns, bits, level, number in schedule.holds:
+        seen_by: object = "all" if number is None else nodes[number]
         bus.faults.hold("recessive" if level else "dominant", at=at_ns, bits=bits, seen_by=seen_by)
     for from_ns, to_ns in schedule.shorts:
         lab.at(from_ns, bus.faults.short)
@@ -150,11 +151,11 @@ def order_all(wire: Wire, nodes: list[Node], schedule: Schedule) -> None:
     for at_ns, number in schedule.restarts:
         wire.at(quanta(at_ns), partial(restart, wire, nodes[number]))
     for bit, times, viewer in schedule.flips:
-        wire.flips.append(Flip(bit, [times], [] if viewer is None else [nodes[viewer]]))
-    for at_ns, bits, level, viewer in schedule.holds:
+        wire.flips.append(Flip(bit, [times], viewer if isinstance(viewer, str) else nodes[viewer]))
+    for at_ns, bits, level, number in schedule.holds:
         ends = quanta(at_ns + bits * BIT_NS)
-        seen_by = [] if viewer is None else [nodes[viewer]]
-        wire.holds.append(Hold(quanta(at_ns), ends, level, seen_by, viewer is None))
+        seen_by = [] if number is None else [nodes[number]]
+        wire.holds.append(Hold(quanta(at_ns), ends, level, seen_by, number is None))
     for from_ns, to_ns in schedule.shorts:
         wire.at(quanta(from_ns), partial(setattr, wire, "shorted", True))
         wire.at(quanta(to_ns), partial(setattr, wire, "shorted", False))

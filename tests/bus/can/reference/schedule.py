@@ -13,7 +13,6 @@ from tests.bus.can.reference.node import Order
 
 STEP_NS = 25
 BIT_NS = 2_000
-NOBODY: int | None = None
 
 
 @dataclass
@@ -35,14 +34,19 @@ class Schedule:
     sends: list[tuple[int, int, Order]] = field(default_factory=list)
     stops: list[tuple[int, int, int]] = field(default_factory=list)  # from, to, node
     restarts: list[tuple[int, int]] = field(default_factory=list)
-    flips: list[tuple[int, int, int | None]] = field(default_factory=list)  # bit, times, node
-    holds: list[tuple[int, int, int, int | None]] = field(default_factory=list)  # at, bits, level, node
+    flips: list[tuple[int, int, int | str]] = field(default_factory=list)  # bit, times, node or "all" ...
+    holds: list[tuple[int, int, int, int | None]] = field(
+        default_factory=list
+    )  # at, bits, level, node or all
     shorts: list[tuple[int, int]] = field(default_factory=list)
     looks: list[int] = field(default_factory=list)
 
 
-def schedule_of(seed: int, *, frames: int = 12, faults: int = 6) -> Schedule:
-    """The scenario of this seed; about so many frames and disturbances."""
+def schedule_of(seed: int, *, frames: int = 12, faults: int = 6, roles: bool = False) -> Schedule:
+    """The scenario of this seed; about so many frames and disturbances.
+
+    `roles`: what one node reads wrong is read so by the sender or by all receivers instead, half of the time.
+    """
     chance = random.Random(seed)
     fd = chance.random() < 0.5
     members = [some_member(chance, k, fd) for k in range(chance.randrange(2, 5))]
@@ -59,6 +63,15 @@ def schedule_of(seed: int, *, frames: int = 12, faults: int = 6) -> Schedule:
     for node in range(len(members)):
         scenario.restarts += [(moment(chance, scenario.end_ns), node) for _ in range(2)]
     scenario.looks = sorted(moment(chance, scenario.end_ns) + 7 for _ in range(40))
+    if roles:
+        scenario.flips = [
+            (
+                bit,
+                times,
+                viewer if viewer == "all" else chance.choice([viewer, viewer, "sender", "receivers"]),
+            )
+            for bit, times, viewer in scenario.flips
+        ]
     return scenario
 
 
@@ -112,7 +125,8 @@ def plan_disturbances(scenario: Schedule, chance: random.Random, count: int, spa
     for _ in range(chance.randrange(count + 1)):
         node = chance.choice([None, *range(len(scenario.members))])
         if chance.random() < 0.5:
-            scenario.flips.append((chance.randrange(140), chance.choice([1, 1, 2, 20]), node))
+            viewer = "all" if node is None else node
+            scenario.flips.append((chance.randrange(140), chance.choice([1, 1, 2, 20]), viewer))
             continue
         at_ns += STEP_NS + moment(chance, max(STEP_NS, 2 * span_ns // count))
         bits = chance.choice([1, 1, 1, 2, 3, 6, 8, 14, 20, 40])

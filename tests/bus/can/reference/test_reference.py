@@ -25,6 +25,12 @@ def test_schedules_with_disturbances_agree(first: int) -> None:
         assert differences(schedule_of(seed, frames=8, faults=8)) == [], f"seed {seed}"
 
 
+@pytest.mark.parametrize("first", range(200, 224, 6))
+def test_bits_that_the_sender_or_all_receivers_read_wrong(first: int) -> None:
+    for seed in range(first, first + 6):
+        assert differences(schedule_of(seed, frames=8, faults=8, roles=True)) == [], f"seed {seed}"
+
+
 # frames, faults: what these found, test_bit_boundaries.py shows more plainly, or says why it is right
 @pytest.mark.parametrize(
     ("seed", "frames", "faults"),

@@ -107,11 +107,11 @@ class Clock:
 
 
 class Flip(NamedTuple):
-    """Bit `index` of the frames on the wire is sampled wrong by these nodes."""
+    """Bit `index` of the frames on the wire is sampled wrong by "all", "sender", "receivers" or one node."""
 
     index: int
     times: list[int]
-    nodes: list[Node]
+    seen_by: str | Node
 
 
 class Hold(NamedTuple):
@@ -188,7 +188,7 @@ class Wire:
         self.holds = [hold for hold in self.holds if hold.ends > self.now]
         wire = DOMINANT if self.shorted else min([clock.out for clock in self.clocks], default=RECESSIVE)
         shown = wire
-        if self.flip is not None and len(self.flip.nodes) == 0:
+        if self.flip is not None and self.flip.seen_by == "all":
             shown = 1 - wire
         for hold in self.holds:
             if hold.everybody and hold.begins <= self.now:
@@ -214,9 +214,10 @@ class Wire:
         held = any(
             hold.begins <= self.now and (hold.everybody or clock.node in hold.nodes) for hold in self.holds
         )
-        if flip is None or self.shorted or held or (flip.nodes and clock.node not in flip.nodes):
+        if flip is None or self.shorted or held:
             return clock.seen
-        return 1 - clock.seen
+        wrong = {"all": True, "sender": clock is self.driver, "receivers": clock is not self.driver}
+        return 1 - clock.seen if wrong.get(flip.seen_by, clock.node is flip.seen_by) else clock.seen
 
     def choose_flip(self, beginning: list[Clock]) -> None:
         """A sender's bit begins: is it to be read wrong? Each frame meets the first flip that it has a bit for."""
