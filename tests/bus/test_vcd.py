@@ -118,11 +118,17 @@ def test_tracing_changes_no_time() -> None:
     assert len(ends[0]) == len(FRAMES)
 
 
-def test_sigrok_reads_the_same_frames(tmp_path: Path) -> None:
+def sigrok_cli() -> str:
+    """The program, or the test is skipped."""
     sigrok = shutil.which("sigrok-cli")
     if sigrok is None:
         assert not os.environ.get("CI"), "CI needs sigrok-cli (Debian: apt-get install sigrok-cli)"
         pytest.skip("sigrok-cli is not installed")
+    return sigrok
+
+
+def test_sigrok_reads_the_same_frames(tmp_path: Path) -> None:
+    sigrok = sigrok_cli()
     trace = tmp_path / "out.vcd"
     traced(trace, FRAMES)
     decoder = "can:nominal_bitrate=500000:fast_bitrate=2000000:sample_point=80"
@@ -135,17 +141,17 @@ def test_sigrok_reads_the_same_frames(tmp_path: Path) -> None:
         env={**os.environ, "HOME": str(tmp_path)},
     )
     expected = [parse_frame(text) for text in FRAMES]
-    assert [_told(block) for block in _blocks(shown.stdout)] == [_told_of(frame) for frame in expected]
+    assert [told(block) for block in blocks_of(shown.stdout)] == [told_of(frame) for frame in expected]
 
 
 Told = tuple[int, bool, bool, bool, int, bytes]
 
 
-def _blocks(text: str) -> list[str]:
+def blocks_of(text: str) -> list[str]:
     return text.split("can-1: Start of frame\n")[1:]
 
 
-def _told(block: str) -> Told:
+def told(block: str) -> Told:
     """Identifier, extended, remote, FD, DLC and data as sigrok saw them."""
     fields = dict(_FIELD.findall(block))
     fd = fields.get("Flexible data format") == "1"
@@ -159,5 +165,5 @@ def _told(block: str) -> Told:
     return int(id), extended, remote, fd, int(fields["Data length code"]), bytes.fromhex("".join(data))
 
 
-def _told_of(frame: Frame) -> Told:
+def told_of(frame: Frame) -> Told:
     return frame.id, frame.extended, frame.remote, frame.fd, frame.dlc, frame.data

@@ -116,7 +116,9 @@ def stuff_errors(kind: str, specs: list[Spec], *, data_bits: int | None = None) 
             if spec.fd and (len(plain) > 16 or bits.names[at] == "CRC"):
                 continue
             scene = Scene(kind, spec.fd, tec=200 if spec.esi else 0)
-            exempt = bits.names[at] in ("ID", "EXT", "RTR", "SRR", "IDE") and bits.levels[at] == "1"
+            # rule 3 spares stuff bits before RTR; what stands before IDE stands behind a base frame's RTR
+            arbitration = ("ID", "EXT", "RTR", "SRR", *(["IDE"] if spec.extended else []))
+            exempt = bits.names[at] in arbitration and bits.levels[at] == "1"
             disturb_sender(scene, bits, at)
             tec = (200 if spec.esi else 0) + (0 if exempt else 8)
             scene.counters(max(0, tec - 1), 0).play(received=[])

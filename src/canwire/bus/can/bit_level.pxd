@@ -1,7 +1,7 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire.bus.can.echo cimport Echo
-from canwire.bus.can.node cimport Mailbox, Node
+from canwire.bus.can.node cimport Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
 from canwire.bus.can.stimulus cimport Stimulus
@@ -9,7 +9,7 @@ from canwire.bus.can.stimulus cimport Stimulus
 cdef int _FRAME, _QUIET, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
 cdef long long _NEVER
 cdef int _FREE
-cdef int _RES_FIELD, _MARGIN_BITS
+cdef int _RES_FIELD
 
 @cython.final
 cdef class Clock:
@@ -17,7 +17,7 @@ cdef class Clock:
     cdef public Node node
     cdef public long long start_ps, due_ps, edge_ps, check_ps
     cdef public int forced, seen
-    cdef public bint sampling, synchronised, data_rate, free
+    cdef public bint sampling, synchronised, data_rate, free, joins
     cdef public Echo echo
 
     cdef long long bit_ps(self) noexcept
@@ -28,7 +28,7 @@ cdef class Clock:
     cpdef void check(self, int level, long long at_ps) except *
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1
-    @cython.locals(station=Station, state=int, idle=bint, third_bit=bint)
+    @cython.locals(station=Station, state=int, idle=bint, behind=bint)
     cpdef void edge(self, long long at_ps) except *
     cdef int _restart_bit(self, long long at_ps) except -1
     @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
@@ -44,11 +44,10 @@ cdef class BitLevel:
     cdef bint _stepping, _forcing
     cdef public object capture, disturb, watch
     cdef public list stimuli
-    cdef long long _change_ps
+    cdef long long _change_ps, _asked_ps, _fell_ps
     cdef public Node victim
     cdef int _wire, _shown, _flip, _forced
     cdef Clock _flip_sender
-    cdef Node _reference
 
     @cython.locals(clock=Clock)
     cpdef int stimulate(self, Stimulus stimulus, long long at_ps) except -1
@@ -56,12 +55,6 @@ cdef class BitLevel:
     cpdef unsigned long long at_ns(self, long long at_ps) noexcept
     @cython.locals(soonest="long long", clock=Clock)
     cpdef long long next_ps(self) noexcept
-    @cython.locals(clock=Clock, station=Station)
-    cpdef int resume_frame(self) except -1
-    @cython.locals(clock=Clock)
-    cpdef int fail_unacknowledged(self, Node sender, Mailbox box, bint passive) except -1
-    @cython.locals(clock=Clock, node=Node, quiet_ns="long long", run="long long")
-    cpdef int resume_intermission(self, Node sender, long long quiet_from_ns) except -1
     @cython.locals(clock=Clock)
     cpdef int activity(self, Node node) except -1
     cpdef int step(self) except -1
@@ -69,9 +62,13 @@ cdef class BitLevel:
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cdef int _begin_bits(self, long long at_ps) except -1
+    @cython.locals(station=Station, idle=bint)
     cdef int _begin_bit(self, Clock clock, long long at_ps) except -1
+    cdef bint _dominant_before(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef bint resting(self) except -1
+    @cython.locals(common="long long", due="long long", clock=Clock)
+    cdef bint _free_together(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)
     cdef int _settle(self, long long at_ps) except -1
     @cython.locals(driver=Clock, clock=Clock, fell=bint, arrives="long long")
@@ -87,7 +84,7 @@ cdef class BitLevel:
     @cython.locals(level=int, other=Clock)
     cdef int _undisturbed_level(self, Clock clock, long long at_ps) except -1
     cdef bint _flipped_for(self, Clock clock) except -1
-    @cython.locals(sender=Clock)
+    @cython.locals(sender=Clock, driver=Clock)
     cdef void _begin_disturbance(self) except *
-    @cython.locals(found=Clock, clock=Clock)
+    @cython.locals(found=Clock, clock=Clock, sends=bint)
     cdef Clock _first_sender(self)

@@ -12,9 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from canwire.bus.can import phases
 from canwire.bus.can.echo import Echo
 from canwire.bus.can.frame_reader import RES
-from canwire.bus.can.node import QUIET, Mailbox, Node
+from canwire.bus.can.node import QUIET, Node
 from canwire.bus.can.station import (
     FRAME,
     IDLE,
@@ -32,9 +33,7 @@ from canwire.timeline import NEVER
 _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
 _KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
 _NEVER, _QUIET = NEVER, QUIET
-_FREE = FREE
-_RES_FIELD = RES
-_MARGIN_BITS = 16
+_FREE, _RES_FIELD = FREE, RES
 
 # who sees a disturbed bit
 EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
@@ -50,6 +49,7 @@ class Clock:
         self.due_ps = at_ps  # of its next bit boundary or sample point
         self.sampling = False
         self.synchronised = False
+        self.joins = False  # it begins its SOF with somebody else's
         self.edge_ps = _NEVER  # of an edge still on its way
         self.check_ps = _NEVER  # of a second sample point, or of the end of what an edge has to last
         self.forced = _FREE  # a stimulus puts this level in front of its receiver
@@ -68,6 +68,7 @@ class Clock:
         """A bit boundary: `out` may change."""
         self.start_ps = at_ps
         self.sampling = True
+        self.joins = False
         self.due_ps = at_ps + self.sample_ps()
         self.station.begin_bit()
         self.echo.drive(self.station.out, at_ps)
@@ -116,15 +117,18 @@ class Clock:
                 self.check_ps = at_ps + 2 * self.node.quantum_ps
                 return
             station.run = 0
+            station.sof_seen = station.rejoined
             self._restart_bit(at_ps)
             return
         if self.echo.takes(at_ps) or self.synchronised or station.last_sample == 0:
             return
         idle = state == _IDLE or state == _SUSPEND
-        third_bit = state == _INTERMISSION and self.sampling and station.left == 1
-        if idle or third_bit:
+        # of the intermission: all but its first bit
+        behind = state == _INTERMISSION and station.left <= (2 if self.sampling else 1)
+        if idle or behind:
             # an SOF behind the last sample of the intermission is joined by those who have one to send themselves
-            station.sof_seen = not (station.just_free and state == _IDLE and station.ready_to_send())
+            self.joins = station.just_free and state == _IDLE and station.ready_to_send()
+            station.sof_seen = idle and not self.joins
             self._restart_bit(at_ps)
         elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
             self._restart_bit(at_ps)
@@ -158,7 +162,7 @@ class BitLevel:
     """Runs the stations of one bus until all of them rest.
 
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
-    is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the first
+    is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the
     sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
     already, and well. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does not rest.
     """
@@ -186,44 +190,19 @@ class BitLevel:
         self._change_ps = _NEVER
         self._flip = -1
         self._flip_sender: Clock | None = None
-        self._reference: Node | None = None
+        self._asked_ps = self._fell_ps = -1
 
-    def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int, reference: Node | None) -> None:
+    def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int) -> None:
         """Take over at an instant when the bus is idle and every node is at a bit boundary."""
         self.origin_ns = origin_ns
         self.origin_ps = origin_ps
         self.now_ps = 0
         self.clocks = []
         self._wire = 1
-        self._flip = -1
-        self._reference = reference
+        self._flip = self._asked_ps = self._fell_ps = -1
         self.tally.erring = False
         for node in nodes:
             self.add(node, 0)
-
-    def resume_frame(self) -> None:
-        """After `enter` where a frame begins: nobody takes part but those who contend still."""
-        for clock in self.clocks:
-            station = clock.station
-            if station.contending is None and station.state == _IDLE:
-                station.sof_seen = True
-
-    def fail_unacknowledged(self, sender: Node, box: Mailbox, passive: bool) -> None:
-        """After `enter` where the ACK slot begins: the sender has been told that nobody filled it."""
-        for clock in self.clocks:
-            if clock.node is sender:
-                clock.station.fail_unacknowledged(box, passive)
-                clock.sampling = False
-                clock.due_ps = sender.bit_ps
-
-    def resume_intermission(self, sender: Node, quiet_from_ns: int) -> None:
-        """After `enter` where an intermission begins: the bus was recessive from `quiet_from_ns` on."""
-        for clock in self.clocks:
-            node = clock.node
-            quiet_ns = self.origin_ns - max(node.waiting_from_ns, quiet_from_ns)
-            # rounded to bits in spite of whole nanoseconds; from -3 on, never negative in between
-            run = (quiet_ns * 1000 + (_MARGIN_BITS * 8 + 1) * node.bit_ps // 8) // node.bit_ps - _MARGIN_BITS
-            clock.station.resume_intermission(node is sender, run)
 
     def add(self, node: Node, at_ps: int) -> None:
         """A node comes to the bus; it starts out as its `on_bus` and `waiting` say."""
@@ -234,6 +213,8 @@ class BitLevel:
             station.counted = node.counted_ns == self.origin_ns
         station.now_ns = self.at_ns(at_ps)
         self.clocks.append(Clock(station, at_ps))
+        if self._forcing:
+            self._change_ps = min(self._change_ps, at_ps)  # it sees what is forced already
 
     def refresh(self, nodes: list[Node], at_ps: int) -> None:
         """Nodes have come, gone, been started or stopped."""
@@ -253,6 +234,7 @@ class BitLevel:
                     clock.echo.drive(1, self.now_ps)
             if node.waiting and node.waiting_from_ns == self.at_ns(self.now_ps):
                 station.run = 0
+                clock.due_ps, clock.sampling = self.now_ps, False  # it begins to count with a bit of its own
         for node in nodes:
             if node not in known:
                 self.add(node, self.now_ps)
@@ -284,19 +266,6 @@ class BitLevel:
         for clock in self.clocks:
             soonest = min(soonest, clock.due_ps, clock.edge_ps, clock.check_ps)
         return soonest
-
-    def request(self, node: Node, at_ps: int) -> None:
-        """An idle node has something to send: it need not wait for a bit boundary of its own."""
-        for clock in self.clocks:
-            station = clock.station
-            if (
-                clock.node is node
-                and station.state == _IDLE
-                and not station.sof_seen
-                and clock.start_ps != at_ps
-            ):
-                clock.due_ps = at_ps
-                clock.sampling = False
 
     def transmits(self, node: Node) -> bool:
         """This node sends, or sent what its error flag now ends."""
@@ -330,11 +299,12 @@ class BitLevel:
                     self._begin_bit(clock, at_ps)
         if sent:
             self._begin_bits(at_ps)
+        if changed:
+            self._begin_disturbance()
         if self._change_ps <= at_ps:
             self._force(at_ps)
             changed = True
         if changed:
-            self._begin_disturbance()
             self._settle(at_ps)
         if self._forcing:
             self._look_for_edges(at_ps)
@@ -356,36 +326,55 @@ class BitLevel:
                 self._begin_bit(clock, at_ps)
 
     def _begin_bit(self, clock: Clock, at_ps: int) -> None:
-        clock.begin_bit(at_ps)
+        station = clock.station
+        idle = (station.state == _IDLE or station.rejoined) and not clock.joins and not station.sof_seen
+        if idle and self._dominant_before(clock, at_ps):
+            station.sof_seen = True  # whatever became of the edge: no SOF onto a dominant wire
+            clock.begin_bit(at_ps)
+            station.sof_seen = False
+        else:
+            clock.begin_bit(at_ps)
         if self.watch is not None:
             self.watch(clock, self.offset_ps() + at_ps)
 
+    def _dominant_before(self, clock: Clock, at_ps: int) -> bool:
+        """What a node saw last, before this instant."""
+        if clock.forced != _FREE:
+            return clock.forced == 0
+        if self.delay_ps == 0 or self.shorted:
+            return self._wire == 0 and self._fell_ps < at_ps
+        return self._undisturbed_level(clock, at_ps - 1) == 0
+
     def resting(self) -> bool:
         """Nothing is under way on the wire."""
-        if self.shorted or self._wire == 0 or self._forcing or self.pinned:
+        if self.shorted or self._wire == 0 or self._shown == 0 or self._forcing or self.pinned:
             return False
         for clock in self.clocks:
             if not clock.station.resting() or clock.edge_ps != _NEVER:
                 return False
+        return self._free_together()
+
+    def _free_together(self) -> bool:
+        """Everybody's intermission ends at the same boundary, or has ended: nobody may send before another."""
+        common = _NEVER
+        for clock in self.clocks:
+            if clock.station.state != _WAITING and not clock.node.listen_only:
+                due = clock.due_ps if clock.station.just_free else -1
+                if common != _NEVER and due != common:
+                    return False
+                common = due
         return True
 
     def leave(self) -> None:
         """Hand back to the nodes what only stations know: suspend times, and where waiting ones stand.
 
-        The bus is free from `now_ps` on: the bit boundary that the last station is about to reach. Nobody waits
-        for one that only listens.
+        The bus is free from `now_ps` on: the bit boundary that all of them are about to reach, or have reached before.
         """
         for clock in self.clocks:
-            waits = clock.station.state == _WAITING or clock.node.listen_only
-            if not waits and clock.due_ps > self.now_ps:
+            if clock.station.state == _SUSPEND or clock.station.state == _WAITING:
+                phases.hand_back(clock, self.offset_ps())
+            if clock.station.just_free and not clock.node.listen_only and clock.due_ps > self.now_ps:
                 self.now_ps = clock.due_ps
-        at_ns = self.at_ns(self.now_ps)
-        for clock in self.clocks:
-            station, node = clock.station, clock.node
-            if station.state == _SUSPEND:
-                node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
-            elif station.state == _WAITING:
-                node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
         self.clocks = []
 
     def _settle(self, at_ps: int) -> None:
@@ -400,6 +389,8 @@ class BitLevel:
             self._shown = shown
             if self.capture is not None:
                 self.capture(self.origin_ps + at_ps + self.origin_ns * 1000, shown)
+        if wire == 0 and self._wire == 1:
+            self._fell_ps = at_ps
         if wire == 0 and (self._wire == 1 or self.delay_ps):
             self._send_edges(at_ps)
         self._wire = wire
@@ -478,23 +469,28 @@ class BitLevel:
         return (clock is self._flip_sender) == (self._flip == SENDER)
 
     def _begin_disturbance(self) -> None:
-        """Ask `disturb` about the bit that the first sender has just begun to drive."""
+        """Ask `disturb` about the bit that the sender has just begun to drive."""
         if self.disturb is None:
             return
         sender = self._first_sender()
         if sender is None:
-            self._flip = -1
-        elif sender.start_ps == self.now_ps:
+            driver = self._flip_sender  # an error has ended its frame, but not yet its bit
+            if driver is None or driver.start_ps == self.now_ps or driver not in self.clocks:
+                self._flip = -1
+        elif sender.start_ps == self.now_ps and (
+            self._asked_ps != self.now_ps or sender is not self._flip_sender
+        ):
+            self._asked_ps = self.now_ps  # once, whoever else begins a bit now
             self._flip_sender = sender
             self._flip = self.disturb(sender.node, sender.station.index)
             if self._flip >= 0 and self._flipped_for(sender) and sender.forced == _FREE:
                 sender.echo.invert()
 
     def _first_sender(self) -> Clock | None:
+        """Of those that still contend, the one that will win."""
         found = None
         for clock in self.clocks:
-            if clock.station.transmitting and clock.station.state == _FRAME:
-                if clock.node is self._reference:
-                    return clock
-                found = found or clock
+            sends = clock.station.transmitting and clock.station.state == _FRAME
+            if sends and (found is None or clock.station.sent.key < found.station.sent.key):
+                found = clock
         return found

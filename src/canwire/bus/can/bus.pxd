@@ -37,7 +37,7 @@ cdef class CanBus(BusState):
     cdef unsigned long long _next_start(self) except? 0
 
     @cython.final
-    @cython.locals(sender=Node, lowest="unsigned long long", rivals=int, collision=bint, keen=bint, tainted=bint,
+    @cython.locals(sender=Node, lowest="unsigned long long", rivals=int, collision=bint, keen=bint, tainted=bint, joins=bint,
                    node=Node, box=Mailbox, key="unsigned long long")
     cdef bint _start(self, unsigned long long start_ns) except -1
 

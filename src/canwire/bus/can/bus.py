@@ -15,6 +15,7 @@ from functools import partial
 
 from canwire.bus.can import bits as can_bits
 from canwire.bus.can import node as seam
+from canwire.bus.can import phases
 from canwire.bus.can.bus_state import BITWISE, ERRING, REST, SENDING, BusState
 from canwire.bus.can.in_step import all_follow
 from canwire.bus.can.node import Mailbox, Node
@@ -77,7 +78,7 @@ class CanBus(BusState):
 
     def poll(self, node: Node) -> None:
         if self._state == _BITWISE:
-            self.bits.request(node, self._elapsed_ps())
+            phases.request(self.bits.clocks, node, self._elapsed_ps())
         self.timeline.interrupted = True
 
     def changed(self) -> None:
@@ -119,13 +120,13 @@ class CanBus(BusState):
             for node in self._members:
                 self.catch_up(node)
             self._enter_bitwise()
-            self.bits.resume_frame()
+            phases.resume_frame(self.bits.clocks)
             if self.noise_left >= 0:
                 self.noise_left += self._noise_taken
             self._replay()
         elif self._state == _ERRING:
             self._enter_at(self._end_ps - _ACK_SLOT_TO_FREE * self._sender.bit_ps)
-            self.bits.fail_unacknowledged(self._sender, self._box, self._flag_passive)
+            phases.fail_unacknowledged(self.bits.clocks, self._sender, self._box, self._flag_passive)
             self._replay()
 
     def _replay(self) -> None:
@@ -144,8 +145,7 @@ class CanBus(BusState):
         else:
             self.interrupt()
         self.bits.shorted = shorted
-        if self._state == _BITWISE:
-            self.bits.refresh(self._stations(), self._elapsed_ps())
+        self.bits.refresh(self._stations() if self._state == _BITWISE else [], self._elapsed_ps())
         self.timeline.interrupted = True
 
     def stimulate(self, stimulus: Stimulus) -> None:
@@ -165,13 +165,14 @@ class CanBus(BusState):
         self._rouse(now_ns)
         if now_ns >= self._free_ns or not self._members:
             self._begin_at(max(now_ns, self._free_ns))
-            self._joining.count(self._start_ns)
             self._enter_bitwise()
+            phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from_ns)
             return
         self._start_ns = self._busy_from_ns = self._free_ns
         bit_ps = self._members[0].bit_ps if sender is self._nobody else sender.bit_ps
         self._enter_at(self._free_ps - _INTERMISSION * bit_ps)
-        self.bits.resume_intermission(sender, self._joining.quiet_from_ns)
+        phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from_ns)
+        phases.resume_intermission(self.bits.clocks, sender)
         self._replay()
 
     def busy(self) -> bool:
@@ -290,13 +291,12 @@ class CanBus(BusState):
         self._begin_at(start_ns)
         self._sender = sender
         self._rivals = rivals
-        if self._waiting:
-            self._joining.count(start_ns)
+        joins = self._waiting and self._joining.count(start_ns)
         if self._sleeping:
             self._rouse(start_ns)
         if collision:
             self.collisions += 1
-        if collision or self.bitwise or not self._alike or not self._skippable():
+        if collision or self.bitwise or joins or not self._alike or not self._skippable():
             self._enter_bitwise()
         else:
             self._time_frame()
@@ -410,6 +410,7 @@ class CanBus(BusState):
         sender.read_dominant = False
         extra = 7 if box.words[1] >> 32 & _FD else 8
         sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self.timeline.now_ns)
+        sender.contending = None
 
     def _end_error_frame(self) -> None:
         sender = self._sender
@@ -417,7 +418,6 @@ class CanBus(BusState):
         self._free_ns = self._end_ns
         self._free_ps = self._end_ps % 1000
         self.load.add(self._busy_from_ns, self._free_ns)
-        sender.contending = None
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * sender.bit_ps // 1000
 
@@ -452,14 +452,14 @@ class CanBus(BusState):
         bits = self.bits
         bits.delay_ps = self.delay_ps
         self._state = _BITWISE
-        bits.enter(self._stations(), self._start_ns, self._free_ps, self._sender)
+        bits.enter(self._stations(), self._start_ns, self._free_ps)
 
     def _enter_at(self, at_ps: int) -> None:
         """The same, so long after `_start_ns`."""
         self._state = _BITWISE
         self.bits.delay_ps = self.delay_ps
         origin_ps = self._start_ns * 1000 + at_ps
-        self.bits.enter(self._stations(), origin_ps // 1000, origin_ps % 1000, self._sender)
+        self.bits.enter(self._stations(), origin_ps // 1000, origin_ps % 1000)
 
     def _run_bits(self, limit_ns: int) -> bool:
         """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""

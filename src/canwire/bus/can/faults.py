@@ -61,6 +61,8 @@ class Faults(Forcing):
         self._noises: list[Noise] = []
         self._noise = 0.0
         self._active: tuple[Fault, int] | None = None
+        self._sender_seen: Node | None = None
+        self._index_seen = 0
         bus.bits.disturb = self._disturb
 
     def __repr__(self) -> str:
@@ -190,6 +192,10 @@ class Faults(Forcing):
     def _disturb(self, node: Node, index: int) -> int:
         """Who sees the bit inverted that the sender now drives, or -1."""
         bus = self._bus
+        begins = (
+            node is not self._sender_seen or index <= self._index_seen
+        )  # one that joins an SOF begins at bit 1
+        self._sender_seen, self._index_seen = node, index
         if bus.noise_left >= 0:
             bus.noise_left -= 1
             if bus.noise_left < 0:
@@ -201,7 +207,7 @@ class Faults(Forcing):
         if not self._faults:
             self._active = None  # what a fault that comes in mid-frame must not find
             return -1
-        if index == 0:
+        if begins:
             self._choose(node)
         if self._active is None or self._active[1] != index:
             return -1

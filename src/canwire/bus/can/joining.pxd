@@ -15,8 +15,8 @@ cdef class Joining:
     cdef int join(self, unsigned long long at_ns) except -1
     @cython.locals(since="unsigned long long", past_ps="unsigned long long")
     cdef int groups(self, Node node, unsigned long long at_ns) except -1
-    @cython.locals(node=Node)
-    cdef int count(self, unsigned long long start_ns) except -1
+    @cython.locals(node=Node, enough=bint)
+    cdef bint count(self, unsigned long long start_ns) except -1
     @cython.locals(node=Node)
     cdef int restart(self) except -1
     cdef unsigned long long _quiet_since(self, Node node) noexcept

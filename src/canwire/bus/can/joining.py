@@ -44,11 +44,14 @@ class Joining:
         past_ps = (at_ns - since) * 1000 + node.bit_ps - node.sample_ps
         return node.sequences + (past_ps - 1) // (11 * node.bit_ps)
 
-    def count(self, start_ns: int) -> None:
-        """An SOF ends the recessive time: whole runs of 11 bits count, the rest is lost."""
+    def count(self, start_ns: int) -> bool:
+        """An SOF ends the recessive time: whole runs of 11 bits count, the rest is lost. True if one has enough."""
+        enough = False
         for node in self.nodes:
             if node.waiting:
                 node.sequences = self.groups(node, start_ns)
+                enough = enough or node.sequences >= node.waiting
+        return enough
 
     def restart(self) -> None:
         """The bus is recessive again since `quiet_from_ns`."""

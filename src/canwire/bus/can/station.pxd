@@ -37,7 +37,7 @@ cdef class Station:
     cpdef bint transmits(self) noexcept
     cpdef int activity(self) except -1
     cpdef int fail_unacknowledged(self, Mailbox box, bint passive) except -1
-    cpdef int resume_intermission(self, bint sent, int run) except -1
+    cpdef int resume_intermission(self, bint sent) except -1
     cpdef bint resting(self) except -1
     cpdef int wait_for_bus(self) except -1
     @cython.locals(node=Node, box=Mailbox)

@@ -66,16 +66,16 @@ class Station:
         self.out = 1
         self.last_sample = 1
         self.rate_change = 0
-        self.fast = False
-        self.sof_seen = False
-        self.transmitting = False
+        self.fast = self.transmitting = False
         self.index = 0
         self.run = 0
         self.box = Mailbox()
         self.contending = node.contending
         self.sent = self.box
         self.levels = b""
-        self.just_free = self.finished = self.rejoined = False
+        self.just_free = self.finished = False
+        # the last bit that it waited for has been sampled, and an SOF comes before it is over
+        self.rejoined = self.sof_seen = bool(node.waiting) and node.sequences >= node.waiting
         self.overload = self.flagged = self.counted = False
         self.tec_due = False
         self.left = 0
@@ -158,12 +158,10 @@ class Station:
         self.tec_due = passive
         self._begin_flag(_PASSIVE_FLAG if passive else _ACTIVE_FLAG)
 
-    def resume_intermission(self, sent: bool, run: int) -> None:
-        """Go on behind a frame that was stepped over; one who waits has seen `run` recessive bits."""
+    def resume_intermission(self, sent: bool) -> None:
+        """Go on behind a frame that was stepped over."""
         self.contending = None
-        if self.state == _WAITING:
-            self.run = run
-        else:
+        if self.state != _WAITING:
             self.state = _INTERMISSION
             self.transmitting = sent
             self.left = 3
@@ -179,7 +177,7 @@ class Station:
     def wait_for_bus(self) -> None:
         """Leave whatever was going on; the node looks for 11 recessive bits."""
         self.state = _WAITING
-        self.transmitting = self.flagged = self.sof_seen = self.finished = False
+        self.transmitting = self.flagged = self.sof_seen = self.finished = self.just_free = False
         self.run = 0
 
     def _offer(self) -> None:
@@ -241,8 +239,7 @@ class Station:
                 self._overload()
             elif self.ready_to_send() and not (self.transmitting and self.node.passive):
                 self._transmit_offer()  # the third bit is somebody's SOF, and counts as its own too
-                self.out = 0
-                self._frame_bit(0)
+                self._take_bit(0, False)
             else:
                 self._start_receiving()
         elif self.left == 0:
@@ -310,11 +307,13 @@ class Station:
     def _tolerated(self, level: int, stuff_bit: bool) -> bool:
         """A sender reads another level than it drives: False when that was an error."""
         field = self.reader.field
-        if level == 0:
+        if level == 0 and stuff_bit:
+            # spared up to RTR: behind it comes IDE, which a base frame's sender drives dominant
+            if _BASE <= field <= _RTR2 and (field != _IDE or self.levels[self.index + 1] == 1):
+                self._error(_STUFF, self.index, exempt=True)
+                return False
+        elif level == 0:
             if _BASE <= field <= _RTR2:
-                if stuff_bit:
-                    self._error(_STUFF, self.index, exempt=True)
-                    return False
                 self._lose()
                 return True
             if field == _ACK or (field == _ACK_DELIMITER and self.reader.fd):
@@ -416,6 +415,7 @@ class Station:
         node.read_dominant = self.last_sample == 0
         self._begin_error_flag(passive)
         node.error(kind, bit, self.transmitting, rule, self.now_ns)
+        node.contending = None  # a further error, in the delimiter, is not this frame's
         self._leave_if_off()
 
     def _begin_error_flag(self, passive: bool) -> None:

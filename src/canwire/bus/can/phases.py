@@ -1,0 +1,115 @@
+"""Where everybody's own bits begin: when a bus comes to rest, and when it goes down to the bit level in their middle.
+
+Between frames nodes need not be in step: after an error in a data phase each counts from its own sample point.
+bus.py and bit_level.py ask, once or twice a frame.
+
+Source: ISO 11898-1:2015 10.4.6 (interframe space), 8.2.6 (bus integration).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.station import IDLE, SUSPEND, WAITING, Station
+
+_GROUP = 11
+
+
+class Clock(Protocol):
+    """What matters here of bit_level.py's."""
+
+    station: Station
+    node: Node
+    start_ps: int
+    due_ps: int
+    sampling: bool
+
+
+def hand_back(clock: Clock, origin_ps: int) -> None:
+    """To a node what only its station knows; bits count from the boundary up to which it has sampled them."""
+    station, node = clock.station, clock.node
+    at_ns = (origin_ps + (clock.start_ps if clock.sampling else clock.due_ps)) // 1000
+    if station.state == SUSPEND:
+        node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
+    elif station.state == WAITING:
+        node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
+
+
+def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
+    """An idle node has something to send: it need not wait for a bit boundary of its own."""
+    for clock in clocks:
+        station = clock.station
+        idle = station.state == IDLE and not station.sof_seen and not station.just_free
+        if clock.node is node and idle and clock.start_ps != at_ps:
+            clock.due_ps = at_ps
+            clock.sampling = False
+
+
+def resume_frame(clocks: Sequence[Clock]) -> None:
+    """Behind an SOF: nobody takes part but those who contend still."""
+    for clock in clocks:
+        station = clock.station
+        if station.contending is None and station.state == IDLE:
+            station.sof_seen = True
+
+
+def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, box: Mailbox, passive: bool) -> None:
+    """Where the ACK slot begins: the sender has been told that nobody filled it."""
+    for clock in clocks:
+        if clock.node is sender:
+            clock.station.fail_unacknowledged(box, passive)
+            clock.sampling = False
+            clock.due_ps = sender.bit_ps
+
+
+def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
+    """Where the intermission behind this sender's frame begins, for all that heard it."""
+    for clock in clocks:
+        clock.station.resume_intermission(clock.node is sender)
+
+
+def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ns: int) -> None:
+    """Go on between frames in the bits that those who wait or are suspended are in."""
+    for clock in clocks:
+        if clock.station.state == WAITING:
+            resume_waiting(clock, origin_ps, quiet_from_ns)
+        elif clock.station.state == IDLE:
+            resume_suspended(clock, origin_ps)
+
+
+def resume_waiting(clock: Clock, origin_ps: int, quiet_from_ns: int) -> None:
+    """Its recessive bits began when the bus was quiet, and the node there."""
+    station, node = clock.station, clock.node
+    elapsed_ps = origin_ps - max(node.waiting_from_ns, quiet_from_ns) * 1000
+    if elapsed_ps <= 0:
+        clock.due_ps = -elapsed_ps
+        return
+    seen = _place(clock, elapsed_ps)
+    node.sequences += seen // _GROUP
+    station.run = seen % _GROUP
+    station.rejoined = bool(node.waiting) and node.sequences >= node.waiting
+
+
+def resume_suspended(clock: Clock, origin_ps: int) -> None:
+    """Its last bit ends when it may send."""
+    station, node = clock.station, clock.node
+    missing_ps = node.suspended_ns * 1000 - origin_ps
+    if missing_ps <= 0:
+        return
+    bits = -(-missing_ps // node.bit_ps)
+    station.left = bits - _place(clock, bits * node.bit_ps - missing_ps)
+    if station.left:
+        station.state = SUSPEND
+
+
+def _place(clock: Clock, elapsed_ps: int) -> int:
+    """Put a clock so long behind a boundary; how many bits it has sampled since then."""
+    node = clock.node
+    bits, offset_ps = divmod(elapsed_ps, node.bit_ps)
+    sampled = offset_ps > node.sample_ps  # at the very sample point it is about to
+    clock.start_ps = -offset_ps
+    clock.sampling = offset_ps > 0 and not sampled
+    clock.due_ps = (node.sample_ps if clock.sampling else node.bit_ps if offset_ps else 0) - offset_ps
+    return int(bits + sampled)
