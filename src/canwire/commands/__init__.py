@@ -45,6 +45,7 @@ VERBS = {
     ),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
+    "run": Verb("canwire.commands.socketcan.run", "run a program that speaks SocketCAN on buses of the hub"),
     "slcan": Verb(
         "canwire.commands.slcan", "play a CANBUS dongle, for programs that use serial CAN adapters"
     ),

@@ -1,0 +1,112 @@
+"""How a program is started so that it finds its server, which is nobody's child and ends after it.
+
+The process that was asked for becomes the program itself: its process id, signals, exit status, terminal and job
+control are the program's own. The server is a grandchild in a session of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from canwire import CanwireError, Unsupported
+
+DIRECTORY_VARIABLE = "CANWIRE_SOCKETCAN"
+_LONGEST_PATH = 90  # of a socket there, below what struct sockaddr_un holds
+
+Serving = Callable[[str, int, Callable[[], object]], object]
+"""Called in the server's process: directory, the program's pidfd, and what to call when programs can come."""
+
+
+def shim() -> str:
+    """The shared object that is preloaded; raises Unsupported where it was not built."""
+    found = sorted(Path(__file__).parent.glob("_shim*.so"))
+    if sys.platform != "linux" or not found:
+        raise Unsupported(
+            "the SocketCAN shim is not here: it is built with canwire on Linux where a C compiler is found"
+        )
+    return str(found[0])
+
+
+def environment(directory: str) -> dict[str, str]:
+    """For the program."""
+    preloaded = [shim(), *filter(None, [os.environ.get("LD_PRELOAD")])]
+    return {**os.environ, "LD_PRELOAD": ":".join(preloaded), DIRECTORY_VARIABLE: directory}
+
+
+def launch(program: str, arguments: list[str], serving: Serving) -> None:
+    """Become the program, once its server is ready; does not return. Raises CanwireError, OSError before that."""
+    directory = tempfile.mkdtemp(prefix="canwire-run-", dir=_place())
+    variables = environment(directory)
+    complaint = _start(directory, serving)
+    if complaint:
+        raise CanwireError(complaint)
+    sys.stdout.flush()
+    os.execvpe(program, [program, *arguments], variables)
+
+
+def _place() -> str | None:
+    """Where sockets belong, if its name is short enough for one."""
+    runtime = os.environ.get("XDG_RUNTIME_DIR")
+    return runtime if runtime and os.path.isdir(runtime) and len(runtime) < _LONGEST_PATH - 30 else None
+
+
+def _start(directory: str, serving: Serving) -> str:
+    """Have the server run; what keeps it from that, "" if nothing does."""
+    program = os.pidfd_open(os.getpid())
+    reading, writing = os.pipe()
+    middle = os.fork()
+    if middle == 0:
+        os.close(reading)
+        if os.fork() == 0:
+            _serve(directory, serving, program, writing)
+        os._exit(0)
+    os.close(writing)
+    os.close(program)
+    os.waitpid(middle, 0)
+    with os.fdopen(reading, "rb") as pipe:
+        told = pipe.read().decode()
+    return "" if told == _READY else told or "its server ended without a word"
+
+
+_READY = "ready"
+
+
+def _serve(directory: str, serving: Serving, program: int, writing: int) -> None:
+    """The server's process from beginning to end."""
+    status = 0
+    telling = os.fdopen(writing, "wb", buffering=0)
+
+    def ready() -> None:
+        telling.write(_READY.encode())
+        telling.close()
+
+    try:
+        os.setsid()
+        _let_go_of_terminal()
+        serving(directory, program, ready)
+    except (CanwireError, OSError) as error:
+        status = 2
+        if telling.closed:
+            print(f"canwire: {error}", file=sys.stderr)
+        else:
+            telling.write(str(error).encode())
+    except BaseException:
+        status = 1
+        sys.excepthook(*sys.exc_info())
+    finally:
+        shutil.rmtree(directory, ignore_errors=True)
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def _let_go_of_terminal() -> None:
+    """Whoever reads the program's output need not wait for the server's end."""
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nowhere, 0)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
