@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING
 
 from canwire import Event, HubError
 from canwire.socketcan.batches import BatchReceiver, BatchSender
-from canwire.socketcan.constants import CAN_RAW, TYPE_OF_PROTOCOL
+from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
 from canwire.socketcan.control import Asked, Control, Request
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, Loop
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.setting import Setting
 from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.sockets.bcm import BcmSocket
+from canwire.socketcan.sockets.isotp import IsoTpSocket
+from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.sockets.raw import RawSocket
 from canwire.socketcan.table import Table
 
@@ -141,6 +144,9 @@ class Server:
         elif request.operation == GET_OPTION:
             asked.answer(0, found.get_option(request.a, request.b))
             return
+        elif isinstance(found, MessageSocket):
+            found.sent(request.data, request.a, bool(request.b), asked)
+            return
         else:
             raise refuse(errno.EOPNOTSUPP)
         asked.answer(0)
@@ -166,7 +172,8 @@ class Server:
     def _made(self, protocol: int, slot: int, end: socket.socket) -> CanSocket:
         if protocol == CAN_RAW:
             return RawSocket(self._setting, self._ports, slot, end, self._closed, self._tools)
-        raise refuse(errno.EPROTONOSUPPORT)
+        kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
+        return kind(self._setting, self._ports, slot, end, self._closed)
 
     def _closed(self, one: CanSocket) -> None:
         self._sockets.pop(one.slot, None)

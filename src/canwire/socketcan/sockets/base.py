@@ -78,7 +78,7 @@ class CanSocket:
         """The program has read some of what waited for it."""
 
     def ended(self) -> None:
-        """Nobody has a descriptor any more: let go of everything but the end itself."""
+        """Nobody has a descriptor any more: let go of everything, and then `let_go`, now or later."""
         raise NotImplementedError
 
     def pause(self) -> None:
@@ -111,6 +111,9 @@ class CanSocket:
         self.setting.loop.forget(self.end.fileno())
         self.end.close()
         self.ended()
+
+    def let_go(self) -> None:
+        """Nothing is left of it: its slot is free."""
         self._closed(self)
 
     def _happened(self, events: int) -> None:

@@ -208,7 +208,9 @@ class RawSocket(CanSocket):
     def ended(self) -> None:
         for port in self._heard:
             port.leave(self)
+            port.silent.discard(self.slot)
         self._heard = []
+        self.let_go()
 
 
 def _both(kept: Array | None, mask: Array) -> Array | None:
