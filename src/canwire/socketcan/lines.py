@@ -38,7 +38,8 @@ def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Contr
     by_bus = places[0].info.bus == target
     wanted = _at_rates_there(hub, places[0].info.bus, wanted)
     if by_bus:
-        places = sorted(places, key=lambda place: place.info.capabilities.data is None)
+        able = [place for place in places if place.info.capabilities.data is not None]
+        places = able or places  # where a bus has lines that know CAN FD, its interface does
         for place in places:
             if _unused(place.status(hub)):
                 with suppress(InUse):  # somebody was quicker

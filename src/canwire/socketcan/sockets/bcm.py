@@ -128,7 +128,7 @@ class BcmSocket(MessageSocket):
                 port.listeners.append(self)
 
     def _end_or_read(self, there: dict[Key, Sending] | dict[Key, Watching], key: Key, ends: bool) -> None:
-        operation = there.get(key)
+        operation: Sending | Watching | None = there.get(key)
         if operation is None:
             raise refuse(errno.EINVAL)
         if ends:
