@@ -1,7 +1,7 @@
 """The hub's events as the error frames of linux/can/error.h, with the chip's own place of an error where it has one.
 
-The counters stand in data[6] and data[7] without CAN_ERR_CNT, as kernels before 6.0 had them: programs made before that,
-Debian 12's candump among them, refuse a frame with a class that they do not know.
+The counters stand in data[6] and data[7] without CAN_ERR_CNT, as kernels before 6.0 had them: programs made before
+that, Debian 12's candump among them, refuse a frame with a class that they do not know.
 """
 
 from __future__ import annotations

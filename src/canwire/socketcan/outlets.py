@@ -6,13 +6,13 @@ import time
 from collections import deque
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.batches import BatchSender
-
 if TYPE_CHECKING:
     import socket
     from collections.abc import Callable
 
     import numpy
+
+    from canwire.socketcan.rings import RingPair
 
     Array = numpy.ndarray
 
@@ -22,12 +22,11 @@ PATIENCE_S = 0.2  # which so long at most; a program that reads nothing is waite
 
 
 class RowOutlet:
-    """Rows of `received_dtype` for one socket."""
+    """Rows of `received_dtype` for one socket: what does not fit into its ring."""
 
-    def __init__(self, end: socket.socket, sender: BatchSender, buffer: Callable[[], int]) -> None:
+    def __init__(self, ring: RingPair, buffer: Callable[[], int]) -> None:
         self.drops = 0
-        self._end = end
-        self._sender = sender
+        self._ring = ring
         self._buffer = buffer
         self._rows: deque[Array] = deque()
         self._waiting = 0
@@ -39,32 +38,34 @@ class RowOutlet:
         return self._waiting
 
     def put(self, rows: Array) -> None:
-        """Send them, or keep what does not fit. Raises OSError once the other end is closed."""
+        """Let the program have them, or keep what does not fit."""
         if self._rows:
-            room = max(16, self._buffer() // BYTES_EACH) - self._waiting
+            room = max(0, max(16, self._buffer() // BYTES_EACH) - self._waiting)
             if len(rows) > room:
-                self.drops += len(rows) - max(0, room)
-                rows = rows[: max(0, room)]
-        rows["drops"] = self.drops
+                self.drops += len(rows) - room
+                rows = rows[:room]
+        if self.drops:
+            rows["drops"] = self.drops
         if len(rows):
             self._rows.append(rows)
             self._waiting += len(rows)
             self.flush()
 
     def flush(self) -> None:
-        """Send what there is room for. Raises OSError once the other end is closed."""
+        """Hand over what there is room for; the program tells when there is room for the rest."""
         while self._rows:
             rows = self._rows[0]
-            done = self._sender.send(self._end.fileno(), rows)
-            if done == 0:
-                return
-            self._waiting -= done
-            self._given_up = False
-            self._congested_since_s = 0.0
-            if done < len(rows):
-                self._rows[0] = rows[done:]
-            else:
+            done = self._ring.publish(rows)
+            if done:
+                self._waiting -= done
+                self._given_up = False
+                self._congested_since_s = 0.0
+            if done == len(rows):
                 self._rows.popleft()
+            else:
+                self._rows[0] = rows[done:]
+                if self._ring.want_room():
+                    return
 
     def congested(self) -> bool:
         """So much waits that the bus should; no longer once the program has not read for too long."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 from collections import deque
 from contextlib import nullcontext
-from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 from canwire import BusEvent, CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 _RECEIVE, _TRANSMIT = 32_768, 1024  # frames
 _AT_ONCE = 2048
 _ROOM = 256  # frames for which a sender that waits is woken
+_MUCH = 64  # frames after which more is looked for at once ...
+_GATHER_S = 0.0005  # ... and else after this
 _STUCK_S = 0.25
 _LOOK_S = 0.02
 _EVENTS = tuple(
@@ -53,13 +55,21 @@ _EVENTS = tuple(
 _ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
 
 
-@dataclass
 class Batch:
-    """What a line has told, in its order. `owners`: slots of the sockets that sent a frame, else -1."""
+    """What a line has told, in its order. `owners`: slots of the sockets that sent a frame, else -1.
 
-    rows: Array  # received_dtype
-    owners: Array
-    errors: Array | None  # a mask: error frames; None: there is none
+    `errors` is a mask: which are error frames; None: there is none. `rows` (received_dtype) are made when somebody
+    asks for them.
+    """
+
+    def __init__(self, make: Callable[[], Array], owners: Array, errors: Array | None) -> None:
+        self._make = make
+        self.owners = owners
+        self.errors = errors
+
+    @cached_property
+    def rows(self) -> Array:
+        return self._make()
 
 
 class Listener(Protocol):
@@ -130,25 +140,35 @@ class Port:
             return
         if len(records):
             self._hand_on(records)
+        if len(records) >= _MUCH:
             self.pump()
+        elif len(records):
+            self._pumps = True
+            self._loop.call_in(_GATHER_S, self._turn)
         else:
             self._reading.ring.arm()
 
     def _hand_on(self, records: Array) -> None:
-        rows = frames_received(records, self.interface.index, self._setting.epoch_ns)
-        rows["flags"] = (records["info"] & SELF_RECEPTION != 0) * LOCAL
         owners = self._echoes.owners(records)
-        errors = None
-        if (records["info"] & TYPE_MASK).any():
-            errors = records["info"] & TYPE_MASK != 0
+        errors: Array | None = records["info"] & TYPE_MASK != 0
+        assert errors is not None
+        if errors.any():
+            rows = self._rows_of(records)
             kept = self._put_errors(records, rows, errors)
-            rows, owners, errors = rows[kept], owners[kept], errors[kept]
-        if self.silent:
+            records, rows, owners, errors = records[kept], rows[kept], owners[kept], errors[kept]
+            batch = Batch(lambda: rows, owners, errors)
+        elif self.silent:
             heard = ~numpy_module().isin(owners, list(self.silent))
-            rows, owners, errors = rows[heard], owners[heard], None if errors is None else errors[heard]
-        batch = Batch(rows, owners, errors)
+            batch = Batch(lambda: self._rows_of(records[heard]), owners[heard], None)
+        else:
+            batch = Batch(lambda: self._rows_of(records), owners, None)
         for listener in list(self.listeners):
             listener.take(batch)
+
+    def _rows_of(self, records: Array) -> Array:
+        rows = frames_received(records, self.interface.index, self._setting.epoch_ns)
+        rows["flags"] = (records["info"] & SELF_RECEPTION != 0) * LOCAL
+        return rows
 
     def _put_errors(self, records: Array, rows: Array, errors: Array) -> Array:
         """Turn events into error frames; a mask of what there is to hand on."""

@@ -9,12 +9,12 @@ import socket
 from typing import TYPE_CHECKING
 
 from canwire import Event, HubError
-from canwire.socketcan.batches import BatchReceiver, BatchSender
 from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
 from canwire.socketcan.control import Asked, Control, Request
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, Loop
 from canwire.socketcan.ports import Ports, refuse
+from canwire.socketcan.rings import Rings
 from canwire.socketcan.setting import Setting
 from canwire.socketcan.sockets.base import CanSocket
 from canwire.socketcan.sockets.bcm import BcmSocket
@@ -35,12 +35,16 @@ _LOOK_S = 0.02
 
 
 class Server:
-    """`directory` gets the table and the socket of requests; `say` puts one line in front of people."""
+    """`directory` gets the table, the rings and the socket of requests; `library` is the shim.
+
+    `say` puts one line in front of people.
+    """
 
     def __init__(
         self,
         hub: Hub,
         directory: str,
+        library: str,
         mappings: dict[str, str],
         wanted: WantedMode,
         epoch_ns: int,
@@ -53,7 +57,7 @@ class Server:
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
         self._ports = Ports(self._setting)
         self._sockets: dict[int, CanSocket] = {}
-        self._tools = BatchReceiver(), BatchSender()
+        self._rings = Rings(os.path.join(directory, "rings"), library)
         self._said: set[str] = set()
         self._program_over = False
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
@@ -171,7 +175,7 @@ class Server:
 
     def _made(self, protocol: int, slot: int, end: socket.socket) -> CanSocket:
         if protocol == CAN_RAW:
-            return RawSocket(self._setting, self._ports, slot, end, self._closed, self._tools)
+            return RawSocket(self._setting, self._ports, slot, end, self._closed, self._rings)
         kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
         return kind(self._setting, self._ports, slot, end, self._closed)
 

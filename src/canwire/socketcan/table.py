@@ -13,7 +13,7 @@ import struct
 
 MAGIC = 0x31304E4143574E43
 MOST_INTERFACES = 64
-MOST_SLOTS = 8192
+MOST_SLOTS = 4096
 UP, STUCK, GONE = 1, 2, 4  # of an interface
 USUAL_RECEIVE_BUFFER = 212_992  # bytes; net.core.rmem_default
 

@@ -70,11 +70,12 @@ def _serve(
     program: int,
     ready: Callable[[], object],
 ) -> None:
+    from canwire.socketcan.launch import shim
     from canwire.socketcan.server import Server
 
     with ExitStack() as closing:
         hub = connected(arguments, "run", closing)
         wanted = WantedMode(arguments.bit_rate, arguments.data_bit_rate)
-        server = Server(hub, directory, mappings, wanted, epoch_ns(hub), complain)
+        server = Server(hub, directory, shim(), mappings, wanted, epoch_ns(hub), complain)
         ready()
         server.run(program)

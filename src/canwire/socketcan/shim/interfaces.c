@@ -1,8 +1,10 @@
 /* Names and numbers of interfaces: those of the table stand beside the kernel's own. */
+#include "ring.h"
 #include "shim.h"
 
 #include <errno.h>
 #include <ifaddrs.h>
+#include <linux/can.h>
 #include <linux/sockios.h>
 #include <net/if.h>
 #include <net/if_arp.h>
@@ -83,6 +85,13 @@ static int ioctl_of_ours(int fd, struct slot *slot, unsigned long request, void 
 {
     if (request == SIOCGSTAMP_OLD || request == SIOCGSTAMPNS_OLD)
         return last_stamp(slot, request, argument);
+    struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
+    if (block != NULL && request == FIONREAD) {
+        const char *row = lock_ring(&block->received) == 0 ? oldest(block) : NULL;
+        *(int *)argument = row != NULL ? (int)((const struct received *)row)->length : 0;
+        unlock_ring(&block->received);
+        return 0;
+    }
     int done = REAL(ioctl)(fd, request, argument);
     if (done >= 0 && request == FIONREAD && *(int *)argument >= (int)sizeof(struct received))
         *(int *)argument -= (int)sizeof(struct received);

@@ -1,10 +1,12 @@
 /* What programs read: the server's header is taken off, and what it says becomes control messages. */
+#include "ring.h"
 #include "shim.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/net_tstamp.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/time.h>
@@ -67,11 +69,23 @@ static void tell(struct slot *slot, const struct received *header, struct msghdr
     }
 }
 
-ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
+static ssize_t finish(struct slot *slot, const struct received *header, struct msghdr *message, ssize_t length)
+{
+    if (header->error != 0) {
+        errno = header->error;
+        return -1;
+    }
+    __atomic_store_n(&slot->last_stamp_ns, header->stamp_ns, __ATOMIC_RELAXED);
+    tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
+    return length;
+}
+
+/* Broadcast manager and ISO-TP: each message is one of the socket pair's. */
+static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *message, int flags)
 {
     struct received header;
     struct iovec few[SHORT_VECTOR + 1], *parts = few;
-    struct msghdr inner = {.msg_iov = few, .msg_iovlen = message->msg_iovlen + 1};
+    struct msghdr inner = {.msg_iovlen = message->msg_iovlen + 1};
     ssize_t got;
 
     if (message->msg_iovlen > SHORT_VECTOR && (parts = calloc(message->msg_iovlen + 1, sizeof *parts)) == NULL) {
@@ -83,21 +97,87 @@ ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int f
         memcpy(parts + 1, message->msg_iov, message->msg_iovlen * sizeof *parts);
     inner.msg_iov = parts;
     got = REAL(recvmsg)(fd, &inner, flags & ~MSG_ERRQUEUE);
-    if (parts != few) {
-        int before = errno;
+    int before = errno;
+    if (parts != few)
         free(parts);
-        errno = before;
-    }
-    if (got < 0)
+    errno = got >= 0 && got < (ssize_t)sizeof header ? ENETDOWN : before; /* 0: the server is gone */
+    if (got < (ssize_t)sizeof header)
         return -1;
-    if (got < (ssize_t)sizeof header || header.error != 0) { /* 0: the server is gone, as if the adapter was pulled */
-        errno = got < (ssize_t)sizeof header ? ENETDOWN : header.error;
-        return -1;
-    }
     message->msg_flags = inner.msg_flags;
-    __atomic_store_n(&slot->last_stamp_ns, header.stamp_ns, __ATOMIC_RELAXED);
-    tell(slot, &header, message, message->msg_control != NULL ? message->msg_controllen : 0);
-    return got - (ssize_t)sizeof header;
+    return finish(slot, &header, message, got - (ssize_t)sizeof header);
+}
+
+static size_t scatter(struct msghdr *message, const char *data, size_t length)
+{
+    size_t done = 0;
+
+    for (size_t at = 0; at < message->msg_iovlen && done < length; at++) {
+        size_t part = message->msg_iov[at].iov_len < length - done ? message->msg_iov[at].iov_len : length - done;
+        memcpy(message->msg_iov[at].iov_base, data + done, part);
+        done += part;
+    }
+    return done;
+}
+
+/* 0: there may be something now; -1 and errno else. */
+static int wait_for_row(int fd, int flags)
+{
+    struct timeval limit = {0, 0};
+    socklen_t size = sizeof limit;
+    struct pollfd something = {fd, POLLIN, 0};
+    char byte;
+    int wait = !(flags & MSG_DONTWAIT) && !(REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK);
+
+    REAL(getsockopt)(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, &size);
+    long span = limit.tv_sec * 1000 + limit.tv_usec / 1000;
+    int found = poll(&something, 1, !wait ? 0 : span ? (int)span : -1);
+    if (found < 0)
+        return -1;
+    if (found > 0 && REAL(recv)(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) { /* the server is gone */
+        errno = ENETDOWN;
+        return -1;
+    }
+    if (found > 0 && wait)
+        return 0;
+    errno = EAGAIN;
+    return -1;
+}
+
+static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags)
+{
+    struct received header;
+    const char *row;
+
+    for (;;) {
+        int error = lock_ring(&block->received);
+        if (error != 0) {
+            errno = EAGAIN;
+            return -1;
+        }
+        row = oldest(block);
+        if (row != NULL)
+            break;
+        release_oldest(block, fd); /* a token without a row is one too many */
+        unlock_ring(&block->received);
+        if (wait_for_row(fd, flags) < 0)
+            return -1;
+    }
+    memcpy(&header, row, sizeof header);
+    size_t length = header.length > RECEIVED_SIZE - sizeof header ? 0 : header.length;
+    size_t done = scatter(message, row + sizeof header, length);
+    if (!(flags & MSG_PEEK))
+        release_oldest(block, fd);
+    unlock_ring(&block->received);
+    message->msg_flags = done < length ? MSG_TRUNC : 0;
+    return finish(slot, &header, message, (ssize_t)(flags & MSG_TRUNC ? length : done));
+}
+
+ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
+{
+    struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
+
+    return block != NULL ? receive_row(fd, slot, block, message, flags)
+                         : receive_from_pair(fd, slot, message, flags);
 }
 
 EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags)

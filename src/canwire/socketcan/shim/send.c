@@ -1,8 +1,10 @@
 /* What programs write: checked as the kernel does, with its errors, and passed on behind a small header. */
+#include "ring.h"
 #include "shim.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
 #include <poll.h>
@@ -60,91 +62,94 @@ static int interface_error(const struct interface *interface, int full)
 }
 
 /* Where the queue is full: the descriptor's own timeout counts, and a line that gets nothing out is ENOBUFS. */
-static int wait_for_room(int fd, const struct interface *interface)
+static int wait_for_room(int fd, struct block *block, const struct interface *interface, long *left)
 {
     struct timeval limit = {0, 0};
     socklen_t size = sizeof limit;
-    struct pollfd room = {fd, POLLOUT, 0};
+    struct pollfd server = {fd, 0, 0};
     int error;
 
-    REAL(getsockopt)(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, &size);
-    long left = limit.tv_sec * 1000 + limit.tv_usec / 1000;
-    int limited = left != 0;
+    if (*left < 0) {
+        REAL(getsockopt)(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, &size);
+        *left = limit.tv_sec * 1000 + limit.tv_usec / 1000;
+        if (*left == 0)
+            *left = LONG_MAX;
+    }
+    int span = *left < PATIENCE_MS ? (int)*left : PATIENCE_MS;
+    wait_for_turn(block, span);
+    error = interface_error(interface, 1);
+    if (error == 0 && poll(&server, 1, 0) > 0 && server.revents & (POLLHUP | POLLERR))
+        error = ENETDOWN;
+    if (error == 0 && *left != LONG_MAX && (*left -= span) <= 0)
+        error = EAGAIN;
+    return error;
+}
+
+static int put_row(int fd, struct block *block, const struct sent *header, const char *frame, int flags,
+                   const struct interface *interface)
+{
+    long left = -1;
+    int error;
+
     for (;;) {
-        int span = limited && left < PATIENCE_MS ? (int)left : PATIENCE_MS;
-        int found = poll(&room, 1, span);
-        if (found != 0)
-            return found < 0 ? -1 : 0;
-        if ((error = interface_error(interface, 1)) != 0) {
-            errno = error;
-            return -1;
+        if (lock_ring(&block->sent) != 0)
+            return ENOBUFS;
+        char *row = next_free(block);
+        if (row != NULL) {
+            memcpy(row, header, sizeof *header);
+            memcpy(row + sizeof *header, frame, header->length);
+            error = commit(block, fd);
+            unlock_ring(&block->sent);
+            return error;
         }
-        left -= span;
-        if (limited && left <= 0) {
-            errno = EAGAIN;
-            return -1;
-        }
+        unlock_ring(&block->sent);
+        if (!waits(fd, flags))
+            return ENOBUFS;
+        error = wait_for_room(fd, block, interface, &left);
+        if (error != 0)
+            return error;
     }
 }
 
-static ssize_t pass_on(int fd, const struct msghdr *inner, int flags, const struct interface *interface)
+/* What is wrong with it, 0: nothing. */
+static int frame_error(const struct slot *slot, const struct interface *interface, const char *frame, size_t size)
 {
-    for (;;) {
-        ssize_t gone = REAL(sendmsg)(fd, inner, MSG_DONTWAIT | MSG_NOSIGNAL);
-        if (gone >= 0)
-            return gone;
-        if (errno == EPIPE || errno == ECONNRESET || errno == ENOTCONN) {
-            errno = ENETDOWN;
-            return -1;
-        }
-        if (errno != EAGAIN)
-            return -1;
-        if (!waits(fd, flags)) {
-            errno = ENOBUFS;
-            return -1;
-        }
-        if (wait_for_room(fd, interface) < 0)
-            return -1;
-    }
+    size_t most = size == CAN_MTU ? CAN_MAX_DLEN : CANFD_MAX_DLEN;
+
+    if (size != CAN_MTU && !(size == CANFD_MTU && slot->fd_frames))
+        return EINVAL;
+    if ((size_t)interface->mtu < size || ((const struct canfd_frame *)frame)->len > most)
+        return EINVAL;
+    return interface_error(interface, 0);
 }
 
 static ssize_t send_raw(int fd, const struct slot *slot, const struct msghdr *message, int flags)
 {
-    struct {
-        struct sent header;
-        char frame[sizeof(struct canfd_frame)];
-    } packet;
-    struct iovec part = {&packet, 0};
-    struct msghdr inner = {.msg_iov = &part, .msg_iovlen = 1};
+    char frame[sizeof(struct canfd_frame)] = {0};
+    struct block *block = block_of(slot);
     size_t size = total(message);
     int index = destination(slot, message);
     struct interface *interface;
-    int error;
 
     if (index < 0)
         return -1;
     interface = interface_by_index(index);
-    if (interface == NULL)
-        error = ENXIO;
-    else if (size != CAN_MTU && !(size == CANFD_MTU && slot->fd_frames))
-        error = EINVAL;
-    else if ((size_t)interface->mtu < size)
-        error = EINVAL;
-    else
-        error = interface_error(interface, 0);
+    if (interface == NULL || block == NULL) {
+        errno = ENXIO;
+        return -1;
+    }
+    if (size <= sizeof frame)
+        gather(message, frame);
+    int error = frame_error(slot, interface, frame, size);
     if (error == 0) {
-        gather(message, packet.frame);
-        struct canfd_frame *frame = (struct canfd_frame *)packet.frame;
-        if (frame->len > (size == CAN_MTU ? CAN_MAX_DLEN : CANFD_MAX_DLEN))
-            error = EINVAL;
+        struct sent header = {index, (uint32_t)size};
+        error = put_row(fd, block, &header, frame, flags, interface);
     }
     if (error != 0) {
         errno = error;
         return -1;
     }
-    packet.header = (struct sent){index, (uint32_t)size};
-    part.iov_len = sizeof packet.header + size;
-    return pass_on(fd, &inner, flags, interface) < 0 ? -1 : (ssize_t)size;
+    return (ssize_t)size;
 }
 
 /* Broadcast manager and ISO-TP: the server answers each, so that its errors are those of this call. */

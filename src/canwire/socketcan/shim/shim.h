@@ -21,7 +21,7 @@
 #define TABLE_MAGIC 0x31304e4143574e43ull /* "CNWCAN01" */
 #define PREFIX_SIZE 16
 #define MOST_INTERFACES 64
-#define MOST_SLOTS 8192
+#define MOST_SLOTS 4096
 
 #define INTERFACE_UP 1u
 #define INTERFACE_STUCK 2u /* its queue is full and nothing goes out */
@@ -123,6 +123,9 @@ struct interface *interface_by_index(int index);
 long ask(const struct request *request, const void *data, size_t length, void *reply, size_t *size, int *descriptor,
          int close_on_exec);
 void note(enum note what, const char *text);
+
+/* ring.c, and ring.h for what it works on; NULL for a socket that has none */
+struct block *block_of(const struct slot *slot);
 
 /* receive.c, send.c */
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import struct
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from canwire.socketcan.constants import AF_CAN, SOCKADDR_CAN_SHORTEST
 from canwire.socketcan.loop import HUNG_UP, READABLE, WRITABLE
@@ -20,19 +20,8 @@ _ADDRESS = struct.Struct("<Hxxi")
 _RECEIVED = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 
 
-class Outlet(Protocol):
-    """outlets.py's: what waits for the program."""
-
-    drops: int
-
-    @property
-    def waiting(self) -> int: ...
-
-    def flush(self) -> None: ...
-
-
 class CanSocket:
-    """`readable` takes what the program has sent; `end` is watched for that until `pause`."""
+    """`end` is the server's end of its pair, and watched."""
 
     def __init__(
         self,
@@ -48,11 +37,8 @@ class CanSocket:
         self.end = end
         self.over = False
         self._closed = closed
-        self._paused = False
         self._watched = 0
         self.rewatch()
-
-    outlet: Outlet
 
     # what the program asks; each raises OSError with what its call fails with
 
@@ -71,37 +57,26 @@ class CanSocket:
     # what happens on the descriptor
 
     def readable(self) -> None:
-        """Take in what the program has sent; `close` once it has closed its last descriptor."""
+        """Something came from the program; `close` once it has closed its last descriptor."""
         raise NotImplementedError
-
-    def relieved(self) -> None:
-        """The program has read some of what waited for it."""
 
     def ended(self) -> None:
         """Nobody has a descriptor any more: let go of everything, and then `let_go`, now or later."""
         raise NotImplementedError
 
-    def pause(self) -> None:
-        """There is no room for what the program sends: let it wait in the socket."""
-        self._paused = True
-        self.rewatch()
-
-    def resume(self) -> None:
-        self._paused = False
-        if not self.over:
-            self.rewatch()
-
     def rewatch(self) -> None:
         """Watch the end for what is of interest now."""
-        waiting = hasattr(self, "outlet") and self.outlet.waiting
-        wanted = (0 if self._paused else READABLE) | (WRITABLE if waiting else 0)
-        if wanted == self._watched:
-            return
-        self._watched = wanted
-        if wanted:
+        wanted = READABLE | (WRITABLE if self.wants_writable() else 0)
+        if wanted != self._watched:
+            self._watched = wanted
             self.setting.loop.watch(self.end.fileno(), wanted, self._happened)
-        else:
-            self.setting.loop.forget(self.end.fileno())  # hang-ups would be told again and again
+
+    def wants_writable(self) -> bool:
+        """`written` is to be called when the end has room."""
+        return False
+
+    def written(self) -> None:
+        """The end has room."""
 
     def close(self) -> None:
         """A second time does nothing."""
@@ -119,22 +94,13 @@ class CanSocket:
     def _happened(self, events: int) -> None:
         try:
             if events & WRITABLE and not self.over:
-                self.outlet.flush()
-                self.relieved()
-            if events & (READABLE | HUNG_UP) and not self.over and not self._paused:
+                self.written()
+            if events & (READABLE | HUNG_UP) and not self.over:
                 self.readable()
-        except (BrokenPipeError, ConnectionResetError, ConnectionRefusedError):
-            self._hung_up()
+        except ConnectionError:
+            self.close()
         if not self.over:
             self.rewatch()
-
-    def _hung_up(self) -> None:
-        """Nobody reads any more; what was sent before counts."""
-        try:
-            while not self.over and not self._paused:
-                self.readable()
-        except (ConnectionResetError, BrokenPipeError):
-            self.close()
 
 
 def index_of(address: bytes) -> int:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import errno
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
 
 from canwire.socketcan.bcm.message import (
     MOST_FRAMES,
@@ -31,6 +32,14 @@ if TYPE_CHECKING:
     from canwire.socketcan.port import Batch, Port
 
 Key = tuple[int, int, bool]  # identifier word, interface (0: all), FD
+
+
+class Operation(Protocol):
+    """What there is of an identifier."""
+
+    def status(self) -> Message: ...
+
+    def stop(self) -> None: ...
 
 
 class BcmSocket(MessageSocket):
@@ -69,9 +78,9 @@ class BcmSocket(MessageSocket):
         elif message.opcode == RX_SETUP:
             self._set_up_watching(key, message)
         elif message.opcode in (TX_DELETE, TX_READ):
-            self._end_or_read(self._sendings, key, message.opcode == TX_DELETE)
+            self._end_or_read(key, sends=True, ends=message.opcode == TX_DELETE)
         elif message.opcode in (RX_DELETE, RX_READ):
-            self._end_or_read(self._watchings, key, message.opcode == RX_DELETE)
+            self._end_or_read(key, sends=False, ends=message.opcode == RX_DELETE)
         else:
             raise refuse(errno.EINVAL)
         return message.size
@@ -127,13 +136,16 @@ class BcmSocket(MessageSocket):
                 self._heard.append(port)
                 port.listeners.append(self)
 
-    def _end_or_read(self, there: dict[Key, Sending] | dict[Key, Watching], key: Key, ends: bool) -> None:
-        operation: Sending | Watching | None = there.get(key)
+    def _end_or_read(self, key: Key, *, sends: bool, ends: bool) -> None:
+        there: Mapping[Key, Operation] = self._sendings
+        if not sends:
+            there = self._watchings
+        operation = there.get(key)
         if operation is None:
             raise refuse(errno.EINVAL)
         if ends:
             operation.stop()
-            del there[key]
+            self._sendings.pop(key, None) if sends else self._watchings.pop(key, None)
         else:
             self.tell(operation.status().pack(), 0, key[1])
 

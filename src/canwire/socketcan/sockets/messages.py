@@ -73,6 +73,12 @@ class MessageSocket(CanSocket):
         if waiting and not port.lost:
             port.when_room(lambda: self._drain(port))
 
+    def wants_writable(self) -> bool:
+        return self.outlet.waiting > 0
+
+    def written(self) -> None:
+        self.outlet.flush()
+
     def readable(self) -> None:
         """Programs send by requests: whatever arrives here is the end."""
         try:

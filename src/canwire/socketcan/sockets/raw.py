@@ -6,7 +6,6 @@ import errno
 import struct
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.batches import BATCH, BatchReceiver, BatchSender
 from canwire.socketcan.constants import (
     CAN_ERR_MASK,
     CAN_MTU,
@@ -22,6 +21,7 @@ from canwire.socketcan.constants import (
 from canwire.socketcan.filters import Filters
 from canwire.socketcan.outlets import RowOutlet
 from canwire.socketcan.ports import Ports, refuse
+from canwire.socketcan.rings import COLLECTED, Rings
 from canwire.socketcan.sockets.base import CanSocket, index_of
 from canwire.socketcan.wire import OWN, numpy_module, received_dtype, sound
 
@@ -46,6 +46,9 @@ _SWITCHES = {
     CAN_RAW_JOIN_FILTERS: 0,
 }
 _LATER = 16  # waiting rows below which a bus that waits goes on
+_KICKS = 64
+_MUCH = 64  # frames after which more is looked for at once ...
+_GATHER_S = 0.0005  # ... and else after this
 
 
 class RawSocket(CanSocket):
@@ -58,15 +61,17 @@ class RawSocket(CanSocket):
         slot: int,
         end: socket.socket,
         closed: Callable[[CanSocket], object],
-        tools: tuple[BatchReceiver, BatchSender],
+        rings: Rings,
     ) -> None:
-        self._receiver, sender = tools
-        self.outlet: RowOutlet = RowOutlet(end, sender, lambda: setting.table.receive_buffer(slot))
+        self._ring = rings.pair(slot, end.fileno())
+        self._outlet = RowOutlet(self._ring, lambda: setting.table.receive_buffer(slot))
         self._switches = dict(_SWITCHES)
         self._filter_words = b"\0" * 8
         self._filters = Filters()
+        self._deaf = False
         self._error_mask = 0
         self._heard: list[Port] = []
+        self._hung_up = self._collects = False
         super().__init__(setting, ports, slot, end, closed)
 
     # what the program asks
@@ -112,6 +117,7 @@ class RawSocket(CanSocket):
             raise refuse(errno.EINVAL)
         self._filters = Filters.parse(value, bool(self._switches[CAN_RAW_JOIN_FILTERS]))
         self._filter_words = value
+        self._deaf = not self._filters.filters
 
     def _switch(self, name: int, value: bytes) -> None:
         if len(value) != _INT.size:
@@ -134,6 +140,8 @@ class RawSocket(CanSocket):
     # from the line
 
     def take(self, batch: Batch) -> None:
+        if self._deaf and batch.errors is None:
+            return
         rows = batch.rows
         kept = self._filters.passing(rows["can_id"])
         if not self._switches[CAN_RAW_FD_FRAMES]:
@@ -155,7 +163,7 @@ class RawSocket(CanSocket):
         self._put(found)
 
     def congested(self) -> bool:
-        return self.outlet.congested()
+        return self._outlet.congested()
 
     def interface_lost(self, interface: Interface, error: int) -> None:
         row = numpy_module().zeros(1, received_dtype())
@@ -168,28 +176,72 @@ class RawSocket(CanSocket):
         self._put(row)
 
     def _put(self, rows: Array) -> None:
-        try:
-            self.outlet.put(rows)
-        except ConnectionError:
-            self._hung_up()
-        if not self.over:
-            self.rewatch()
+        self._outlet.put(rows)
 
     # from the program
 
     def readable(self) -> None:
-        room = min((port.room() for port in self._heard if not port.lost), default=BATCH)
-        full = next((port for port in self._heard if not port.lost and port.room() == 0), None)
-        if full is not None:
-            self.pause()
-            full.when_room(self.resume)
+        try:
+            self._hung_up = not self.end.recv(_KICKS)
+        except BlockingIOError:
             return
-        rows, ended = self._receiver.receive(self.end.fileno(), min(BATCH, room))
-        rows = rows[sound(rows)]
-        for index in numpy_module().unique(rows["interface"]):
-            self._send(int(index), rows[rows["interface"] == index])
-        if ended:
+        if self._hung_up:
+            self.setting.loop.forget(self.end.fileno())  # which would be told again and again
+        else:
+            self._ring.kicked()
+            self._outlet.flush()
+            if self._outlet.waiting < _LATER:
+                for port in self._heard:
+                    port.pump()
+        self._collect_soon()
+
+    def _collect_soon(self) -> None:
+        if not self._collects:
+            self._collects = True
+            self.setting.loop.soon(self._collect)
+
+    def _collect(self) -> None:
+        """Take in what the program has sent, in turns with everything else; a little at a time waits for more."""
+        self._collects = False
+        if self.over:
+            return
+        room, full = self._room()
+        if full is not None:
+            self._collects = True
+            full.when_room(self._collect)
+            return
+        rows = self._ring.collect(min(COLLECTED, room))
+        count = len(rows)
+        if count:
+            self._send_all(rows)
+        if count >= _MUCH or (self._hung_up and count):
+            self._collect_soon()
+        elif self._hung_up:
             self.close()
+        elif count:
+            self._collects = True
+            self.setting.loop.call_in(_GATHER_S, self._collect)
+        elif not self._ring.want_frames():
+            self._collect_soon()
+
+    def _room(self) -> tuple[int, Port | None]:
+        """Frames that any of its interfaces can take; one that can take none."""
+        room, full = COLLECTED, None
+        for port in self._heard:
+            if not port.lost:
+                free = port.room()
+                room = min(room, free)
+                full = full if free else port
+        return room, full
+
+    def _send_all(self, rows: Array) -> None:
+        rows = rows[sound(rows)]
+        interfaces = rows["interface"]
+        if len(rows) and (interfaces == interfaces[0]).all():
+            self._send(int(interfaces[0]), rows)
+            return
+        for index in numpy_module().unique(interfaces):
+            self._send(int(index), rows[interfaces == index])
 
     def _send(self, index: int, rows: Array) -> None:
         try:
@@ -199,11 +251,6 @@ class RawSocket(CanSocket):
         if not self._switches[CAN_RAW_LOOPBACK]:
             port.silent.add(self.slot)
         port.send(self.slot, rows[: port.room()])
-
-    def relieved(self) -> None:
-        if self.outlet.waiting < _LATER:
-            for port in self._heard:
-                port.pump()
 
     def ended(self) -> None:
         for port in self._heard:
