@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import canwire
-from tests.hubs import LONG_S
+from tests.hubs import LONG_S, Served
 
 Process = subprocess.Popen[str]
 
@@ -23,10 +23,11 @@ Process = subprocess.Popen[str]
 class Bench:
     """`home` is the programs' working directory."""
 
-    def __init__(self, address: str, home: Path) -> None:
-        self.address = address
+    def __init__(self, served: Served, home: Path) -> None:
+        self.address = served.address
         self.home = home
-        self.hub = canwire.connect(address, name="bench")
+        self.hub = canwire.connect(self.address, name="bench")
+        self._served = served
         self._processes: list[Process] = []
 
     def close(self) -> None:
@@ -64,6 +65,10 @@ class Bench:
         line = process.stderr.readline()
         assert "listening" in line, line
         return process
+
+    def stop_hub(self) -> None:
+        self._served.process.terminate()
+        self._served.process.wait(LONG_S)
 
     def channels(self) -> int:
         """Of all CAN lines together."""

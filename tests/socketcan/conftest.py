@@ -34,8 +34,8 @@ def _bench(home: Path, time: str) -> Iterator[Bench]:
         shim()
     except Unsupported as error:
         pytest.skip(str(error))
-    with serving(home, time=time) as (address, _):
-        made = Bench(address, home)
+    with serving(home, time=time) as served:
+        made = Bench(served, home)
         try:
             yield made
         finally:

@@ -7,6 +7,7 @@ control are the program's own. The server is a grandchild in a session of its ow
 from __future__ import annotations
 
 import os
+import resource
 import shutil
 import sys
 import tempfile
@@ -87,6 +88,7 @@ def _serve(directory: str, serving: Serving, program: int, writing: int) -> None
 
     try:
         os.setsid()
+        _allow_descriptors()
         _let_go_of_terminal()
         serving(directory, program, ready)
     except (CanwireError, OSError) as error:
@@ -102,6 +104,12 @@ def _serve(directory: str, serving: Serving, program: int, writing: int) -> None
         shutil.rmtree(directory, ignore_errors=True)
         sys.stderr.flush()
         os._exit(status)
+
+
+def _allow_descriptors() -> None:
+    """Every socket of a program takes one here."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 def _let_go_of_terminal() -> None:

@@ -168,7 +168,8 @@ class BcmSocket(MessageSocket):
 
     def ended(self) -> None:
         if self._connected:
-            for operation in (*self._sendings.values(), *self._watchings.values()):
+            operations: list[Operation] = [*self._sendings.values(), *self._watchings.values()]
+            for operation in operations:
                 operation.stop()
             for port in self._heard:
                 port.leave(self)
