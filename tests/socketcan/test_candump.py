@@ -102,8 +102,8 @@ def test_filters(bench: Bench, filters: str, passing: list[str]) -> None:
 def test_error_frames_of_a_shorted_bus(bench: Bench) -> None:
     dump = bench.listening("candump", "-e", "-n", "3", "-T", "20000", "can0,0~0,#FFFFFFFF")
     ours = bench.dump("can0", "-e", "-n", "1")
-    sender = bench.listening("cangen", "can0", "-g", "10")
     bench.hub.short("can0")
+    sender = bench.start("cangen", "can0", "-g", "10")
     output = finished(dump)
     assert "ERRORFRAME" in output
     assert re.search(r"protocol-violation|controller-problem", output), output

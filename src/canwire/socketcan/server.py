@@ -14,6 +14,7 @@ from canwire.socketcan.control import Asked, Control, Request
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, Loop
 from canwire.socketcan.ports import Ports, refuse
+from canwire.socketcan.programs import trouble_with
 from canwire.socketcan.rings import Rings
 from canwire.socketcan.setting import Setting
 from canwire.socketcan.sockets.base import CanSocket
@@ -190,6 +191,10 @@ class Server:
                 f"{request.program} opened a netlink socket: interfaces are set up by canwire run and canwire line, "
                 "not by `ip link`"
             )
+        elif request.a == NOTE_EXEC:
+            path = os.fsdecode(request.data)
+            if trouble := trouble_with(path):
+                self._say_once(f"{path} {trouble}; it has no CAN")
 
     def _say_once(self, what: str) -> None:
         if what not in self._said:

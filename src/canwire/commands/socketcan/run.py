@@ -46,6 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Become the program; HubError without a hub, BadValue for what cannot be, Unsupported without the shim."""
     from canwire.socketcan.interfaces import parse_mapping
     from canwire.socketcan.launch import launch, shim
+    from canwire.socketcan.programs import trouble_with
 
     words = arguments.program[1:] if arguments.program[:1] == ["--"] else arguments.program
     if not words:
@@ -54,6 +55,8 @@ def run(arguments: argparse.Namespace) -> int:
     if path is None:
         raise BadValue(f"{words[0]}: no such program")
     shim()
+    if trouble := trouble_with(path):
+        complain(f"{path} {trouble}; it has no CAN")
     mappings = dict(parse_mapping(text) for text in arguments.interface)
 
     def serving(directory: str, program: int, ready: Callable[[], object]) -> None:
