@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import select
 import shutil
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +34,9 @@ class Bench:
 
     def close(self) -> None:
         for process in self._processes:
-            if process.poll() is None:
-                process.kill()
-            process.communicate()
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)  # what it has forked, too
+            process.communicate(timeout=LONG_S)
         self.hub.close()
 
     def start(self, *words: str, options: tuple[str, ...] = (), **more: Any) -> Process:
@@ -85,7 +87,9 @@ class Bench:
         environment = {**os.environ, "CANWIRE_HUB": self.address}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         command = [sys.executable, "-m", "canwire", *words]
-        process = subprocess.Popen(command, text=True, env=environment, cwd=self.home, **{**pipes, **more})
+        process = subprocess.Popen(
+            command, text=True, env=environment, cwd=self.home, start_new_session=True, **{**pipes, **more}
+        )
         self._processes.append(process)
         return process
 
