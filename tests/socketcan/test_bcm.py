@@ -75,6 +75,45 @@ def test_a_change_of_data_keeps_the_times_and_more_frames_are_refused() -> None:
     assert len(scene.sent) == 5
 
 
+class Hub:
+    """Takes what is repeated without end, or not."""
+
+    def __init__(self, able: bool = True) -> None:
+        self.able = able
+        self.done: list[str] = []
+
+    def repeat(self, data: bytes, interval_s: float) -> Hub | None:
+        self.done.append(f"every {interval_s} s {data[8 : 8 + data[4]].hex()}")
+        return self if self.able else None
+
+    def replace(self, data: bytes) -> bool:
+        self.done.append(f"now {data[8 : 8 + data[4]].hex()}")
+        return True
+
+    def stop(self) -> None:
+        self.done.append("stop")
+
+
+def test_the_hub_repeats_what_has_no_end() -> None:
+    scene, hub = Scene(), Hub()
+    setup = Message(m.TX_SETUP, TIMED, 2, 0.010, 0.100, 0x123, (frame("01"),))
+    sending = Sending(scene.clock, scene.send, scene.tell, setup, hub.repeat)
+    scene.clock.run_for(1)
+    sending.change(Message(m.TX_SETUP, 0, 0, 0, 0, 0x123, (frame("02"),)))
+    sending.stop()
+    assert scene.sent == [(0, "01"), (10, "01")]
+    assert hub.done == ["every 0.1 s 01", "now 02", "stop"]
+
+
+def test_where_the_hub_cannot_it_is_asked_once() -> None:
+    scene, hub = Scene(), Hub(able=False)
+    setup = Message(m.TX_SETUP, TIMED, 0, 0, 0.100, 0x123, (frame("01"),))
+    Sending(scene.clock, scene.send, scene.tell, setup, hub.repeat)
+    scene.clock.run_for(0.35)
+    assert [at_ms for at_ms, _ in scene.sent] == [0, 100, 200, 300]
+    assert hub.done == ["every 0.1 s 01"]
+
+
 def test_an_identifier_copied_into_the_frames() -> None:
     scene = Scene()
     sent: list[bytes] = []

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from canwire import BusEvent, CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
 from canwire.socketcan.constants import CAN_MTU
+from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
 from canwire.socketcan.error_frames import error_frame_of
 from canwire.socketcan.lines import company_for, line_of
@@ -104,6 +105,7 @@ class Port:
         self.place, control = line_of(hub, interface.target, setting.wanted)
         with control or nullcontext():
             self._channel = hub.open_channel(self.place.board.id, self.place.line)
+        self.cyclic = CyclicFrames(hub, self.place)
         self._company = None
         if interface.target == self.place.info.bus:
             self._company = company_for(hub, self.place, setting.wanted)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Protocol
 
 from canwire.socketcan.bcm.message import (
     SETTIMER,
@@ -25,13 +26,36 @@ from canwire.socketcan.loop import Loop, Timer
 from canwire.socketcan.ports import refuse
 
 
+class Repeated(Protocol):
+    """A frame that somebody else repeats: cyclic.py's."""
+
+    def replace(self, frame: bytes) -> bool:
+        """Another frame at the same times; False where that cannot be."""
+
+    def stop(self) -> None: ...
+
+
+Repeat = Callable[[bytes, float], Repeated | None]
+
+
 class Sending:
-    """`send` puts one frame on the bus, `tell` a message before the program. Occurrences keep to their times."""
+    """`send` puts one frame on the bus, `tell` a message before the program. Occurrences keep to their times.
+
+    `repeat` has somebody else send one frame without end, every so many seconds; None where that cannot be.
+    """
 
     def __init__(
-        self, loop: Loop, send: Callable[[bytes], object], tell: Callable[[Message], object], setup: Message
+        self,
+        loop: Loop,
+        send: Callable[[bytes], object],
+        tell: Callable[[Message], object],
+        setup: Message,
+        repeat: Repeat = lambda _, __: None,
     ) -> None:
         self._loop = loop
+        self._repeat = repeat
+        self._repeated: Repeated | None = None
+        self._alone = False
         self._send = send
         self._tell = tell
         self._kept = replace(setup, count=0, interval1_s=0.0, interval2_s=0.0, frames=())
@@ -53,6 +77,9 @@ class Sending:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+        if self._repeated is not None:
+            self._repeated.stop()
+            self._repeated = None
 
     def _apply(self, setup: Message) -> None:
         frames = setup.frames
@@ -61,6 +88,11 @@ class Sending:
         if len(frames) != len(self._kept.frames) or setup.flags & TX_RESET_MULTI_IDX:
             self._next = 0
         self._kept = replace(self._kept, flags=setup.flags, frames=frames)
+        repeated = self._repeated
+        if repeated is not None and (setup.flags & SETTIMER or not repeated.replace(frames[0])):
+            self.stop()
+            self._alone = True
+            self._wait(self._loop.clock_s())
         if setup.flags & SETTIMER:
             self._kept = replace(
                 self._kept, count=setup.count, interval1_s=setup.interval1_s, interval2_s=setup.interval2_s
@@ -72,6 +104,7 @@ class Sending:
             self._kept = replace(self._kept, count=max(0, self._kept.count - 1))
         if setup.flags & STARTTIMER:
             self.stop()
+            self._alone = False
             self._wait(self._loop.clock_s())
 
     def _put(self) -> None:
@@ -80,13 +113,16 @@ class Sending:
 
     def _wait(self, from_s: float) -> None:
         kept = self._kept
-        interval_s = kept.interval1_s if kept.interval1_s and kept.count else kept.interval2_s
-        if interval_s:
+        counts = kept.interval1_s and kept.count
+        interval_s = kept.interval1_s if counts else kept.interval2_s
+        if interval_s and not counts and len(kept.frames) == 1 and not self._alone:
+            self._repeated = self._repeat(kept.frames[0], interval_s)
+            self._alone = self._repeated is None  # asked once
+        if interval_s and self._repeated is None:
             due_s = from_s + interval_s
-            if (
-                due_s < self._loop.clock_s() - interval_s
-            ):  # this process could not run: nothing is made up for
-                due_s = self._loop.clock_s()
+            now_s = self._loop.clock_s()
+            if due_s < now_s - interval_s:  # this process could not run: nothing is made up for
+                due_s = now_s
             self._timer = self._loop.call_at(due_s, lambda: self._due(due_s))
 
     def _due(self, due_s: float) -> None:

@@ -19,16 +19,17 @@ from canwire.socketcan.bcm.message import (
     TX_SETUP,
     Message,
 )
-from canwire.socketcan.bcm.sending import Sending
+from canwire.socketcan.bcm.sending import Repeated, Sending
 from canwire.socketcan.bcm.watching import Watching
 from canwire.socketcan.constants import CAN_MTU, CAN_RTR_FLAG
 from canwire.socketcan.ports import refuse
 from canwire.socketcan.sockets.base import index_of
-from canwire.socketcan.sockets.messages import MessageSocket
+from canwire.socketcan.sockets.messages import MessageSocket, row_of
 from canwire.socketcan.wire import HEADER_SIZE, numpy_module
 
 if TYPE_CHECKING:
     from canwire.socketcan.control import Asked
+    from canwire.socketcan.cyclic import CyclicFrame
     from canwire.socketcan.port import Batch, Port
 
 Key = tuple[int, int, bool]  # identifier word, interface (0: all), FD
@@ -104,7 +105,11 @@ class BcmSocket(MessageSocket):
         def tell(told: Message) -> None:
             self.tell(told.pack(), 0, key[1])
 
-        self._sendings[key] = Sending(self.setting.loop, send, tell, message)
+        def repeat(frame: bytes, interval_s: float) -> Repeated | None:
+            made = port.cyclic.start(row_of(frame, key[1]), interval_s)
+            return None if made is None else _Repeated(made, key[1])
+
+        self._sendings[key] = Sending(self.setting.loop, send, tell, message, repeat)
 
     def _set_up_watching(self, key: Key, message: Message) -> None:
         if len(message.frames) > MOST_FRAMES + 1:
@@ -174,6 +179,20 @@ class BcmSocket(MessageSocket):
             for port in self._heard:
                 port.leave(self)
         self.let_go()
+
+
+class _Repeated:
+    """By the hub."""
+
+    def __init__(self, frame: CyclicFrame, index: int) -> None:
+        self._frame = frame
+        self._index = index
+
+    def replace(self, frame: bytes) -> bool:
+        return self._frame.replace(row_of(frame, self._index))
+
+    def stop(self) -> None:
+        self._frame.stop()
 
 
 _HEAD_FIELDS = ("opcode", "flags", "count", "interval1_s", "interval2_s", "can_id")

@@ -67,7 +67,7 @@ class MessageSocket(CanSocket):
     def _drain(self, port: Port) -> None:
         waiting = self._queued[port]
         while waiting and port.room():
-            row = _row_of(waiting.popleft(), port.interface.index)
+            row = row_of(waiting.popleft(), port.interface.index)
             if sound(row).all():
                 port.send(self.slot, row)
         if waiting and not port.lost:
@@ -98,6 +98,7 @@ class MessageSocket(CanSocket):
         self.tell(b"", 0, interface.index, error)
 
 
-def _row_of(frame: bytes, index: int) -> Any:
+def row_of(frame: bytes, index: int) -> Any:
+    """One row of `sent_dtype`."""
     packed = _SENT.pack(index, len(frame)) + frame.ljust(CANFD_MTU, b"\0")
     return numpy_module().frombuffer(bytearray(packed), sent_dtype())
