@@ -49,7 +49,7 @@ class Scene:
 TIMED = m.SETTIMER | m.STARTTIMER
 
 
-@pytest.mark.conforms("PC-07")
+@pytest.mark.conforms("N-24")
 def test_a_count_at_one_interval_and_then_another() -> None:
     scene = Scene()
     scene.sending(TIMED | m.TX_COUNTEVT, 3, 0.010, 0.100, "01", "02")
@@ -122,6 +122,7 @@ def test_an_identifier_copied_into_the_frames() -> None:
     assert m.id_of(sent[0]) == 0x321
 
 
+@pytest.mark.conforms("N-25")
 def test_only_changes_behind_the_mask_are_told() -> None:
     scene = Scene()
     watching = scene.watching(0, 0, 0, "F000")
@@ -146,6 +147,7 @@ def test_multiplexed_frames() -> None:
     assert [told[2] for told in scene.told] == ["0110", "0220", "0111"]
 
 
+@pytest.mark.conforms("N-25")
 def test_silence_is_told_and_the_end_of_it() -> None:
     scene = Scene()
     watching = scene.watching(TIMED | m.RX_ANNOUNCE_RESUME, 0.100, 0, "FF")
@@ -160,6 +162,7 @@ def test_silence_is_told_and_the_end_of_it() -> None:
     ]
 
 
+@pytest.mark.conforms("N-25")
 def test_throttled_changes_come_late_and_once() -> None:
     scene = Scene()
     watching = scene.watching(m.SETTIMER, 0, 0.100, "FF")

@@ -17,7 +17,7 @@ def send(bench: Bench, *texts: str) -> None:
     bench.run("sh", "-c", "; ".join(f"cansend can0 {text}" for text in texts))
 
 
-@pytest.mark.conforms("PC-01", "PL-12")
+@pytest.mark.conforms("PC-01", "PL-12", "N-21")
 def test_its_lines_are_those_of_canwire_dump(bench: Bench) -> None:
     wanted = SENT + SENT_FD
     ours = bench.dump("can0", "-n", str(len(wanted)))
@@ -98,7 +98,7 @@ def test_filters(bench: Bench, filters: str, passing: list[str]) -> None:
     assert seen == [*passing, "7AA#"]
 
 
-@pytest.mark.conforms("PC-02", "PC-03")
+@pytest.mark.conforms("PC-02", "PC-03", "N-22")
 def test_error_frames_of_a_shorted_bus(bench: Bench) -> None:
     dump = bench.listening("candump", "-e", "-n", "3", "-T", "20000", "can0,0~0,#FFFFFFFF")
     ours = bench.dump("can0", "-e", "-n", "1")
@@ -112,6 +112,7 @@ def test_error_frames_of_a_shorted_bus(bench: Bench) -> None:
     sender.terminate()
 
 
+@pytest.mark.conforms("N-23")
 def test_a_pulled_board_ends_it_as_a_pulled_adapter_does(bench: Bench) -> None:
     dump = bench.listening("candump", "HW000002_0")
     bench.hub.unplug("HW000002")
@@ -120,6 +121,7 @@ def test_a_pulled_board_ends_it_as_a_pulled_adapter_does(bench: Bench) -> None:
     assert "No such device" in errors or "Network is down" in errors, (output, errors)
 
 
+@pytest.mark.conforms("N-23")
 def test_a_stopped_line_is_a_network_that_is_down(bench: Bench) -> None:
     dump = bench.listening("candump", "HW000001_0")
     (place,) = canwire.find_lines(bench.hub, "HW000001:0")

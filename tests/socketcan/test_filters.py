@@ -22,7 +22,7 @@ def passing(*words: tuple[int, int], joined: bool = False) -> list[int]:
     return IDS if mask is None else ids[mask].tolist()
 
 
-@pytest.mark.conforms("PC-03")
+@pytest.mark.conforms("PC-03", "N-22")
 @pytest.mark.parametrize(
     ("words", "joined", "wanted"),
     [

@@ -71,7 +71,7 @@ asyncio.run(main())
 """
 
 
-@pytest.mark.conforms("PL-12")
+@pytest.mark.conforms("PL-12", "N-28")
 @pytest.mark.parametrize(
     "program",
     [FRAMES_BOTH_WAYS, FILTERS, PERIODIC, NOTIFIER],
@@ -81,7 +81,7 @@ def test_python_can(bench: Bench, program: str) -> None:
     bench.run(sys.executable, "-c", program)
 
 
-@pytest.mark.conforms("PL-12")
+@pytest.mark.conforms("PL-12", "N-28")
 def test_what_it_sends_is_on_the_bus(bench: Bench) -> None:
     dump = bench.dump("can0", "-l", "-n", "1")
     program = """

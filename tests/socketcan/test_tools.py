@@ -13,7 +13,7 @@ from tests.hubs import LONG_S
 from tests.socketcan.bench import Bench, finished, frames, need
 
 
-@pytest.mark.conforms("PC-04")
+@pytest.mark.conforms("N-21", "PC-04")
 def test_cansend(bench: Bench) -> None:
     texts = ["123#DEADBEEF", "123#R", "123#R5", "123##1AABBCCDD", "00000123#", "5AA#11.22.33"]
     dump = bench.dump("can0", "-l", "-n", str(len(texts)))
@@ -21,7 +21,7 @@ def test_cansend(bench: Bench) -> None:
     assert frames(finished(dump)) == [text.replace(".", "") for text in texts]
 
 
-@pytest.mark.conforms("PC-05")
+@pytest.mark.conforms("N-21", "PC-05")
 @pytest.mark.parametrize(
     "switches",
     [
@@ -44,7 +44,7 @@ def test_cangen(bench: Bench, switches: list[str]) -> None:
     assert frames(said) == frames(finished(dump))
 
 
-@pytest.mark.conforms("PC-06", "PL-28")
+@pytest.mark.conforms("N-21", "PC-06", "PL-28")
 def test_canplayer_plays_what_candump_logged(bench: Bench) -> None:
     log = "".join(f"(0.{k:06}) can0 {0x100 + k:03X}#{k:02X}\n" for k in range(50))
     (bench.home / "some.log").write_text(log)
@@ -55,7 +55,7 @@ def test_canplayer_plays_what_candump_logged(bench: Bench) -> None:
     assert frames(finished(dump)) == frames(log) * 2
 
 
-@pytest.mark.conforms("PC-07")
+@pytest.mark.conforms("N-21", "PC-07")
 def test_cansniffer_shows_what_is_on_the_bus(bench: Bench) -> None:
     need("cansniffer")
     sniffer = bench.listening("stdbuf", "-o0", "cansniffer", "can0", stdin=subprocess.PIPE)
@@ -71,7 +71,7 @@ def test_cansniffer_shows_what_is_on_the_bus(bench: Bench) -> None:
     assert "123" in seen
 
 
-@pytest.mark.conforms("PC-08")
+@pytest.mark.conforms("N-21", "PC-08")
 def test_canbusload_counts_frames_and_their_bits(bench: Bench) -> None:
     need("canbusload")
     load = bench.listening("stdbuf", "-oL", "canbusload", "-e", "can0@500000")
@@ -135,7 +135,7 @@ def connected(bench: Bench, port: int, server: subprocess.Popen[str]) -> socket.
 PDU = " ".join(f"{k & 0xFF:02X}" for k in range(300))
 
 
-@pytest.mark.conforms("PP-01")
+@pytest.mark.conforms("PP-01", "N-26")
 @pytest.mark.parametrize(
     ("send", "receive"),
     [
@@ -155,7 +155,7 @@ def test_isotpsend_and_isotprecv(bench: Bench, send: list[str], receive: list[st
     assert finished(receiver).split() == PDU.split()
 
 
-@pytest.mark.conforms("PP-01")
+@pytest.mark.conforms("PP-01", "N-26")
 def test_isotpperf_watches_a_transfer(bench: Bench) -> None:
     perf = bench.listening("isotpperf", "-s", "123", "-d", "321", "can0")
     receiver = bench.listening("isotprecv", "-s", "321", "-d", "123", "can0")
