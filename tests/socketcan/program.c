@@ -226,6 +226,59 @@ static void overflow(void)
     close(sender);
 }
 
+/* A line without anybody who acknowledges: its queue fills, and nothing of it goes out. */
+static void full(void)
+{
+    int patient = opened("HW000002_1", 0), quick = opened("HW000002_1", SOCK_NONBLOCK);
+    struct timeval limit = {0, 1000};
+    struct can_frame one = frame(1);
+    int count = 0;
+
+    while (write(quick, &one, sizeof one) == sizeof one)
+        CHECK(++count < 10000);
+    CHECK(errno == ENOBUFS && count >= 10);
+    while (write(patient, &one, sizeof one) == sizeof one)
+        CHECK(++count < 20000);
+    CHECK(errno == ENOBUFS);
+    CHECK(setsockopt(patient, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit) == 0);
+    CHECK(write(patient, &one, sizeof one) < 0 && (errno == EAGAIN || errno == ENOBUFS));
+    close(patient);
+    close(quick);
+}
+
+/* Times as the kernel tells them, in each of the forms that it has. */
+static void stamps(void)
+{
+    int fd = opened("can0", 0), other = opened("can0", 0), on = 1, forms = 0x10 | 0x40;
+    struct timeval coarse, *told = NULL;
+    struct timespec *fine = NULL;
+    struct can_frame one;
+    struct iovec part = {&one, sizeof one};
+    char control[256];
+    struct msghdr message = {.msg_iov = &part, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};
+
+    FAILS(ioctl(fd, SIOCGSTAMP_OLD, &coarse), ENOENT);
+    CHECK(setsockopt(fd, SOL_SOCKET, SO_TIMESTAMP, &on, sizeof on) == 0);
+    CHECK(setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPING, &forms, sizeof forms) == 0);
+    sent(other, 1);
+    CHECK(recvmsg(fd, &message, 0) == sizeof one);
+    for (struct cmsghdr *at = CMSG_FIRSTHDR(&message); at != NULL; at = CMSG_NXTHDR(&message, at)) {
+        if (at->cmsg_type == SO_TIMESTAMP)
+            told = (struct timeval *)CMSG_DATA(at);
+        if (at->cmsg_type == SO_TIMESTAMPING)
+            fine = (struct timespec *)CMSG_DATA(at);
+    }
+    CHECK(told != NULL && fine != NULL && fine[2].tv_sec == told->tv_sec && fine[2].tv_nsec / 1000 == told->tv_usec);
+    CHECK(ioctl(fd, SIOCGSTAMP_OLD, &coarse) == 0 && coarse.tv_sec == told->tv_sec && coarse.tv_usec == told->tv_usec);
+    sent(other, 2);
+    message.msg_controllen = sizeof(struct cmsghdr) + 1;
+    CHECK(recvmsg(fd, &message, MSG_PEEK) == sizeof one && message.msg_flags & MSG_CTRUNC);
+    CHECK(recv(fd, &one, 8, MSG_TRUNC) == sizeof one);
+    CHECK(recv(fd, &one, 8, MSG_DONTWAIT) < 0 && errno == EAGAIN);
+    close(fd);
+    close(other);
+}
+
 static void thousands(void)
 {
     int fds[1500], last;
@@ -258,6 +311,10 @@ int main(int count, char **words)
         own_frames();
     else if (strcmp(words[1], "overflow") == 0)
         overflow();
+    else if (strcmp(words[1], "full") == 0)
+        full();
+    else if (strcmp(words[1], "stamps") == 0)
+        stamps();
     else
         thousands();
     puts("done");

@@ -24,7 +24,9 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.conforms("PL-12", "N-22", "N-23", "N-27")
-@pytest.mark.parametrize("what", ["names", "mistakes", "descriptors", "exec", "own", "overflow"])
+@pytest.mark.parametrize(
+    "what", ["names", "mistakes", "descriptors", "exec", "own", "overflow", "full", "stamps"]
+)
 def test_sockets(bench: Bench, program: str, what: str) -> None:
     assert bench.run(program, what).endswith("done\n")
 

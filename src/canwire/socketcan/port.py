@@ -248,6 +248,11 @@ class Port:
         self._stuck = self._loop.call_in(_STUCK_S, lambda: self._look_for_progress(now))
 
     @property
+    def sent(self) -> int:
+        """Frames that the line has taken so far."""
+        return 0 if self.lost else int(self._writing.ring.taken)
+
+    @property
     def pending(self) -> int:
         """Frames that have not come back from the bus."""
         return 0 if self.lost else self._echoes.outstanding

@@ -6,7 +6,7 @@ import errno
 import os
 import secrets
 import socket
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import Event, HubError
 from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
@@ -31,8 +31,16 @@ if TYPE_CHECKING:
 
 OPEN_SOCKET, BIND, CONNECT, SET_OPTION, GET_OPTION, SEND_BCM, SEND_ISOTP, NOTE = range(1, 9)
 NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC = range(1, 4)
-_FLUSH_S = 0.5  # without a frame going out, after which the rest is given up
+_FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
 _LOOK_S = 0.02
+
+
+class Left(NamedTuple):
+    """What is still on its way after the programs."""
+
+    pending: int
+    sockets: int
+    progress: int
 
 
 class Server:
@@ -56,6 +64,7 @@ class Server:
         table = Table(os.path.join(directory, "table"), self._prefix.encode())
         interfaces = Interfaces(hub, table, mappings)
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
+        self._setting.deserted = self._stop_if_unused
         self._ports = Ports(self._setting)
         self._sockets: dict[int, CanSocket] = {}
         self._rings = Rings(os.path.join(directory, "rings"), library)
@@ -90,30 +99,32 @@ class Server:
         self._stop_if_unused()
 
     def _stop_if_unused(self) -> None:
-        if self._program_over and not self._sockets:
+        if self._program_over and all(one.deserted for one in self._sockets.values()):
             self._loop.stop()
 
     def _flush(self) -> None:
         """What was sent goes out, or gets no further."""
-        pending, since_s = self._ports.pending(), self._loop.clock_s()
+        self._setting.deserted = lambda: None
+        state, since_s = self._left(), self._loop.clock_s()
 
         def look() -> None:
-            nonlocal pending, since_s
-            now, now_s = self._ports.pending(), self._loop.clock_s()
-            if now != pending:
-                pending, since_s = now, now_s
-            if now == 0 or now_s - since_s > _FLUSH_S:
+            nonlocal state, since_s
+            now, now_s = self._left(), self._loop.clock_s()
+            if now != state:
+                state, since_s = now, now_s
+            if not (now.pending or now.sockets) or now_s - since_s > _FLUSH_S:
                 self._loop.stop()
             else:
                 self._loop.call_in(_LOOK_S, look)
 
-        if pending:
-            self._loop.soon(look)
-            self._loop.run()
-            if left := self._ports.pending():
-                self._say_once(
-                    f"{left} frames did not go out: nobody acknowledges them, or the line is not on its bus"
-                )
+        self._program_over = False  # from here on `look` stops the loop
+        self._loop.soon(look)
+        self._loop.run()
+        if state.pending:
+            self._say_once("frames did not go out: nobody acknowledges them, or the line is not on its bus")
+
+    def _left(self) -> Left:
+        return Left(self._ports.pending(), len(self._sockets), self._ports.progress())
 
     # boards
 

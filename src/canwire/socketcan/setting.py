@@ -34,3 +34,4 @@ class Setting:
         self.epoch_ns = epoch_ns
         self.fast = hub.time == "fast"
         self.say = say
+        self.deserted: Callable[[], object] = lambda: None  # a socket has lost its last program

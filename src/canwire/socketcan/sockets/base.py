@@ -87,6 +87,11 @@ class CanSocket:
         self.end.close()
         self.ended()
 
+    @property
+    def deserted(self) -> bool:
+        """No program has it any more; what it sent may still be on its way."""
+        return self.over
+
     def let_go(self) -> None:
         """Nothing is left of it: its slot is free."""
         self._closed(self)

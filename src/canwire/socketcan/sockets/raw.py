@@ -187,6 +187,7 @@ class RawSocket(CanSocket):
             return
         if self._hung_up:
             self.setting.loop.forget(self.end.fileno())  # which would be told again and again
+            self.setting.deserted()
         else:
             self._ring.kicked()
             self._outlet.flush()
@@ -194,6 +195,10 @@ class RawSocket(CanSocket):
                 for port in self._heard:
                     port.pump()
         self._collect_soon()
+
+    @property
+    def deserted(self) -> bool:
+        return self.over or self._hung_up
 
     def _collect_soon(self) -> None:
         if not self._collects:
