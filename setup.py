@@ -111,7 +111,7 @@ def socketcan_shim() -> list[Extension]:
         Extension(
             SHIM,
             sorted(str(path) for path in folder.glob("*.c")),
-            depends=[str(folder / "shim.h")],
+            depends=sorted(str(path) for path in folder.glob("*.h")),
             libraries=["dl", "pthread"],
             extra_compile_args=["-std=gnu11", "-O2", "-g0", "-Wall", "-Wextra", "-fvisibility=hidden"],
             optional=MODE != "require",

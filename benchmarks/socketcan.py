@@ -31,6 +31,7 @@ class Usage:
         self._address = address
         self._first: dict[int, float] = {}
         self._last: dict[int, tuple[str, float]] = {}
+        self._others: set[int] = set()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._watch)
 
@@ -42,6 +43,10 @@ class Usage:
         self._over.set()
         self._thread.join()
 
+    def begin(self) -> None:
+        """Forget what was spent so far."""
+        self._first = {pid: spent for pid, (_, spent) in self._last.items()}
+
     def seconds(self) -> dict[str, float]:
         """By what a process is."""
         found: dict[str, float] = {}
@@ -50,30 +55,25 @@ class Usage:
         return found
 
     def _watch(self) -> None:
-        while not self._over.wait(0.02):
-            for path in Path("/proc").iterdir():
-                if path.name.isdigit():
-                    self._look(int(path.name))
+        while not self._over.wait(0.05):
+            for name in os.listdir("/proc"):
+                if name.isdigit() and int(name) not in self._others:
+                    self._look(int(name))
 
     def _look(self, pid: int) -> None:
         try:
             command = Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode()
             environment = Path(f"/proc/{pid}/environ").read_bytes().decode(errors="replace")
             if self._address not in command + environment:
+                self._others.add(pid)
                 return
             user, system = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
         except (OSError, ValueError):
             return
         spent = (int(user) + int(system)) / _TICKS
         self._first.setdefault(pid, spent)
-        served = re.search(r"canwire run.* (can\w+) ", command)
-        name = (
-            "hub"
-            if "canwire serve" in command
-            else f"server of {served[1]}"
-            if served
-            else command.split()[0]
-        )
+        served = re.search(r"canwire run.* (can[a-z]+) ", command)
+        name = f"server of {served[1]}" if served else "hub" if "canwire serve" in command else command[:8]
         self._last[pid] = name, spent
 
 
@@ -101,6 +101,7 @@ def measure(time_kind: str, frames: int) -> None:
     with hub(time_kind) as address, tempfile.TemporaryFile("w+") as output, Usage(address) as usage:
         dump = run(address, "candump", "-d", "-n", str(frames), "-T", "10000", "can0", stdout=output)
         wait_for_listener(address)
+        usage.begin()
         begun_s = time.perf_counter()
         run(address, "cangen", "can0", "-g", "0", "-n", str(frames), "-I", "123", "-L", "8", "-D", "i").wait()
         dump.wait()

@@ -112,6 +112,11 @@ static void mistakes(void)
     FAILS(setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, &one, 7), EINVAL);
     FAILS(setsockopt(fd, SOL_CAN_RAW, 99, &one, 4), ENOPROTOOPT);
     close(fd);
+    fd = opened("can0", 0);
+    FAILS(shutdown(fd, SHUT_RDWR), EOPNOTSUPP);
+    FAILS(listen(fd, 1), EOPNOTSUPP);
+    sent(fd, 1);
+    close(fd);
     FAILS(socket(PF_CAN, SOCK_DGRAM, 7), EPROTONOSUPPORT);
     FAILS(socket(PF_CAN, SOCK_STREAM, CAN_RAW), EPROTOTYPE);
     FAILS(socket(PF_CAN, SOCK_RAW, 42), EINVAL);

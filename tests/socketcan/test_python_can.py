@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 
 import pytest
 
+import canwire
+from tests.hubs import LONG_S
 from tests.socketcan.bench import Bench, finished, frames
 
 pytest.importorskip("can")
@@ -79,6 +82,25 @@ asyncio.run(main())
 )
 def test_python_can(bench: Bench, program: str) -> None:
     bench.run(sys.executable, "-c", program)
+
+
+REPEATING = """
+import can
+bus = can.Bus(interface="socketcan", channel="can0")
+task = bus.send_periodic(can.Message(arbitration_id=0x123, data=[1], is_extended_id=False), 0.01)
+input()
+"""
+
+
+@pytest.mark.conforms("N-24")
+def test_the_hub_repeats_its_messages(bench: Bench) -> None:
+    dump = bench.dump("can0", "-l", "-n", "3")
+    program = bench.start(sys.executable, "-c", REPEATING, stdin=subprocess.PIPE)
+    assert frames(finished(dump)) == ["123#01"] * 3
+    holders = {place.status(bench.hub).scheduler_holder for place in canwire.every_line(bench.hub, "CAN")}
+    assert any(holder.startswith("canwire run") for holder in holders), holders
+    program.communicate("\n", timeout=LONG_S)
+    bench.until(lambda: bench.channels() == 0)
 
 
 @pytest.mark.conforms("PL-12", "N-28")

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     Array = numpy.ndarray
 
-_RECEIVE, _TRANSMIT = 32_768, 1024  # frames
+_RECEIVE, _TRANSMIT = 32_768, 4096  # frames
 _AT_ONCE = 2048
 _ROOM = 256  # frames for which a sender that waits is woken
 _MUCH = 64  # frames after which more is looked for at once ...

@@ -13,7 +13,7 @@
 #include <pthread.h>
 
 #define RECEIVED_ROWS 2048u
-#define SENT_ROWS 512u
+#define SENT_ROWS 1024u
 #define RECEIVED_SIZE 96u
 #define SENT_SIZE 80u
 

@@ -91,6 +91,26 @@ EXPORT int getpeername(int fd, struct sockaddr *address, socklen_t *length)
     return -1;
 }
 
+/* what a CAN socket does not do */
+
+static int refused(int fd)
+{
+    if (slot_of(fd) == NULL)
+        return 0;
+    errno = EOPNOTSUPP;
+    return 1;
+}
+
+EXPORT int shutdown(int fd, int how)
+{
+    return refused(fd) ? -1 : REAL(shutdown)(fd, how);
+}
+
+EXPORT int listen(int fd, int backlog)
+{
+    return refused(fd) ? -1 : REAL(listen)(fd, backlog);
+}
+
 static int is_stamp(int name)
 {
     return name == SO_TIMESTAMP_OLD_ || name == SO_TIMESTAMP_NEW || name == SO_TIMESTAMPNS_OLD_ ||
