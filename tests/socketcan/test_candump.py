@@ -130,3 +130,12 @@ def test_a_stopped_line_is_a_network_that_is_down(bench: Bench) -> None:
         _, errors = dump.communicate(timeout=30)
     assert "Network is down" in errors
     bench.run("cansend", "HW000001_0", "123#")  # whoever comes next starts it again
+
+
+@pytest.mark.conforms("N-22")
+def test_all_interfaces_are_those_that_come_later_as_well(bench: Bench) -> None:
+    dump = bench.listening("candump", "-n", "2", "any")
+    bench.hub.plug("usb-to-can-fd", "HW000077", buses=("can0", "can0"))
+    bench.run("cansend", "can0", "123#01")
+    bench.run("cansend", "HW000077_0", "123#02")
+    assert frames(finished(dump)) == ["123 [1] 01", "123 [1] 02"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, LineError
+from canwire import CanwireError
 from canwire.socketcan.wire import records_to_send
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class CyclicFrames:
             index = self._lease.add(records_to_send(row).tobytes(), cycle)
             self._used.add(index)
             self._lease.start(index)
-        except (LineError, BadValue):
+        except CanwireError:  # as it is now; a line that is gone its port tells of
             self._let_go_if_unused()
             return None
         return CyclicFrame(self, index)
@@ -72,7 +72,7 @@ class CyclicFrames:
             return False
         try:
             self._lease.replace(index, records_to_send(row).tobytes())
-        except (LineError, BadValue):
+        except CanwireError:
             return False
         return True
 

@@ -106,9 +106,8 @@ class Port:
         with control or nullcontext():
             self._channel = hub.open_channel(self.place.board.id, self.place.line)
         self.cyclic = CyclicFrames(hub, self.place)
-        self._company = None
-        if interface.target == self.place.info.bus:
-            self._company = company_for(hub, self.place, setting.wanted)
+        by_bus = interface.target == self.place.info.bus
+        self._company = company_for(hub, self.place, setting.wanted) if by_bus else None
         self._channel.set_up(ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=_EVENTS))
         self._reading, self._writing = self._channel.reading, self._channel.writing
         self._writing.threshold = _ROOM

@@ -137,6 +137,8 @@ class Server:
         for interface in gone:
             if self._ports.known(interface.index) is None:
                 self._setting.interfaces.remove(interface)
+        for one in list(self._sockets.values()):
+            one.boards_changed()
 
     # requests
 

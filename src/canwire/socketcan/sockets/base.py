@@ -87,6 +87,9 @@ class CanSocket:
         self.end.close()
         self.ended()
 
+    def boards_changed(self) -> None:
+        """Interfaces may have come."""
+
     @property
     def deserted(self) -> bool:
         """No program has it any more; what it sent may still be on its way."""

@@ -30,6 +30,7 @@ from canwire.socketcan.wire import HEADER_SIZE, numpy_module
 if TYPE_CHECKING:
     from canwire.socketcan.control import Asked
     from canwire.socketcan.cyclic import CyclicFrame
+    from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Batch, Port
 
 Key = tuple[int, int, bool]  # identifier word, interface (0: all), FD
@@ -171,11 +172,21 @@ class BcmSocket(MessageSocket):
                 if watching is not None:
                     watching.take(frame, int(row["stamp_ns"]))
 
+    def interface_lost(self, interface: Interface, error: int) -> None:
+        if error == errno.ENODEV:
+            self._stop_operations()
+        super().interface_lost(interface, error)
+
+    def _stop_operations(self) -> None:
+        operations: list[Operation] = [*self._sendings.values(), *self._watchings.values()]
+        for operation in operations:
+            operation.stop()
+        self._sendings.clear()
+        self._watchings.clear()
+
     def ended(self) -> None:
         if self._connected:
-            operations: list[Operation] = [*self._sendings.values(), *self._watchings.values()]
-            for operation in operations:
-                operation.stop()
+            self._stop_operations()
             for port in self._heard:
                 port.leave(self)
         self.let_go()

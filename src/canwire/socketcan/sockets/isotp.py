@@ -181,6 +181,8 @@ class IsoTpSocket(MessageSocket):
             self._leave()
 
     def _leave(self) -> None:
+        while self._waiting:
+            self._waiting.popleft()[1].answer(-errno.EBADF)
         if self._port is not None:
             self._port.leave(self)
         self.let_go()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import struct
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.constants import (
@@ -71,7 +72,7 @@ class RawSocket(CanSocket):
         self._deaf = False
         self._error_mask = 0
         self._heard: list[Port] = []
-        self._hung_up = self._collects = False
+        self._hung_up = self._collects = self._hears_all = False
         super().__init__(setting, ports, slot, end, closed)
 
     # what the program asks
@@ -81,11 +82,22 @@ class RawSocket(CanSocket):
         heard = [self.ports.port(index)] if index else self.ports.of_all()
         for port in self._heard:
             port.leave(self)
-        self._heard = heard
-        for port in heard:
-            port.listeners.append(self)
-            self._apply_loopback(port)
+        self._heard = []
+        self._hears_all = index == 0
+        self._hear(heard)
         self.setting.table.bind(self.slot, index)
+
+    def _hear(self, ports: list[Port]) -> None:
+        for port in ports:
+            if port not in self._heard:
+                self._heard.append(port)
+                port.listeners.append(self)
+                self._apply_loopback(port)
+
+    def boards_changed(self) -> None:
+        if self._hears_all:
+            with suppress(OSError):  # the port has said why
+                self._hear(self.ports.of_all())
 
     def set_option(self, level: int, name: int, value: bytes) -> None:
         if level != SOL_CAN_RAW:
