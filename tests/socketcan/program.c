@@ -115,6 +115,8 @@ static void mistakes(void)
     fd = opened("can0", 0);
     FAILS(shutdown(fd, SHUT_RDWR), EOPNOTSUPP);
     FAILS(listen(fd, 1), EOPNOTSUPP);
+    FAILS(setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &one, sizeof one), ENOPROTOOPT);
+    FAILS(setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &one, 1), EINVAL);
     sent(fd, 1);
     close(fd);
     FAILS(socket(PF_CAN, SOCK_DGRAM, 7), EPROTONOSUPPORT);
@@ -156,6 +158,40 @@ static void descriptors(void)
     close(one);
     close(twin);
     close(epoll);
+}
+
+/* Whoever was told that there is something finds it, whenever it looks; and two readers share without loss. */
+static void storm(void)
+{
+    int fd = opened("can0", SOCK_NONBLOCK), shared = opened("can0", SOCK_NONBLOCK), sender = opened("can0", 0), status;
+    struct pollfd one = {fd, POLLIN, 0}, both = {shared, POLLIN, 0};
+    struct can_frame seen;
+    int pipes[2], counts[2] = {0, 0};
+
+    CHECK(pipe(pipes) == 0);
+    for (int reader = 0; reader < 2; reader++)
+        if (fork() == 0) {
+            int count = 0;
+            while (poll(&both, 1, 2000) == 1)
+                count += read(shared, &seen, sizeof seen) == sizeof seen;
+            CHECK(write(pipes[1], &count, sizeof count) == sizeof count);
+            _exit(0);
+        }
+    if (fork() == 0) {
+        for (int id = 0; id < 20000; id++)
+            sent(sender, id & 0x7FF);
+        _exit(0);
+    }
+    for (int id = 0; id < 20000; id++) {
+        CHECK(poll(&one, 1, 30000) == 1);
+        CHECK(received(fd) == (id & 0x7FF));
+    }
+    CHECK(poll(&one, 1, 0) == 0);
+    for (int child = 0; child < 3; child++)
+        CHECK(wait(&status) > 0 && status == 0);
+    CHECK(read(pipes[0], counts, sizeof counts) == sizeof counts);
+    printf("%d and %d\n", counts[0], counts[1]);
+    CHECK(counts[0] + counts[1] == 20000);
 }
 
 static void across_exec(const char *self)
@@ -276,6 +312,9 @@ static void stamps(void)
     CHECK(told != NULL && fine != NULL && fine[2].tv_sec == told->tv_sec && fine[2].tv_nsec / 1000 == told->tv_usec);
     CHECK(ioctl(fd, SIOCGSTAMP_OLD, &coarse) == 0 && coarse.tv_sec == told->tv_sec && coarse.tv_usec == told->tv_usec);
     sent(other, 2);
+    struct pollfd second = {fd, POLLIN, 0};
+    int waiting;
+    CHECK(poll(&second, 1, 30000) == 1 && ioctl(fd, FIONREAD, &waiting) == 0 && waiting == sizeof one);
     message.msg_controllen = sizeof(struct cmsghdr) + 1;
     CHECK(recvmsg(fd, &message, MSG_PEEK) == sizeof one && message.msg_flags & MSG_CTRUNC);
     CHECK(recv(fd, &one, 8, MSG_TRUNC) == sizeof one);
@@ -316,6 +355,8 @@ int main(int count, char **words)
         own_frames();
     else if (strcmp(words[1], "overflow") == 0)
         overflow();
+    else if (strcmp(words[1], "storm") == 0)
+        storm();
     else if (strcmp(words[1], "full") == 0)
         full();
     else if (strcmp(words[1], "stamps") == 0)

@@ -25,7 +25,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.mark.conforms("PL-12", "N-22", "N-23", "N-27")
 @pytest.mark.parametrize(
-    "what", ["names", "mistakes", "descriptors", "exec", "own", "overflow", "full", "stamps"]
+    "what", ["names", "mistakes", "descriptors", "exec", "own", "overflow", "full", "stamps", "storm"]
 )
 def test_sockets(bench: Bench, program: str, what: str) -> None:
     assert bench.run(program, what).endswith("done\n")

@@ -87,9 +87,12 @@ static int ioctl_of_ours(int fd, struct slot *slot, unsigned long request, void 
         return last_stamp(slot, request, argument);
     struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
     if (block != NULL && request == FIONREAD) {
-        const char *row = lock_ring(&block->received) == 0 ? oldest(block) : NULL;
-        *(int *)argument = row != NULL ? (int)((const struct received *)row)->length : 0;
-        unlock_ring(&block->received);
+        *(int *)argument = 0;
+        if (lock_ring(&block->received) == 0) {
+            const char *row = oldest(block);
+            *(int *)argument = row != NULL ? (int)((const struct received *)row)->length : 0;
+            unlock_received(block, fd);
+        }
         return 0;
     }
     int done = REAL(ioctl)(fd, request, argument);

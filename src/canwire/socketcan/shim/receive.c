@@ -157,8 +157,7 @@ static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struc
         row = oldest(block);
         if (row != NULL)
             break;
-        release_oldest(block, fd); /* a token without a row is one too many */
-        unlock_ring(&block->received);
+        unlock_received(block, fd);
         if (wait_for_row(fd, flags) < 0)
             return -1;
     }
@@ -167,7 +166,7 @@ static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struc
     size_t done = scatter(message, row + sizeof header, length);
     if (!(flags & MSG_PEEK))
         release_oldest(block, fd);
-    unlock_ring(&block->received);
+    unlock_received(block, fd);
     message->msg_flags = done < length ? MSG_TRUNC : 0;
     return finish(slot, &header, message, (ssize_t)(flags & MSG_TRUNC ? length : done));
 }

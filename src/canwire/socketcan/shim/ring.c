@@ -59,23 +59,18 @@ int lock_ring(struct ring *ring)
     return error;
 }
 
-void unlock_ring(struct ring *ring)
+void unlock_sent(struct block *block)
 {
-    pthread_mutex_unlock(&ring->lock);
+    pthread_mutex_unlock(&block->sent.lock);
 }
 
-/* There is nothing more: the descriptor is not readable from now on. What comes meanwhile brings a token of its own, or
- * the server is asked for one. */
-static void take_token(struct block *block, int fd)
+void unlock_received(struct block *block, int fd)
 {
     struct ring *ring = &block->received;
-    char byte;
 
-    if (REAL(recv)(fd, &byte, 1, MSG_DONTWAIT) <= 0)
-        return;
-    STORE(ring->told, 0);
+    pthread_mutex_unlock(&ring->lock);
     FENCE();
-    if (LOAD(ring->head) != ring->tail)
+    if (LOAD(ring->unsettled) && __atomic_exchange_n(&ring->unsettled, 0, __ATOMIC_SEQ_CST))
         notify(fd);
 }
 
@@ -90,14 +85,16 @@ const char *oldest(struct block *block)
 void release_oldest(struct block *block, int fd)
 {
     struct ring *ring = &block->received;
-    uint64_t head = LOAD(ring->head);
+    uint64_t left = LOAD(ring->head) - ring->tail - 1;
+    char byte;
 
-    if (head != ring->tail)
-        STORE(ring->tail, ring->tail + 1);
-    if (head == ring->tail && LOAD(ring->told))
-        take_token(block, fd);
+    STORE(ring->tail, ring->tail + 1);
+    if (left == 0 && ring->told) {
+        REAL(recv)(fd, &byte, 1, MSG_DONTWAIT);
+        ring->told = 0;
+    }
     FENCE();
-    if (LOAD(ring->wanted) && head - ring->tail <= RECEIVED_ROWS / 2 &&
+    if (LOAD(ring->wanted) && left <= RECEIVED_ROWS / 2 &&
         __atomic_exchange_n(&ring->wanted, 0, __ATOMIC_SEQ_CST))
         notify(fd);
 }
@@ -157,15 +154,27 @@ EXPORT void canwire_prepare(struct block *block)
     block->sent.wanted = 1;
 }
 
-static void give_token(struct ring *ring, int fd)
+/* The token is there if anything waits. */
+static void settle(struct ring *ring, int fd)
 {
-    if (!LOAD(ring->told)) {
-        STORE(ring->told, 1);
+    int error;
+
+    STORE(ring->unsettled, 1);
+    FENCE();
+    error = pthread_mutex_trylock(&ring->lock);
+    if (error == EOWNERDEAD)
+        error = pthread_mutex_consistent(&ring->lock);
+    if (error != 0)
+        return; /* who has it kicks */
+    STORE(ring->unsettled, 0);
+    if (ring->head != ring->tail && !ring->told) {
+        ring->told = 1;
         notify(fd);
     }
+    pthread_mutex_unlock(&ring->lock);
 }
 
-/* How many of the rows there was room for. The token goes first, so that whoever takes the last row finds it. */
+/* How many of the rows there was room for. */
 EXPORT long canwire_publish(struct block *block, const char *rows, long count, int fd)
 {
     struct ring *ring = &block->received;
@@ -178,19 +187,16 @@ EXPORT long canwire_publish(struct block *block, const char *rows, long count, i
         memcpy(block->received_rows + (head + (uint64_t)at) % RECEIVED_ROWS * RECEIVED_SIZE, rows + at * RECEIVED_SIZE,
                RECEIVED_SIZE);
     if (room > 0) {
-        give_token(ring, fd);
         STORE(ring->head, head + (uint64_t)room);
-        FENCE();
-        give_token(ring, fd);
+        settle(ring, fd);
     }
     return room;
 }
 
-/* Somebody has kicked: if it was for a token, give it. */
+/* Somebody has kicked: perhaps for a token. */
 EXPORT void canwire_kicked(struct block *block, int fd)
 {
-    if (block->received.head != LOAD(block->received.tail))
-        give_token(&block->received, fd);
+    settle(&block->received, fd);
 }
 
 /* Have a kick once at least half of the ring is free; 0: it is now, and there will be none. */

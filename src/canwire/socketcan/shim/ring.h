@@ -4,6 +4,9 @@
  * tells that there is something. It holds one byte, a token, while `received` is not empty, so that poll, select and epoll
  * are right; the other way a byte, a kick, wakes the server when it waits. The program's side has a lock, because any
  * number of threads and processes may have the socket; the server is one thread.
+ *
+ * The token is given and taken under the lock, so that whoever is told that there is something finds it. The server never
+ * waits for the lock: where it is taken, who has it kicks once it is free, and the server looks again.
  */
 #ifndef CANWIRE_RING_H
 #define CANWIRE_RING_H
@@ -21,7 +24,8 @@ struct ring {
     pthread_mutex_t lock; /* of the program's side; robust */
     uint64_t head __attribute__((aligned(64)));
     uint64_t tail __attribute__((aligned(64)));
-    uint32_t told __attribute__((aligned(64))); /* received: a token is in the socket, or about to be */
+    uint32_t told __attribute__((aligned(64))); /* received: a token is in the socket */
+    uint32_t unsettled;                         /* received: the server could not look whether one is needed */
     uint32_t wanted;                            /* received: the server wants room; sent: it waits for frames */
     uint32_t waiting;                           /* sent: somebody waits for room ... */
     uint32_t turn;                              /* ... on this word */
@@ -36,7 +40,8 @@ struct block {
 
 /* the program's side, under the ring's lock: 0, or an errno (EDEADLK in a signal handler of who has it) */
 int lock_ring(struct ring *ring);
-void unlock_ring(struct ring *ring);
+void unlock_sent(struct block *block);
+void unlock_received(struct block *block, int fd);
 const char *oldest(struct block *block); /* NULL: nothing has come */
 void release_oldest(struct block *block, int fd);
 char *next_free(struct block *block); /* NULL: full */

@@ -99,10 +99,10 @@ static int put_row(int fd, struct block *block, const struct sent *header, const
             memcpy(row, header, sizeof *header);
             memcpy(row + sizeof *header, frame, header->length);
             error = commit(block, fd);
-            unlock_ring(&block->sent);
+            unlock_sent(block);
             return error;
         }
-        unlock_ring(&block->sent);
+        unlock_sent(block);
         if (!waits(fd, flags))
             return ENOBUFS;
         error = wait_for_room(fd, block, interface, &left);

@@ -127,6 +127,10 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
 {
     int number;
 
+    if (name == SO_ATTACH_FILTER || name == SO_ATTACH_BPF) { /* it would see our bytes instead of frames */
+        errno = ENOPROTOOPT;
+        return -1;
+    }
     if (name != SO_RCVBUF && name != SO_RCVBUFFORCE && name != SO_RXQ_OVFL && !is_stamp(name) && !is_stamping(name))
         return 1;
     if (length < sizeof number) {
