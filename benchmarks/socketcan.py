@@ -73,7 +73,8 @@ class Usage:
         spent = (int(user) + int(system)) / _TICKS
         self._first.setdefault(pid, spent)
         served = re.search(r"canwire run.* (can[a-z]+) ", command)
-        name = f"server of {served[1]}" if served else "hub" if "canwire serve" in command else command.partition(" ")[0]
+        name = f"server of {served[1]}" if served else command.partition(" ")[0]
+        name = "hub" if "canwire serve" in command else name
         self._last[pid] = name, spent
 
 

@@ -92,6 +92,32 @@ input()
 """
 
 
+ISOTP = """
+import socket
+one = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_ISOTP)
+one.bind(("can0", 0x123, 0x321))
+assert one.getsockname() == ("can0", 0x123, 0x321), one.getsockname()
+other = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_ISOTP)
+other.bind(("can0", 0x321, 0x123))
+other.setblocking(True)
+for size in (1, 7, 8, 100, 4096, 8200):
+    other.send(bytes(k & 255 for k in range(size)))
+    assert one.recv(9000) == bytes(k & 255 for k in range(size))
+for data in (b"", bytes(8201)):
+    try:
+        one.send(data)
+    except OSError as error:
+        assert error.errno == 22
+    else:
+        raise AssertionError("sent")
+"""
+
+
+@pytest.mark.conforms("PP-01", "N-26")
+def test_isotp_sockets_of_python_itself(bench: Bench) -> None:
+    bench.run(sys.executable, "-c", ISOTP)
+
+
 @pytest.mark.conforms("N-24")
 def test_the_hub_repeats_its_messages(bench: Bench) -> None:
     dump = bench.dump("can0", "-l", "-n", "3")

@@ -90,7 +90,8 @@ int main(void)
     SHOW(offsetof(struct table, interfaces));
     SHOW(offsetof(struct interface, flags)); SHOW(offsetof(struct slot, interface));
     SHOW(offsetof(struct slot, fd_frames));
-    SHOW(offsetof(struct slot, receive_buffer)); SHOW(offsetof(struct slot, error)); SHOW(sizeof(struct received));
+    SHOW(offsetof(struct slot, receive_buffer)); SHOW(offsetof(struct slot, error));
+    SHOW(offsetof(struct slot, receives)); SHOW(sizeof(struct received));
     SHOW(sizeof(struct sent)); SHOW(RECEIVED_SIZE); SHOW(SENT_SIZE); SHOW(MOST_SLOTS);
 }
 """
@@ -116,6 +117,7 @@ def test_both_sides_have_the_same_layout(tmp_path: Path) -> None:
         "offsetof(struct slot, fd_frames)": table._FD_OFFSET,
         "offsetof(struct slot, receive_buffer)": table._RECEIVE_OFFSET,
         "offsetof(struct slot, error)": table._ERROR_OFFSET,
+        "offsetof(struct slot, receives)": table._IDENTIFIERS_OFFSET,
         "sizeof(struct received)": 24,
         "sizeof(struct sent)": 8,
         "RECEIVED_SIZE": 96,

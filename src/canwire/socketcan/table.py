@@ -27,7 +27,9 @@ _SIZE = _SLOTS_AT + MOST_SLOTS * _SLOT.size
 _COUNT_AT = 8
 _FLAGS_OFFSET = 24
 _BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
+_IDENTIFIERS_OFFSET = 52
 _PAIR, _WORD = struct.Struct("<iI"), struct.Struct("<I")
+_WORDS = struct.Struct("<II")
 
 
 class Table:
@@ -80,6 +82,10 @@ class Table:
     def bind(self, slot: int, interface: int) -> None:
         """To this index; 0: to all."""
         _PAIR.pack_into(self._memory, _at(slot) + _BOUND_OFFSET, interface, 1)
+
+    def set_identifiers(self, slot: int, receives: int, sends: int) -> None:
+        """Of an ISO-TP socket, flags included."""
+        _WORDS.pack_into(self._memory, _at(slot) + _IDENTIFIERS_OFFSET, receives, sends)
 
     def unbind(self, slot: int) -> None:
         """Its interface is gone."""

@@ -48,7 +48,9 @@ struct slot { /* one socket; what stands here the program's calls change without
     uint32_t counts_drops;    /* SO_RXQ_OVFL */
     uint64_t last_stamp_ns;   /* SIOCGSTAMP */
     uint32_t error;           /* SO_ERROR */
-    uint32_t reserved[3];
+    uint32_t receives;        /* CAN_ISOTP: the two identifiers */
+    uint32_t sends;
+    uint32_t reserved;
 };
 
 struct table {

@@ -78,6 +78,8 @@ EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
     if (slot == NULL)
         return REAL(getsockname)(fd, address, length);
     name.can_ifindex = slot->interface;
+    name.can_addr.tp.rx_id = slot->receives;
+    name.can_addr.tp.tx_id = slot->sends;
     memcpy(address, &name, *length < sizeof name ? *length : sizeof name);
     *length = sizeof name;
     return 0;

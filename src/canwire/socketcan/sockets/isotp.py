@@ -97,6 +97,7 @@ class IsoTpSocket(MessageSocket):
         self._sender.options = self._receiver.options = self._options
         port.listeners.append(self)
         self.setting.table.bind(self.slot, index)
+        self.setting.table.set_identifiers(self.slot, self._receives, self._sends)
 
     def sent(self, data: bytes, index: int, waits: bool, asked: Asked) -> None:
         if self._port is None:
