@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from canwire.socketcan.programs import trouble_with
-from tests.socketcan.bench import Bench
+from tests.hubs import LONG_S
+from tests.socketcan.bench import Bench, need
 
 
 def built(folder: Path, name: str, *switches: str) -> str:
@@ -72,6 +73,17 @@ def test_status_and_signals_are_the_program_s(bench: Bench) -> None:
     process.send_signal(signal.SIGUSR1)
     process.communicate(timeout=30)
     assert process.returncode == -signal.SIGUSR1
+
+
+def test_what_a_program_leaves_behind_has_its_interfaces(bench: Bench) -> None:
+    need("candump")
+    script = "(sleep 0.5; exec candump -n 1 -T 20000 can0) > later.txt &"
+    process = bench.start("sh", "-c", script, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    assert process.wait(LONG_S) == 0
+    bench.until(lambda: bench.channels() == 1)
+    bench.run("cansend", "can0", "123#11")
+    bench.until(lambda: (bench.home / "later.txt").read_text() == "  can0  123   [1]  11\n")
+    bench.until(lambda: bench.channels() == 0)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ control are the program's own. The server is a grandchild in a session of its ow
 
 from __future__ import annotations
 
+import fcntl
 import os
 import resource
 import shutil
@@ -19,8 +20,11 @@ from canwire import CanwireError, Unsupported
 DIRECTORY_VARIABLE = "CANWIRE_SOCKETCAN"
 _LONGEST_PATH = 90  # of a socket there, below what struct sockaddr_un holds
 
-Serving = Callable[[str, int, Callable[[], object]], object]
-"""Called in the server's process: directory, the program's pidfd, and what to call when programs can come."""
+_KIN_FROM = 200  # descriptors that programs and scripts use by number are below
+
+Serving = Callable[[str, tuple[int, int], Callable[[], object]], object]
+"""Called in the server's process: directory, what is readable at the end of the program and of everything that it has
+started, and what to call when programs can come."""
 
 
 def shim() -> str:
@@ -59,15 +63,18 @@ def _place() -> str | None:
 def _start(directory: str, serving: Serving) -> str:
     """Have the server run; what keeps it from that, "" if nothing does."""
     program = os.pidfd_open(os.getpid())
+    kin, inherited = os.pipe()
     reading, writing = os.pipe()
     middle = os.fork()
     if middle == 0:
         os.close(reading)
+        os.close(inherited)
         if os.fork() == 0:
-            _serve(directory, serving, program, writing)
+            _serve(directory, serving, (program, kin), writing)
         os._exit(0)
-    os.close(writing)
-    os.close(program)
+    for descriptor in (writing, program, kin):
+        os.close(descriptor)
+    _leave_to_kin(inherited)
     os.waitpid(middle, 0)
     with os.fdopen(reading, "rb") as pipe:
         told = pipe.read().decode()
@@ -77,7 +84,17 @@ def _start(directory: str, serving: Serving) -> str:
 _READY = "ready"
 
 
-def _serve(directory: str, serving: Serving, program: int, writing: int) -> None:
+def _leave_to_kin(descriptor: int) -> None:
+    """The program and what it starts have this open until they end."""
+    try:
+        fcntl.fcntl(descriptor, fcntl.F_DUPFD, _KIN_FROM)
+    except OSError:  # so few are allowed: where it is, then
+        os.set_inheritable(descriptor, True)
+    else:
+        os.close(descriptor)
+
+
+def _serve(directory: str, serving: Serving, program: tuple[int, int], writing: int) -> None:
     """The server's process from beginning to end."""
     status = 0
     telling = os.fdopen(writing, "wb", buffering=0)

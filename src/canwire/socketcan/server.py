@@ -69,15 +69,17 @@ class Server:
         self._sockets: dict[int, CanSocket] = {}
         self._rings = Rings(os.path.join(directory, "rings"), library)
         self._said: set[str] = set()
-        self._program_over = False
+        self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._boards = Event()
         hub.watch(self._boards)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
 
-    def run(self, program: int) -> None:
-        """Until the process with this pidfd is over and nobody has a socket any more."""
-        self._loop.watch(program, READABLE, lambda _: self._over(program))
+    def run(self, programs: tuple[int, int]) -> None:
+        """Until all of these are readable or hung up, and nobody has a socket any more."""
+        self._alive = set(programs)
+        for descriptor in programs:
+            self._watch_end(descriptor)
         self._loop.run()
         self._flush()
         self.close()
@@ -93,13 +95,16 @@ class Server:
 
     # the end
 
-    def _over(self, program: int) -> None:
-        self._loop.forget(program)
-        self._program_over = True
-        self._stop_if_unused()
+    def _watch_end(self, descriptor: int) -> None:
+        def ended(_: int) -> None:
+            self._loop.forget(descriptor)
+            self._alive.discard(descriptor)
+            self._stop_if_unused()
+
+        self._loop.watch(descriptor, READABLE, ended)
 
     def _stop_if_unused(self) -> None:
-        if self._program_over and all(one.deserted for one in self._sockets.values()):
+        if not self._alive and all(one.deserted for one in self._sockets.values()):
             self._loop.stop()
 
     def _flush(self) -> None:
@@ -117,7 +122,7 @@ class Server:
             else:
                 self._loop.call_in(_LOOK_S, look)
 
-        self._program_over = False  # from here on `look` stops the loop
+        self._alive = {-1}  # from here on `look` stops the loop
         self._loop.soon(look)
         self._loop.run()
         if state.pending:

@@ -59,8 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
         complain(f"{path} {trouble}; it has no CAN")
     mappings = dict(parse_mapping(text) for text in arguments.interface)
 
-    def serving(directory: str, program: int, ready: Callable[[], object]) -> None:
-        _serve(arguments, mappings, directory, program, ready)
+    def serving(directory: str, programs: tuple[int, int], ready: Callable[[], object]) -> None:
+        _serve(arguments, mappings, directory, programs, ready)
 
     launch(words[0], words[1:], serving)
     return 0
@@ -70,7 +70,7 @@ def _serve(
     arguments: argparse.Namespace,
     mappings: dict[str, str],
     directory: str,
-    program: int,
+    programs: tuple[int, int],
     ready: Callable[[], object],
 ) -> None:
     from canwire.socketcan.launch import shim
@@ -81,4 +81,4 @@ def _serve(
         wanted = WantedMode(arguments.bit_rate, arguments.data_bit_rate)
         server = Server(hub, directory, shim(), mappings, wanted, epoch_ns(hub), complain)
         ready()
-        server.run(program)
+        server.run(programs)
