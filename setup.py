@@ -46,6 +46,7 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.boards.can.channel": 2,
     "canwire.boards.can.line": 2,
 }
+SHIM = "canwire.socketcan._shim"
 DIRECTIVES = {
     "language_level": 3,
     "boundscheck": False,
@@ -66,8 +67,11 @@ class BuildCore(build_ext):
     command_name = "build_ext"  # what its warnings begin with
 
     def run(self) -> None:
+        shim = [extension for extension in self.extensions if extension.name == SHIM]
+        self.extensions = [extension for extension in self.extensions if extension.name != SHIM]
         if self.extensions:
             self.translate()
+        self.extensions += shim
         super().run()
 
     def translate(self) -> None:
@@ -100,6 +104,23 @@ def compiled_core() -> list[Extension]:
     ]
 
 
+def socketcan_shim() -> list[Extension]:
+    """What `canwire run` preloads: plain C without Python, in the shape of an extension so that it is built as one."""
+    if sys.platform != "linux":
+        return []
+    folder = Path("src/canwire/socketcan/shim")
+    return [
+        Extension(
+            SHIM,
+            sorted(str(path) for path in folder.glob("*.c")),
+            depends=sorted(str(path) for path in folder.glob("*.h")),
+            libraries=["dl", "pthread"],
+            extra_compile_args=["-std=gnu11", "-O2", "-g0", "-Wall", "-Wextra", "-fvisibility=hidden"],
+            optional=MODE != "require",
+        )
+    ]
+
+
 def optimisation(level: int) -> list[str]:
     return [] if sys.platform == "win32" else [f"-O{level}", "-g0", "-fno-strict-aliasing"]
 
@@ -109,7 +130,7 @@ if __name__ == "__main__":  # processes that translate may import this file agai
         sys.exit(f"CANWIRE_BUILD={MODE!r}: choose auto, pure or require")
     os.chdir(Path(__file__).parent)
     setup(
-        ext_modules=[] if MODE == "pure" else compiled_core(),
+        ext_modules=[] if MODE == "pure" else [*compiled_core(), *socketcan_shim()],
         cmdclass={"build_ext": BuildCore},
         options={"build_ext": {"parallel": PROCESSES}},
     )

@@ -2,6 +2,7 @@
 
 python docs/shared_picture.py > docs/shared.svg                    a hub and three commands
 python docs/shared_picture.py five > docs/five-programs.svg        the five programs of five-programs.md
+python docs/shared_picture.py socketcan > docs/socketcan.svg       socketcan.md's terminals
 """
 
 from __future__ import annotations
@@ -11,11 +12,14 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 from html import escape
 from pathlib import Path
 
+import canwire
+
 LINE, LEFT, TOP, WIDTH = 19, 16, 30, 1000
-COLOURS = (("$ ", "#7fd962"), ("# ", "#6e7681"), ("HW", "#59c2ff"), ("  can0", "#ffb454"))
+COLOURS = (("$ ", "#7fd962"), ("# ", "#6e7681"), ("HW", "#59c2ff"), ("  can0", "#ffb454"), ("(", "#ffb454"))
 SEND = ["send", "can0", "123#1122", "18FF1234##1AABBCC", "100#R"]
 
 
@@ -82,6 +86,35 @@ def five() -> list[str]:
     return [*lines, "", f"$ canwire {go}"]
 
 
+def socketcan() -> list[str]:
+    """candump and cangen, and a program for VCI on the same bus."""
+    page = (Path(__file__).parent / "socketcan.md").read_text(encoding="utf-8")
+    serve, dump, generate, write = re.findall(r"^\$ (.*)$", page, re.MULTILINE)
+    _, text = re.findall(r"<!-- program: (\S+) -->\n```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)[0]
+    with tempfile.TemporaryDirectory() as home:
+        os.environ["CANWIRE_HUB"] = socket = str(Path(home) / "canwire.sock")
+        hub = started(home, *command("serve", "--socket", socket))
+        introduction = read(hub, 1)[0].replace(home, "/run/user/1000")
+        seen = started(home, *command(*dump.split()[1:]))
+        with canwire.connect(socket, name="picture") as shared:
+            while not any(place.status(shared).channels for place in canwire.every_line(shared, "CAN")):
+                time.sleep(0.05)
+        subprocess.run(command(*generate.split()[1:]), check=True)
+        subprocess.run([sys.executable, "-c", text], check=True)
+        shown = read(seen, 4)
+        for process in (seen, hub):
+            process.kill()
+            process.communicate()
+    return [
+        "# terminal 1", f"$ {serve}", introduction, "",
+        "# terminal 2", f"$ {dump}", *shown, "",
+        "# terminal 3", f"$ {generate}", f"$ {write}",
+    ]  # fmt: skip
+
+
+STORIES = {"five": five, "socketcan": socketcan}
+
+
 def started(home: str, *words: str) -> subprocess.Popen[str]:
     return subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=home)
 
@@ -108,4 +141,4 @@ def picture(lines: list[str]) -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(picture(five() if sys.argv[1:] == ["five"] else story()))
+    sys.stdout.write(picture(STORIES.get("".join(sys.argv[1:]), story)()))

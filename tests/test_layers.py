@@ -45,6 +45,7 @@ OUTSIDE = [
     "ldf",
     "python_can",
     "pytest_hub",
+    "socketcan",
     "pytest_plugin",
     "commands",
     "__main__",
@@ -60,15 +61,16 @@ OUTSIDE_MAY = {
     "ldf": set(),
     "python_can": set(),
     "pytest_hub": set(),
+    "socketcan": set(),
     "pytest_plugin": set(),
-    "commands": {"acan", "candrv", "ldf", "slcan"},
+    "commands": {"acan", "candrv", "ldf", "slcan", "socketcan"},
     "__main__": {"commands"},
 }
 
 # clocks, threads and sockets
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
-MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can"}
+MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can", "socketcan"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
 MAY_LOCK = {
     "vci.fifo.fifo",

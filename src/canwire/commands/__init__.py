@@ -57,6 +57,10 @@ VERBS = {
     "fault": Verb("canwire.commands.fault.verb", "have something go wrong on a bus of the hub"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
+    "run": Verb("canwire.commands.socketcan.run", "run a program that speaks SocketCAN on buses of the hub"),
+    "bridge": Verb(
+        "canwire.commands.socketcan.bridge", "join a bus of the hub and a CAN interface of the kernel"
+    ),
     "slcan": Verb(
         "canwire.commands.slcan", "play a CANBUS dongle, for programs that use serial CAN adapters"
     ),

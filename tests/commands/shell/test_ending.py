@@ -52,17 +52,20 @@ WITHOUT_HUB = ("demo", "serve")
 AT_ONCE = {
     "acan",
     "bits",
+    "bridge",
     "completion",
     "devices",
     "plug",
     "recover",
+    "run",
     "share",
     "stop",
     "timing",
     "unplug",
     "up",
 }
-"""They end by themselves at once, or are shown to end in tests of their own: acan's programs, a hub by `share`."""
+"""They end by themselves at once, or are shown to end in tests of their own: acan's programs, a hub by `share`,
+`run` becomes its program, `bridge` takes an interface of the kernel."""
 
 
 class Running:

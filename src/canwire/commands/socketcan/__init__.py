@@ -1,0 +1,1 @@
+"""`canwire run` and `canwire bridge`."""

@@ -1,0 +1,84 @@
+"""`canwire run`: start a program that speaks SocketCAN; it finds the hub's buses as CAN interfaces.
+
+canwire run candump any                             every bus of the hub
+canwire run cangen can0                             a line on can0 that nobody uses, else a shared one
+canwire run cansend HW000001_0 123#DEADBEEF         line 0 of the board HW000001
+canwire run --interface vcan0=can0 -- ./test.sh     can0 under the name that a script expects
+canwire run sh                                      a shell: everything that is started there
+
+No kernel with CAN and no rights are needed. The process becomes the program: signals, exit status and job control are
+its own. An interface that is named after a bus has somebody there who acknowledges, as a kernel's vcan does. Programs
+that make their system calls themselves (static ones, Go) cannot be helped: they are named. docs/socketcan.md has the
+rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from collections.abc import Callable
+from contextlib import ExitStack
+
+from canwire import BadValue, WantedMode
+from canwire.commands.console import complain
+from canwire.commands.shared_hub import add_hub_argument, add_rate_argument, connected
+from canwire.commands.wall_clock import epoch_ns
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument(
+        "--interface",
+        action="append",
+        default=[],
+        metavar="NAME=LINE",
+        help="another name for a bus or a line: vcan0=can0, can0=HW000001:0; may be given again",
+    )
+    add_rate_argument(parser, "--bit-rate", "for a line that nobody started", WantedMode.USUAL_BIT_RATE)
+    add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
+    add_hub_argument(parser)
+    parser.add_argument(
+        "program", nargs=argparse.REMAINDER, metavar="PROGRAM [ARGUMENT ...]", help="what to run"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Become the program; HubError without a hub, BadValue for what cannot be, Unsupported without the shim."""
+    from canwire.socketcan.interfaces import parse_mapping
+    from canwire.socketcan.launch import launch, shim
+    from canwire.socketcan.programs import trouble_with
+
+    words = arguments.program[1:] if arguments.program[:1] == ["--"] else arguments.program
+    if not words:
+        raise BadValue("no program to run; `canwire run candump any` shows every bus")
+    path = shutil.which(words[0])
+    if path is None:
+        raise BadValue(f"{words[0]}: no such program")
+    shim()
+    if trouble := trouble_with(path):
+        complain(f"{path} {trouble}; it has no CAN")
+    mappings = dict(parse_mapping(text) for text in arguments.interface)
+
+    def serving(directory: str, programs: tuple[int, int], ready: Callable[[], object]) -> None:
+        _serve(arguments, mappings, directory, programs, ready)
+
+    launch(words[0], words[1:], serving)
+    return 0
+
+
+def _serve(
+    arguments: argparse.Namespace,
+    mappings: dict[str, str],
+    directory: str,
+    programs: tuple[int, int],
+    ready: Callable[[], object],
+) -> None:
+    from canwire.socketcan.launch import shim
+    from canwire.socketcan.server import Server
+
+    with ExitStack() as closing:
+        hub = connected(arguments, "run", closing)
+        wanted = WantedMode(arguments.bit_rate, arguments.data_bit_rate)
+        server = Server(hub, directory, shim(), mappings, wanted, epoch_ns(hub), complain)
+        ready()
+        server.run(programs)

@@ -1,0 +1,1 @@
+"""CAN_BCM: the broadcast manager, which sends by itself and tells only what changes."""

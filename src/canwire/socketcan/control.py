@@ -1,0 +1,106 @@
+"""What shims ask: one message on a connection of its own, one answer."""
+
+from __future__ import annotations
+
+import errno
+import socket
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire.socketcan.loop import READABLE
+
+if TYPE_CHECKING:
+    from canwire.socketcan.loop import Loop
+
+LARGEST_REQUEST = 1 << 21
+_REQUEST = struct.Struct("<Iiii")
+_RESULT = struct.Struct("<q")
+_BACKLOG = 512
+
+
+class Request(NamedTuple):
+    """shim/shim.h, struct request, and the data behind it; `program` is the name of who asks."""
+
+    operation: int
+    slot: int
+    a: int
+    b: int
+    data: bytes
+    program: str
+
+
+class Asked:
+    """One request to be answered, now or later; whoever asks waits."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+
+    def answer(self, result: int, data: bytes = b"", descriptor: int | None = None) -> None:
+        """`result` below 0 is an errno. A program that has ended meanwhile needs no answer."""
+        try:
+            message = [_RESULT.pack(result), data]
+            if descriptor is None:
+                self._connection.sendmsg(message)
+            else:
+                socket.send_fds(self._connection, message, [descriptor])
+        except ConnectionError:
+            pass
+        finally:
+            self._connection.close()
+
+
+Answering = Callable[[Request, Asked], object]
+
+
+class Control:
+    """Listens at `path`; `answering` gets each request, and raises OSError for one that fails."""
+
+    def __init__(self, loop: Loop, path: str, answering: Answering) -> None:
+        self._loop = loop
+        self._answering = answering
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK)
+        self._listener.bind(path)
+        self._listener.listen(_BACKLOG)
+        loop.watch(self._listener.fileno(), READABLE, self._accept)
+
+    def close(self) -> None:
+        self._loop.forget(self._listener.fileno())
+        self._listener.close()
+
+    def _accept(self, _: int) -> None:
+        try:
+            connection, _address = self._listener.accept()
+        except BlockingIOError:
+            return
+        connection.setblocking(False)
+        self._loop.watch(connection.fileno(), READABLE, lambda _: self._receive(connection))
+
+    def _receive(self, connection: socket.socket) -> None:
+        self._loop.forget(connection.fileno())
+        try:
+            message = connection.recv(LARGEST_REQUEST)
+        except OSError:
+            message = b""
+        if len(message) < _REQUEST.size:
+            connection.close()
+            return
+        asked = Asked(connection)
+        operation, slot, a, b = _REQUEST.unpack_from(message)
+        data = message[_REQUEST.size :]
+        request = Request(operation, slot, a, b, data, _name_of(connection))
+        try:
+            self._answering(request, asked)
+        except OSError as error:
+            asked.answer(-(error.errno or errno.EIO))
+
+
+def _name_of(connection: socket.socket) -> str:
+    """Of the program at the other end."""
+    credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12)
+    process = struct.unpack("<iII", credentials)[0]
+    try:
+        with open(f"/proc/{process}/comm", encoding="utf-8", errors="replace") as file:
+            return file.read().strip()
+    except OSError:
+        return f"process {process}"

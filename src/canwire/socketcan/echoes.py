@@ -1,0 +1,94 @@
+"""Whose frame comes back from the bus: a channel says that it is its line's, not which socket sent it."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from canwire.socketcan.wire import IDENTITY, SELF_RECEPTION, numpy_module
+
+if TYPE_CHECKING:
+    import numpy
+
+    Array = numpy.ndarray
+
+NOBODY = -1
+_MOST = 8192  # outstanding frames; the transmit queue is shorter
+
+
+class Echoes:
+    """Frames of one channel come back in the order they were sent; those that a line gave up do not."""
+
+    def __init__(self) -> None:
+        self._sent: deque[tuple[int, Array]] = deque()  # slot, records
+        self._count = 0
+
+    @property
+    def outstanding(self) -> int:
+        return self._count
+
+    def sent(self, slot: int, records: Array) -> None:
+        self._sent.append((slot, records))
+        self._count += len(records)
+        while self._count > _MOST:
+            self._count -= len(self._sent.popleft()[1])
+
+    def clear(self) -> None:
+        """Nothing of it comes any more: the line was stopped."""
+        self._sent.clear()
+        self._count = 0
+
+    def owners(self, records: Array) -> Array:
+        """Slots by record; NOBODY for frames of others, on this line or elsewhere."""
+        numpy = numpy_module()
+        found: Array = numpy.full(len(records), NOBODY, "i4")
+        if not self._sent:
+            return found
+        (local,) = numpy.nonzero(records["info"] & SELF_RECEPTION)
+        done = 0
+        while done < len(local) and self._sent:
+            done += self._match(records, local[done:], found)
+        return found
+
+    def _match(self, records: Array, places: Array, found: Array) -> int:
+        """Take as many as agree with what was sent next, one at least; how many were looked at."""
+        slot, sent = self._sent[0]
+        count = min(len(sent), len(places))
+        same = _same(sent[:count], records[places[:count]])
+        agreeing = count if same.all() else int(same.argmin())
+        if agreeing == 0 and not self._skip_to(records[places[0]]):
+            return 1
+        if agreeing:
+            found[places[:agreeing]] = slot
+            self._drop(agreeing)
+        return agreeing
+
+    def _skip_to(self, record: Array) -> bool:
+        """What was sent before this one has been given up; False: this one is not ours."""
+        skipped = 0
+        for _, sent in self._sent:
+            same = _same(sent, record)
+            if same.any():
+                self._drop(skipped + int(same.argmax()))
+                return True
+            skipped += len(sent)
+        return False
+
+    def _drop(self, count: int) -> None:
+        self._count -= count
+        while count:
+            slot, sent = self._sent[0]
+            if len(sent) > count:
+                self._sent[0] = slot, sent[count:]
+                return
+            count -= len(sent)
+            self._sent.popleft()
+
+
+def _same(sent: Array, echoes: Array) -> Array:
+    found: Array = (
+        (sent["id"] == echoes["id"])
+        & (sent["info"] & IDENTITY == echoes["info"] & IDENTITY)
+        & (sent["data"] == echoes["data"]).all(axis=-1)
+    )
+    return found

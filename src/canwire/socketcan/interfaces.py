@@ -1,0 +1,95 @@
+"""Which interfaces a program sees, and what lines of the hub they mean.
+
+can0, can1      by the name of a bus: a line there that nobody uses, else one that others use as well
+HW000104_0      one line of a board: line 0 of HW000104
+vcan0=can0      whatever was asked for, as another name for either
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from canwire import BadValue, every_line, find_lines
+from canwire.socketcan.constants import CAN_MTU, CANFD_MTU
+from canwire.socketcan.table import GONE, UP, Table
+
+if TYPE_CHECKING:
+    from canwire import Hub, LinePlace
+
+FIRST_INDEX = 1001  # far from those of the kernel's own interfaces
+_NAME = re.compile(r"[^/\s:]{1,15}")
+
+
+@dataclass
+class Interface:
+    """One interface; `target` is what `find_lines` knows. `of_all`: a socket bound to all of them hears it."""
+
+    name: str
+    target: str
+    index: int
+    place: int  # in the table
+    of_all: bool
+    flags: int = UP
+
+
+def parse_mapping(text: str) -> tuple[str, str]:
+    """(name, line) of "vcan0=can0"; raises BadValue."""
+    name, equals, target = text.partition("=")
+    if not equals or not target or not _NAME.fullmatch(name):
+        raise BadValue(
+            f"--interface {text}: NAME=LINE, the name with 1 to 15 characters, no blanks, colons, slashes"
+        )
+    return name, target
+
+
+class Interfaces:
+    """Those that there are now, in the table as well."""
+
+    def __init__(self, hub: Hub, table: Table, mappings: dict[str, str]) -> None:
+        """Raises NoSuchBoard for a mapping to a line that is not there."""
+        self._hub = hub
+        self._table = table
+        self._mapped = bool(mappings)
+        self.by_index: dict[int, Interface] = {}
+        for name, target in mappings.items():
+            self._add(name, target, find_lines(hub, target, "CAN"), of_all=True)
+        self.refresh()
+
+    def refresh(self) -> list[Interface]:
+        """Boards have come or gone: add interfaces, and return those whose lines are not there any more."""
+        lines = every_line(self._hub, "CAN")
+        there: set[str] = set()
+        for bus in dict.fromkeys(place.info.bus for place in lines if place.info.bus):
+            there.add(bus)
+            self._know(bus, bus, [place for place in lines if place.info.bus == bus], of_all=not self._mapped)
+        for place in lines:
+            there.add(place.address)
+            self._know(f"{place.board.hardware_id}_{place.line}", place.address, [place], of_all=False)
+        return [one for one in self.by_index.values() if one.target not in there]
+
+    def remove(self, interface: Interface) -> None:
+        """Nothing of that name from now on."""
+        self.by_index.pop(interface.index, None)
+        self.show(interface, GONE)
+
+    def show(self, interface: Interface, flags: int) -> None:
+        """Have the programs see it so: UP, STUCK."""
+        interface.flags = flags
+        self._table.set_flags(interface.place, flags)
+
+    def of_all(self) -> list[Interface]:
+        return [one for one in self.by_index.values() if one.of_all]
+
+    def _know(self, name: str, target: str, lines: list[LinePlace], *, of_all: bool) -> None:
+        if _NAME.fullmatch(name) and all(one.name != name for one in self.by_index.values()):
+            self._add(name, target, lines, of_all=of_all)
+
+    def _add(self, name: str, target: str, lines: list[LinePlace], *, of_all: bool) -> None:
+        fd = any(place.info.capabilities.data is not None for place in lines)
+        index = FIRST_INDEX + len(self.by_index)
+        while index in self.by_index:
+            index += 1
+        place = self._table.add_interface(name, index, CANFD_MTU if fd else CAN_MTU, UP)
+        self.by_index[index] = Interface(name, target, index, place, of_all)

@@ -1,0 +1,141 @@
+"""How a program is started so that it finds its server, which is nobody's child and ends after it.
+
+The process that was asked for becomes the program itself: its process id, signals, exit status, terminal and job
+control are the program's own. The server is a grandchild in a session of its own.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from canwire import CanwireError, Unsupported
+
+DIRECTORY_VARIABLE = "CANWIRE_SOCKETCAN"
+_LONGEST_PATH = 90  # of a socket there, below what struct sockaddr_un holds
+
+_IGNORED_BY_PYTHON = ("SIGPIPE", "SIGXFSZ")
+_KIN_FROM = 200  # descriptors that programs and scripts use by number are below
+
+Serving = Callable[[str, tuple[int, int], Callable[[], object]], object]
+"""Called in the server's process: directory, what is readable at the end of the program and of everything that it has
+started, and what to call when programs can come."""
+
+
+def shim() -> str:
+    """The shared object that is preloaded; raises Unsupported where it was not built."""
+    found = sorted(Path(__file__).parent.glob("_shim*.so"))
+    if sys.platform != "linux" or not found:
+        raise Unsupported(
+            "the SocketCAN shim is not here: it is built with canwire on Linux where a C compiler is found"
+        )
+    return str(found[0])
+
+
+def environment(directory: str) -> dict[str, str]:
+    """For the program."""
+    preloaded = [shim(), *filter(None, [os.environ.get("LD_PRELOAD")])]
+    return {**os.environ, "LD_PRELOAD": ":".join(preloaded), DIRECTORY_VARIABLE: directory}
+
+
+def launch(program: str, arguments: list[str], serving: Serving) -> None:
+    """Become the program, once its server is ready; does not return. Raises CanwireError, OSError before that."""
+    directory = tempfile.mkdtemp(prefix="canwire-run-", dir=_place())
+    variables = environment(directory)
+    complaint = _start(directory, serving)
+    if complaint:
+        raise CanwireError(complaint)
+    sys.stdout.flush()
+    for name in _IGNORED_BY_PYTHON:  # a program that is started otherwise finds them as they are by default
+        signal.signal(getattr(signal, name), signal.SIG_DFL)
+    os.execvpe(program, [program, *arguments], variables)
+
+
+def _place() -> str | None:
+    """Where sockets belong, if its name is short enough for one."""
+    runtime = os.environ.get("XDG_RUNTIME_DIR")
+    return runtime if runtime and os.path.isdir(runtime) and len(runtime) < _LONGEST_PATH - 30 else None
+
+
+def _start(directory: str, serving: Serving) -> str:
+    """Have the server run; what keeps it from that, "" if nothing does."""
+    program = os.pidfd_open(os.getpid())
+    kin, inherited = os.pipe()
+    reading, writing = os.pipe()
+    middle = os.fork()
+    if middle == 0:
+        os.close(reading)
+        os.close(inherited)
+        if os.fork() == 0:
+            _serve(directory, serving, (program, kin), writing)
+        os._exit(0)
+    for descriptor in (writing, program, kin):
+        os.close(descriptor)
+    _leave_to_kin(inherited)
+    os.waitpid(middle, 0)
+    with os.fdopen(reading, "rb") as pipe:
+        told = pipe.read().decode()
+    return "" if told == _READY else told or "its server ended without a word"
+
+
+_READY = "ready"
+
+
+def _leave_to_kin(descriptor: int) -> None:
+    """The program and what it starts have this open until they end."""
+    try:
+        fcntl.fcntl(descriptor, fcntl.F_DUPFD, _KIN_FROM)
+    except OSError:  # so few are allowed: where it is, then
+        os.set_inheritable(descriptor, True)
+    else:
+        os.close(descriptor)
+
+
+def _serve(directory: str, serving: Serving, program: tuple[int, int], writing: int) -> None:
+    """The server's process from beginning to end."""
+    status = 0
+    telling = os.fdopen(writing, "wb", buffering=0)
+
+    def ready() -> None:
+        telling.write(_READY.encode())
+        telling.close()
+
+    try:
+        os.setsid()
+        _allow_descriptors()
+        _let_go_of_terminal()
+        serving(directory, program, ready)
+    except (CanwireError, OSError) as error:
+        status = 2
+        if telling.closed:
+            print(f"canwire: {error}", file=sys.stderr)
+        else:
+            telling.write(str(error).encode())
+    except BaseException:
+        status = 1
+        sys.excepthook(*sys.exc_info())
+    finally:
+        shutil.rmtree(directory, ignore_errors=True)
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def _allow_descriptors() -> None:
+    """Every socket of a program takes one here."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+
+
+def _let_go_of_terminal() -> None:
+    """Whoever reads the program's output need not wait for the server's end."""
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nowhere, 0)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)

@@ -1,0 +1,107 @@
+"""How an interface has its line running, and somebody there who acknowledges.
+
+A kernel's vcan delivers what one program sends even where nobody listens. A bus does not: a controller that is alone
+there repeats its frame for ever. So an interface that is named after a bus starts a second line as company where no
+other one runs; one that is named after a board's line is that line, with whoever is on its bus.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from canwire import (
+    BadValue,
+    InUse,
+    LineError,
+    WantedMode,
+    bring_up,
+    every_line,
+    find_lines,
+    format_rates,
+    format_setter,
+    start_line,
+)
+
+if TYPE_CHECKING:
+    from canwire import Control, Hub, Lease, LinePlace, LineStatus
+
+_PATIENCE_S = 2.0  # for whoever is about to start the line
+
+
+def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:
+    """The line, running, and its control if it was started here: close that once there is a channel.
+
+    Raises NoSuchBoard; InUse or BadValue where it runs otherwise than wanted.
+    """
+    places = find_lines(hub, target, "CAN")
+    by_bus = places[0].info.bus == target
+    wanted = _at_rates_there(hub, places[0].info.bus, wanted)
+    if by_bus:
+        able = [place for place in places if place.info.capabilities.data is not None]
+        places = able or places  # where a bus has lines that know CAN FD, its interface does
+        for place in places:
+            if _unused(place.status(hub)):
+                with suppress(InUse):  # somebody was quicker
+                    return place, start_line(hub, place, wanted.mode(place.info.capabilities))
+        places = sorted(places, key=lambda place: place.status(hub).channels)
+    return _shared(hub, places, wanted)
+
+
+def company_for(hub: Hub, own: LinePlace, wanted: WantedMode) -> tuple[LinePlace, Lease] | None:
+    """Start another line of the bus, for as long as the lease is open; None where one runs, or there is no other."""
+    others = [place for place in _on_bus(hub, own.info.bus) if place.address != own.address]
+    if not own.info.bus or any(place.status(hub).running for place in others):
+        return None
+    wanted = _at_rates_there(hub, own.info.bus, wanted)
+    fd = own.info.capabilities.data is not None
+    others.sort(key=lambda place: (place.info.capabilities.data is None) == fd)
+    for place in others:
+        if _unused(place.status(hub)):
+            with suppress(InUse, LineError, BadValue):
+                return place, _kept_running(hub, place, wanted)
+    return None
+
+
+def _kept_running(hub: Hub, place: LinePlace, wanted: WantedMode) -> Lease:
+    with start_line(hub, place, wanted.mode(place.info.capabilities)):
+        return hub.keep_settings(place.board.id, place.line)
+
+
+def _on_bus(hub: Hub, bus: str) -> list[LinePlace]:
+    return [place for place in every_line(hub, "CAN") if place.info.bus == bus]
+
+
+def _unused(status: LineStatus) -> bool:
+    return not (status.running or status.channels or status.control_holder)
+
+
+def _at_rates_there(hub: Hub, bus: str, wanted: WantedMode) -> WantedMode:
+    """Rates that nobody asked for are those of the bus."""
+    for place in _on_bus(hub, bus) if bus else ():
+        status = place.status(hub)
+        if status.running:
+            wanted = wanted.at_rates_of(status.mode)
+    return wanted
+
+
+def _shared(hub: Hub, places: list[LinePlace], wanted: WantedMode) -> tuple[LinePlace, Control | None]:
+    failure: LineError | BadValue | None = None
+    for place in places:
+        try:
+            return place, _joined(hub, place, wanted)
+        except (LineError, BadValue) as error:
+            failure = failure or error
+    assert failure is not None
+    raise failure
+
+
+def _joined(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | None:
+    def check(status: LineStatus) -> None:
+        if not wanted.rates_agree(status.mode):
+            raise BadValue(
+                f"{place.address} runs at {format_rates(status.mode)}, {format_setter(status)}; "
+                "leave --bit-rate and --data-bit-rate out"
+            )
+
+    return bring_up(hub, place, lambda _: wanted.mode(place.info.capabilities), check, patience_s=_PATIENCE_S)

@@ -1,0 +1,100 @@
+"""The server's one thread: descriptors and timers, each with what is to be done then."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import select
+import time
+from collections import deque
+from collections.abc import Callable
+
+READABLE, WRITABLE, HUNG_UP = select.EPOLLIN, select.EPOLLOUT, select.EPOLLHUP | select.EPOLLERR
+_MOST_EVENTS = 256
+
+
+class Timer:
+    """Something that is due; `cancel` as often as you like."""
+
+    __slots__ = ("_due_s", "call")
+
+    def __init__(self, due_s: float, call: Callable[[], object]) -> None:
+        self._due_s = due_s
+        self.call: Callable[[], object] | None = call
+
+    @property
+    def due_s(self) -> float:
+        return self._due_s
+
+    def cancel(self) -> None:
+        self.call = None
+
+
+class Loop:
+    """Runs until `stop`; times are those of `clock_s`, seconds of the monotonic clock."""
+
+    def __init__(self) -> None:
+        self._epoll = select.epoll()
+        self._calls: dict[int, Callable[[int], object]] = {}
+        self._timers: list[tuple[float, int, Timer]] = []
+        self._serials = itertools.count()
+        self._soon: deque[Callable[[], object]] = deque()
+        self._running = False
+
+    clock_s = staticmethod(time.monotonic)
+
+    def watch(self, descriptor: int, events: int, call: Callable[[int], object]) -> None:
+        """Call `call(events)` whenever there are such; a descriptor that is watched already is watched for these."""
+        if descriptor in self._calls:
+            self._epoll.modify(descriptor, events)
+        else:
+            self._epoll.register(descriptor, events)
+        self._calls[descriptor] = call
+
+    def forget(self, descriptor: int) -> None:
+        """Watch it no longer; before it is closed. A second time does nothing."""
+        if self._calls.pop(descriptor, None) is not None:
+            self._epoll.unregister(descriptor)
+
+    def call_at(self, due_s: float, call: Callable[[], object]) -> Timer:
+        timer = Timer(due_s, call)
+        heapq.heappush(self._timers, (due_s, next(self._serials), timer))
+        return timer
+
+    def call_in(self, seconds: float, call: Callable[[], object]) -> Timer:
+        return self.call_at(self.clock_s() + seconds, call)
+
+    def soon(self, call: Callable[[], object]) -> None:
+        """In the next turn, after whatever is ready then."""
+        self._soon.append(call)
+
+    def stop(self) -> None:
+        self._running = False
+
+    def run(self) -> None:
+        self._running = True
+        while self._running:
+            self._turn()
+
+    def close(self) -> None:
+        self._epoll.close()
+
+    def _turn(self) -> None:
+        wait_s = 0.0 if self._soon else self._seconds_left()
+        # epoll counts in whole milliseconds, select in microseconds
+        select.select([self._epoll], [], [], wait_s)
+        for descriptor, events in self._epoll.poll(0, _MOST_EVENTS):
+            if descriptor in self._calls:  # an earlier one of these may have ended it
+                self._calls[descriptor](events)
+        for _ in range(len(self._soon)):
+            self._soon.popleft()()
+        now_s = self.clock_s()
+        while self._timers and self._timers[0][0] <= now_s:
+            call = heapq.heappop(self._timers)[2].call
+            if call is not None:
+                call()
+
+    def _seconds_left(self) -> float | None:
+        while self._timers and self._timers[0][2].call is None:
+            heapq.heappop(self._timers)
+        return max(0.0, self._timers[0][0] - self.clock_s()) if self._timers else None

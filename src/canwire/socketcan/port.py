@@ -1,0 +1,290 @@
+"""One interface in use: a channel on its line, what it receives handed on to sockets, and what they send."""
+
+from __future__ import annotations
+
+import errno
+from collections import deque
+from contextlib import nullcontext
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+from canwire import BusEvent, CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
+from canwire.socketcan.constants import CAN_MTU
+from canwire.socketcan.cyclic import CyclicFrames
+from canwire.socketcan.echoes import Echoes
+from canwire.socketcan.error_frames import error_frame_of
+from canwire.socketcan.lines import company_for, line_of
+from canwire.socketcan.loop import READABLE
+from canwire.socketcan.table import GONE, STUCK, UP
+from canwire.socketcan.wire import (
+    LOCAL,
+    SELF_RECEPTION,
+    TYPE_MASK,
+    frames_received,
+    numpy_module,
+    records_to_send,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy
+
+    from canwire.socketcan.interfaces import Interface
+    from canwire.socketcan.loop import Timer
+    from canwire.socketcan.setting import Setting
+
+    Array = numpy.ndarray
+
+_RECEIVE, _TRANSMIT = 32_768, 4096  # frames
+_AT_ONCE = 2048
+_ROOM = 256  # frames for which a sender that waits is woken
+_MUCH = 64  # frames after which more is looked for at once ...
+_GATHER_S = 0.0005  # ... and else after this
+_STUCK_S = 0.25
+_LOOK_S = 0.02
+_EVENTS = tuple(
+    int(kind)
+    for kind in (
+        EventKind.ERROR,
+        EventKind.STATE,
+        EventKind.ARBITRATION_LOST,
+        EventKind.OVERRUN,
+        EventKind.INFO,
+    )
+)
+_ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
+
+
+class Batch:
+    """What a line has told, in its order. `owners`: slots of the sockets that sent a frame, else -1.
+
+    `errors` is a mask: which are error frames; None: there is none. `rows` (received_dtype) are made when somebody
+    asks for them.
+    """
+
+    def __init__(self, make: Callable[[], Array], owners: Array, errors: Array | None) -> None:
+        self._make = make
+        self.owners = owners
+        self.errors = errors
+
+    @cached_property
+    def rows(self) -> Array:
+        return self._make()
+
+
+class Listener(Protocol):
+    """A socket that hears an interface."""
+
+    def take(self, batch: Batch) -> None:
+        """Its rows are everybody's: copy what is kept."""
+
+    def congested(self) -> bool:
+        """A hub in fast time should wait for whoever reads there."""
+
+    def interface_lost(self, interface: Interface, error: int) -> None:
+        """ENETDOWN: its line was stopped; ENODEV: it is gone."""
+
+
+class Port:
+    """Opens the line at once; raises HubError, LineError, BadValue where it cannot."""
+
+    def __init__(self, setting: Setting, interface: Interface, on_lost: Callable[[Port], object]) -> None:
+        self.interface = interface
+        self.lost = False
+        self._on_lost = on_lost
+        self.listeners: list[Listener] = []
+        self.silent: set[int] = set()  # slots whose frames are not looped back to anybody here
+        self._setting = setting
+        self._loop = setting.loop
+        self._echoes = Echoes()
+        self._waiting: deque[Callable[[], object]] = deque()
+        self._pumps = False
+        self._stuck: Timer | None = None
+        hub = setting.hub
+        self.place, control = line_of(hub, interface.target, setting.wanted)
+        with control or nullcontext():
+            self._channel = hub.open_channel(self.place.board.id, self.place.line)
+        self.cyclic = CyclicFrames(hub, self.place)
+        by_bus = interface.target == self.place.info.bus
+        self._company = company_for(hub, self.place, setting.wanted) if by_bus else None
+        self._channel.set_up(ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=_EVENTS))
+        self._reading, self._writing = self._channel.reading, self._channel.writing
+        self._writing.threshold = _ROOM
+        self._loop.watch(self._reading.descriptor.fileno(), READABLE, self._rung)
+        self._loop.watch(self._writing.descriptor.fileno(), READABLE, self._has_room)
+        self._channel.activate()
+        self.pump()
+
+    # receiving
+
+    def pump(self) -> None:
+        """Hand on what has come; again in the loop's next turn as long as there is more."""
+        if self._pumps:
+            return
+        self._pumps = True
+        self._loop.soon(self._turn)
+
+    def _rung(self, _: int) -> None:
+        self._reading.descriptor.clear()
+        self.pump()
+
+    def _turn(self) -> None:
+        self._pumps = False
+        if self._setting.fast and any(listener.congested() for listener in self.listeners):
+            self._loop.call_in(_LOOK_S, self.pump)  # earlier if a reader makes room
+            return
+        try:
+            records = self._channel.receive_array(_AT_ONCE)
+        except CanwireError as error:
+            self._lose(error)
+            return
+        if len(records):
+            self._hand_on(records)
+        if len(records) >= _MUCH:
+            self.pump()
+        elif len(records):
+            self._pumps = True
+            self._loop.call_in(_GATHER_S, self._turn)
+        else:
+            self._reading.ring.arm()
+
+    def _hand_on(self, records: Array) -> None:
+        owners = self._echoes.owners(records)
+        errors: Array | None = records["info"] & TYPE_MASK != 0
+        assert errors is not None
+        if errors.any():
+            rows = self._rows_of(records)
+            kept = self._put_errors(records, rows, errors)
+            records, rows, owners, errors = records[kept], rows[kept], owners[kept], errors[kept]
+            batch = Batch(lambda: rows, owners, errors)
+        elif self.silent:
+            heard = ~numpy_module().isin(owners, list(self.silent))
+            batch = Batch(lambda: self._rows_of(records[heard]), owners[heard], None)
+        else:
+            batch = Batch(lambda: self._rows_of(records), owners, None)
+        for listener in list(self.listeners):
+            listener.take(batch)
+
+    def _rows_of(self, records: Array) -> Array:
+        rows = frames_received(records, self.interface.index, self._setting.epoch_ns)
+        rows["flags"] = (records["info"] & SELF_RECEPTION != 0) * LOCAL
+        return rows
+
+    def _put_errors(self, records: Array, rows: Array, errors: Array) -> Array:
+        """Turn events into error frames; a mask of what there is to hand on."""
+        kept = ~errors
+        for at in errors.nonzero()[0]:
+            event = BusEvent.from_record(records[at].tobytes())
+            self._follow(event)
+            can_id, data = error_frame_of(event)
+            if can_id & _ANY_CLASS:
+                kept[at] = True
+                row = rows[at]
+                row["can_id"], row["length"], row["len"], row["flags"] = can_id, CAN_MTU, len(data), 0
+                row["fd_flags"] = row["raw_dlc"] = 0
+                row["data"] = 0
+                row["data"][: len(data)] = list(data)
+        return kept
+
+    def _follow(self, event: BusEvent) -> None:
+        """The interface is up while its line runs."""
+        if event.kind is EventKind.INFO or event.state is ErrorState.STOPPED:
+            up = event.state is not ErrorState.STOPPED and self._runs()
+            if up != bool(self.interface.flags & UP):
+                self._setting.interfaces.show(self.interface, UP if up else 0)
+                if not up:
+                    self._echoes.clear()
+                    self._tell_lost(errno.ENETDOWN)
+
+    def _runs(self) -> bool:
+        try:
+            return self.place.status(self._setting.hub).running
+        except HubError:
+            return False
+
+    # sending
+
+    def room(self) -> int:
+        """Frames that can be sent now."""
+        return 0 if self.lost else int(self._writing.ring.free())
+
+    def send(self, slot: int, rows: Array) -> None:
+        """Queue such rows of `sent_dtype`, no more than there is room for."""
+        records = records_to_send(rows)
+        try:
+            self._channel.send_array(records)
+        except CanwireError as error:
+            self._lose(error)
+            return
+        self._echoes.sent(slot, records)
+
+    def when_room(self, call: Callable[[], object]) -> None:
+        """Call this once there is room for more."""
+        self._waiting.append(call)
+        self._writing.ring.free()
+        self._writing.ring.arm_free()
+        if self._stuck is None:
+            taken = self._writing.ring.taken
+            self._stuck = self._loop.call_in(_STUCK_S, lambda: self._look_for_progress(taken))
+
+    def _has_room(self, _: int) -> None:
+        self._writing.descriptor.clear()
+        if self.interface.flags & STUCK:
+            self._setting.interfaces.show(self.interface, self.interface.flags & ~STUCK)
+        waiting, self._waiting = self._waiting, deque()
+        for call in waiting:
+            call()
+
+    def _look_for_progress(self, taken: int) -> None:
+        """A program that waits for room learns that there is none: ENOBUFS."""
+        self._stuck = None
+        if not self._waiting or self.lost:
+            return
+        now = self._writing.ring.taken
+        stuck = STUCK if now == taken else 0
+        self._setting.interfaces.show(self.interface, self.interface.flags & ~STUCK | stuck)
+        self._stuck = self._loop.call_in(_STUCK_S, lambda: self._look_for_progress(now))
+
+    @property
+    def sent(self) -> int:
+        """Frames that the line has taken so far."""
+        return 0 if self.lost else int(self._writing.ring.taken)
+
+    @property
+    def pending(self) -> int:
+        """Frames that have not come back from the bus."""
+        return 0 if self.lost else self._echoes.outstanding
+
+    # the end
+
+    def leave(self, listener: Listener) -> None:
+        """A second time does nothing."""
+        if listener in self.listeners:
+            self.listeners.remove(listener)
+
+    def _lose(self, error: CanwireError) -> None:
+        if self.lost:
+            return
+        self._setting.say(f"{self.interface.name}: {error}")
+        hub_gone = self._setting.hub.lost
+        self.close()
+        self._setting.interfaces.show(self.interface, 0 if hub_gone else GONE)
+        self._tell_lost(errno.ENETDOWN if hub_gone else errno.ENODEV)
+        self._on_lost(self)
+
+    def _tell_lost(self, error: int) -> None:
+        for listener in list(self.listeners):
+            listener.interface_lost(self.interface, error)
+
+    def close(self) -> None:
+        """A second time does nothing."""
+        if self.lost:
+            return
+        self.lost = True
+        self._loop.forget(self._reading.descriptor.fileno())
+        self._loop.forget(self._writing.descriptor.fileno())
+        self._waiting.clear()
+        self._channel.close()
+        if self._company is not None:
+            self._company[1].close()

@@ -1,0 +1,89 @@
+"""The server's ends of the rings that CAN_RAW sockets share with it: shim/ring.h says how they work."""
+
+from __future__ import annotations
+
+import ctypes
+import mmap
+import os
+from typing import TYPE_CHECKING, Any
+
+from canwire.socketcan.table import MOST_SLOTS
+from canwire.socketcan.wire import numpy_module, sent_dtype
+
+if TYPE_CHECKING:
+    import numpy
+
+    Array = numpy.ndarray
+
+COLLECTED = 512  # rows at once
+
+
+class Rings:
+    """All of one server's, in a file at `path`, by the shared object `library`."""
+
+    def __init__(self, path: str, library: str) -> None:
+        self.library = _library(library)
+        self._size = int(self.library.canwire_block_size())
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+        try:
+            os.ftruncate(descriptor, self._size * MOST_SLOTS)
+            self._memory = mmap.mmap(descriptor, self._size * MOST_SLOTS)
+        finally:
+            os.close(descriptor)
+        self._address = ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
+        self.rows: Array = numpy_module().zeros(COLLECTED, sent_dtype())
+        self.rows_address = int(self.rows.ctypes.data)
+
+    def pair(self, slot: int, descriptor: int) -> RingPair:
+        """Of this slot, made anew; `descriptor` is the server's end of its socket pair."""
+        return RingPair(self, self._address + slot * self._size, descriptor)
+
+
+class RingPair:
+    """One socket's: rows of `received_dtype` out, rows of `sent_dtype` in."""
+
+    def __init__(self, rings: Rings, address: int, descriptor: int) -> None:
+        self._rings = rings
+        self._library = rings.library
+        self._block = ctypes.c_void_p(address)
+        self._descriptor = descriptor
+        self._library.canwire_prepare(self._block)
+
+    def publish(self, rows: Array) -> int:
+        """How many of these contiguous rows there was room for."""
+        return int(self._library.canwire_publish(self._block, rows.ctypes.data, len(rows), self._descriptor))
+
+    def collect(self, limit: int) -> Array:
+        """What the program has sent, good until the next call for any socket; `size` is what it said."""
+        count = self._library.canwire_collect(self._block, self._rings.rows_address, min(limit, COLLECTED))
+        return self._rings.rows[:count]
+
+    def kicked(self) -> None:
+        """A byte came from the program."""
+        self._library.canwire_kicked(self._block, self._descriptor)
+
+    def want_room(self) -> bool:
+        """A byte will come once half of the ring is free; False: it is now."""
+        return bool(self._library.canwire_want_room(self._block))
+
+    def want_frames(self) -> bool:
+        """A byte will come with the next frame; False: there is one."""
+        return bool(self._library.canwire_want_frames(self._block))
+
+
+def _library(path: str) -> Any:
+    library = ctypes.CDLL(path)
+    pointer, number, long = ctypes.c_void_p, ctypes.c_int, ctypes.c_long
+    signatures: dict[str, tuple[Any, list[Any]]] = {
+        "canwire_block_size": (ctypes.c_ulong, []),
+        "canwire_prepare": (None, [pointer]),
+        "canwire_publish": (long, [pointer, pointer, long, number]),
+        "canwire_collect": (long, [pointer, pointer, long]),
+        "canwire_kicked": (None, [pointer, number]),
+        "canwire_want_room": (number, [pointer]),
+        "canwire_want_frames": (number, [pointer]),
+    }
+    for name, (result, arguments) in signatures.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    return library

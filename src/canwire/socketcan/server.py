@@ -1,0 +1,220 @@
+"""Serves the CAN sockets of one `canwire run`: made, answered and ended here, until the program and they are gone."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import socket
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire import Event, HubError
+from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
+from canwire.socketcan.control import Asked, Control, Request
+from canwire.socketcan.interfaces import Interfaces
+from canwire.socketcan.loop import READABLE, Loop
+from canwire.socketcan.ports import Ports, refuse
+from canwire.socketcan.programs import trouble_with
+from canwire.socketcan.rings import Rings
+from canwire.socketcan.setting import Setting
+from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.sockets.bcm import BcmSocket
+from canwire.socketcan.sockets.isotp import IsoTpSocket
+from canwire.socketcan.sockets.messages import MessageSocket
+from canwire.socketcan.sockets.raw import RawSocket
+from canwire.socketcan.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from canwire import Hub, WantedMode
+
+OPEN_SOCKET, BIND, CONNECT, SET_OPTION, GET_OPTION, SEND_BCM, SEND_ISOTP, NOTE = range(1, 9)
+NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC = range(1, 4)
+_FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
+_LOOK_S = 0.02
+
+
+class Left(NamedTuple):
+    """What is still on its way after the programs."""
+
+    pending: int
+    sockets: int
+    progress: int
+
+
+class Server:
+    """`directory` gets the table, the rings and the socket of requests; `library` is the shim.
+
+    `say` puts one line in front of people.
+    """
+
+    def __init__(
+        self,
+        hub: Hub,
+        directory: str,
+        library: str,
+        mappings: dict[str, str],
+        wanted: WantedMode,
+        epoch_ns: int,
+        say: Callable[[str], object],
+    ) -> None:
+        self._loop = Loop()
+        self._prefix = f"canwire-{secrets.token_hex(3)}-"
+        table = Table(os.path.join(directory, "table"), self._prefix.encode())
+        interfaces = Interfaces(hub, table, mappings)
+        self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
+        self._setting.deserted = self._stop_if_unused
+        self._ports = Ports(self._setting)
+        self._sockets: dict[int, CanSocket] = {}
+        self._rings = Rings(os.path.join(directory, "rings"), library)
+        self._said: set[str] = set()
+        self._alive: set[int] = set()
+        self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
+        self._boards = Event()
+        hub.watch(self._boards)
+        self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
+
+    def run(self, programs: tuple[int, int]) -> None:
+        """Until all of these are readable or hung up, and nobody has a socket any more."""
+        self._alive = set(programs)
+        for descriptor in programs:
+            self._watch_end(descriptor)
+        self._loop.run()
+        self._flush()
+        self.close()
+
+    def close(self) -> None:
+        for one in list(self._sockets.values()):
+            one.close()
+        self._control.close()
+        self._ports.close()
+        self._boards.close()
+        self._setting.table.close()
+        self._loop.close()
+
+    # the end
+
+    def _watch_end(self, descriptor: int) -> None:
+        def ended(_: int) -> None:
+            self._loop.forget(descriptor)
+            self._alive.discard(descriptor)
+            self._stop_if_unused()
+
+        self._loop.watch(descriptor, READABLE, ended)
+
+    def _stop_if_unused(self) -> None:
+        if not self._alive and all(one.deserted for one in self._sockets.values()):
+            self._loop.stop()
+
+    def _flush(self) -> None:
+        """What was sent goes out, or gets no further."""
+        self._setting.deserted = lambda: None
+        state, since_s = self._left(), self._loop.clock_s()
+
+        def look() -> None:
+            nonlocal state, since_s
+            now, now_s = self._left(), self._loop.clock_s()
+            if now != state:
+                state, since_s = now, now_s
+            if not (now.pending or now.sockets) or now_s - since_s > _FLUSH_S:
+                self._loop.stop()
+            else:
+                self._loop.call_in(_LOOK_S, look)
+
+        self._alive = {-1}  # from here on `look` stops the loop
+        self._loop.soon(look)
+        self._loop.run()
+        if state.pending:
+            self._say_once("frames did not go out: nobody acknowledges them, or the line is not on its bus")
+
+    def _left(self) -> Left:
+        return Left(self._ports.pending(), len(self._sockets), self._ports.progress())
+
+    # boards
+
+    def _boards_changed(self, _: int) -> None:
+        self._boards.wait(0)
+        try:
+            gone = self._setting.interfaces.refresh()
+        except (HubError, IndexError):
+            return  # the ports say what there is to say
+        for interface in gone:
+            if self._ports.known(interface.index) is None:
+                self._setting.interfaces.remove(interface)
+        for one in list(self._sockets.values()):
+            one.boards_changed()
+
+    # requests
+
+    def _answer(self, request: Request, asked: Asked) -> None:
+        if request.operation == OPEN_SOCKET:
+            self._open(request, asked)
+            return
+        if request.operation == NOTE:
+            self._note(request)
+            asked.answer(0)
+            return
+        found = self._sockets.get(request.slot)
+        if found is None:
+            raise refuse(errno.EBADF)
+        if request.operation == BIND:
+            found.bind(request.data)
+        elif request.operation == CONNECT:
+            found.connect(request.data)
+        elif request.operation == SET_OPTION:
+            found.set_option(request.a, request.b, request.data)
+        elif request.operation == GET_OPTION:
+            asked.answer(0, found.get_option(request.a, request.b))
+            return
+        elif isinstance(found, MessageSocket):
+            found.sent(request.data, request.a, bool(request.b), asked)
+            return
+        else:
+            raise refuse(errno.EOPNOTSUPP)
+        asked.answer(0)
+
+    def _open(self, request: Request, asked: Asked) -> None:
+        type, protocol = request.a, request.b
+        if protocol not in TYPE_OF_PROTOCOL:
+            what = "CAN_J1939" if protocol == 7 else f"CAN protocol {protocol}"
+            self._say_once(f"{request.program} asked for {what}, which there is not here")
+            raise refuse(errno.EPROTONOSUPPORT)
+        if type != TYPE_OF_PROTOCOL[protocol]:
+            raise refuse(errno.EPROTOTYPE)
+        slot = self._setting.table.take_slot(protocol, type)
+        if slot is None:
+            raise refuse(errno.ENFILE)
+        own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with theirs:
+            own.setblocking(False)
+            theirs.bind(f"\0{self._prefix}{slot:04x}")
+            self._sockets[slot] = self._made(protocol, slot, own)
+            asked.answer(0, descriptor=theirs.fileno())
+
+    def _made(self, protocol: int, slot: int, end: socket.socket) -> CanSocket:
+        if protocol == CAN_RAW:
+            return RawSocket(self._setting, self._ports, slot, end, self._closed, self._rings)
+        kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
+        return kind(self._setting, self._ports, slot, end, self._closed)
+
+    def _closed(self, one: CanSocket) -> None:
+        self._sockets.pop(one.slot, None)
+        self._setting.table.free_slot(one.slot)
+        self._stop_if_unused()
+
+    def _note(self, request: Request) -> None:
+        if request.a == NOTE_NETLINK:
+            self._say_once(
+                f"{request.program} opened a netlink socket: interfaces are set up by canwire run and canwire line, "
+                "not by `ip link`"
+            )
+        elif request.a == NOTE_EXEC:
+            path = os.fsdecode(request.data)
+            if trouble := trouble_with(path):
+                self._say_once(f"{path} {trouble}; it has no CAN")
+
+    def _say_once(self, what: str) -> None:
+        if what not in self._said:
+            self._said.add(what)
+            self._setting.say(what)

@@ -1,0 +1,279 @@
+/* What programs read: the server's header is taken off, and what it says becomes control messages. */
+#include "ring.h"
+#include "shim.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/can.h>
+#include <linux/net_tstamp.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/time.h>
+#include <time.h>
+#include <unistd.h>
+
+#define SHORT_VECTOR 8
+
+static void put_control(struct msghdr *message, size_t *used, int type, const void *data, size_t length)
+{
+    if (*used + CMSG_SPACE(length) > message->msg_controllen) {
+        message->msg_flags |= MSG_CTRUNC;
+        return;
+    }
+    struct cmsghdr *header = (struct cmsghdr *)((char *)message->msg_control + *used);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = type;
+    header->cmsg_len = CMSG_LEN(length);
+    memcpy(CMSG_DATA(header), data, length);
+    *used += CMSG_SPACE(length);
+}
+
+static void put_stamps(const struct slot *slot, const struct received *header, struct msghdr *message, size_t *used)
+{
+    struct timespec stamp = {(time_t)(header->stamp_ns / 1000000000), (long)(header->stamp_ns % 1000000000)};
+    struct timespec stamps[3] = {{0, 0}};
+    struct timeval coarse = {stamp.tv_sec, stamp.tv_nsec / 1000};
+    uint32_t flags = slot->stamping_flags;
+
+    if (slot->stamp == SO_TIMESTAMPNS || slot->stamp == 64)
+        put_control(message, used, (int)slot->stamp, &stamp, sizeof stamp);
+    else if (slot->stamp != 0)
+        put_control(message, used, (int)slot->stamp, &coarse, sizeof coarse);
+    if (flags & SOF_TIMESTAMPING_SOFTWARE)
+        stamps[0] = stamp;
+    if (flags & SOF_TIMESTAMPING_RAW_HARDWARE)
+        stamps[2] = stamp;
+    if (flags & (SOF_TIMESTAMPING_SOFTWARE | SOF_TIMESTAMPING_RAW_HARDWARE))
+        put_control(message, used, (int)slot->stamping, stamps, sizeof stamps);
+}
+
+static void tell(struct slot *slot, const struct received *header, struct msghdr *message, size_t room)
+{
+    size_t used = 0;
+
+    message->msg_controllen = room;
+    message->msg_flags &= ~MSG_CTRUNC;
+    put_stamps(slot, header, message, &used);
+    if (slot->counts_drops && header->drops != 0)
+        put_control(message, &used, SO_RXQ_OVFL, &header->drops, sizeof header->drops);
+    message->msg_controllen = used;
+    if (header->flags & RECEIVED_LOCAL)
+        message->msg_flags |= MSG_DONTROUTE;
+    if (header->flags & RECEIVED_OWN)
+        message->msg_flags |= MSG_CONFIRM;
+    if (message->msg_name != NULL) {
+        struct sockaddr_can name = {.can_family = AF_CAN, .can_ifindex = header->interface};
+        memcpy(message->msg_name, &name, message->msg_namelen < sizeof name ? message->msg_namelen : sizeof name);
+        message->msg_namelen = sizeof name;
+    }
+}
+
+static ssize_t finish(struct slot *slot, const struct received *header, struct msghdr *message, ssize_t length)
+{
+    if (header->error != 0) {
+        errno = header->error;
+        return -1;
+    }
+    __atomic_store_n(&slot->last_stamp_ns, header->stamp_ns, __ATOMIC_RELAXED);
+    tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
+    return length;
+}
+
+/* Broadcast manager and ISO-TP: each message is one of the socket pair's. */
+static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *message, int flags)
+{
+    struct received header;
+    struct iovec few[SHORT_VECTOR + 1], *parts = few;
+    struct msghdr inner = {.msg_iovlen = message->msg_iovlen + 1};
+    ssize_t got;
+
+    if (message->msg_iovlen > SHORT_VECTOR && (parts = calloc(message->msg_iovlen + 1, sizeof *parts)) == NULL) {
+        errno = ENOMEM;
+        return -1;
+    }
+    parts[0] = (struct iovec){&header, sizeof header};
+    if (message->msg_iovlen)
+        memcpy(parts + 1, message->msg_iov, message->msg_iovlen * sizeof *parts);
+    inner.msg_iov = parts;
+    got = REAL(recvmsg)(fd, &inner, flags & ~MSG_ERRQUEUE);
+    int before = errno;
+    if (parts != few)
+        free(parts);
+    errno = got >= 0 && got < (ssize_t)sizeof header ? ENETDOWN : before; /* 0: the server is gone */
+    if (got < (ssize_t)sizeof header)
+        return -1;
+    message->msg_flags = inner.msg_flags;
+    return finish(slot, &header, message, got - (ssize_t)sizeof header);
+}
+
+static size_t scatter(struct msghdr *message, const char *data, size_t length)
+{
+    size_t done = 0;
+
+    for (size_t at = 0; at < message->msg_iovlen && done < length; at++) {
+        size_t part = message->msg_iov[at].iov_len < length - done ? message->msg_iov[at].iov_len : length - done;
+        memcpy(message->msg_iov[at].iov_base, data + done, part);
+        done += part;
+    }
+    return done;
+}
+
+/* 0: there may be something now; -1 and errno else. */
+static int wait_for_row(int fd, int flags)
+{
+    struct timeval limit = {0, 0};
+    socklen_t size = sizeof limit;
+    struct pollfd something = {fd, POLLIN, 0};
+    char byte;
+    int wait = !(flags & MSG_DONTWAIT) && !(REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK);
+
+    REAL(getsockopt)(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, &size);
+    long span = limit.tv_sec * 1000 + limit.tv_usec / 1000;
+    int found = poll(&something, 1, !wait ? 0 : span ? (int)span : -1);
+    if (found < 0)
+        return -1;
+    if (found > 0 && REAL(recv)(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) { /* the server is gone */
+        errno = ENETDOWN;
+        return -1;
+    }
+    if (found > 0 && wait)
+        return 0;
+    errno = EAGAIN;
+    return -1;
+}
+
+static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags)
+{
+    struct received header;
+    const char *row;
+
+    for (;;) {
+        int error = lock_ring(&block->received);
+        if (error != 0) {
+            errno = EAGAIN;
+            return -1;
+        }
+        row = oldest(block);
+        if (row != NULL)
+            break;
+        unlock_received(block, fd);
+        if (wait_for_row(fd, flags) < 0)
+            return -1;
+    }
+    memcpy(&header, row, sizeof header);
+    size_t length = header.length > RECEIVED_SIZE - sizeof header ? 0 : header.length;
+    size_t done = scatter(message, row + sizeof header, length);
+    if (!(flags & MSG_PEEK))
+        release_oldest(block, fd);
+    unlock_received(block, fd);
+    message->msg_flags = done < length ? MSG_TRUNC : 0;
+    return finish(slot, &header, message, (ssize_t)(flags & MSG_TRUNC ? length : done));
+}
+
+ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
+{
+    struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
+
+    return block != NULL ? receive_row(fd, slot, block, message, flags)
+                         : receive_from_pair(fd, slot, message, flags);
+}
+
+EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(recvmsg)(fd, message, flags) : receive_message(fd, slot, message, flags);
+}
+
+EXPORT int recvmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags, struct timespec *timeout)
+{
+    struct slot *slot = slot_of(fd);
+    unsigned done;
+
+    if (slot == NULL)
+        return REAL(recvmmsg)(fd, messages, count, flags, timeout);
+    for (done = 0; done < count; done++) {
+        int more = done > 0 && flags & MSG_WAITFORONE ? MSG_DONTWAIT : 0;
+        ssize_t got = receive_message(fd, slot, &messages[done].msg_hdr, (flags & ~MSG_WAITFORONE) | more);
+        if (got < 0)
+            break;
+        messages[done].msg_len = (unsigned)got;
+    }
+    return done > 0 ? (int)done : -1;
+}
+
+static ssize_t receive_buffer(int fd, struct slot *slot, void *buffer, size_t size, int flags)
+{
+    struct iovec part = {buffer, size};
+    struct msghdr message = {.msg_iov = &part, .msg_iovlen = 1};
+
+    return receive_message(fd, slot, &message, flags);
+}
+
+EXPORT ssize_t recv(int fd, void *buffer, size_t size, int flags)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(recv)(fd, buffer, size, flags) : receive_buffer(fd, slot, buffer, size, flags);
+}
+
+EXPORT ssize_t read(int fd, void *buffer, size_t size)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(read)(fd, buffer, size) : receive_buffer(fd, slot, buffer, size, 0);
+}
+
+EXPORT ssize_t readv(int fd, const struct iovec *parts, int count)
+{
+    struct slot *slot = slot_of(fd);
+    struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
+
+    return slot == NULL ? REAL(readv)(fd, parts, count) : receive_message(fd, slot, &message, 0);
+}
+
+EXPORT ssize_t recvfrom(int fd, void *buffer, size_t size, int flags, struct sockaddr *address, socklen_t *length)
+{
+    struct slot *slot = slot_of(fd);
+    struct iovec part = {buffer, size};
+    struct msghdr message = {.msg_name = address, .msg_iov = &part, .msg_iovlen = 1};
+    ssize_t got;
+
+    if (slot == NULL)
+        return REAL(recvfrom)(fd, buffer, size, flags, address, length);
+    message.msg_namelen = address != NULL && length != NULL ? *length : 0;
+    got = receive_message(fd, slot, &message, flags);
+    if (got >= 0 && address != NULL && length != NULL)
+        *length = message.msg_namelen;
+    return got;
+}
+
+/* what _FORTIFY_SOURCE makes of them */
+
+ssize_t __read_chk(int fd, void *buffer, size_t size, size_t room);
+ssize_t __recv_chk(int fd, void *buffer, size_t size, size_t room, int flags);
+ssize_t __recvfrom_chk(int fd, void *buffer, size_t size, size_t room, int flags, struct sockaddr *address,
+                       socklen_t *length);
+
+EXPORT ssize_t __read_chk(int fd, void *buffer, size_t size, size_t room)
+{
+    if (size > room)
+        abort();
+    return read(fd, buffer, size);
+}
+
+EXPORT ssize_t __recv_chk(int fd, void *buffer, size_t size, size_t room, int flags)
+{
+    if (size > room)
+        abort();
+    return recv(fd, buffer, size, flags);
+}
+
+EXPORT ssize_t __recvfrom_chk(int fd, void *buffer, size_t size, size_t room, int flags, struct sockaddr *address,
+                              socklen_t *length)
+{
+    if (size > room)
+        abort();
+    return recvfrom(fd, buffer, size, flags, address, length);
+}

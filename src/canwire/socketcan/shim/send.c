@@ -1,0 +1,251 @@
+/* What programs write: checked as the kernel does, with its errors, and passed on behind a small header. */
+#include "ring.h"
+#include "shim.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <linux/can.h>
+#include <linux/can/raw.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define SHORT_VECTOR 8
+#define PATIENCE_MS 100 /* after which a line that is stuck, or down, is noticed */
+
+static size_t total(const struct msghdr *message)
+{
+    size_t sum = 0;
+
+    for (size_t at = 0; at < message->msg_iovlen; at++)
+        sum += message->msg_iov[at].iov_len;
+    return sum;
+}
+
+static void gather(const struct msghdr *message, char *into)
+{
+    for (size_t at = 0; at < message->msg_iovlen; at++) {
+        memcpy(into, message->msg_iov[at].iov_base, message->msg_iov[at].iov_len);
+        into += message->msg_iov[at].iov_len;
+    }
+}
+
+/* The interface that a message is for, 0 and errno if there is none; `interface` where its own address says so. */
+static int destination(const struct slot *slot, const struct msghdr *message)
+{
+    if (message->msg_name == NULL)
+        return slot->interface;
+    const struct sockaddr_can *name = message->msg_name;
+    if (message->msg_namelen < offsetof(struct sockaddr_can, can_addr) || name->can_family != AF_CAN) {
+        errno = EINVAL;
+        return -1;
+    }
+    return name->can_ifindex;
+}
+
+static int waits(int fd, int flags)
+{
+    return !(flags & MSG_DONTWAIT) && !(REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK);
+}
+
+static int interface_error(const struct interface *interface, int full)
+{
+    uint32_t flags = __atomic_load_n(&interface->flags, __ATOMIC_RELAXED);
+
+    if (flags & INTERFACE_GONE)
+        return ENODEV;
+    if (!(flags & INTERFACE_UP))
+        return ENETDOWN;
+    return full && flags & INTERFACE_STUCK ? ENOBUFS : 0;
+}
+
+/* Where the queue is full: the descriptor's own timeout counts, and a line that gets nothing out is ENOBUFS. */
+static int wait_for_room(int fd, struct block *block, const struct interface *interface, long *left)
+{
+    struct timeval limit = {0, 0};
+    socklen_t size = sizeof limit;
+    struct pollfd server = {fd, 0, 0};
+    int error;
+
+    if (*left < 0) {
+        REAL(getsockopt)(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, &size);
+        *left = limit.tv_sec * 1000 + limit.tv_usec / 1000;
+        if (*left == 0)
+            *left = LONG_MAX;
+    }
+    int span = *left < PATIENCE_MS ? (int)*left : PATIENCE_MS;
+    wait_for_turn(block, span);
+    error = interface_error(interface, 1);
+    if (error == 0 && poll(&server, 1, 0) > 0 && server.revents & (POLLHUP | POLLERR))
+        error = ENETDOWN;
+    if (error == 0 && *left != LONG_MAX && (*left -= span) <= 0)
+        error = EAGAIN;
+    return error;
+}
+
+static int put_row(int fd, struct block *block, const struct sent *header, const char *frame, int flags,
+                   const struct interface *interface)
+{
+    long left = -1;
+    int error;
+
+    for (;;) {
+        if (lock_ring(&block->sent) != 0)
+            return ENOBUFS;
+        char *row = next_free(block);
+        if (row != NULL) {
+            memcpy(row, header, sizeof *header);
+            memcpy(row + sizeof *header, frame, header->length);
+            error = commit(block, fd);
+            unlock_sent(block);
+            return error;
+        }
+        unlock_sent(block);
+        if (!waits(fd, flags))
+            return ENOBUFS;
+        error = wait_for_room(fd, block, interface, &left);
+        if (error != 0)
+            return error;
+    }
+}
+
+/* What is wrong with it, 0: nothing. */
+static int frame_error(const struct slot *slot, const struct interface *interface, const char *frame, size_t size)
+{
+    size_t most = size == CAN_MTU ? CAN_MAX_DLEN : CANFD_MAX_DLEN;
+
+    if (size != CAN_MTU && !(size == CANFD_MTU && slot->fd_frames))
+        return EINVAL;
+    if ((size_t)interface->mtu < size || ((const struct canfd_frame *)frame)->len > most)
+        return EINVAL;
+    return interface_error(interface, 0);
+}
+
+static ssize_t send_raw(int fd, const struct slot *slot, const struct msghdr *message, int flags)
+{
+    char frame[sizeof(struct canfd_frame)] = {0};
+    struct block *block = block_of(slot);
+    size_t size = total(message);
+    int index = destination(slot, message);
+    struct interface *interface;
+
+    if (index < 0)
+        return -1;
+    interface = interface_by_index(index);
+    if (interface == NULL || block == NULL) {
+        errno = ENXIO;
+        return -1;
+    }
+    if (size <= sizeof frame)
+        gather(message, frame);
+    int error = frame_error(slot, interface, frame, size);
+    if (error == 0) {
+        struct sent header = {index, (uint32_t)size};
+        error = put_row(fd, block, &header, frame, flags, interface);
+    }
+    if (error != 0) {
+        errno = error;
+        return -1;
+    }
+    return (ssize_t)size;
+}
+
+/* Broadcast manager and ISO-TP: the server answers each, so that its errors are those of this call. */
+static ssize_t send_asked(int fd, const struct slot *slot, const struct msghdr *message, int flags)
+{
+    struct request request = {.operation = slot->protocol == CAN_BCM ? SEND_BCM : SEND_ISOTP,
+                              .slot = slot_number(slot)};
+    size_t size = total(message);
+    char *packet;
+    long done;
+
+    request.a = destination(slot, message);
+    request.b = waits(fd, flags);
+    if (request.a < 0)
+        return -1;
+    if (size > 1 << 20) {
+        errno = EMSGSIZE;
+        return -1;
+    }
+    if ((packet = malloc(size + 1)) == NULL) {
+        errno = ENOMEM;
+        return -1;
+    }
+    gather(message, packet);
+    done = ask(&request, packet, size, NULL, NULL, NULL, 0);
+    int before = errno;
+    free(packet);
+    errno = before;
+    return done;
+}
+
+ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, int flags)
+{
+    return slot->protocol == CAN_RAW ? send_raw(fd, slot, message, flags) : send_asked(fd, slot, message, flags);
+}
+
+EXPORT ssize_t sendmsg(int fd, const struct msghdr *message, int flags)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(sendmsg)(fd, message, flags) : send_message(fd, slot, message, flags);
+}
+
+EXPORT int sendmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags)
+{
+    struct slot *slot = slot_of(fd);
+    unsigned done;
+
+    if (slot == NULL)
+        return REAL(sendmmsg)(fd, messages, count, flags);
+    for (done = 0; done < count; done++) {
+        ssize_t gone = send_message(fd, slot, &messages[done].msg_hdr, flags);
+        if (gone < 0)
+            break;
+        messages[done].msg_len = (unsigned)gone;
+    }
+    return done > 0 ? (int)done : -1;
+}
+
+static ssize_t send_buffer(int fd, struct slot *slot, const void *data, size_t size, int flags,
+                           const struct sockaddr *address, socklen_t length)
+{
+    struct iovec part = {(void *)data, size};
+    struct msghdr message = {
+        .msg_name = (void *)address, .msg_namelen = length, .msg_iov = &part, .msg_iovlen = 1};
+
+    return send_message(fd, slot, &message, flags);
+}
+
+EXPORT ssize_t send(int fd, const void *data, size_t size, int flags)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(send)(fd, data, size, flags) : send_buffer(fd, slot, data, size, flags, NULL, 0);
+}
+
+EXPORT ssize_t write(int fd, const void *data, size_t size)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(write)(fd, data, size) : send_buffer(fd, slot, data, size, 0, NULL, 0);
+}
+
+EXPORT ssize_t writev(int fd, const struct iovec *parts, int count)
+{
+    struct slot *slot = slot_of(fd);
+    struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
+
+    return slot == NULL ? REAL(writev)(fd, parts, count) : send_message(fd, slot, &message, 0);
+}
+
+EXPORT ssize_t sendto(int fd, const void *data, size_t size, int flags, const struct sockaddr *address,
+                      socklen_t length)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(sendto)(fd, data, size, flags, address, length)
+                        : send_buffer(fd, slot, data, size, flags, address, length);
+}

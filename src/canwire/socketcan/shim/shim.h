@@ -1,0 +1,136 @@
+/* What the files of the shim share: the layout of the table in shared memory, and who calls whom.
+ *
+ * The shim is preloaded into programs that `canwire run` starts. It keeps nothing of its own: whether a descriptor is one
+ * of ours is asked of the kernel each time (our end of the pair is bound to a name that begins with the table's prefix
+ * and ends with the number of its slot), so that dup, fork, exec and close need no help. ../table.py writes this table.
+ */
+#ifndef CANWIRE_SHIM_H
+#define CANWIRE_SHIM_H
+
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/socket.h>
+#include <sys/types.h>
+#include <sys/uio.h>
+
+#define EXPORT __attribute__((visibility("default")))
+
+#define TABLE_MAGIC 0x31304e4143574e43ull /* "CNWCAN01" */
+#define PREFIX_SIZE 16
+#define MOST_INTERFACES 64
+#define MOST_SLOTS 4096
+
+#define INTERFACE_UP 1u
+#define INTERFACE_STUCK 2u /* its queue is full and nothing goes out */
+#define INTERFACE_GONE 4u
+
+struct interface {
+    char name[16];
+    int32_t index;
+    int32_t mtu;
+    uint32_t flags;
+    uint32_t reserved[9];
+};
+
+struct slot { /* one socket; what stands here the program's calls change without asking the server */
+    int32_t protocol;
+    int32_t type;
+    int32_t interface;        /* bound to this index, 0: to all, or not bound */
+    uint32_t bound;
+    uint32_t fd_frames;
+    uint32_t receive_buffer;  /* bytes, as SO_RCVBUF shows them */
+    uint32_t stamp;           /* SO_TIMESTAMP or SO_TIMESTAMPNS, old or new: the cmsg's type; 0: none */
+    uint32_t stamping;        /* SO_TIMESTAMPING, old or new */
+    uint32_t stamping_flags;
+    uint32_t counts_drops;    /* SO_RXQ_OVFL */
+    uint64_t last_stamp_ns;   /* SIOCGSTAMP */
+    uint32_t error;           /* SO_ERROR */
+    uint32_t receives;        /* CAN_ISOTP: the two identifiers */
+    uint32_t sends;
+    uint32_t reserved;
+};
+
+struct table {
+    uint64_t magic;
+    uint32_t interfaces;
+    uint32_t slots;
+    char prefix[PREFIX_SIZE];
+    uint32_t reserved[8];
+    struct interface interface[MOST_INTERFACES];
+    struct slot slot[MOST_SLOTS];
+};
+
+struct received { /* stands before what the server sends */
+    uint64_t stamp_ns;
+    uint32_t drops;
+    int32_t interface;
+    uint16_t flags;
+    uint16_t error; /* an errno: there is no frame, the call fails with it */
+    uint32_t length;
+};
+
+struct sent { /* stands before what the program sends */
+    int32_t interface;
+    uint32_t length;
+};
+
+#define RECEIVED_LOCAL 1u /* MSG_DONTROUTE */
+#define RECEIVED_OWN 2u   /* MSG_CONFIRM */
+
+/* requests to the server; each is one message on a connection of its own */
+enum operation {
+    OPEN_SOCKET = 1, /* a = type, b = protocol; the reply brings a descriptor */
+    BIND,            /* data = struct sockaddr_can */
+    CONNECT,
+    SET_OPTION,      /* a = level, b = name, data = value */
+    GET_OPTION,      /* a = level, b = name; the reply's data is the value */
+    SEND_BCM,        /* a = interface or 0, data = struct bcm_msg_head and frames */
+    SEND_ISOTP,      /* a = flags, data = PDU */
+    NOTE,            /* a = enum note, data = text */
+};
+
+enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC };
+
+struct request {
+    uint32_t operation;
+    int32_t slot;
+    int32_t a;
+    int32_t b;
+};
+
+/* real.c */
+#define REAL(name)                                                                                                     \
+    ({                                                                                                                 \
+        static __typeof__(&name) found;                                                                                \
+        __typeof__(&name) function = __atomic_load_n(&found, __ATOMIC_RELAXED);                                        \
+        if (function == NULL) {                                                                                        \
+            function = (__typeof__(&name))real_function(#name);                                                        \
+            __atomic_store_n(&found, function, __ATOMIC_RELAXED);                                                      \
+        }                                                                                                              \
+        function;                                                                                                      \
+    })
+void *real_function(const char *name); /* ends the process where there is none */
+
+/* table.c */
+extern struct table *shim_table;
+struct slot *slot_of(int fd); /* NULL: not ours; errno is kept */
+int slot_number(const struct slot *slot);
+struct interface *interface_by_name(const char *name);
+struct interface *interface_by_index(int index);
+
+/* control.c: -1 and errno, or the reply's number; `size` is the room for the reply's data, and then its length */
+long ask(const struct request *request, const void *data, size_t length, void *reply, size_t *size, int *descriptor,
+         int close_on_exec);
+void note(enum note what, const char *text);
+
+/* ring.c, and ring.h for what it works on; NULL for a socket that has none */
+struct block *block_of(const struct slot *slot);
+
+/* receive.c, send.c */
+ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);
+ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, int flags);
+
+#endif

@@ -1,0 +1,222 @@
+/* Making sockets, binding them, and their options. */
+#include "shim.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/can.h>
+#include <linux/can/raw.h>
+#include <linux/net_tstamp.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#ifndef SO_TIMESTAMP_NEW
+#define SO_TIMESTAMP_NEW 63
+#define SO_TIMESTAMPNS_NEW 64
+#define SO_TIMESTAMPING_NEW 65
+#endif
+#define SO_TIMESTAMP_OLD_ 29
+#define SO_TIMESTAMPNS_OLD_ 35
+#define SO_TIMESTAMPING_OLD_ 37
+#define PROTOCOLS 8 /* CAN_NPROTO */
+#define LARGEST_OPTION 65536
+
+static int open_can_socket(int type, int protocol)
+{
+    struct request request = {.operation = OPEN_SOCKET, .a = type & 0xf, .b = protocol};
+    int fd = -1;
+
+    if (protocol < 0 || protocol >= PROTOCOLS) {
+        errno = EINVAL;
+        return -1;
+    }
+    if (ask(&request, NULL, 0, NULL, NULL, &fd, type & SOCK_CLOEXEC) < 0)
+        return -1;
+    if (fd >= 0 && type & SOCK_NONBLOCK)
+        REAL(fcntl)(fd, F_SETFL, REAL(fcntl)(fd, F_GETFL) | O_NONBLOCK);
+    return fd;
+}
+
+EXPORT int socket(int domain, int type, int protocol)
+{
+    if (shim_table == NULL)
+        return REAL(socket)(domain, type, protocol);
+    if (domain == AF_CAN)
+        return open_can_socket(type, protocol);
+    if (domain == AF_NETLINK && protocol == 0)
+        note(NOTE_NETLINK, program_invocation_short_name);
+    return REAL(socket)(domain, type, protocol);
+}
+
+static int ask_with_address(enum operation operation, const struct slot *slot, const struct sockaddr *address,
+                            socklen_t length)
+{
+    struct request request = {.operation = operation, .slot = slot_number(slot)};
+
+    return ask(&request, address, length, NULL, NULL, NULL, 0) < 0 ? -1 : 0;
+}
+
+EXPORT int bind(int fd, const struct sockaddr *address, socklen_t length)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(bind)(fd, address, length) : ask_with_address(BIND, slot, address, length);
+}
+
+EXPORT int connect(int fd, const struct sockaddr *address, socklen_t length)
+{
+    struct slot *slot = slot_of(fd);
+
+    return slot == NULL ? REAL(connect)(fd, address, length) : ask_with_address(CONNECT, slot, address, length);
+}
+
+EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
+{
+    struct slot *slot = slot_of(fd);
+    struct sockaddr_can name = {.can_family = AF_CAN};
+
+    if (slot == NULL)
+        return REAL(getsockname)(fd, address, length);
+    name.can_ifindex = slot->interface;
+    name.can_addr.tp.rx_id = slot->receives;
+    name.can_addr.tp.tx_id = slot->sends;
+    memcpy(address, &name, *length < sizeof name ? *length : sizeof name);
+    *length = sizeof name;
+    return 0;
+}
+
+EXPORT int getpeername(int fd, struct sockaddr *address, socklen_t *length)
+{
+    if (slot_of(fd) == NULL)
+        return REAL(getpeername)(fd, address, length);
+    errno = EOPNOTSUPP;
+    return -1;
+}
+
+/* what a CAN socket does not do */
+
+static int refused(int fd)
+{
+    if (slot_of(fd) == NULL)
+        return 0;
+    errno = EOPNOTSUPP;
+    return 1;
+}
+
+EXPORT int shutdown(int fd, int how)
+{
+    return refused(fd) ? -1 : REAL(shutdown)(fd, how);
+}
+
+EXPORT int listen(int fd, int backlog)
+{
+    return refused(fd) ? -1 : REAL(listen)(fd, backlog);
+}
+
+static int is_stamp(int name)
+{
+    return name == SO_TIMESTAMP_OLD_ || name == SO_TIMESTAMP_NEW || name == SO_TIMESTAMPNS_OLD_ ||
+           name == SO_TIMESTAMPNS_NEW;
+}
+
+static int is_stamping(int name)
+{
+    return name == SO_TIMESTAMPING_OLD_ || name == SO_TIMESTAMPING_NEW;
+}
+
+/* Of the socket itself; 1: not one that differs from the kernel's socket below, which may have it. */
+static int set_socket_option(struct slot *slot, int name, const void *value, socklen_t length)
+{
+    int number;
+
+    if (name == SO_ATTACH_FILTER || name == SO_ATTACH_BPF) { /* it would see our bytes instead of frames */
+        errno = ENOPROTOOPT;
+        return -1;
+    }
+    if (name != SO_RCVBUF && name != SO_RCVBUFFORCE && name != SO_RXQ_OVFL && !is_stamp(name) && !is_stamping(name))
+        return 1;
+    if (length < sizeof number) {
+        errno = EINVAL;
+        return -1;
+    }
+    memcpy(&number, value, sizeof number);
+    if (name == SO_RXQ_OVFL)
+        slot->counts_drops = number != 0;
+    else if (is_stamp(name))
+        slot->stamp = number != 0 ? (uint32_t)name : 0;
+    else if (is_stamping(name)) {
+        slot->stamping = (uint32_t)name;
+        slot->stamping_flags = (uint32_t)number;
+    } else
+        slot->receive_buffer = number < 1152 ? 2304 : number > 0x3fffffff ? 0x7fffffff : (uint32_t)number * 2;
+    return 0;
+}
+
+EXPORT int setsockopt(int fd, int level, int name, const void *value, socklen_t length)
+{
+    struct slot *slot = slot_of(fd);
+    struct request request = {.operation = SET_OPTION, .a = level, .b = name};
+
+    if (slot == NULL)
+        return REAL(setsockopt)(fd, level, name, value, length);
+    if (level == SOL_SOCKET) {
+        int done = set_socket_option(slot, name, value, length);
+        return done <= 0 ? done : REAL(setsockopt)(fd, level, name, value, length);
+    }
+    request.slot = slot_number(slot);
+    if (length > LARGEST_OPTION) {
+        errno = EINVAL;
+        return -1;
+    }
+    return ask(&request, value, length, NULL, NULL, NULL, 0) < 0 ? -1 : 0;
+}
+
+static int get_socket_option(struct slot *slot, int name, int *number)
+{
+    switch (name) {
+    case SO_DOMAIN: *number = AF_CAN; return 0;
+    case SO_TYPE: *number = slot->type; return 0;
+    case SO_PROTOCOL: *number = slot->protocol; return 0;
+    case SO_RCVBUF: *number = (int)slot->receive_buffer; return 0;
+    case SO_RXQ_OVFL: *number = (int)slot->counts_drops; return 0;
+    case SO_ERROR: *number = (int)__atomic_exchange_n(&slot->error, 0, __ATOMIC_RELAXED); return 0;
+    default: break;
+    }
+    if (is_stamp(name))
+        *number = slot->stamp == (uint32_t)name;
+    else if (is_stamping(name))
+        *number = (int)slot->stamping_flags;
+    else
+        return 1;
+    return 0;
+}
+
+EXPORT int getsockopt(int fd, int level, int name, void *value, socklen_t *length)
+{
+    struct slot *slot = slot_of(fd);
+    struct request request = {.operation = GET_OPTION, .a = level, .b = name};
+    char reply[LARGEST_OPTION];
+    size_t size = sizeof reply;
+    int number;
+
+    if (slot == NULL)
+        return REAL(getsockopt)(fd, level, name, value, length);
+    if (level == SOL_SOCKET) {
+        if (get_socket_option(slot, name, &number) != 0)
+            return REAL(getsockopt)(fd, level, name, value, length);
+        *length = *length < sizeof number ? *length : sizeof number;
+        memcpy(value, &number, *length);
+        return 0;
+    }
+    request.slot = slot_number(slot);
+    if (ask(&request, NULL, 0, reply, &size, NULL, 0) < 0)
+        return -1;
+    if (level == SOL_CAN_RAW && name == CAN_RAW_FILTER && *length < size) { /* as the kernel: tell how long it is */
+        *length = (socklen_t)size;
+        errno = ERANGE;
+        return -1;
+    }
+    *length = *length < size ? *length : (socklen_t)size;
+    memcpy(value, reply, *length);
+    return 0;
+}

@@ -1,0 +1,1 @@
+"""The server's side of a program's CAN sockets, one file for each protocol."""

@@ -1,0 +1,126 @@
+"""What the server's side of every CAN socket has: an end of a pair, a slot, and what waits for the program."""
+
+from __future__ import annotations
+
+import errno
+import struct
+from typing import TYPE_CHECKING
+
+from canwire.socketcan.constants import AF_CAN, SOCKADDR_CAN_SHORTEST
+from canwire.socketcan.loop import HUNG_UP, READABLE, WRITABLE
+from canwire.socketcan.ports import Ports, refuse
+
+if TYPE_CHECKING:
+    import socket
+    from collections.abc import Callable
+
+    from canwire.socketcan.setting import Setting
+
+_ADDRESS = struct.Struct("<Hxxi")
+_RECEIVED = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
+
+
+class CanSocket:
+    """`end` is the server's end of its pair, and watched."""
+
+    def __init__(
+        self,
+        setting: Setting,
+        ports: Ports,
+        slot: int,
+        end: socket.socket,
+        closed: Callable[[CanSocket], object],
+    ) -> None:
+        self.setting = setting
+        self.ports = ports
+        self.slot = slot
+        self.end = end
+        self.over = False
+        self._closed = closed
+        self._watched = 0
+        self.rewatch()
+
+    # what the program asks; each raises OSError with what its call fails with
+
+    def bind(self, address: bytes) -> None:
+        raise refuse(errno.EOPNOTSUPP)
+
+    def connect(self, address: bytes) -> None:
+        raise refuse(errno.EOPNOTSUPP)
+
+    def set_option(self, level: int, name: int, value: bytes) -> None:
+        raise refuse(errno.ENOPROTOOPT)
+
+    def get_option(self, level: int, name: int) -> bytes:
+        raise refuse(errno.ENOPROTOOPT)
+
+    # what happens on the descriptor
+
+    def readable(self) -> None:
+        """Something came from the program; `close` once it has closed its last descriptor."""
+        raise NotImplementedError
+
+    def ended(self) -> None:
+        """Nobody has a descriptor any more: let go of everything, and then `let_go`, now or later."""
+        raise NotImplementedError
+
+    def rewatch(self) -> None:
+        """Watch the end for what is of interest now."""
+        wanted = READABLE | (WRITABLE if self.wants_writable() else 0)
+        if wanted != self._watched:
+            self._watched = wanted
+            self.setting.loop.watch(self.end.fileno(), wanted, self._happened)
+
+    def wants_writable(self) -> bool:
+        """`written` is to be called when the end has room."""
+        return False
+
+    def written(self) -> None:
+        """The end has room."""
+
+    def close(self) -> None:
+        """A second time does nothing."""
+        if self.over:
+            return
+        self.over = True
+        self.setting.loop.forget(self.end.fileno())
+        self.end.close()
+        self.ended()
+
+    def boards_changed(self) -> None:
+        """Interfaces may have come."""
+
+    @property
+    def deserted(self) -> bool:
+        """No program has it any more; what it sent may still be on its way."""
+        return self.over
+
+    def let_go(self) -> None:
+        """Nothing is left of it: its slot is free."""
+        self._closed(self)
+
+    def _happened(self, events: int) -> None:
+        try:
+            if events & WRITABLE and not self.over:
+                self.written()
+            if events & (READABLE | HUNG_UP) and not self.over:
+                self.readable()
+        except ConnectionError:
+            self.close()
+        if not self.over:
+            self.rewatch()
+
+
+def index_of(address: bytes) -> int:
+    """The interface in a `struct sockaddr_can`, 0: all. Raises OSError."""
+    if len(address) < SOCKADDR_CAN_SHORTEST:
+        raise refuse(errno.EINVAL)
+    family, index = _ADDRESS.unpack_from(address)
+    if family != AF_CAN:
+        raise refuse(errno.EINVAL)
+    return int(index)
+
+
+def message_of(payload: bytes, stamp_ns: int, interface: int, drops: int, error: int = 0) -> bytes:
+    """A message to the program, behind its header."""
+    return _RECEIVED.pack(stamp_ns, drops, interface, 0, error, len(payload)) + payload

@@ -1,0 +1,283 @@
+"""CAN_RAW: frames as they are, filtered."""
+
+from __future__ import annotations
+
+import errno
+import struct
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from canwire.socketcan.constants import (
+    CAN_ERR_MASK,
+    CAN_MTU,
+    CAN_RAW_ERR_FILTER,
+    CAN_RAW_FD_FRAMES,
+    CAN_RAW_FILTER,
+    CAN_RAW_JOIN_FILTERS,
+    CAN_RAW_LOOPBACK,
+    CAN_RAW_RECV_OWN_MSGS,
+    MOST_FILTERS,
+    SOL_CAN_RAW,
+)
+from canwire.socketcan.filters import Filters
+from canwire.socketcan.outlets import RowOutlet
+from canwire.socketcan.ports import Ports, refuse
+from canwire.socketcan.rings import COLLECTED, Rings
+from canwire.socketcan.sockets.base import CanSocket, index_of
+from canwire.socketcan.wire import OWN, numpy_module, received_dtype, sound
+
+if TYPE_CHECKING:
+    import socket
+    from collections.abc import Callable
+
+    import numpy
+
+    from canwire.socketcan.interfaces import Interface
+    from canwire.socketcan.port import Batch, Port
+    from canwire.socketcan.setting import Setting
+
+    Array = numpy.ndarray
+
+_INT = struct.Struct("<i")
+_WORD = struct.Struct("<I")
+_SWITCHES = {
+    CAN_RAW_LOOPBACK: 1,
+    CAN_RAW_RECV_OWN_MSGS: 0,
+    CAN_RAW_FD_FRAMES: 0,
+    CAN_RAW_JOIN_FILTERS: 0,
+}
+_LATER = 16  # waiting rows below which a bus that waits goes on
+_KICKS = 64
+_MUCH = 64  # frames after which more is looked for at once ...
+_GATHER_S = 0.0005  # ... and else after this
+
+
+class RawSocket(CanSocket):
+    """A socket without a program's bind hears nothing and sends to addresses only."""
+
+    def __init__(
+        self,
+        setting: Setting,
+        ports: Ports,
+        slot: int,
+        end: socket.socket,
+        closed: Callable[[CanSocket], object],
+        rings: Rings,
+    ) -> None:
+        self._ring = rings.pair(slot, end.fileno())
+        self._outlet = RowOutlet(self._ring, lambda: setting.table.receive_buffer(slot))
+        self._switches = dict(_SWITCHES)
+        self._filter_words = b"\0" * 8
+        self._filters = Filters()
+        self._deaf = False
+        self._error_mask = 0
+        self._heard: list[Port] = []
+        self._hung_up = self._collects = self._hears_all = False
+        super().__init__(setting, ports, slot, end, closed)
+
+    # what the program asks
+
+    def bind(self, address: bytes) -> None:
+        index = index_of(address)
+        heard = [self.ports.port(index)] if index else self.ports.of_all()
+        for port in self._heard:
+            port.leave(self)
+        self._heard = []
+        self._hears_all = index == 0
+        self._hear(heard)
+        self.setting.table.bind(self.slot, index)
+
+    def _hear(self, ports: list[Port]) -> None:
+        for port in ports:
+            if port not in self._heard:
+                self._heard.append(port)
+                port.listeners.append(self)
+                self._apply_loopback(port)
+
+    def boards_changed(self) -> None:
+        if self._hears_all:
+            with suppress(OSError):  # the port has said why
+                self._hear(self.ports.of_all())
+
+    def set_option(self, level: int, name: int, value: bytes) -> None:
+        if level != SOL_CAN_RAW:
+            raise refuse(errno.EINVAL)
+        if name == CAN_RAW_FILTER:
+            self._set_filters(value)
+        elif name == CAN_RAW_ERR_FILTER:
+            if len(value) != _WORD.size:
+                raise refuse(errno.EINVAL)
+            self._error_mask = _WORD.unpack(value)[0] & CAN_ERR_MASK
+        elif name in _SWITCHES:
+            self._switch(name, value)
+        else:
+            raise refuse(errno.ENOPROTOOPT)
+
+    def get_option(self, level: int, name: int) -> bytes:
+        if level != SOL_CAN_RAW:
+            raise refuse(errno.ENOPROTOOPT)
+        if name == CAN_RAW_FILTER:
+            return self._filter_words
+        if name == CAN_RAW_ERR_FILTER:
+            return _WORD.pack(self._error_mask)
+        if name in _SWITCHES:
+            return _INT.pack(self._switches[name])
+        raise refuse(errno.ENOPROTOOPT)
+
+    def _set_filters(self, value: bytes) -> None:
+        if len(value) % 8 or len(value) > MOST_FILTERS * 8:
+            raise refuse(errno.EINVAL)
+        self._filters = Filters.parse(value, bool(self._switches[CAN_RAW_JOIN_FILTERS]))
+        self._filter_words = value
+        self._deaf = not self._filters.filters
+
+    def _switch(self, name: int, value: bytes) -> None:
+        if len(value) != _INT.size:
+            raise refuse(errno.EINVAL)
+        self._switches[name] = int(_INT.unpack(value)[0] != 0)
+        if name == CAN_RAW_FD_FRAMES:
+            self.setting.table.allow_fd(self.slot, bool(self._switches[name]))
+        elif name == CAN_RAW_JOIN_FILTERS:
+            self._filters = Filters(self._filters.filters, bool(self._switches[name]))
+        elif name == CAN_RAW_LOOPBACK:
+            for port in self._heard:
+                self._apply_loopback(port)
+
+    def _apply_loopback(self, port: Port) -> None:
+        if self._switches[CAN_RAW_LOOPBACK]:
+            port.silent.discard(self.slot)
+        else:
+            port.silent.add(self.slot)
+
+    # from the line
+
+    def take(self, batch: Batch) -> None:
+        if self._deaf and batch.errors is None:
+            return
+        rows = batch.rows
+        kept = self._filters.passing(rows["can_id"])
+        if not self._switches[CAN_RAW_FD_FRAMES]:
+            kept = _both(kept, rows["length"] == CAN_MTU)
+        own = batch.owners == self.slot
+        returns_own = own.any()
+        if returns_own and not self._switches[CAN_RAW_RECV_OWN_MSGS]:
+            kept = _both(kept, ~own)
+        if batch.errors is not None:
+            classes = self._error_mask | self._filters.error_mask()
+            wanted = rows["can_id"] & numpy_module().uint32(classes) != 0
+            everything = numpy_module().ones(len(rows), bool) if kept is None else kept
+            kept = numpy_module().where(batch.errors, wanted, everything)
+        found = rows.copy() if kept is None else rows[kept]
+        if not len(found):
+            return
+        if returns_own and self._switches[CAN_RAW_RECV_OWN_MSGS]:
+            found["flags"][own if kept is None else own[kept]] |= OWN
+        self._put(found)
+
+    def congested(self) -> bool:
+        return self._outlet.congested()
+
+    def interface_lost(self, interface: Interface, error: int) -> None:
+        row = numpy_module().zeros(1, received_dtype())
+        row["error"], row["interface"] = error, interface.index
+        self.setting.table.set_error(self.slot, error)
+        if error == errno.ENODEV:
+            self._heard = [port for port in self._heard if port.interface is not interface]
+            if not self._heard:
+                self.setting.table.unbind(self.slot)
+        self._put(row)
+
+    def _put(self, rows: Array) -> None:
+        self._outlet.put(rows)
+
+    # from the program
+
+    def readable(self) -> None:
+        try:
+            self._hung_up = not self.end.recv(_KICKS)
+        except BlockingIOError:
+            return
+        if self._hung_up:
+            self.setting.loop.forget(self.end.fileno())  # which would be told again and again
+            self.setting.deserted()
+        else:
+            self._ring.kicked()
+            self._outlet.flush()
+            if self._outlet.waiting < _LATER:
+                for port in self._heard:
+                    port.pump()
+        self._collect_soon()
+
+    @property
+    def deserted(self) -> bool:
+        return self.over or self._hung_up
+
+    def _collect_soon(self) -> None:
+        if not self._collects:
+            self._collects = True
+            self.setting.loop.soon(self._collect)
+
+    def _collect(self) -> None:
+        """Take in what the program has sent, in turns with everything else; a little at a time waits for more."""
+        self._collects = False
+        if self.over:
+            return
+        room, full = self._room()
+        if full is not None:
+            self._collects = True
+            full.when_room(self._collect)
+            return
+        rows = self._ring.collect(min(COLLECTED, room))
+        count = len(rows)
+        if count:
+            self._send_all(rows)
+        if count >= _MUCH or (self._hung_up and count):
+            self._collect_soon()
+        elif self._hung_up:
+            self.close()
+        elif count:
+            self._collects = True
+            self.setting.loop.call_in(_GATHER_S, self._collect)
+        elif not self._ring.want_frames():
+            self._collect_soon()
+
+    def _room(self) -> tuple[int, Port | None]:
+        """Frames that any of its interfaces can take; one that can take none."""
+        room, full = COLLECTED, None
+        for port in self._heard:
+            if not port.lost:
+                free = port.room()
+                room = min(room, free)
+                full = full if free else port
+        return room, full
+
+    def _send_all(self, rows: Array) -> None:
+        rows = rows[sound(rows)]
+        interfaces = rows["interface"]
+        if len(rows) and (interfaces == interfaces[0]).all():
+            self._send(int(interfaces[0]), rows)
+            return
+        for index in numpy_module().unique(interfaces):
+            self._send(int(index), rows[interfaces == index])
+
+    def _send(self, index: int, rows: Array) -> None:
+        try:
+            port = self.ports.port(index)
+        except OSError:
+            return  # gone since the shim looked
+        if not self._switches[CAN_RAW_LOOPBACK]:
+            port.silent.add(self.slot)
+        port.send(self.slot, rows[: port.room()])
+
+    def ended(self) -> None:
+        for port in self._heard:
+            port.leave(self)
+            port.silent.discard(self.slot)
+        self._heard = []
+        self.let_go()
+
+
+def _both(kept: Array | None, mask: Array) -> Array | None:
+    if kept is None:
+        return None if mask.all() else mask
+    return kept & mask

@@ -1,0 +1,111 @@
+"""The table in shared memory that the shim reads: which interfaces there are, and each socket's own settings.
+
+shim/shim.h has the same layout in C. The server writes interfaces and makes slots; options that concern only what a
+call returns (timestamps, drop counts, sizes) the shim keeps in the slot by itself, so that they hold for every process
+that has the socket.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import struct
+
+MAGIC = 0x31304E4143574E43
+MOST_INTERFACES = 64
+MOST_SLOTS = 4096
+UP, STUCK, GONE = 1, 2, 4  # of an interface
+USUAL_RECEIVE_BUFFER = 212_992  # bytes; net.core.rmem_default
+
+_HEADER = struct.Struct("<QII16s")
+_INTERFACE = struct.Struct("<16siiI")
+_SLOT = struct.Struct("<iiiIIIIIIIQI12x")
+_INTERFACES_AT = 64
+_INTERFACE_SIZE = 64
+_SLOTS_AT = _INTERFACES_AT + MOST_INTERFACES * _INTERFACE_SIZE
+_SIZE = _SLOTS_AT + MOST_SLOTS * _SLOT.size
+_COUNT_AT = 8
+_FLAGS_OFFSET = 24
+_BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
+_IDENTIFIERS_OFFSET = 52
+_PAIR, _WORD = struct.Struct("<iI"), struct.Struct("<I")
+_WORDS = struct.Struct("<II")
+
+
+class Table:
+    """Made anew at `path`; `prefix` begins the names of the programs' ends of socket pairs (at most 15 bytes)."""
+
+    def __init__(self, path: str, prefix: bytes) -> None:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+        try:
+            os.ftruncate(descriptor, _SIZE)
+            self._memory = mmap.mmap(descriptor, _SIZE)
+        finally:
+            os.close(descriptor)
+        _HEADER.pack_into(self._memory, 0, MAGIC, 0, MOST_SLOTS, prefix)
+        self._interfaces = 0
+        self._free = list(range(MOST_SLOTS - 1, -1, -1))
+
+    # interfaces
+
+    def add_interface(self, name: str, index: int, mtu: int, flags: int) -> int:
+        """Its place in the table; raises IndexError for one too many."""
+        place = self._interfaces
+        if place == MOST_INTERFACES:
+            raise IndexError(f"{MOST_INTERFACES} interfaces are all there can be")
+        at = _INTERFACES_AT + place * _INTERFACE_SIZE
+        _INTERFACE.pack_into(self._memory, at, name.encode(), index, mtu, flags)
+        self._interfaces += 1
+        _WORD.pack_into(self._memory, _COUNT_AT, self._interfaces)
+        return place
+
+    def set_flags(self, place: int, flags: int) -> None:
+        """UP, STUCK, GONE."""
+        _WORD.pack_into(self._memory, _INTERFACES_AT + place * _INTERFACE_SIZE + _FLAGS_OFFSET, flags)
+
+    # slots
+
+    def take_slot(self, protocol: int, type: int) -> int | None:
+        """A new socket's; None if all are taken."""
+        if not self._free:
+            return None
+        slot = self._free.pop()
+        _SLOT.pack_into(
+            self._memory, _at(slot), protocol, type, 0, 0, 0, USUAL_RECEIVE_BUFFER, 0, 0, 0, 0, 0, 0
+        )
+        return slot
+
+    def free_slot(self, slot: int) -> None:
+        """Nobody has a descriptor of it any more."""
+        self._free.append(slot)
+
+    def bind(self, slot: int, interface: int) -> None:
+        """To this index; 0: to all."""
+        _PAIR.pack_into(self._memory, _at(slot) + _BOUND_OFFSET, interface, 1)
+
+    def set_identifiers(self, slot: int, receives: int, sends: int) -> None:
+        """Of an ISO-TP socket, flags included."""
+        _WORDS.pack_into(self._memory, _at(slot) + _IDENTIFIERS_OFFSET, receives, sends)
+
+    def unbind(self, slot: int) -> None:
+        """Its interface is gone."""
+        _PAIR.pack_into(self._memory, _at(slot) + _BOUND_OFFSET, 0, 0)
+
+    def allow_fd(self, slot: int, allowed: bool) -> None:
+        _WORD.pack_into(self._memory, _at(slot) + _FD_OFFSET, int(allowed))
+
+    def set_error(self, slot: int, error: int) -> None:
+        """What SO_ERROR tells once."""
+        _WORD.pack_into(self._memory, _at(slot) + _ERROR_OFFSET, error)
+
+    def receive_buffer(self, slot: int) -> int:
+        """Bytes, as the program has set them; the kernel's default else."""
+        found: int = _WORD.unpack_from(self._memory, _at(slot) + _RECEIVE_OFFSET)[0]
+        return found
+
+    def close(self) -> None:
+        self._memory.close()
+
+
+def _at(slot: int) -> int:
+    return _SLOTS_AT + slot * _SLOT.size

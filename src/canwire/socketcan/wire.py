@@ -1,0 +1,145 @@
+"""Many frames at once between the hub's records and what travels over the sockets to the shim.
+
+A received message is a header and a `struct can_frame` (16 bytes) or `canfd_frame` (72), a sent one likewise with a
+smaller header: shim/shim.h's `struct received` and `struct sent`.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from canwire import record_dtype
+from canwire.socketcan.constants import (
+    CAN_EFF_FLAG,
+    CAN_EFF_MASK,
+    CAN_ERR_FLAG,
+    CAN_MTU,
+    CAN_RTR_FLAG,
+    CAN_SFF_MASK,
+    CANFD_BRS,
+    CANFD_ESI,
+    CANFD_MTU,
+)
+
+if TYPE_CHECKING:
+    import numpy
+
+    Array = numpy.ndarray
+
+HEADER_SIZE = 24
+SENT_HEADER_SIZE = 8
+LOCAL, OWN = 1, 2  # flags of a received message: MSG_DONTROUTE, MSG_CONFIRM
+
+# info bits of a record (see canwire.record_dtype)
+_EXTENDED, _REMOTE, _FD, _BRS, _ESI = 1 << 23, 1 << 22, 1 << 10, 1 << 11, 1 << 12
+SELF_RECEPTION = 1 << 21
+TYPE_MASK = 0xFF
+_DLC_SHIFT = 16
+IDENTITY = _EXTENDED | _REMOTE | _FD | _BRS | _ESI | 0xF << _DLC_SHIFT
+_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+_FRAME_FIELDS = [
+    ("can_id", "<u4"),
+    ("len", "u1"),
+    ("fd_flags", "u1"),
+    ("reserved", "u1"),
+    ("raw_dlc", "u1"),
+    ("data", "u1", 64),
+]
+
+
+@cache
+def numpy_module() -> Any:
+    """numpy, once record_dtype has said in words where it is missing."""
+    record_dtype()
+    import numpy
+
+    return numpy
+
+
+@cache
+def received_dtype() -> Any:
+    """96 bytes: what the server sends; those behind a short frame are not sent."""
+    header = [
+        ("stamp_ns", "<u8"),
+        ("drops", "<u4"),
+        ("interface", "<i4"),
+        ("flags", "<u2"),
+        ("error", "<u2"),
+        ("length", "<u4"),
+    ]
+    return numpy_module().dtype(header + _FRAME_FIELDS)
+
+
+@cache
+def sent_dtype() -> Any:
+    """80 bytes: what a program's frame arrives in."""
+    return numpy_module().dtype([("interface", "<i4"), ("size", "<u4"), *_FRAME_FIELDS])
+
+
+@cache
+def _length_of_dlc() -> Array:
+    found: Array = numpy_module().array(_LENGTHS, "u1")
+    return found
+
+
+@cache
+def _dlc_of_length() -> Array:
+    """By length 0..64, the next larger one that a frame can have."""
+    codes = [next(code for code, size in enumerate(_LENGTHS) if size >= length) for length in range(65)]
+    found: Array = numpy_module().array(codes, "u4")
+    return found
+
+
+def frames_received(records: Array, interface: int, epoch_ns: int) -> Array:
+    """Frames' records (no events) as messages; flags, drops and errors are left 0."""
+    numpy = numpy_module()
+    found: Array = numpy.zeros(len(records), received_dtype())
+    info = records["info"]
+    is_fd = info & _FD != 0
+    dlc = info >> _DLC_SHIFT & 15
+    found["stamp_ns"] = records["time_ns"] + numpy.uint64(epoch_ns)
+    found["interface"] = interface
+    found["can_id"] = (
+        records["id"] | (info & _EXTENDED) << 8 | (info & _REMOTE) << 8
+    )  # bits 23 and 22 to 31 and 30
+    if is_fd.any():
+        found["length"] = numpy.where(is_fd, CANFD_MTU, CAN_MTU)
+        found["len"] = numpy.where(is_fd, _length_of_dlc()[dlc], numpy.minimum(dlc, 8))
+        found["fd_flags"] = numpy.where(is_fd, info >> 11 & 3, 0)  # BRS and ESI are neighbours in both
+        found["raw_dlc"] = numpy.where(is_fd | (dlc <= 8), 0, dlc)
+    else:
+        found["length"] = CAN_MTU
+        found["len"] = numpy.minimum(dlc, 8)
+        found["raw_dlc"] = numpy.where(dlc > 8, dlc, 0)
+    found["data"] = records["data"]
+    return found
+
+
+def records_to_send(frames: Array) -> Array:
+    """Messages from programs as records for `send_array`; `can_id`, `len` and `size` must have been checked."""
+    numpy = numpy_module()
+    found: Array = numpy.zeros(len(frames), record_dtype())
+    can_id = frames["can_id"]
+    extended = can_id & CAN_EFF_FLAG != 0
+    remote = can_id & CAN_RTR_FLAG != 0
+    is_fd = frames["size"] == CANFD_MTU
+    raw = frames["raw_dlc"].astype("u4")
+    long_code = ~is_fd & (frames["len"] == 8) & (raw > 8) & (raw < 16)
+    dlc = numpy.where(long_code, raw, _dlc_of_length()[frames["len"]])
+    info = (can_id >> 8 & (_EXTENDED | _REMOTE)) | dlc << _DLC_SHIFT
+    flags = frames["fd_flags"].astype("u4") & (CANFD_BRS | CANFD_ESI)
+    found["info"] = numpy.where(is_fd, info & ~numpy.uint32(_REMOTE) | _FD | flags << 11, info)
+    found["id"] = numpy.where(extended, can_id & CAN_EFF_MASK, can_id & CAN_SFF_MASK)
+    lengths = numpy.where(remote & ~is_fd, 0, frames["len"])
+    found["data"] = numpy.where(numpy.arange(64) < lengths[:, None], frames["data"], 0)
+    return found
+
+
+def sound(frames: Array) -> Array:
+    """Which of what programs sent can be a frame at all: the shim has checked, but it is the program's."""
+    size, length = frames["size"], frames["len"]
+    classic = (size == CAN_MTU) & (length <= 8)
+    fd = (size == CANFD_MTU) & (length <= 64)
+    found: Array = (classic | fd) & (frames["can_id"] & CAN_ERR_FLAG == 0)
+    return found

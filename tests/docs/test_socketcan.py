@@ -1,0 +1,75 @@
+"""docs/socketcan.md's terminals, and the examples of `canwire help run`."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from canwire import Unsupported
+from canwire.socketcan.launch import shim
+from tests.hubs import LONG_S, serving
+from tests.socketcan.bench import Bench, need
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+PAGE = (ROOT / "docs" / "socketcan.md").read_text(encoding="utf-8")
+COMMANDS = re.findall(r"^\$ (.*)$", PAGE, re.MULTILINE)
+PROGRAMS = dict(re.findall(r"<!-- program: (\S+) -->\n```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    try:
+        shim()
+    except Unsupported as error:
+        pytest.skip(str(error))
+    with serving(tmp_path) as served:
+        made = Bench(served, tmp_path)
+        yield made
+        made.close()
+
+
+@pytest.mark.conforms("PL-12", "N-21")
+def test_the_page_s_terminals(bench: Bench) -> None:
+    serve, dump, generate, write = COMMANDS
+    assert serve == "canwire serve"
+    seen = bench.listening(*dump.split()[2:])
+    bench.run(*generate.split()[2:])
+    assert seen.stdout is not None
+    lines = [seen.stdout.readline().split() for _ in range(3)]
+    name = write.split()[1]
+    (bench.home / name).write_text(PROGRAMS[name])
+    environment = {**os.environ, "CANWIRE_HUB": bench.address}
+    subprocess.run([sys.executable, name], cwd=bench.home, env=environment, check=True, timeout=LONG_S)
+    lines.append(seen.stdout.readline().split())
+    assert [line[1:] for line in lines] == [["can0", "100#4711"]] * 3 + [["can0", "7C1#564349"]]
+    times = [float(line[0].strip("()")) for line in lines]
+    assert times == sorted(times)
+
+
+def examples() -> list[str]:
+    from canwire.commands.socketcan import run
+
+    assert run.__doc__ is not None
+    return re.findall(r"^canwire run (.*?)(?:  .*)?$", run.__doc__, re.MULTILINE)
+
+
+@pytest.mark.conforms("N-21")
+@pytest.mark.parametrize("example", examples())
+def test_the_help_s_examples(bench: Bench, example: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(bench.home)
+    (bench.home / "test.sh").write_text("#!/bin/sh\ncansend vcan0 123#\n")
+    (bench.home / "test.sh").chmod(0o755)
+    words = example.split()
+    options = words[: words.index("--")] if "--" in words else []
+    words = words[len(options) + bool(options) :]
+    need("cansend")
+    if words[0] in ("candump", "cangen"):
+        bench.listening(*words, options=tuple(options))
+    else:
+        bench.run(*words, options=tuple(options))

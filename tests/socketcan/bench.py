@@ -1,0 +1,119 @@
+"""Programs under `canwire run` on a hub of this test's own, and the bus as `canwire dump` shows it."""
+
+from __future__ import annotations
+
+import os
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import canwire
+from tests.hubs import LONG_S, Served
+
+Process = subprocess.Popen[str]
+
+
+class Bench:
+    """`home` is the programs' working directory."""
+
+    def __init__(self, served: Served, home: Path) -> None:
+        self.address = served.address
+        self.home = home
+        self.hub = canwire.connect(self.address, name="bench")
+        self._served = served
+        self._processes: list[Process] = []
+
+    def close(self) -> None:
+        for process in self._processes:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)  # what it has forked, too
+            process.communicate(timeout=LONG_S)
+        self.hub.close()
+
+    def start(self, *words: str, options: tuple[str, ...] = (), **more: Any) -> Process:
+        """`canwire run` with a program."""
+        need(words[0])
+        return self._started(["run", *options, "--", *words], more)
+
+    def listening(self, *words: str, options: tuple[str, ...] = (), ports: int = 1, **more: Any) -> Process:
+        """The same, once it hears so many interfaces more."""
+        before = self.channels()
+        process = self.start(*words, options=options, **more)
+        self.until(lambda: self.channels() >= before + ports or process.poll() is not None)
+        if process.poll() is not None:
+            raise AssertionError(f"{words[0]} has ended: {process.communicate()}")
+        return process
+
+    def run(self, *words: str, options: tuple[str, ...] = (), status: int = 0, stdin: str = "") -> str:
+        """Its output, once it has ended with this status."""
+        process = self.start(*words, options=options, stdin=subprocess.PIPE)
+        output, errors = process.communicate(stdin, timeout=LONG_S)
+        assert process.returncode == status, (words, output, errors)
+        return output
+
+    def dump(self, *words: str) -> Process:
+        """`canwire dump`, once it listens."""
+        process = self._started(["dump", *words], {})
+        assert process.stderr is not None
+        line = process.stderr.readline()
+        assert "listening" in line, line
+        return process
+
+    def stop_hub(self) -> None:
+        self._served.process.terminate()
+        self._served.process.wait(LONG_S)
+
+    def channels(self) -> int:
+        """Of all CAN lines together."""
+        return sum(place.status(self.hub).channels for place in canwire.every_line(self.hub, "CAN"))
+
+    @staticmethod
+    def until(condition: Callable[[], bool]) -> None:
+        end_s = time.monotonic() + LONG_S
+        while not condition():
+            assert time.monotonic() < end_s, "it never came"
+            select.select([], [], [], 0.005)  # what is waited for is in another process, and tells nobody
+
+    def _started(self, words: list[str], more: dict[str, Any]) -> Process:
+        environment = {**os.environ, "CANWIRE_HUB": self.address}
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        command = [sys.executable, "-m", "canwire", *words]
+        process = subprocess.Popen(
+            command, text=True, env=environment, cwd=self.home, start_new_session=True, **{**pipes, **more}
+        )
+        self._processes.append(process)
+        return process
+
+
+def finished(process: Process) -> str:
+    """Its output; it has to end by itself, and well."""
+    output, errors = process.communicate(timeout=LONG_S)
+    assert process.returncode == 0, (output, errors)
+    return output
+
+
+def need(program: str) -> None:
+    """Skip where it is not installed."""
+    if shutil.which(program) is None and not Path(program).exists():
+        pytest.skip(f"{program} is not installed")
+
+
+def frames(log: str) -> list[str]:
+    """The frames alone, of candump's default lines or of log lines."""
+    found = []
+    for line in log.splitlines():
+        parts = line.split()
+        if line.startswith("("):
+            found.append(parts[2])
+        elif line.startswith("  "):
+            found.append(" ".join(parts[1:]))
+    return found

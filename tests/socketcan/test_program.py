@@ -1,0 +1,59 @@
+"""A program in C: its descriptors are the kernel's own, and its mistakes have the kernel's answers."""
+
+from __future__ import annotations
+
+import resource
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.socketcan.bench import Bench
+
+SOURCE = Path(__file__).parent / "program.c"
+
+
+@pytest.fixture(scope="session")
+def program(tmp_path_factory: pytest.TempPathFactory) -> str:
+    if shutil.which("gcc") is None:
+        pytest.skip("no gcc")
+    made = tmp_path_factory.mktemp("program") / "program"
+    subprocess.run(["gcc", "-std=gnu11", "-O2", str(SOURCE), "-o", str(made)], check=True)
+    return str(made)
+
+
+@pytest.mark.conforms("PL-12", "N-22", "N-23", "N-27")
+@pytest.mark.parametrize(
+    "what", ["names", "mistakes", "descriptors", "exec", "own", "overflow", "full", "stamps", "storm"]
+)
+def test_sockets(bench: Bench, program: str, what: str) -> None:
+    assert bench.run(program, what).endswith("done\n")
+
+
+def test_thousands_of_sockets(bench: Bench, program: str) -> None:
+    if resource.getrlimit(resource.RLIMIT_NOFILE)[1] < 4096:
+        pytest.skip("this process may have fewer descriptors")
+    assert bench.run("sh", "-c", f"ulimit -n 4096; {program} thousands").endswith("done\n")
+
+
+def test_what_is_not_there_is_said_once(bench: Bench, program: str) -> None:
+    process = bench.start(program, "mistakes")
+    _, errors = process.communicate(timeout=30)
+    assert errors.count("asked for CAN_J1939, which there is not here") == 1
+
+
+def test_a_hub_that_goes_is_a_network_that_is_down(bench: Bench) -> None:
+    dump = bench.listening("candump", "can0")
+    bench.run("cansend", "can0", "123#")
+    assert dump.stdout is not None
+    assert dump.stdout.readline() == "  can0  123   [0] \n"
+    bench.stop_hub()
+    _, errors = dump.communicate(timeout=30)
+    assert dump.returncode == 1
+    assert "Network is down" in errors
+
+
+def test_signals_are_as_a_program_finds_them_otherwise(bench: Bench) -> None:
+    """Python ignores SIGPIPE and SIGXFSZ, and what is ignored stays so in whatever it becomes."""
+    assert bench.run("grep", "SigIgn", "/proc/self/status").split()[1] == "0" * 16

@@ -1,0 +1,105 @@
+"""Programs that nothing can be preloaded into are named; and what `canwire run` itself is asked wrongly."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from canwire.socketcan.programs import trouble_with
+from tests.hubs import LONG_S
+from tests.socketcan.bench import Bench, need
+
+
+def built(folder: Path, name: str, *switches: str) -> str:
+    if shutil.which("gcc") is None:
+        pytest.skip("no gcc")
+    (folder / "main.c").write_text("int main(void) { return 0; }\n")
+    made = folder / name
+    done = subprocess.run(["gcc", *switches, str(folder / "main.c"), "-o", str(made)], capture_output=True)
+    if done.returncode:
+        pytest.skip(f"gcc cannot link {switches}")
+    return str(made)
+
+
+def test_an_ordinary_program_and_a_script_are_fine(tmp_path: Path) -> None:
+    script = tmp_path / "script"
+    script.write_text("#!/bin/sh\n")
+    assert trouble_with(built(tmp_path, "ordinary")) == ""
+    assert trouble_with(str(script)) == ""
+    assert trouble_with(str(tmp_path / "nothing")) == ""
+
+
+def test_a_static_program(tmp_path: Path) -> None:
+    assert "linked statically" in trouble_with(built(tmp_path, "static", "-static"))
+
+
+def test_a_program_for_musl(tmp_path: Path) -> None:
+    made = built(tmp_path, "musl", "-Wl,--dynamic-linker=/lib/ld-musl-x86_64.so.1")
+    assert "musl" in trouble_with(made)
+
+
+def test_a_program_for_another_machine(tmp_path: Path) -> None:
+    made = Path(built(tmp_path, "other"))
+    content = bytearray(made.read_bytes())
+    content[4] = 1  # 32 bits
+    made.write_bytes(content)
+    assert "another machine" in trouble_with(str(made))
+
+
+def test_a_set_uid_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = built(tmp_path, "mighty")
+    os.chmod(made, 0o4755)
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    assert "set-uid" in trouble_with(made)
+
+
+def test_it_is_said_of_what_is_run_and_of_what_that_starts(bench: Bench, tmp_path: Path) -> None:
+    made = built(tmp_path, "static", "-static")
+    process = bench.start(made)
+    assert f"{made} is linked statically" in process.communicate(timeout=30)[1]
+    process = bench.start("sh", "-c", f"{made}; {made}")
+    assert process.communicate(timeout=30)[1].count(f"{made} is linked statically") == 1
+
+
+def test_status_and_signals_are_the_program_s(bench: Bench) -> None:
+    bench.run("sh", "-c", "exit 7", status=7)
+    process = bench.start("cat")
+    process.send_signal(signal.SIGUSR1)
+    process.communicate(timeout=30)
+    assert process.returncode == -signal.SIGUSR1
+
+
+def test_what_a_program_leaves_behind_has_its_interfaces(bench: Bench) -> None:
+    need("candump")
+    script = "(sleep 0.5; exec candump -n 1 -T 20000 can0) > later.txt &"
+    process = bench.start("sh", "-c", script, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    assert process.wait(LONG_S) == 0
+    bench.until(lambda: bench.channels() == 1)
+    bench.run("cansend", "can0", "123#11")
+    bench.until(lambda: (bench.home / "later.txt").read_text() == "  can0  123   [1]  11\n")
+    bench.until(lambda: bench.channels() == 0)
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ([], "no program to run"),
+        (["--", "no-such-program"], "no-such-program: no such program"),
+        (["--interface", "can0", "true"], "NAME=LINE"),
+        (["--interface", "a-name-far-too-long=can0", "true"], "1 to 15 characters"),
+        (["--interface", "vcan0=nothing", "true"], "no CAN line or bus 'nothing'"),
+        (["--hub", "/nowhere/at/all", "true"], "/nowhere/at/all"),
+    ],
+)
+def test_mistakes(bench: Bench, words: list[str], complaint: str) -> None:
+    command = [sys.executable, "-m", "canwire", "run", *words]
+    environment = {**os.environ, "CANWIRE_HUB": bench.address}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert done.returncode == 2
+    assert complaint in done.stderr
