@@ -9,7 +9,8 @@ from canwire.errors import NotInitialised, QueueFull
 from canwire.hub.handles.ends import RingEnd
 from canwire.hub.handles.filtered import Filtered
 from canwire.hub.protocol import messages as m
-from canwire.platform import EventDescriptor, close_descriptors
+from canwire.hub.protocol.queues import transmit_offset
+from canwire.platform import EventDescriptor, close_descriptors, map_memory
 from canwire.ring import Ring
 from canwire.values.checks import LONGEST_NS, instance, whole
 from canwire.values.event import BusEvent
@@ -42,17 +43,19 @@ class HubChannel(Filtered):
     def set_up(self, mode: ChannelMode) -> None:
         """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
         self.check()
-        reply, descriptors = self.hub.ask(m.SetUpChannel(self._handle, mode))
+        reply, (memory, *events) = self.hub.ask(m.SetUpChannel(self._handle, mode))
         self._drop_ends()
-        receive = Ring.over(descriptors[0], reply.receive, exact=True)
+        queues = map_memory(memory)
+        close_descriptors(memory)
+        begin = transmit_offset(reply.receive)
+        heard = EventDescriptor.adopt_each(tuple(events), 2 if reply.transmit else 1)
+        receive = Ring(reply.receive, exact=True, buffer=queues[:begin])
         receive.free_event = self.hub.doorbell
-        self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
-        close_descriptors(descriptors[0])
+        self._reading = RingEnd(self, receive, heard[0], reads=True)
         if reply.transmit:
-            transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
+            transmit = Ring(reply.transmit, exact=True, buffer=queues[begin:])
             transmit.event = self.hub.doorbell
-            self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
-            close_descriptors(descriptors[2])
+            self._writing = RingEnd(self, transmit, heard[1], reads=False)
 
     @property
     def reading(self) -> RingEnd:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
 from canwire.hub.protocol import messages as m
-from canwire.platform import EventDescriptor
 from canwire.values.checks import LONGEST_NS, nanoseconds
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ class Client:
         self._holdings: dict[int, Holding] = {}
         self._closed = False
         self._forked = False
-        self.doorbell = EventDescriptor.adopt(link.doorbell)
+        self.doorbell = link.doorbell
         link.listen(self._notice)
         _OPEN.add(self)
 
@@ -133,7 +132,6 @@ class Client:
                 with contextlib.suppress(HubLost, Unplugged):
                     holding.close()
             self._closed = True
-            self.doorbell.leave()
             self._link.close()
 
     def leave_to_parent(self) -> None:

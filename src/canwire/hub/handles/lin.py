@@ -90,11 +90,11 @@ class Monitor(Lease):
     def set_up(self, mode: LinMonitorMode) -> None:
         """Make the queue, or make it anew (what was in it is gone); the monitor is inactive then."""
         self.check()
-        reply, (memory, event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
+        reply, (memory, *event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
         self._drop_end()
         ring = Ring.over(memory, reply.receive, exact=True)
         close_descriptors(memory)
-        self._reading = RingEnd(self, ring, EventDescriptor.adopt(event), reads=True)
+        self._reading = RingEnd(self, ring, EventDescriptor.adopt(*event), reads=True)
 
     @property
     def reading(self) -> RingEnd:

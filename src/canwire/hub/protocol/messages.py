@@ -224,7 +224,7 @@ class ListIds(Message):
 
 
 class SetUpChannel(Message):
-    """Channel -> ChannelOpened, with descriptors: receive memory, its event, [transmit memory, its event]."""
+    """Channel -> ChannelOpened, with descriptors: memory (queues.py), receive event, [transmit event]."""
 
     handle: int
     mode: ChannelMode

@@ -29,7 +29,7 @@ from canwire.hub.protocol.messages import (
     encode_request,
 )
 from canwire.hub.protocol.pending import Pending
-from canwire.platform import close_descriptors
+from canwire.platform import EventDescriptor, close_descriptors
 
 _HELLO_TIMEOUT_S = 2.0
 _RECEIVED_AT_ONCE = 1 << 16
@@ -54,7 +54,7 @@ class SocketLink:
         self._calls: dict[int, Pending[Answer]] = {}
         self._notices = Notices()
         self._descriptors: deque[int] = deque()
-        self._doorbell = -1
+        self._doorbell: EventDescriptor | None = None
         self._last_words = ""
         self._lost = False
         self._closed = False
@@ -81,7 +81,8 @@ class SocketLink:
         return self._lost or self._pid != os.getpid()
 
     @property
-    def doorbell(self) -> int:
+    def doorbell(self) -> EventDescriptor:
+        assert self._doorbell is not None, "it came with the greeting"
         return self._doorbell
 
     def close(self) -> None:
@@ -99,8 +100,8 @@ class SocketLink:
         if sys.is_finalizing():
             return  # the thread does not run any more, and the process takes its descriptors along
         self._thread.join()
-        if self._doorbell >= 0:
-            close_descriptors(self._doorbell)
+        if self._doorbell is not None:
+            self._doorbell.close()
 
     def leave_to_parent(self) -> None:
         """In a fork: let go of the connection, so that the hub sees it end with the process that made it."""
@@ -112,7 +113,7 @@ class SocketLink:
         except TimeoutError:
             raise HubLost(f"{self.address}: somebody listens but does not answer; is it a hub?") from None
         self.time = welcome.time
-        (self._doorbell,) = descriptors
+        self._doorbell = EventDescriptor.adopt(*descriptors)
 
     def _ask(self, request: Message) -> Pending[Answer]:
         self._check()

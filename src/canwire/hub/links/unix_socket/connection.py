@@ -23,7 +23,7 @@ from canwire.hub.protocol.messages import (
     decode_request,
     encode_reply,
 )
-from canwire.platform import EventDescriptor, peer_of
+from canwire.platform import EventDescriptor, close_descriptors, peer_of
 
 if TYPE_CHECKING:
     from canwire.hub.owner.engine import Engine
@@ -139,8 +139,9 @@ class Connection:
             )
         pid = self._peer[0] if self._peer is not None and self._peer[0] > 0 else hello.pid
         name = "".join(letter if letter.isprintable() else "?" for letter in hello.name[:_LONGEST_NAME])
-        doorbell = EventDescriptor()
+        doorbell = EventDescriptor(shared=True)
         try:
+            copies = doorbell.copies()
             session = open_session(self._engine.world, name, pid, self._notify, doorbell)
         except BaseException:
             doorbell.close()
@@ -148,7 +149,7 @@ class Connection:
         self._session = session
         self._doorbell = doorbell
         self._engine.watch(doorbell, lambda: self._rung(doorbell, session))
-        self._send(serial, Welcome(VERSION, self._engine.time), (doorbell.sender(),))
+        self._send(serial, Welcome(VERSION, self._engine.time), copies)
 
     def _ask(self, serial: int, request: Message) -> None:
         if self._session is None:
@@ -179,10 +180,11 @@ class Connection:
     def _send(self, serial: int, reply: Message, descriptors: tuple[int, ...] = ()) -> None:
         """Queue a message. It goes out after the present callback: the world may be in the middle of something."""
         if self._closed:
+            close_descriptors(*descriptors)
             return
         try:
             self._outbox.put(encode_reply(serial, reply, len(descriptors)), descriptors)
-        except (HubError, OSError):  # it does not read, or too many descriptors are open
+        except HubError:  # it does not read
             self._engine.post(self.close)
             return
         if not self._flushing:

@@ -7,13 +7,13 @@ from collections import deque
 
 from canwire.errors import HubError
 from canwire.hub.protocol.messages import LARGEST_REPLY
-from canwire.platform import close_descriptors, duplicate
+from canwire.platform import close_descriptors
 
 _MOST_DESCRIPTORS = 256
 
 
 class Outbox:
-    """Messages for one client, in order. Descriptors are duplicated here: their owner may close them at any time."""
+    """Messages for one client, in order. Descriptors are its own from `put` on, and closed once they are sent."""
 
     def __init__(self, connection: socket.socket) -> None:
         self._connection = connection
@@ -25,16 +25,16 @@ class Outbox:
         return bool(self._waiting)
 
     def put(self, message: bytes, descriptors: tuple[int, ...] = ()) -> None:
-        """Queue a message; raises HubError once too much waits: this client does not read. OSError: no descriptors."""
+        """Queue a message; raises HubError once too much waits: this client does not read."""
         if (
             self._bytes + len(message) > LARGEST_REPLY
             or self._descriptors + len(descriptors) > _MOST_DESCRIPTORS
         ):
+            close_descriptors(*descriptors)
             raise HubError(f"{self._bytes} bytes wait for a client that does not read them")
-        copies = duplicate(descriptors)
-        self._waiting.append((memoryview(message), copies))
+        self._waiting.append((memoryview(message), descriptors))
         self._bytes += len(message)
-        self._descriptors += len(copies)
+        self._descriptors += len(descriptors)
 
     def flush(self) -> None:
         """Send what the socket takes; raises OSError if the client is gone."""

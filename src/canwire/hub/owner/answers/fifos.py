@@ -32,5 +32,10 @@ def _reset_fifo(request: m.ResetFifo, session: Session, world: World) -> Answer:
 
 def _fifo(session: Session, world: World, number: int, role: str) -> Answer:
     pipe = world.pipes.open(number, role)
+    try:
+        copies = pipe.copies()
+    except OSError:
+        world.pipes.close(pipe, role)
+        raise
     handle = session.hold(HeldPipe(world.pipes, pipe, role))
-    return m.FifoOpened(handle, pipe.id, pipe.capacity, pipe.element_size), pipe.descriptors()
+    return m.FifoOpened(handle, pipe.id, pipe.capacity, pipe.element_size), copies

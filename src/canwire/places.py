@@ -1,0 +1,35 @@
+"""Where a user's sockets live, and what shall outlive the programs that made it."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import tempfile
+
+
+def runtime_directory() -> str:
+    """Where this user's sockets live: XDG_RUNTIME_DIR, else a directory of the user's own in the temporary one."""
+    given = os.environ.get("XDG_RUNTIME_DIR")
+    if given and os.path.isdir(given):
+        return given
+    own = os.path.join(tempfile.gettempdir(), f"canwire-{os.getuid()}")
+    os.makedirs(own, mode=0o700, exist_ok=True)
+    state = os.lstat(own)
+    if not stat.S_ISDIR(state.st_mode) or state.st_uid != os.getuid() or state.st_mode & 0o077:
+        raise PermissionError(
+            f"{own}: not a private directory of this user; remove it or set XDG_RUNTIME_DIR"
+        )
+    return own
+
+
+def state_directory() -> str:
+    """Where this user's programs keep what shall outlive them: XDG_STATE_HOME, ~/.local/state, or the system's own."""
+    if sys.platform == "win32":
+        usual = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
+    elif sys.platform == "darwin":
+        usual = "~/Library/Application Support"
+    else:
+        usual = "~/.local/state"
+    given = os.environ.get("XDG_STATE_HOME", "")
+    return os.path.join(given if os.path.isabs(given) else os.path.expanduser(usual), "canwire")
