@@ -12,9 +12,9 @@ import canwire
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
 BadConfig BadMessage BoardInfo Capabilities ChannelMode ChannelStatus Control CyclicStatus Event Feature Fifo Filtered
-FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LineInfo LineMode LineStatus
-NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange Unplugged Unsupported
-WrongState
+FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LimitReached LineInfo LineMode
+LineStatus NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange
+Unplugged Unsupported WrongState
 connect default_address serve
 RateConflict RunningLine rate_conflicts conflicts_on format_setter state_directory
 LinePlace WantedMode bring_up every_line find_lines format_rates start_line

@@ -21,6 +21,7 @@ from typing import Any
 
 if sys.platform != "win32":
     import fcntl
+    import resource
 
 
 class EventDescriptor:
@@ -264,6 +265,20 @@ def close_descriptors(*descriptors: int) -> None:
         os.close(descriptor)
 
 
+def descriptor_limit() -> int:
+    """How many descriptors this process may have open; raised by `raise_descriptor_limit`."""
+    return resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+
+
+def raise_descriptor_limit() -> None:
+    """As far as the system lets this process without being asked."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard == resource.RLIM_INFINITY:
+        hard = max(soft, _MANY)
+    with contextlib.suppress(OSError, ValueError):  # macOS says "infinite" and means less
+        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+
+
 def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
     """Descriptors of one's own for the same things: for all of them, or OSError and none."""
     copies: list[int] = []
@@ -276,6 +291,7 @@ def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(copies)
 
 
+_MANY = 10_240  # descriptors, where the system names no limit
 _OPENS_ANEW = sys.platform == "linux" and os.path.exists("/proc/self/fd")
 _ALL = mmap.PAGESIZE if _OPENS_ANEW else 1 << 16  # bytes that an event holds at most
 _CREDENTIALS = struct.Struct("iII")

@@ -13,6 +13,7 @@ from canwire.hub.links.unix_socket.server import Server
 from canwire.hub.owner.engine import REAL, Engine
 from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config
+from canwire.platform import raise_descriptor_limit
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
@@ -35,6 +36,7 @@ def serve(
     HubError if another hub listens there, BadConfig for a bad configuration.
     """
     config = usual_config(config)
+    raise_descriptor_limit()
     engine = Engine(World(config), time)
     with contextlib.ExitStack() as closing:
         closing.callback(engine.close)

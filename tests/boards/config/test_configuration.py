@@ -148,7 +148,7 @@ def test_the_default_world_could_stand_in_a_file() -> None:
             BUS + BOARD + "bus = 'can0'",
             "board[0].bus: no such key; there are kind, serial, buses, base, irq, shared_irq, access, port",
         ),
-        ("[hub]\na = 1", "hub: no such key; there are bus, board"),
+        ("[hub]\na = 1", "hub: no such key; there are bus, board, limits"),
         ("[bus]\nname = 'can0'", "bus: expected a list, got a table; write [[bus]], with two brackets"),
         ("board = 5", "board = 5: expected a list, got a whole number; write [[board]], with two brackets"),
         ("bus = [5]", "bus[0] = 5: expected a table, got a whole number"),
@@ -224,7 +224,7 @@ def test_files(tmp_path: Path) -> None:
     path.write_text("x = 1")
     with pytest.raises(BadValue) as no_key:
         Config.load(path)
-    assert str(no_key.value) == f"{path}: x: no such key; there are bus, board"
+    assert str(no_key.value) == f"{path}: x: no such key; there are bus, board, limits"
 
 
 def test_a_missing_file_and_a_directory(tmp_path: Path) -> None:

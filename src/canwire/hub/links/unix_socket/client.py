@@ -13,10 +13,10 @@ import traceback
 import weakref
 from collections import deque
 
-from canwire.errors import BadMessage, CanwireError, HubLost
+from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.notices import Notices
 from canwire.hub.links.unix_socket.sockets import dial
-from canwire.hub.protocol.failure import raised
+from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Answer, Listener
 from canwire.hub.protocol.messages import (
     LARGEST_REPLY,
@@ -29,7 +29,7 @@ from canwire.hub.protocol.messages import (
     encode_request,
 )
 from canwire.hub.protocol.pending import Pending
-from canwire.platform import EventDescriptor, close_descriptors
+from canwire.platform import EventDescriptor, close_descriptors, descriptor_limit
 
 _HELLO_TIMEOUT_S = 2.0
 _RECEIVED_AT_ONCE = 1 << 16
@@ -187,8 +187,12 @@ class SocketLink:
 
     def _take(self, payload: bytes) -> None:
         serial, count, reply = decode_reply(payload)
-        if not 0 <= count <= len(self._descriptors):
-            raise BadMessage(f"a reply with {count} descriptors, {len(self._descriptors)} of them came")
+        if not 0 <= count <= _MOST_DESCRIPTORS:
+            raise BadMessage(f"a reply with {count} descriptors")
+        if count > len(self._descriptors):
+            reply, count = failed(self._too_few(count)), 0
+            close_descriptors(*self._descriptors)
+            self._descriptors.clear()
         descriptors = tuple(self._descriptors.popleft() for _ in range(count))
         with self._lock:
             call = self._calls.pop(serial, None)
@@ -202,6 +206,13 @@ class SocketLink:
             call.fail(raised(reply))
         elif not call.settle((reply, descriptors)):
             close_descriptors(*descriptors)
+
+    def _too_few(self, count: int) -> LimitReached:
+        """The system drops descriptors that this process has no room for."""
+        return LimitReached(
+            f"{count} descriptors came from the hub, {len(self._descriptors)} fit: this program has used all of its "
+            f"{descriptor_limit()}; close channels or FIFOs, or start it with more (ulimit -n)"
+        )
 
     def _lose(self) -> None:
         """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""

@@ -9,9 +9,10 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.errors import BadMessage, CanwireError, HubError
+from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.unix_socket.outbox import Outbox
 from canwire.hub.owner.entrance import open_session
+from canwire.hub.owner.limits import check_room, enough, no_descriptors
 from canwire.hub.protocol.failure import failed, serial_in
 from canwire.hub.protocol.messages import (
     LARGEST_REQUEST,
@@ -49,7 +50,8 @@ class Connection:
         self._when_closed = closed
         self._inbox = Inbox(LARGEST_REQUEST)
         self._requests: deque[bytes] = deque()
-        self._outbox = Outbox(connection)
+        self._limits = engine.world.limits
+        self._outbox = Outbox(connection, self._limits.waiting_bytes)
         self._session: Session | None = None
         self._doorbell: EventDescriptor | None = None
         self._closed = False
@@ -58,9 +60,19 @@ class Connection:
         self._peer = peer_of(connection)
         connection.setblocking(False)
 
-    def open(self) -> None:
-        """Listen to the client, if it is this user's or root's."""
+    @property
+    def process(self) -> int:
+        """Who is at the other end, 0 where the system does not tell."""
+        return 0 if self._peer is None else self._peer[0]
+
+    def open(self, beside: int = 0) -> None:
+        """Listen to the client, if it is this user's or root's, and has not too many connections `beside` this one."""
         self._engine.watch(self._connection, self._readable)
+        try:
+            check_room(self._limits, "connections", beside, f"process {self.process}")
+        except LimitReached as error:
+            self._refuse(0, error)
+            return
         if self._peer is not None and self._peer[1] not in (os.geteuid(), 0):
             self._refuse(0, HubError(f"this hub belongs to user {os.geteuid()}"))
 
@@ -139,9 +151,11 @@ class Connection:
             )
         pid = self._peer[0] if self._peer is not None and self._peer[0] > 0 else hello.pid
         name = "".join(letter if letter.isprintable() else "?" for letter in hello.name[:_LONGEST_NAME])
-        doorbell = EventDescriptor(shared=True)
+        with enough(f"{hello.name[:_LONGEST_NAME]} cannot connect"):
+            doorbell = EventDescriptor(shared=True)
         try:
-            copies = doorbell.copies()
+            with enough(f"{hello.name[:_LONGEST_NAME]} cannot connect"):
+                copies = doorbell.copies()
             session = open_session(self._engine.world, name, pid, self._notify, doorbell)
         except BaseException:
             doorbell.close()
@@ -182,9 +196,12 @@ class Connection:
         if self._closed:
             close_descriptors(*descriptors)
             return
+        otherwise = b""
+        if descriptors:
+            otherwise = encode_reply(serial, failed(LimitReached(no_descriptors(type(reply).__name__))))
         try:
-            self._outbox.put(encode_reply(serial, reply, len(descriptors)), descriptors)
-        except HubError:  # it does not read
+            self._outbox.put(encode_reply(serial, reply, len(descriptors)), descriptors, otherwise)
+        except LimitReached:  # it does not read
             self._engine.post(self.close)
             return
         if not self._flushing:

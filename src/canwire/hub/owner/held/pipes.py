@@ -100,6 +100,7 @@ class Pipes:
 class HeldPipe(Held):
     """A reference to a FIFO, as its reader, its writer or neither."""
 
+    limit = "fifos"
     pipes: Pipes
     pipe: Pipe
     role: str
