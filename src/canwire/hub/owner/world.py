@@ -55,6 +55,8 @@ class World:
         self.slots: dict[tuple[int, int], CanSlot | LinSlot] = {}
         self.pipes = Pipes()
         self.warn: Callable[[str], object] | None = None  # gets what people should know, in sentences
+        # how many ns bus time is behind the clock, and how many were left out; the pace knows
+        self.lateness: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
         self.limits = config.limits
         self.notes = Notes(config.limits)
