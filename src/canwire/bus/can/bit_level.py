@@ -373,7 +373,9 @@ class BitLevel:
             if station.state == _SUSPEND:
                 node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
             elif station.state == _WAITING:
-                node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
+                # idle bits from before the beginning of time count, too
+                idle_ns = station.run * node.bit_ps // 1000
+                node.waiting_from_ns = at_ns - idle_ns if idle_ns < at_ns else 0
         self.clocks = []
 
     def _settle(self, at_ps: int) -> None:
