@@ -42,8 +42,12 @@ class Hub(Client):
 
     def boards(self) -> tuple[BoardInfo, ...]:
         """Every board plugged in now, in the order of their plugging."""
-        boards: tuple[BoardInfo, ...] = self.call(m.ListBoards()).boards
-        return boards
+        page = self.call(m.ListBoards())
+        boards: list[BoardInfo] = list(page.boards)
+        while page.more:
+            page = self.call(m.ListBoards(boards[-1].id))
+            boards += page.boards
+        return tuple(boards)
 
     def board(self, name: str) -> BoardInfo:
         """The board with this hardware id, or the first of this kind; raises NoSuchBoard naming what there is."""

@@ -73,7 +73,9 @@ class Hello(Message):
 
 
 class ListBoards(Message):
-    """-> Boards"""
+    """-> Boards: a page of them, those with ids above `after`."""
+
+    after: int = 0
 
 
 class Watch(Message):
@@ -318,7 +320,10 @@ class Welcome(Message):
 
 
 class Boards(Message):
+    """In the order of their ids; `more`: ask again, after the last of these."""
+
     boards: tuple[BoardInfo, ...]
+    more: bool = False
 
 
 class Plugged(Message):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
     from canwire.hub.protocol.link import Answer
 
 _RECEIVED_AT_ONCE = 1 << 16
-_REQUESTS_A_TURN = 16  # so that nobody's flood of requests holds up time and other clients
+_REQUESTS_A_TURN = 16  # so that nobody's flood of requests holds up time and other clients ...
+_TURN_S = 0.002  # ... and no more of them begin after so long
 _LONGEST_NAME = 64
 
 
@@ -115,9 +117,12 @@ class Connection:
 
     def _work(self) -> None:
         """Answer some of what waits; the others get their turn in between."""
+        until = time.monotonic() + _TURN_S
         for _ in range(min(len(self._requests), _REQUESTS_A_TURN)):
             if not self._closed:
                 self._answer(self._requests.popleft())
+            if time.monotonic() > until:
+                break
         if self._requests and not self._closed:
             self._engine.post(lambda: self._guarded(self._work))
 
@@ -196,11 +201,15 @@ class Connection:
         if self._closed:
             close_descriptors(*descriptors)
             return
+        try:
+            message = encode_reply(serial, reply, len(descriptors))
+        except BadMessage as error:  # more than fits one reply: that ends nothing but this request
+            message = encode_reply(serial, failed(HubError(f"the answer is too long: {error}")))
         otherwise = b""
         if descriptors:
             otherwise = encode_reply(serial, failed(LimitReached(no_descriptors(type(reply).__name__))))
         try:
-            self._outbox.put(encode_reply(serial, reply, len(descriptors)), descriptors, otherwise)
+            self._outbox.put(message, descriptors, otherwise)
         except LimitReached:  # it does not read
             self._engine.post(self.close)
             return

@@ -11,12 +11,15 @@ from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
 
+_PAGE = 256  # boards in one reply: some milliseconds of work
+
 answers = Answers()
 
 
 @answers.to(m.ListBoards)
 def _list_boards(request: m.ListBoards, session: Session, world: World) -> Answer:
-    return m.Boards(world.infos()), ()
+    found = tuple(info for info in world.infos() if info.id > request.after)
+    return m.Boards(found[:_PAGE], len(found) > _PAGE), ()
 
 
 @answers.to(m.Watch)
