@@ -8,6 +8,7 @@ Ctrl-C; 141 when whoever read the output has gone.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import os
 import sys
@@ -67,12 +68,17 @@ class _ShowVersion(argparse.Action):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line, sys.argv's by default; the exit status. argparse exits by itself (SystemExit)."""
     words = list(sys.argv[1:] if argv is None else argv)
+    _open_streams()
     try:
         status = _run(words)
         sys.stdout.flush()
     except BrokenPipeError:
         _forget_output()
         return 141
+    except OSError as error:
+        print(f"canwire: the output cannot be written: {error.strerror or error}", file=sys.stderr)
+        _forget_output()
+        return 2
     except KeyboardInterrupt:
         return 130
     return status
@@ -114,6 +120,15 @@ def _load(verb: Verb, parser: argparse.ArgumentParser) -> None:
     parser.description = (module.__doc__ or verb.help).strip()
     module.add_arguments(parser)
     parser.set_defaults(run=module.run)
+
+
+def _open_streams() -> None:
+    """Those that were closed before the start lead nowhere: else the next file opened would stand in their place."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            with contextlib.suppress(OSError):
+                nowhere = os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: its own
+                setattr(sys, name, open(nowhere, mode, closefd=False))  # noqa: SIM115
 
 
 def _forget_output() -> None:

@@ -13,8 +13,15 @@ def complain(what: str) -> None:
 
 
 def let_terminate(closing: ExitStack) -> None:
-    """SIGTERM ends like Ctrl-C, with the numbers; only a main thread may ask for that."""
+    """SIGTERM, and the end of the terminal, end like Ctrl-C, with the numbers; only a main thread may ask for that."""
     with suppress(ValueError):
-        closing.callback(
-            signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler)
-        )
+        for number in ending_signals() - {signal.SIGINT}:
+            closing.callback(signal.signal, number, signal.signal(number, signal.default_int_handler))
+
+
+def ending_signals() -> set[int]:
+    """What ends a program in an orderly way: also that its terminal is gone, unless it was started by nohup."""
+    numbers = {signal.SIGTERM, signal.SIGINT}
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        numbers.add(signal.SIGHUP)
+    return {int(number) for number in numbers}

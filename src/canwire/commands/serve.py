@@ -6,7 +6,7 @@ canwire serve --config canwire.toml             these buses and boards
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
 
 One line tells when it is ready; before it stderr has a line for everything unusual about the buses, too long a cable
-perhaps. SIGTERM and Ctrl-C end it: the socket goes, and every client sees HubLost.
+perhaps. SIGTERM, SIGHUP and Ctrl-C end it: the socket goes, and every client sees HubLost.
 Without --config: the file that CANWIRE_CONFIG names, else ./canwire.toml if there is one, else a default.
 Under systemd (Type=notify) it tells when it is ready and when it stops.
 """
@@ -24,7 +24,7 @@ import sys
 from collections.abc import Iterator
 
 import canwire
-from canwire.commands.console import complain
+from canwire.commands.console import complain, ending_signals
 
 USUAL_LINK = "ttyCANBUS0"  # in canwire.state_directory()
 
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.dongle is not None:
             dongle.enter_context(_dongle(arguments.dongle, arguments.socket))
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
+    before = {number: signal.signal(number, end) for number in ending_signals()}
     try:
         canwire.serve(
             arguments.socket, arguments.config, arguments.time, ready=ready, stop=stop, warn=complain

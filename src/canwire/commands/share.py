@@ -34,7 +34,7 @@ from canwire import (
     format_rates,
 )
 from canwire.commands.can_line import line_mode, wanted_by
-from canwire.commands.console import complain
+from canwire.commands.console import complain, ending_signals
 from canwire.commands.shared_hub import add_hub_argument
 
 KINDS = ("slcan", "slcan-fd", "python-can")
@@ -85,7 +85,7 @@ def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: 
             share(hub, specs, arguments)
         print(introduction, flush=True)
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
+    before = {number: signal.signal(number, end) for number in ending_signals()}
     try:
         canwire.serve(address, ready=ready, stop=stop, warn=complain)
     finally:

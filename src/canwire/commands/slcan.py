@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 
 import canwire
 from canwire import InUse
-from canwire.commands.console import complain
+from canwire.commands.console import complain, ending_signals
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.slcan import (
     DIALECTS,
@@ -156,6 +156,6 @@ def _next(settings: Settings) -> Settings:
 def _end_by_signal(stop: canwire.Event, closing: ExitStack) -> None:
     """Only a main thread may ask for that."""
     with suppress(ValueError):
-        for number in (signal.SIGTERM, signal.SIGINT):
+        for number in ending_signals():
             before = signal.signal(number, lambda *_: stop.set())
             closing.callback(signal.signal, number, before)
