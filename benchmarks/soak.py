@@ -155,10 +155,12 @@ class Soak:
         programs = []
         for kind in kinds:
             command = [sys.executable, "-c", KINDS[kind], self.served.address, kind]
-            programs.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL))
+            with Path(self.home, "programs.log").open("w") as said:
+                programs.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=said))
         for program in programs:
             assert program.stdout is not None
-            assert program.stdout.readline() == b"at it\n"
+            begun = program.stdout.readline()
+            assert begun == b"at it\n", Path(self.home, "programs.log").read_text()
         self.honest.exchange(50)
         for program, kind in zip(programs, kinds, strict=True):
             program.kill()

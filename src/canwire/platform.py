@@ -114,6 +114,10 @@ class EventDescriptor:
         if self.leave():
             close_descriptors(*descriptors)
 
+    def __del__(self) -> None:
+        if not getattr(self, "_closed", True):
+            self.close()
+
     def leave(self) -> bool:
         """Close it, but leave the descriptors to their owner; False if it was closed before.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING
 
 from canwire.boards.can.modes import ChannelMode, ChannelStatus, FilterContent
@@ -39,23 +40,28 @@ class HubChannel(Filtered):
         self.line = line
         self._reading: RingEnd | None = None
         self._writing: RingEnd | None = None
+        self._swapping = threading.Lock()
 
     def set_up(self, mode: ChannelMode) -> None:
         """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
         self.check()
         reply, (memory, *events) = self.hub.ask(m.SetUpChannel(self._handle, mode))
-        self._drop_ends()
-        queues = map_memory(memory)
-        close_descriptors(memory)
-        begin = transmit_offset(reply.receive)
         heard = EventDescriptor.adopt_each(tuple(events), 2 if reply.transmit else 1)
+        try:
+            queues = map_memory(memory)
+        finally:
+            close_descriptors(memory)
+        begin = transmit_offset(reply.receive)
         receive = Ring(reply.receive, exact=True, buffer=queues[:begin])
         receive.free_event = self.hub.doorbell
-        self._reading = RingEnd(self, receive, heard[0], reads=True)
+        reading, writing = RingEnd(self, receive, heard[0], reads=True), None
         if reply.transmit:
             transmit = Ring(reply.transmit, exact=True, buffer=queues[begin:])
             transmit.event = self.hub.doorbell
-            self._writing = RingEnd(self, transmit, heard[1], reads=False)
+            writing = RingEnd(self, transmit, heard[1], reads=False)
+        self._drop_ends(reading, writing)
+        if self._closed:  # meanwhile, by another thread
+            self._drop_ends()
 
     @property
     def reading(self) -> RingEnd:
@@ -192,8 +198,11 @@ class HubChannel(Filtered):
                 end.wait(timeout)
         return end
 
-    def _drop_ends(self) -> None:
-        for end in (self._reading, self._writing):
+    def _drop_ends(self, reading: RingEnd | None = None, writing: RingEnd | None = None) -> None:
+        """These take the place of the present ones, which are closed; several threads may do that at once."""
+        with self._swapping:
+            before = self._reading, self._writing
+            self._reading, self._writing = reading, writing
+        for end in before:
             if end is not None:
                 end.close()
-        self._reading = self._writing = None

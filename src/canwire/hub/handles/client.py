@@ -49,8 +49,10 @@ class Client:
         self._closed = False
         self._forked = False
         self.doorbell = link.doorbell
-        link.listen(self._notice)
+        self.listen(self._notice)
         _OPEN.add(self)
+        self._forgotten = weakref.finalize(self, _close_elsewhere, link)
+        self._forgotten.atexit = False
 
     @property
     def address(self) -> str:
@@ -70,6 +72,16 @@ class Client:
     def lost(self) -> bool:
         """The hub is gone, this connection was closed, or it is that of the process that forked this one."""
         return self._closed or self._forked or self._link.lost
+
+    def listen(self, listener: Callable[[m.Message | None], None]) -> None:
+        """Pass notices on to a method of something that this client belongs to, which they do not keep alive."""
+        method = weakref.WeakMethod(listener)
+
+        def tell(notice: m.Message | None) -> None:
+            if (found := method()) is not None:
+                found(notice)
+
+        self._link.listen(tell)
 
     # calls
 
@@ -132,6 +144,7 @@ class Client:
                 with contextlib.suppress(HubLost, Unplugged):
                     holding.close()
             self._closed = True
+            self._forgotten.detach()
             self._link.close()
 
     def leave_to_parent(self) -> None:
@@ -168,6 +181,12 @@ class Client:
         elif notice is None:
             for holding in self._held():
                 holding.end(HubLost(f"{holding.name}: the hub is gone"))
+
+
+def _close_elsewhere(link: Link) -> None:
+    """A client was forgotten. The collector may have come by in any thread, even the hub's: another one hangs up."""
+    with contextlib.suppress(RuntimeError):  # the interpreter is on its way out, and starts no threads
+        threading.Thread(target=link.close, name="canwire-forgotten", daemon=True).start()
 
 
 _FORKED = "this connection belongs to the process that was forked; connect anew in this one"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING
 
 from canwire.boards.lin.modes import LinMode, LinMonitorMode, LinMonitorStatus
@@ -86,15 +87,20 @@ class Monitor(Lease):
         self.board = board
         self.line = line
         self._reading: RingEnd | None = None
+        self._swapping = threading.Lock()
 
     def set_up(self, mode: LinMonitorMode) -> None:
         """Make the queue, or make it anew (what was in it is gone); the monitor is inactive then."""
         self.check()
         reply, (memory, *event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
-        self._drop_end()
-        ring = Ring.over(memory, reply.receive, exact=True)
-        close_descriptors(memory)
-        self._reading = RingEnd(self, ring, EventDescriptor.adopt(*event), reads=True)
+        heard = EventDescriptor.adopt(*event)
+        try:
+            ring = Ring.over(memory, reply.receive, exact=True)
+        finally:
+            close_descriptors(memory)
+        self._drop_end(RingEnd(self, ring, heard, reads=True))
+        if self._closed:  # meanwhile, by another thread
+            self._drop_end()
 
     @property
     def reading(self) -> RingEnd:
@@ -141,7 +147,9 @@ class Monitor(Lease):
         super().close()
         self._drop_end()
 
-    def _drop_end(self) -> None:
-        if self._reading is not None:
-            self._reading.close()
-        self._reading = None
+    def _drop_end(self, reading: RingEnd | None = None) -> None:
+        """This takes the place of the present one, which is closed; several threads may do that at once."""
+        with self._swapping:
+            before, self._reading = self._reading, reading
+        if before is not None:
+            before.close()
