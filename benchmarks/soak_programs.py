@@ -19,7 +19,7 @@ KINDS = {  # programs that go on until they are killed
     "holder": BEGIN + "hub.open_scheduler(board, 0); hub.create_fifo(99, 99); hub.keep_settings(board, 0)\n" + GO
     + "time.sleep(99)",
     "vci": "import os, sys, time\nos.environ['CANWIRE_HUB'] = sys.argv[1]\nimport canwire.vci as vci\n"
-    "manager = vci.get_device_manager()\n" + GO + "time.sleep(99)",
+    "vci.initialize()\nmanager = vci.get_device_manager()\n" + GO + "time.sleep(99)",
     "python-can": "import sys, can\nbus = can.Bus(interface='canwire', channel='can0', hub=sys.argv[1])\n" + GO
     + "while True: bus.recv(1)",
     "flood": BEGIN + GO

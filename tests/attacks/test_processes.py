@@ -23,7 +23,6 @@ SHORT = {  # verbs that end by themselves
     "help": "--help",
     "demo": "demo",
     "devices": "devices --hub HUB",
-    "plug": "plug usb-to-can --hub HUB",
     "registers": "registers HW000003 --hub HUB",
     "up": "up can0 --hub HUB",
     "line": "line HW000002:0 start --bit-rate 500000 --hub HUB",
@@ -33,10 +32,6 @@ SHORT = {  # verbs that end by themselves
     "bits": "bits 123#1122",
     "timing": "timing 500000",
     "candrv": "candrv registry list",
-    "acan": "acan --help",
-    "lin": "lin --help",
-    "play": "play --help",
-    "share": "share --help",
 }
 LONG = {  # verbs that go on until they are ended, and what they say when they have begun
     "serve": ("serve --socket HOME/own.sock", "canwire hub on"),
