@@ -12,6 +12,7 @@ def runtime_directory() -> str:
     """Where this user's sockets live: XDG_RUNTIME_DIR, else a directory of the user's own in the temporary one."""
     given = os.environ.get("XDG_RUNTIME_DIR")
     if given and os.path.isdir(given):
+        _check_given(given)
         return given
     own = os.path.join(tempfile.gettempdir(), f"canwire-{os.getuid()}")
     os.makedirs(own, mode=0o700, exist_ok=True)
@@ -21,6 +22,17 @@ def runtime_directory() -> str:
             f"{own}: not a private directory of this user; remove it or set XDG_RUNTIME_DIR"
         )
     return own
+
+
+def _check_given(path: str) -> None:
+    """Raises PermissionError where somebody else could put a socket in the place of ours."""
+    state = os.stat(path)
+    if os.getuid() not in (0, state.st_uid):
+        raise PermissionError(
+            f"XDG_RUNTIME_DIR={path}: it belongs to user {state.st_uid}; set it to one of your own"
+        )
+    if state.st_mode & 0o022 and not state.st_mode & stat.S_ISVTX:
+        raise PermissionError(f"XDG_RUNTIME_DIR={path}: others may write there; chmod go-w {path}")
 
 
 def state_directory() -> str:

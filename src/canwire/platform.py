@@ -277,10 +277,9 @@ def descriptor_limit() -> int:
 def raise_descriptor_limit() -> None:
     """As far as the system lets this process without being asked."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if hard == resource.RLIM_INFINITY:
-        hard = max(soft, _MANY)
+    wanted = max(soft, _MANY) if hard == resource.RLIM_INFINITY else hard
     with contextlib.suppress(OSError, ValueError):  # macOS says "infinite" and means less
-        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
