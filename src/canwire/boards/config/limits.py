@@ -31,8 +31,8 @@ class LimitsConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     ] = 256
     waiting_bytes: Annotated[
         int,
-        Meta(ge=1 << 16, le=1 << 30, description="bytes that may wait for a client to read them"),
-    ] = 1 << 25
+        Meta(ge=1 << 22, le=1 << 30, description="bytes that may wait for a client to read them"),
+    ] = 1 << 22
 
 
 LIMITS = "limits"
