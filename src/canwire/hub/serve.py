@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from canwire.hub.handles.event import Event
 
 
+# a signal that comes between the interpreter's last look and the system's wait is heard only once that wait is over
+_LOOK_AGAIN_S = 1.0
+
+
 def serve(
     address: str | None = None,
     config: str | os.PathLike[str] | Config | None = None,
@@ -48,7 +52,8 @@ def serve(
                 warn(unusual)
             engine.world.warn = warn
         ready(_introduction(engine, server.path))
-        stop.wait()
+        while not stop.wait(_LOOK_AGAIN_S):
+            pass
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
 
