@@ -15,6 +15,7 @@ import canwire
 
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
+LimitReached
 ControllerOptions DelayCompensation
 BadConfig BadMessage BoardInfo Capabilities ChannelMode ChannelStatus Control CyclicStatus Event Feature Fifo Filtered
 FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LineInfo LineMode LineStatus

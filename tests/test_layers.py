@@ -21,6 +21,7 @@ ROOMS = [
     "errors",
     "version",
     "platform",
+    "places",
     "_mem",
     "values",
     "timeline",

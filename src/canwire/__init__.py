@@ -29,6 +29,7 @@ from canwire.errors import (
     HubError,
     HubLost,
     InUse,
+    LimitReached,
     LineError,
     NoChannel,
     NoSuchBoard,
@@ -92,6 +93,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.core import core_mode
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
+    from canwire.errors import LimitReached
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
@@ -169,6 +171,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.timing.limits import TimingLimits
 
 _NAMES = {
+    "errors": "LimitReached",
     "values.controller_options": "ControllerOptions DelayCompensation",
     "boards.can.modes": (
         "ChannelMode ChannelStatus CyclicStatus FilterContent FilterMode FilterSetup LineMode LineStatus "
@@ -358,6 +361,7 @@ __all__ = [
     "LabLinNode",
     "LabNode",
     "Lease",
+    "LimitReached",
     "LinBusFaults",
     "LinCapabilities",
     "LinControl",

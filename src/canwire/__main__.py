@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import sys
 
-from canwire.commands import main
-
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        from canwire.commands import main
+
+        status = main()
+    except KeyboardInterrupt:  # while it was still being loaded
+        status = 130
+    sys.exit(status)

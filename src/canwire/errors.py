@@ -23,6 +23,7 @@ CanwireError
 │   ├── HubLost                    the hub is gone
 │   ├── NoSuchBoard                no board by that name or number is plugged in
 │   ├── Unplugged                  the board was pulled out
+│   ├── LimitReached               a client has as much as one may have, or the hub as much as the system gives
 │   └── BadMessage                 bytes that mean nothing to the hub, or its client
 ├── Closed                         the object was closed before
 ├── NotIdle                        the bus never came to rest
@@ -147,6 +148,10 @@ class NoSuchBoard(HubError, LookupError):
 
 class Unplugged(HubError):
     """The board was pulled out; replugged, it can be opened again by its hardware id."""
+
+
+class LimitReached(HubError):
+    """This request needs more than the hub may give: the message says which limit, what is used, how to raise it."""
 
 
 class BadMessage(HubError):

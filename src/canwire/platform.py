@@ -1,6 +1,7 @@
-"""The only file that knows operating systems: event descriptors, shared memory, where a user's sockets live.
+"""The only file that knows operating systems: event descriptors, shared memory, credentials.
 
-Linux has eventfd and sealed memory files; elsewhere pipes and unlinked temporary files stand in for them.
+Linux has eventfd, sealed memory files and descriptors that can be opened anew; elsewhere pipes, unlinked temporary
+files and duplicates stand in for them.
 """
 
 from __future__ import annotations
@@ -10,54 +11,68 @@ import mmap
 import os
 import select
 import socket
-import stat
 import struct
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 if sys.platform != "win32":
     import fcntl
+    import resource
 
 
 class EventDescriptor:
-    """A wake-up that threads and processes share: `signal` it, `wait` for it, select on `fileno()`."""
+    """A wake-up that threads and processes share: `signal` it, `wait` for it, select on `fileno()`.
 
-    def __init__(self) -> None:
-        if hasattr(os, "eventfd"):
-            self._read = self._write = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+    An eventfd is one open file for everybody who has it: each of them can fill it and make it block the others. So
+    one that is `shared` with a process that need not be trusted is a pipe instead, which `copies` open anew.
+    """
+
+    def __init__(self, *, shared: bool = False) -> None:
+        if shared or not hasattr(os, "eventfd"):
+            self._read, self._write = _open_pipe()
         else:
-            self._read, self._write = os.pipe()
-            os.set_blocking(self._read, False)
-            os.set_blocking(self._write, False)
+            self._read = self._write = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._closed = False
 
     @classmethod
-    def adopt(cls, descriptor: int) -> EventDescriptor:
-        """Take over an event's descriptor that another process passed on; with eventfd it is both ends."""
+    def adopt(cls, *descriptors: int) -> EventDescriptor:
+        """Take over an event's descriptor that another process passed on, or two: to read, and to write."""
         event = cls.__new__(cls)
-        event._read = event._write = descriptor
+        event._read, event._write = descriptors[0], descriptors[-1]
         event._closed = False
         return event
 
     def __repr__(self) -> str:
         return f"<event descriptor {'closed' if self._closed else self._read}>"
 
+    @classmethod
+    def adopt_each(cls, descriptors: tuple[int, ...], count: int) -> list[EventDescriptor]:
+        """So many events, from the `copies` of one after the other."""
+        each = len(descriptors) // count
+        return [cls.adopt(*descriptors[k * each : (k + 1) * each]) for k in range(count)]
+
     def fileno(self) -> int:
         return self._read
 
-    def sender(self) -> int:
-        """The descriptor for `adopt` elsewhere, to signal this event by; it stays this event's own."""
-        return self._write
+    def copies(self) -> tuple[int, ...]:
+        """Descriptors of this shared event for `adopt` in another process; whoever asks owns them.
+
+        Linux opens it anew: whatever that process does to its own open file (fill it, make it blocking), this one
+        never blocks. Elsewhere they are duplicates, and a hostile process of the same user can block this one.
+        """
+        if _OPENS_ANEW:
+            return (_opened_anew(self._read),)
+        return duplicate((self._read, self._write))
 
     def signal(self) -> None:
         """Wake whoever waits; signals that nobody has consumed yet count as one."""
         try:
             os.write(self._write, b"\x01\0\0\0\0\0\0\0")
-        except BlockingIOError:
-            pass  # full: the reader has a wake-up pending anyway
+        except (BlockingIOError, BrokenPipeError):
+            pass  # full: the reader has a wake-up pending anyway; or nobody reads any more
         except OSError:
             if not self._closed:
                 raise
@@ -66,14 +81,14 @@ class EventDescriptor:
         """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
         if not self._closed and wait_readable([self._read], timeout):
             with contextlib.suppress(BlockingIOError):  # another waiter was quicker
-                os.read(self._read, 4096)
+                os.read(self._read, _ALL)
                 return True
         return False
 
     def clear(self) -> None:
         """Consume whatever signal there is, without waiting."""
         try:
-            os.read(self._read, 4096)
+            os.read(self._read, _ALL)
         except BlockingIOError:
             pass  # there was none
         except OSError:
@@ -101,6 +116,10 @@ class EventDescriptor:
         if self.leave():
             close_descriptors(*descriptors)
 
+    def __del__(self) -> None:
+        if not getattr(self, "_closed", True):
+            self.close()
+
     def leave(self) -> bool:
         """Close it, but leave the descriptors to their owner; False if it was closed before.
 
@@ -111,6 +130,30 @@ class EventDescriptor:
         self._closed = True
         self._read = self._write = -1
         return True
+
+
+def _open_pipe() -> tuple[int, int]:
+    """Both ends of a pipe that never blocks: the same descriptor where the system can do that."""
+    ends = os.pipe()
+    try:
+        if _OPENS_ANEW:
+            both = _opened_anew(ends[0])
+            close_descriptors(*ends)
+            return both, both
+        for end in ends:
+            os.set_blocking(end, False)
+    except OSError:
+        close_descriptors(*ends)
+        raise
+    return ends
+
+
+def _opened_anew(pipe: int) -> int:
+    """The same pipe as an open file of its own that reads and writes, and holds no more than one read takes."""
+    descriptor = os.open(f"/proc/self/fd/{pipe}", os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
+    with contextlib.suppress(OSError):  # whoever has it already may have filled it
+        fcntl.fcntl(descriptor, fcntl.F_SETPIPE_SZ, _ALL)
+    return descriptor
 
 
 def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
@@ -189,17 +232,6 @@ def peer_of(connection: socket.socket) -> tuple[int, int] | None:
     return pid, uid
 
 
-@contextlib.contextmanager
-def locked_directory(path: str) -> Iterator[None]:
-    """Keep every other program out that asks for the same directory; it goes with the process, if need be."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(descriptor)
-
-
 def create_memory(size: int) -> int:
     """Descriptor of new shared memory of zeros, gone with the last process that has it; nobody can shrink it."""
     if hasattr(os, "memfd_create"):
@@ -218,13 +250,29 @@ def create_memory(size: int) -> int:
 
 def map_memory(descriptor: int) -> memoryview:
     """The whole memory behind a descriptor, which may be closed afterwards."""
-    return memoryview(mmap.mmap(descriptor, os.fstat(descriptor).st_size))
+    size = os.fstat(descriptor).st_size
+    if sys.version_info >= (3, 13):
+        return memoryview(mmap.mmap(descriptor, size, trackfd=False))  # else it keeps a duplicate
+    return memoryview(mmap.mmap(descriptor, size))
 
 
 def close_descriptors(*descriptors: int) -> None:
     """Close them all."""
     for descriptor in descriptors:
         os.close(descriptor)
+
+
+def descriptor_limit() -> int:
+    """How many descriptors this process may have open; raised by `raise_descriptor_limit`."""
+    return resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+
+
+def raise_descriptor_limit() -> None:
+    """As far as the system lets this process without being asked."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = max(soft, _MANY) if hard == resource.RLIM_INFINITY else hard
+    with contextlib.suppress(OSError, ValueError):  # macOS says "infinite" and means less
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
@@ -239,33 +287,7 @@ def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(copies)
 
 
-def runtime_directory() -> str:
-    """Where this user's sockets live: XDG_RUNTIME_DIR, else a directory of the user's own in the temporary one."""
-    given = os.environ.get("XDG_RUNTIME_DIR")
-    if given and os.path.isdir(given):
-        return given
-    import tempfile  # some milliseconds that few need
-
-    own = os.path.join(tempfile.gettempdir(), f"canwire-{os.getuid()}")
-    os.makedirs(own, mode=0o700, exist_ok=True)
-    state = os.lstat(own)
-    if not stat.S_ISDIR(state.st_mode) or state.st_uid != os.getuid() or state.st_mode & 0o077:
-        raise PermissionError(
-            f"{own}: not a private directory of this user; remove it or set XDG_RUNTIME_DIR"
-        )
-    return own
-
-
-def state_directory() -> str:
-    """Where this user's programs keep what shall outlive them: XDG_STATE_HOME, ~/.local/state, or the system's own."""
-    if sys.platform == "win32":
-        usual = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
-    elif sys.platform == "darwin":
-        usual = "~/Library/Application Support"
-    else:
-        usual = "~/.local/state"
-    given = os.environ.get("XDG_STATE_HOME", "")
-    return os.path.join(given if os.path.isabs(given) else os.path.expanduser(usual), "canwire")
-
-
+_MANY = 10_240  # descriptors, where the system names no limit
+_OPENS_ANEW = sys.platform == "linux" and os.path.exists("/proc/self/fd")
+_ALL = mmap.PAGESIZE if _OPENS_ANEW else 1 << 16  # bytes that an event holds at most
 _CREDENTIALS = struct.Struct("iII")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 
 from canwire.boards.can.modes import ChannelMode, LineMode
@@ -17,6 +16,7 @@ from canwire.hub.owner.entrance import open_session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.queues import transmit_offset
 from canwire.platform import EventDescriptor, map_memory
 from canwire.timeline import NEVER
 from canwire.values.timing.bit_timing import BitTiming
@@ -56,8 +56,8 @@ class InMemory:
         self.session = open_session(world, name, pid, self._note, self._bell)
 
     @property
-    def doorbell(self) -> int:
-        return self._bell.fileno()
+    def doorbell(self) -> EventDescriptor:
+        return self._bell
 
     def call(self, request: m.Message) -> Answer:
         if self.lost:
@@ -73,10 +73,11 @@ class InMemory:
         encoded = m.encode_reply(serial, reply, len(descriptors))[m.LENGTH.size :]
         assert m.decode_reply(encoded) == (serial, len(descriptors), reply)
         if isinstance(request, m.SetUpChannel):
-            self.memory[request.handle] = [map_memory(memory) for memory in descriptors[::2]]
+            memory, begin = map_memory(descriptors[0]), transmit_offset(reply.receive)
+            self.memory[request.handle] = [memory[:begin], memory[begin:]] if reply.transmit else [memory]
         elif isinstance(request, m.Close):
             self.memory.pop(request.handle, None)
-        return m.decode_reply(encoded)[2], tuple(os.dup(descriptor) for descriptor in descriptors)
+        return m.decode_reply(encoded)[2], descriptors
 
     def listen(self, listener: Callable[[m.Message | None], None]) -> None:
         self._listeners.append(listener)

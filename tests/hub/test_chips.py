@@ -16,6 +16,7 @@ from canwire import (
     Frame,
     Hub,
     InUse,
+    LimitReached,
     LineMode,
     NoChannel,
     Unsupported,
@@ -197,8 +198,9 @@ def test_notes_stay_until_they_are_taken_away(hub: Hub, other: Hub) -> None:
         hub.set_note("x" * 65, b"1")
     for number in range(256):
         hub.set_note(str(number), b"1")
-    with pytest.raises(BadValue, match="256"):
+    with pytest.raises(LimitReached, match="256 of 256 notes"):
         hub.set_note("one more", b"1")
+    other.set_note("others have room", b"1")
 
 
 def test_a_persistent_line_outlives_its_users(bench: Any, hub: Hub, other: Hub) -> None:

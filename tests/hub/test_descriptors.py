@@ -94,7 +94,7 @@ def test_a_dropped_hub_ends_with_its_threads() -> None:
         before = threading.active_count()
         for _ in range(3):
             canwire.connect(time="real").boards()
-    assert threading.active_count() == before
+    assert threading.active_count() <= before  # those of the very first may have been about to end
 
 
 @pytest.mark.finding("faults 8")

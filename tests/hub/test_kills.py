@@ -14,6 +14,7 @@ import pytest
 
 import canwire
 from canwire.errors import InUse
+from canwire.hub.protocol.queues import transmit_offset
 from tests.hubs import serving
 
 TIMING = canwire.BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
@@ -141,7 +142,8 @@ def test_a_client_that_writes_nonsense_into_its_rings_harms_itself_only(
         bad.set_up(canwire.ChannelMode(16, 64, frames=False))
         bad.activate()
         ring_words = bad.writing.ring.acquire_free(1).obj  # the mapping itself
-        shared = memoryview(ring_words).cast("B").cast("Q")
+        begin = transmit_offset(bad.reading.ring.capacity)
+        shared = memoryview(ring_words).cast("B")[begin : begin + 256].cast("Q")
         for at, value in words.items():
             shared[at] = value
         liar.doorbell.signal()

@@ -63,6 +63,32 @@ def test_the_example_of_the_readme() -> None:
         bus.faults.noise(bit_error_rate=1e-5)
 
 
+@pytest.mark.core
+@pytest.mark.finding("faults 6")
+def test_a_node_that_starts_in_the_first_microsecond() -> None:
+    """The bits it has waited for may begin before there was any time."""
+    with canwire.Lab() as lab:
+        bus = lab.can_bus("c", bit_rate=125_000)
+        a, b = bus.node("a"), bus.node("b")
+        a.send(canwire.Frame(1, b"x"))
+        lab.run_for(1e-6)
+        a.start()
+        lab.run_for(0.02)
+        assert [frame.id for frame in b.receive_many(10)] == [1]
+
+
+@pytest.mark.core
+@pytest.mark.finding("faults 6")
+def test_the_same_alone() -> None:
+    with canwire.Lab() as lab:
+        a = lab.can_bus("c", bit_rate=125_000).node("a")
+        a.send(canwire.Frame(1, b"x"))
+        lab.run_for(1e-6)
+        a.start()
+        lab.run_for(0.02)
+        assert a.tec > 0
+
+
 PINNED = {
     Frame.__init__: "id data=b'' * extended remote fd bit_rate_switch error_state_indicator dlc timestamp_ns",
     Lab.__init__: "* time seed",

@@ -62,6 +62,7 @@ CODES = {
     "HubLost": Win32Error.ERROR_DEV_NOT_EXIST,
     "NoSuchBoard": Win32Error.ERROR_FILE_NOT_FOUND,
     "Unplugged": Win32Error.ERROR_DEVICE_REMOVED,
+    "LimitReached": Win32Error.ERROR_NO_SYSTEM_RESOURCES,
     "BadMessage": Win32Error.ERROR_INVALID_DATA,
     "Closed": Win32Error.ERROR_INVALID_HANDLE,
     "NotIdle": Win32Error.ERROR_TIMEOUT,

@@ -81,6 +81,8 @@ def run(arguments: argparse.Namespace) -> int:
             print(*(tree(found) or ["no boards; `canwire plug usb-to-can-fd` plugs one in"]), sep="\n")
             for conflict in conflicts_among(found):
                 print(painted(f"! {conflict}", RED))
+            for late in sorted(lateness_among(found)):
+                print(painted(f"! {late}", RED))
     return 0
 
 
@@ -92,6 +94,12 @@ def conflicts_among(found: list[Found]) -> list[RateConflict]:
         for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
         if isinstance(status, LineStatus)
     )
+
+
+def lateness_among(found: list[Found]) -> set[str]:
+    """What there is to say of buses that cannot keep up with the clock."""
+    said = {status.lateness for _, states in found for status in states if isinstance(status, LineStatus)}
+    return set(sorted(said - {""})[-1:])  # one sentence: the buses of a hub share their time
 
 
 def boards_of(hub: Hub) -> Iterator[Found]:

@@ -6,7 +6,7 @@ canwire serve --config canwire.toml             these buses and boards
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
 
 One line says when it is ready; before that, stderr has a line for everything unusual about the buses, such as a cable
-that is too long. SIGTERM and Ctrl-C end it: the socket is removed, and every client gets HubLost.
+that is too long. SIGTERM, SIGHUP and Ctrl-C end it: the socket is removed, and every client gets HubLost.
 Without --config: the file that CANWIRE_CONFIG names, else ./canwire.toml if there is one, else a default.
 Under systemd (Type=notify) it reports when it is ready and when it stops.
 """

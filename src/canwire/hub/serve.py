@@ -13,10 +13,15 @@ from canwire.hub.links.unix_socket.server import Server
 from canwire.hub.owner.engine import REAL, Engine
 from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config
+from canwire.platform import raise_descriptor_limit
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
     from canwire.hub.handles.event import Event
+
+
+# a signal that comes between the interpreter's last look and the system's wait is heard only once that wait is over
+_LOOK_AGAIN_S = 1.0
 
 
 def serve(
@@ -35,6 +40,7 @@ def serve(
     HubError if another hub listens there, BadConfig for a bad configuration.
     """
     config = usual_config(config)
+    raise_descriptor_limit()
     engine = Engine(World(config), time)
     with contextlib.ExitStack() as closing:
         closing.callback(engine.close)
@@ -46,7 +52,8 @@ def serve(
                 warn(unusual)
             engine.world.warn = warn
         ready(_introduction(engine, server.path))
-        stop.wait()
+        while not stop.wait(_LOOK_AGAIN_S):
+            pass
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
 

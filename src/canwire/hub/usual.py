@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from canwire.platform import runtime_directory
-from canwire.platform import state_directory as state_directory
+from canwire.places import runtime_directory
+from canwire.places import state_directory as state_directory
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config

@@ -15,6 +15,7 @@ from dataclasses import replace
 from canwire import (
     BadTiming,
     BadValue,
+    CanwireError,
     Control,
     Feature,
     Hub,
@@ -22,6 +23,8 @@ from canwire import (
     LineError,
     LinePlace,
     LineStatus,
+    NoSuchBoard,
+    Unplugged,
     WantedMode,
     bring_up,
     every_line,
@@ -80,24 +83,24 @@ def _on_bus(
     if not able:
         raise BadValue(f"{bus}: all its lines know classic CAN only; leave fd out")
     wanted = _as_others(_running(hub, places), wanted)
-    for place in able:
-        status = place.status(hub)
+    for place, status in _there(hub, able):
         if not (status.running or status.channels or status.control_holder):
-            with suppress(InUse):  # somebody was quicker
+            with suppress(InUse, NoSuchBoard, Unplugged):  # somebody was quicker
                 return place, start_line(hub, place, wanted.mode(place.info.capabilities))
     return _shared(hub, able, wanted)
 
 
 def _shared(hub: Hub, able: list[LinePlace], wanted: WantedMode) -> tuple[LinePlace, Control | None]:
-    shared = [(place, place.status(hub)) for place in able]
+    shared = _there(hub, able)
     shared.sort(key=lambda pair: (not pair[1].running, pair[1].channels))
-    failure: LineError | BadValue | None = None
+    failure: CanwireError = NoSuchBoard(f"{able[0].info.bus}: all its boards have just been pulled out")
     for place, _ in shared:
         try:
             return place, _brought_up(hub, place, wanted)
+        except (NoSuchBoard, Unplugged):
+            continue
         except (LineError, BadValue) as error:
-            failure = failure or error
-    assert failure is not None
+            failure = error if isinstance(failure, NoSuchBoard) else failure
     raise failure
 
 
@@ -112,8 +115,16 @@ def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | Non
 
 
 def _running(hub: Hub, places: list[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
-    found = [(place, place.status(hub)) for place in places]
-    return [(place, status) for place, status in found if status.running]
+    return [(place, status) for place, status in _there(hub, places) if status.running]
+
+
+def _there(hub: Hub, places: list[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
+    """How lines are now, but for those whose board was pulled out meanwhile."""
+    found = []
+    for place in places:
+        with suppress(NoSuchBoard, Unplugged):
+            found.append((place, place.status(hub)))
+    return found
 
 
 def _as_others(running: list[tuple[LinePlace, LineStatus]], wanted: WantedMode) -> WantedMode:

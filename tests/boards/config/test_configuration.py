@@ -191,7 +191,7 @@ def test_the_default_world_could_stand_in_a_file() -> None:
             BUS + "[[board]]\nkind = 'slcan'\nport = 'COM3'\nloop_delay_ns = 5",
             "board[0].loop_delay_ns: slcan has none; USB-to-CAN boards have",
         ),
-        ("[hub]\na = 1", "hub: no such key; there are bus, board"),
+        ("[hub]\na = 1", "hub: no such key; there are bus, board, limits"),
         ("[bus]\nname = 'can0'", "bus: expected a list, got a table; write [[bus]], with two brackets"),
         ("board = 5", "board = 5: expected a list, got a whole number; write [[board]], with two brackets"),
         ("bus = [5]", "bus[0] = 5: expected a table, got a whole number"),
@@ -267,7 +267,7 @@ def test_files(tmp_path: Path) -> None:
     path.write_text("x = 1")
     with pytest.raises(BadValue) as no_key:
         Config.load(path)
-    assert str(no_key.value) == f"{path}: x: no such key; there are bus, board"
+    assert str(no_key.value) == f"{path}: x: no such key; there are bus, board, limits"
 
 
 def test_a_missing_file_and_a_directory(tmp_path: Path) -> None:

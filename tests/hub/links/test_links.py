@@ -177,7 +177,7 @@ def test_the_doorbell_tells_the_hub_who_rings(place: Place) -> None:
     link = place.link()
     kicked: list[object] = []
     place.engine.world.kick = kicked.append  # type: ignore[method-assign, assignment]
-    os.write(link.doorbell, b"\1\0\0\0\0\0\0\0")
+    link.doorbell.signal()
     until(lambda: bool(kicked))
     assert kicked == place.engine.world.sessions[1:]
 
@@ -368,7 +368,7 @@ def test_a_kick_that_fails_ends_one_local_session(tmp_path: Path, capfd: pytest.
         raise ArithmeticError("a bug")
 
     place.engine.world.kick = broken  # type: ignore[method-assign, assignment]
-    os.write(link.doorbell, b"\1\0\0\0\0\0\0\0")
+    link.doorbell.signal()
     until(lambda: heard == [None])
     assert link.lost
     with pytest.raises(HubLost):

@@ -482,13 +482,13 @@ def test_descriptors_go_with_the_first_byte_of_their_message_only() -> None:
     gc.collect()  # what earlier tests left
     before = len(os.listdir("/proc/self/fd"))
     for message, count in ((b"first", 1), (b"second", 0), (b"third", 2)):
-        outbox.put(message, (read, write)[:count])
+        outbox.put(message, tuple(map(os.dup, (read, write)[:count])))
     while outbox:
         outbox.flush()
     assert reluctant.taken == b"firstsecondthird"
     assert reluctant.came_with == {0: 1, 11: 2}
     assert len(os.listdir("/proc/self/fd")) == before
-    outbox.put(b"never sent", (read, write))
+    outbox.put(b"never sent", (os.dup(read), os.dup(write)))
     outbox.close()
     assert len(os.listdir("/proc/self/fd")) == before
     os.close(read)

@@ -16,7 +16,7 @@ cdef class Channel(Sink):
     cdef public object events, acceptance, stands_for
     cdef public unsigned long long accepted, lost, sent, delivered, aborted, refused, last_sent_ns
     cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay
-    cdef public bint held
+    cdef public bint held, paused
     cdef public int siblings
     cdef public unsigned int allowed
     cdef public long long urgent, in_flight

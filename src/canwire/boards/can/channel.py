@@ -102,6 +102,7 @@ class Channel(Sink):
         self.aborted = 0
         self.last_sent_ns = 0
         self.held = False
+        self.paused = False
         self.urgent = 0
         self._overrun_due = False
         self._outcomes: tuple[deque[Outcome], deque[Outcome]] = (deque(), deque())

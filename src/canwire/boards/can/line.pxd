@@ -32,7 +32,7 @@ cdef class Line(Host):
     cdef public bint standard, extended, long_data, fast_data, holding, reports_errors
     cdef Mailbox _scratch
     cdef int _turn, _refusals
-    cdef unsigned long long _loads
+    cdef unsigned long long _loads, _patient_until_ns
     cdef bint _watched
     cdef list _all, _senders, _observers, _prioritised
     cdef object _backlog
@@ -79,7 +79,7 @@ cdef class Line(Host):
     cdef bint _load_first(self, unsigned long long at_ns) except -1
 
     @cython.final
-    cdef int _come_back(self, unsigned long long at_ns) except -1
+    cdef bint _refuse(self, Channel channel, unsigned long long at_ns) except -1
 
     @cython.final
     @cython.locals(info="unsigned long long", identifier="unsigned long long", length=int)

@@ -37,8 +37,10 @@ _FAST = 1 << 11
 _LOOP_BACK = 1 << 15
 _M32 = 0xFFFFFFFF
 _LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
-_REFUSALS = 4096  # records refused in one go; then the bus has its turn
-_PAUSE_NS = 1_000_000  # and so much later the rest
+_REFUSALS = (
+    4096  # records refused in _PAUSE_NS; then the bus has its turn, and whoever wrote the next one waits
+)
+_PAUSE_NS = 1_000_000
 _CONFIRM = CONFIRM
 _CONFIRM_LOAD = CONFIRM_LOAD
 _HIGH_PRIORITY = HIGH_PRIORITY
@@ -94,6 +96,7 @@ class Line(Host):
         self._scratch = Mailbox()
         self._turn = 0
         self._refusals = 0
+        self._patient_until_ns = 0
         self._loads = 0
         self._watched = False
         self._all: list[Channel] = []
@@ -256,7 +259,9 @@ class Line(Host):
         driver = self.driver
         if self.holding or not driver.running or driver.listen_only:
             return
-        self._refusals = 0
+        if at_ns >= self._patient_until_ns:
+            self._refusals = 0
+            self._patient_until_ns = at_ns + _PAUSE_NS
         for channel in self._prioritised:
             self._drain(channel, at_ns)
         while self._load_one(at_ns):
@@ -306,10 +311,9 @@ class Line(Host):
         if driver.full_for(channel) if driver.several else driver.normal.occupied and driver.high.occupied:
             return False
         words = self._scratch.words
+        if channel.paused:
+            return False
         while (at := ring.front()) != 0:
-            if self._refusals >= _REFUSALS:
-                self._come_back(at_ns)
-                return False
             _mem.copy_record(words, 0, ring._words, at)
             if self._admit(words, channel):
                 delay = words[0] & _M32 if channel.tick_ns else words[0]
@@ -325,10 +329,10 @@ class Line(Host):
                     driver.load(words, 0, at_ns, channel)
                     ring.release(1)
                     return True
-            self._refusals += 1
             channel.sent += 1
-            channel.refused += 1
             ring.release(1)
+            if not self._refuse(channel, at_ns):
+                return False
         ring.arm_once()
         return False
 
@@ -337,10 +341,7 @@ class Line(Host):
         ring = channel.transmit
         backlog = self._backlog
         words = self._scratch.words
-        while backlog.room(channel) > 0 and (at := ring.front()) != 0:
-            if self._refusals >= _REFUSALS:
-                self._come_back(at_ns)
-                break
+        while not channel.paused and backlog.room(channel) > 0 and (at := ring.front()) != 0:
             _mem.copy_record(words, 0, ring._words, at)
             ring.release(1)
             channel.sent += 1
@@ -353,9 +354,9 @@ class Line(Host):
                 if loop_back:
                     self._splitter.deliver(self._scratch, at_ns, 0)
             else:
-                self._refusals += 1
-                channel.refused += 1
-        ring.arm_once()
+                self._refuse(channel, at_ns)
+        if not channel.paused:
+            ring.arm_once()
 
     def _load_first(self, at_ns: int) -> bool:
         """Load the most urgent frame of all prioritised channels.
@@ -378,11 +379,22 @@ class Line(Host):
         driver.load(self._scratch.words, 0, at_ns, channel)
         return True
 
-    def _come_back(self, at_ns: int) -> None:
-        """Whoever writes nothing but rubbish must not keep everybody from the bus."""
-        if self._refusals == _REFUSALS:
-            self._refusals += 1
-            self.timeline.at(at_ns + _PAUSE_NS, self.kick)
+    def _refuse(self, channel: Channel, at_ns: int) -> bool:
+        """Count a record that cannot be sent; False if its writer has to pause.
+
+        Whoever writes nothing but rubbish, however often it rings the doorbell, keeps nobody else from the bus.
+        """
+        channel.refused += 1
+        self._refusals += 1
+        if self._refusals < _REFUSALS:
+            return True
+        channel.paused = True
+        self.timeline.at(at_ns + _PAUSE_NS, partial(self._go_on, channel))
+        return False
+
+    def _go_on(self, channel: Channel) -> None:
+        channel.paused = False
+        self.kick()
 
     def _admit(self, words: _mem.Words, channel: Channel) -> bool:
         """Whether this line can send a record as it is, or else put right: only requests and the frame are left."""

@@ -39,6 +39,9 @@ class Siblings(NamedInt):
     OTHERS_AND_OWN = 6
 
 
+_NOTEWORTHY_NS = 100_000_000
+
+
 @dataclass(frozen=True, slots=True)
 class FilterSetup:
     """One message filter's mode, and how many identifiers its list holds (0: no filter, all frames pass)."""
@@ -100,6 +103,7 @@ class LineStatus:
     Losses by stage: `refused` frames that a client queued and the line could not send, `lost` frames and
     events that found a channel's receive queue full; the ideal controller itself loses none.
     `set_by` is the program that set it up last, `set_by_left`: it has nothing open on the line any more.
+    `behind_ns` is how far bus time is behind the clock now, `skipped_ns` what it has left out since the hub began.
     """
 
     initialised: bool
@@ -125,6 +129,29 @@ class LineStatus:
     time_ns: int
     set_by: str = ""
     set_by_left: bool = False
+    behind_ns: int = 0
+    skipped_ns: int = 0
+
+    @property
+    def lateness(self) -> str:
+        """What people should know of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
+        return lateness_text(self.behind_ns, self.skipped_ns)
+
+
+def lateness_text(behind_ns: int, skipped_ns: int) -> str:
+    """In a sentence; "" below a tenth of a second.
+
+    >>> lateness_text(250_000_000, 0)
+    'bus time is 0.25 s behind the clock: the buses have more to do than this machine can simulate, or it was stopped'
+    """
+    told = []
+    if behind_ns >= _NOTEWORTHY_NS:
+        told.append(f"bus time is {behind_ns / 1e9:.2f} s behind the clock")
+    if skipped_ns >= _NOTEWORTHY_NS:
+        told.append(f"{skipped_ns / 1e9:.2f} s were left out since the hub began")
+    if not told:
+        return ""
+    return f"{', '.join(told)}: the buses have more to do than this machine can simulate, or it was stopped"
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from canwire.boards.config.limits import LIMITS
+
 _PLACE = re.compile(r" - at `\$(.*)`\Z", re.DOTALL)
 _STEP = re.compile(r"\.?([^.\[]+)|\[(\d+)\]")
 _UNKNOWN = re.compile(r"Object contains unknown field `(.*)`", re.DOTALL)
@@ -33,7 +35,7 @@ def complaint(message: str, data: dict[str, Any], tables: Mapping[str, Sequence[
         return f"{place}.{missing[1]}: missing"
     for word, plain in _WORDS.items():
         what = what.replace(word, plain)
-    hint = f"; write [[{place}]], with two brackets" if place in tables else ""
+    hint = f"; write [[{place}]], with two brackets" if place in tables and place != LIMITS else ""
     return f"{place}{_value_at(place, data)}: {what[0].lower()}{what[1:]}{hint}"
 
 

@@ -27,6 +27,7 @@ import msgspec
 
 from canwire.boards.config.check import Check
 from canwire.boards.config.complaint import complaint
+from canwire.boards.config.limits import LIMITS, LimitsConfig
 from canwire.boards.config.tables import TABLES, BoardConfig, BusConfig
 from canwire.boards.kinds import USUAL_BOARDS, USUAL_BUS, USUAL_LIN_BUS
 from canwire.errors import BadConfig
@@ -40,6 +41,7 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         BusConfig(name=USUAL_LIN_BUS, type="lin"),
     )
     board: tuple[BoardConfig, ...] = ()
+    limits: LimitsConfig = LimitsConfig()
     candrv: Any = {}  # [candrv.CID1] ...: CANDRV's registry, which canwire.candrv checks
 
     @classmethod
@@ -66,9 +68,10 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
             config = msgspec.convert(data, cls, strict=True)
         except msgspec.ValidationError as error:
             tables = {name: kind.__struct_fields__ for name, kind in TABLES.items()}
+            tables[LIMITS] = LimitsConfig.__struct_fields__
             raise BadConfig(f"{source}: {complaint(str(error), data, tables)}") from None
-        if data and data.keys() <= {"candrv"}:  # a registry alone unplugs nothing
-            config = msgspec.structs.replace(cls.default(), candrv=config.candrv)
+        if data and data.keys() <= {"candrv", LIMITS}:  # these alone unplug nothing
+            config = msgspec.structs.replace(cls.default(), candrv=config.candrv, limits=config.limits)
         Check(config.bus, config.board, source).run()
         return config
 

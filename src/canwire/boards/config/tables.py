@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple
 
 import msgspec
@@ -148,10 +149,10 @@ class Option(NamedTuple):
     help: str
 
 
-def options() -> list[Option]:
-    """Every option of the file, in the order of the classes above."""
+def options(tables: Mapping[str, type[msgspec.Struct]] = TABLES) -> list[Option]:
+    """Every option of these tables, in the order of their classes."""
     rows = []
-    for table, kind in TABLES.items():
+    for table, kind in tables.items():
         properties = msgspec.json.schema(kind)["$defs"][kind.__name__]["properties"]
         for field in msgspec.structs.fields(kind):
             shown = properties[field.name]

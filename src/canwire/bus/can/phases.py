@@ -34,7 +34,8 @@ def hand_back(clock: Clock, origin_ps: int) -> None:
     if station.state == SUSPEND:
         node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
     elif station.state == WAITING:
-        node.waiting_from_ns = at_ns - station.run * node.bit_ps // 1000
+        # idle bits from before the beginning of time count, too
+        node.waiting_from_ns = max(0, at_ns - station.run * node.bit_ps // 1000)
 
 
 def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:

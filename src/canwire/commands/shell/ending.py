@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 FAILED, GONE = 2, 141  # a mistake; 128 + SIGPIPE
@@ -74,10 +74,12 @@ def is_full(error: Exception) -> bool:
 
 
 def have_streams() -> None:
-    """Started with standard output or error closed: what would be printed there goes nowhere."""
-    for name in ("stdout", "stderr"):
+    """Those that were closed before the start lead nowhere: else the next file opened would stand in their place."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - until the process ends
+            with suppress(OSError):
+                nowhere = os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: its own
+                setattr(sys, name, open(nowhere, mode, closefd=False))  # noqa: SIM115
 
 
 def forget_output() -> None:

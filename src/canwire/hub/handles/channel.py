@@ -10,7 +10,8 @@ from canwire.errors import NotInitialised, QueueFull
 from canwire.hub.handles.ends import RingEnd
 from canwire.hub.handles.filtered import Filtered
 from canwire.hub.protocol import messages as m
-from canwire.platform import EventDescriptor, close_descriptors
+from canwire.hub.protocol.queues import transmit_offset
+from canwire.platform import EventDescriptor, close_descriptors, map_memory
 from canwire.ring import Ring
 from canwire.values.checks import LONGEST_NS, instance, whole
 from canwire.values.event import BusEvent
@@ -39,25 +40,28 @@ class HubChannel(Filtered):
         self.line = line
         self._reading: RingEnd | None = None
         self._writing: RingEnd | None = None
-        self._making = threading.Lock()  # ends are made and dropped by one thread at a time
+        self._swapping = threading.Lock()
 
     def set_up(self, mode: ChannelMode) -> None:
         """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
         self.check()
-        reply, descriptors = self.hub.ask(m.SetUpChannel(self._handle, mode))
-        with self._making:
+        reply, (memory, *events) = self.hub.ask(m.SetUpChannel(self._handle, mode))
+        heard = EventDescriptor.adopt_each(tuple(events), 2 if reply.transmit else 1)
+        try:
+            queues = map_memory(memory)
+        finally:
+            close_descriptors(memory)
+        begin = transmit_offset(reply.receive)
+        receive = Ring(reply.receive, exact=True, buffer=queues[:begin])
+        receive.free_event = self.hub.doorbell
+        reading, writing = RingEnd(self, receive, heard[0], reads=True), None
+        if reply.transmit:
+            transmit = Ring(reply.transmit, exact=True, buffer=queues[begin:])
+            transmit.event = self.hub.doorbell
+            writing = RingEnd(self, transmit, heard[1], reads=False)
+        self._drop_ends(reading, writing)
+        if self._closed:  # meanwhile, by another thread
             self._drop_ends()
-            receive = Ring.over(descriptors[0], reply.receive, exact=True)
-            receive.free_event = self.hub.doorbell
-            self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
-            close_descriptors(descriptors[0])
-            if reply.transmit:
-                transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
-                transmit.event = self.hub.doorbell
-                self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
-                close_descriptors(descriptors[2])
-            if self._closed:  # meanwhile, and what was there then has been dropped
-                self._drop_ends()
 
     @property
     def reading(self) -> RingEnd:
@@ -179,15 +183,14 @@ class HubChannel(Filtered):
 
     def leave_to_parent(self, why: Exception) -> None:
         super().leave_to_parent(why)
-        self._making = threading.Lock()  # the thread that may have held it is not here
+        self._swapping = threading.Lock()  # the thread that may have held it is not here
         for end in (self._reading, self._writing):
             if end is not None:
                 end.leave_to_parent()
 
     def close(self) -> None:
         super().close()
-        with self._making:
-            self._drop_ends()
+        self._drop_ends()
 
     def _state(self) -> str:
         if self.over:
@@ -204,8 +207,11 @@ class HubChannel(Filtered):
                 end.wait(timeout)
         return end
 
-    def _drop_ends(self) -> None:
-        for end in (self._reading, self._writing):
+    def _drop_ends(self, reading: RingEnd | None = None, writing: RingEnd | None = None) -> None:
+        """These take the place of the present ones, which are closed; several threads may do that at once."""
+        with self._swapping:
+            before = self._reading, self._writing
+            self._reading, self._writing = reading, writing
+        for end in before:
             if end is not None:
                 end.close()
-        self._reading = self._writing = None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import sys
 import threading
 import weakref
 from collections.abc import Callable
@@ -13,13 +12,12 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
 from canwire.hub.protocol import messages as m
-from canwire.platform import EventDescriptor
 from canwire.values.checks import LONGEST_NS, nanoseconds
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from canwire.hub.protocol.link import Answer, Link, Listener
+    from canwire.hub.protocol.link import Answer, Link
 
 
 class Holding(Protocol):
@@ -45,23 +43,16 @@ class Client:
     """What leases need of their hub. Calls may come from any thread; once the hub is gone they raise HubLost."""
 
     def __init__(self, link: Link) -> None:
-        self._closed = True  # until there is something to close
+        self._closed = False
         self._link = link
         self._lock = threading.Lock()
         self._holdings: dict[int, Holding] = {}
         self._forked = False
-        self.doorbell = EventDescriptor.adopt(link.doorbell)
-        self._closed = False
-        link.listen(weakly(self._notice))
+        self.doorbell = link.doorbell
+        self.listen(self._notice)
         _OPEN.add(self)
-
-    def __del__(self) -> None:
-        """Nobody holds it any more, nor anything of it: it is given back, by a thread that may wait for the hub."""
-        if not getattr(self, "_closed", True) and not self._forked and not sys.is_finalizing():
-            with contextlib.suppress(
-                RuntimeError
-            ):  # no thread can be had: the process ends, or has none left
-                threading.Thread(target=self.close, name="canwire gives back", daemon=True).start()
+        self._forgotten = weakref.finalize(self, _close_elsewhere, link)
+        self._forgotten.atexit = False
 
     @property
     def address(self) -> str:
@@ -81,6 +72,16 @@ class Client:
     def lost(self) -> bool:
         """The hub is gone, this connection was closed, or it is that of the process that forked this one."""
         return self._closed or self._forked or self._link.lost
+
+    def listen(self, listener: Callable[[m.Message | None], None]) -> None:
+        """Pass notices on to a method of something that this client belongs to, which they do not keep alive."""
+        method = weakref.WeakMethod(listener)
+
+        def tell(notice: m.Message | None) -> None:
+            if (found := method()) is not None:
+                found(notice)
+
+        self._link.listen(tell)
 
     # calls
 
@@ -143,7 +144,7 @@ class Client:
                 with contextlib.suppress(HubLost, Unplugged):
                     holding.close()
             self._closed = True
-            self.doorbell.leave()
+            self._forgotten.detach()
             self._link.close()
 
     def leave_to_parent(self) -> None:
@@ -182,16 +183,10 @@ class Client:
                 holding.end(HubLost(f"{holding.name}: the hub is gone"))
 
 
-def weakly(method: Listener) -> Listener:
-    """For a link, which must not keep who listens when nobody else holds that any more."""
-    found = weakref.WeakMethod(method)
-
-    def heard(notice: m.Message | None) -> None:
-        listener = found()
-        if listener is not None:
-            listener(notice)
-
-    return heard
+def _close_elsewhere(link: Link) -> None:
+    """A client was forgotten. The collector may have come by in any thread, even the hub's: another one hangs up."""
+    with contextlib.suppress(RuntimeError):  # the interpreter is on its way out, and starts no threads
+        threading.Thread(target=link.close, name="canwire-forgotten", daemon=True).start()
 
 
 _FORKED = "this connection belongs to the process that was forked; connect again in this one"

@@ -27,10 +27,10 @@ class Fifo(Lease):
         self.role = role
         self.capacity = opened.capacity
         self.element_size = opened.element_size
-        memory, reader_event, writer_event = descriptors
+        memory, *events = descriptors
         ring = Ring.over(memory, opened.capacity, exact=True, record_size=opened.element_size)
         close_descriptors(memory)
-        reader, writer = EventDescriptor.adopt(reader_event), EventDescriptor.adopt(writer_event)
+        reader, writer = EventDescriptor.adopt_each(tuple(events), 2)
         ring.event, ring.free_event = reader, writer
         own, self._other = (writer, reader) if role == WRITER else (reader, writer)
         self.end_of_ring = RingEnd(self, ring, own, reads=role != WRITER)

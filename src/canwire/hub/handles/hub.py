@@ -8,7 +8,7 @@ from canwire.boards.description import BoardInfo
 from canwire.errors import NoSuchBoard
 from canwire.hub.handles.bus.bus import HubBus, HubLinBus
 from canwire.hub.handles.channel import HubChannel
-from canwire.hub.handles.client import Client, weakly
+from canwire.hub.handles.client import Client
 from canwire.hub.handles.control import Control
 from canwire.hub.handles.fifo import Fifo
 from canwire.hub.handles.lease import Lease
@@ -33,7 +33,7 @@ class Hub(Client):
     def __init__(self, link: Link) -> None:
         super().__init__(link)
         self._watch = BoardWatch(self)
-        link.listen(weakly(self._watch.notice))
+        self.listen(self._watch.notice)
 
     def close(self) -> None:
         super().close()
@@ -43,8 +43,12 @@ class Hub(Client):
 
     def boards(self) -> tuple[BoardInfo, ...]:
         """Every board plugged in now, in the order of their plugging."""
-        boards: tuple[BoardInfo, ...] = self.call(m.ListBoards()).boards
-        return boards
+        page = self.call(m.ListBoards())
+        boards: list[BoardInfo] = list(page.boards)
+        while page.more:
+            page = self.call(m.ListBoards(boards[-1].id))
+            boards += page.boards
+        return tuple(boards)
 
     def board(self, name: str) -> BoardInfo:
         """The board with this hardware id, or the first of this kind; raises NoSuchBoard naming what there is."""

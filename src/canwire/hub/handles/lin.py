@@ -87,19 +87,20 @@ class Monitor(Lease):
         self.board = board
         self.line = line
         self._reading: RingEnd | None = None
-        self._making = threading.Lock()  # the end is made and dropped by one thread at a time
+        self._swapping = threading.Lock()
 
     def set_up(self, mode: LinMonitorMode) -> None:
         """Make the queue, or make it anew (what was in it is gone); the monitor is inactive then."""
         self.check()
-        reply, (memory, event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
-        with self._making:
-            self._drop_end()
+        reply, (memory, *event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
+        heard = EventDescriptor.adopt(*event)
+        try:
             ring = Ring.over(memory, reply.receive, exact=True)
+        finally:
             close_descriptors(memory)
-            self._reading = RingEnd(self, ring, EventDescriptor.adopt(event), reads=True)
-            if self._closed:  # meanwhile, and what was there then has been dropped
-                self._drop_end()
+        self._drop_end(RingEnd(self, ring, heard, reads=True))
+        if self._closed:  # meanwhile, by another thread
+            self._drop_end()
 
     @property
     def reading(self) -> RingEnd:
@@ -139,16 +140,17 @@ class Monitor(Lease):
 
     def leave_to_parent(self, why: Exception) -> None:
         super().leave_to_parent(why)
-        self._making = threading.Lock()  # the thread that may have held it is not here
+        self._swapping = threading.Lock()  # the thread that may have held it is not here
         if self._reading is not None:
             self._reading.leave_to_parent()
 
     def close(self) -> None:
         super().close()
-        with self._making:
-            self._drop_end()
+        self._drop_end()
 
-    def _drop_end(self) -> None:
-        if self._reading is not None:
-            self._reading.close()
-        self._reading = None
+    def _drop_end(self, reading: RingEnd | None = None) -> None:
+        """This takes the place of the present one, which is closed; several threads may do that at once."""
+        with self._swapping:
+            before, self._reading = self._reading, reading
+        if before is not None:
+            before.close()

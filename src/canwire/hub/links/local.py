@@ -15,7 +15,7 @@ from canwire.hub.owner.entrance import open_session
 from canwire.hub.protocol.link import Answer, Listener
 from canwire.hub.protocol.messages import encode_request
 from canwire.hub.protocol.pending import Pending
-from canwire.platform import EventDescriptor, close_descriptors, duplicate
+from canwire.platform import EventDescriptor, close_descriptors
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
@@ -64,8 +64,8 @@ class LocalLink:
         return self._closed or self._expelled or self._engine.closed
 
     @property
-    def doorbell(self) -> int:
-        return self._doorbell.sender()
+    def doorbell(self) -> EventDescriptor:
+        return self._doorbell
 
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""
@@ -102,10 +102,8 @@ class LocalLink:
         if isinstance(outcome, CanwireError):
             call.fail(outcome)
         else:
-            reply, descriptors = outcome
-            own = duplicate(descriptors)
-            if not call.settle((reply, own)):
-                close_descriptors(*own)
+            if not call.settle(outcome):
+                close_descriptors(*outcome[1])
         self._engine.world.timeline.halt()  # in virtual time no more of it passes than the answer took
 
     def _let_time_pass(self, request: Message, call: Pending[Answer]) -> None:

@@ -20,6 +20,7 @@ def open_session(
         notify,
         doorbell,
         virtual=world.virtual,
+        limits=world.limits,
         answer=lambda request, asking: ANSWERS.answer(request, asking, world),
         changed=world.look_anew,
     )

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
+from canwire.boards.can.modes import lateness_text
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
@@ -19,7 +20,11 @@ if TYPE_CHECKING:
 
 REST_NS = 400_000  # on average happenings closer together than this share a wake-up ...
 BURST_NS = 4_000_000  # ... once they have been so for this long
-SLICE_NS = 50_000_000  # bus time that fast time runs before it looks for input again
+AHEAD_NS = 50_000_000  # bus time that fast time runs at most before it looks for input again
+SLICE_NS = 4_000_000  # time that is spent on the buses before the engine looks for input again ...
+STEP_NS = 250_000  # ... which is asked for about this often ...
+LONGEST_STEP_NS = 2_000_000  # ... and at least after so much bus time: what follows may be more work
+WARN_NS = 1_000_000_000  # between two warnings of buses that cannot keep up
 PATIENCE_NS = 200_000_000  # how long a full receive queue may hold up fast time
 LARGEST_GAP_NS = 1_000_000_000  # a process that was stopped for longer does not make up for it
 LONGEST_WAIT_NS = 3_600_000_000_000  # systems do not count for ever
@@ -30,32 +35,71 @@ class RealPace:
     """The timeline follows the monotonic clock.
 
     `lateness_ns` holds how long after their time the latest happenings were run, `skipped_ns` time that passed
-    while this process could not run at all, and that the timeline therefore leaves out.
+    while this process could not run, or not quickly enough, and that the timeline therefore leaves out. `clock_ns`
+    is for tests.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
         self.lateness_ns: deque[int] = deque(maxlen=_KEPT)
         self.skipped_ns = 0
         self._world = world
         self._timeline = world.timeline
-        self._origin_ns = time.monotonic_ns() - self._timeline.now_ns
+        self._monotonic_ns = clock_ns
+        self._origin_ns = clock_ns() - self._timeline.now_ns
         self._rest_until_ns = 0
+        self._step_ns = LONGEST_STEP_NS // 20  # bus time between two looks at the clock
+        self._warned_ns = -WARN_NS
+        world.lateness = self.lateness
+
+    def lateness(self) -> tuple[int, int]:
+        """How far bus time is behind the clock now, and what it has left out since the beginning."""
+        return max(0, self._clock_ns() - self._timeline.next_ns()), self.skipped_ns
 
     def holding(self) -> AbstractContextManager[object]:
         """While something is asked of the world nobody else lets time pass."""
         return nullcontext()
 
     def catch_up(self) -> None:
-        """Let everything happen that is due; what is asked of the world next gets the time that it is now."""
-        now_ns = time.monotonic_ns() - self._origin_ns
+        """Let what is due happen, for a slice of time at most; what is asked of the world next gets the bus's time."""
+        now_ns = self._clock_ns()
         late_ns = now_ns - self._timeline.next_ns()
         if late_ns >= 0:
             if late_ns > LARGEST_GAP_NS:
                 self._skip(late_ns)
                 now_ns -= late_ns
+                self._warn()
             self.lateness_ns.append(late_ns)
-        while not self._timeline.run_until(now_ns):
+        if not self._in_steps(now_ns, self._run_until, self._timeline.next_ns):
+            self._rest_until_ns = 0
+            self._warn()
+
+    def _run_until(self, limit_ns: int) -> None:
+        while not self._timeline.run_until(limit_ns):
             pass  # cut short between two happenings: go on with the next
+
+    def _in_steps(self, limit_ns: int, run: Callable[[int], object], next_ns: Callable[[], int]) -> bool:
+        """Run the timeline up to this time, or until a slice of time is over: then False. `next_ns` is due next."""
+        began_ns = before_ns = self._monotonic_ns()
+        while (due_ns := next_ns()) <= limit_ns:
+            run(min(limit_ns, due_ns + self._step_ns))
+            after_ns = self._monotonic_ns()
+            if after_ns - before_ns < STEP_NS:
+                self._step_ns = min(2 * self._step_ns, LONGEST_STEP_NS)
+            elif after_ns - before_ns > 2 * STEP_NS:
+                self._step_ns = max(self._step_ns * STEP_NS // (after_ns - before_ns), 1000)
+            if after_ns - began_ns >= SLICE_NS and next_ns() <= limit_ns:
+                return False
+            before_ns = after_ns
+        run(limit_ns)
+        return True
+
+    def _warn(self) -> None:
+        """Once a second at most."""
+        text = lateness_text(*self.lateness())
+        now_ns = self._monotonic_ns()
+        if text and self._world.warn is not None and now_ns - self._warned_ns >= WARN_NS:
+            self._warned_ns = now_ns
+            self._world.warn(text)
 
     def run(self) -> float | None:
         """Let what is due happen; the seconds until there is more to do, None: not before there is input."""
@@ -71,7 +115,7 @@ class RealPace:
         return min(max(0, wait_ns), LONGEST_WAIT_NS) / 1e9
 
     def _clock_ns(self) -> int:
-        return time.monotonic_ns() - self._origin_ns
+        return self._monotonic_ns() - self._origin_ns
 
     def _skip(self, span_ns: int) -> None:
         self._origin_ns += span_ns
@@ -87,8 +131,8 @@ class FastPace(RealPace):
     what nobody acknowledges keeps to the clock as well.
     """
 
-    def __init__(self, world: World) -> None:
-        super().__init__(world)
+    def __init__(self, world: World, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        super().__init__(world, clock_ns)
         self._patient_until_ns = 0
 
     def catch_up(self) -> None:
@@ -103,8 +147,8 @@ class FastPace(RealPace):
             return super().run()
         wait_ns = self._patience_ns()
         if wait_ns == 0:
-            limit_ns = min(timeline.now_ns + SLICE_NS, self._world.clear_until_ns)
-            timeline.run_busy(max(limit_ns, timeline.busy_ns()))
+            limit_ns = min(timeline.now_ns + AHEAD_NS, self._world.clear_until_ns)
+            self._in_steps(max(limit_ns, timeline.busy_ns()), timeline.run_busy, timeline.busy_ns)
         self._go_on_from_here()
         return super().run() if timeline.busy_ns() >= NEVER else wait_ns / 1e9
 
@@ -120,21 +164,21 @@ class FastPace(RealPace):
             return True
         if not world.stalled():
             self._patient_until_ns = 0
-            world.clear_until_ns = self._timeline.now_ns + min(SLICE_NS, world.horizon_ns())
+            world.clear_until_ns = self._timeline.now_ns + min(AHEAD_NS, world.horizon_ns())
             return False
         if self._patient_until_ns == 0:
-            self._patient_until_ns = time.monotonic_ns() + PATIENCE_NS
+            self._patient_until_ns = self._monotonic_ns() + PATIENCE_NS
         return self._patience_ns() == 0
 
     def _patience_ns(self) -> int:
         """How much longer a reader is waited for, 0: not at all."""
         if self._patient_until_ns == 0:
             return 0
-        return max(0, self._patient_until_ns - time.monotonic_ns())
+        return max(0, self._patient_until_ns - self._monotonic_ns())
 
     def _go_on_from_here(self) -> None:
         """From now on the clock counts from the timeline's time, which so never goes back."""
-        self._origin_ns = time.monotonic_ns() - self._timeline.now_ns
+        self._origin_ns = self._monotonic_ns() - self._timeline.now_ns
         self._rest_until_ns = 0
 
 

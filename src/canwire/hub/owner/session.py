@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import TypeVar
 
 from canwire.boards.can.connector import CanLine
+from canwire.boards.config.limits import LimitsConfig
 from canwire.errors import NoSuchBoard, Unplugged
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.channel import HeldChannel
 from canwire.hub.owner.held.held import Gone, Held
+from canwire.hub.owner.limits import check_room, enough
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
 from canwire.platform import EventDescriptor
@@ -33,6 +36,7 @@ class Session:
         doorbell: EventDescriptor | None,
         *,
         virtual: bool,
+        limits: LimitsConfig,
         answer: Callable[[m.Message, Session], Answer | Deferred],
         changed: Callable[[], object],
     ) -> None:
@@ -41,7 +45,11 @@ class Session:
         self.doorbell = doorbell
         self.virtual = virtual
         self.watching = False
-        self.temporary_boards: list[str] = []  # hardware ids of boards that go with this client
+        self.limits = limits
+        self.plugged: dict[
+            str, bool
+        ] = {}  # hardware ids of boards this client plugged in; True: they go with it
+        self._counts: Counter[str] = Counter()
         self._answer = answer
         self._changed = changed
         self._held: dict[int, Held] = {}
@@ -50,7 +58,8 @@ class Session:
 
     def handle(self, request: m.Message) -> Answer | Deferred:
         """What the request is answered with; raises CanwireError."""
-        return self._answer(request, self)
+        with enough(type(request).__name__):
+            return self._answer(request, self)
 
     def close(self) -> None:
         """Give everything back, each kind in its turn."""
@@ -63,6 +72,7 @@ class Session:
         for handle in gone:
             self.release(handle)
             self._held[handle] = Gone(text)
+            self._counts[Gone.limit] += 1
         if gone:
             self.notify(m.Gone(tuple(gone), text))
 
@@ -94,8 +104,13 @@ class Session:
         """What this client holds of a kind."""
         return [held for held in self._held.values() if isinstance(held, kind)]
 
+    def check_room(self, kind: type[Held]) -> None:
+        """Raises LimitReached where this client has as many of a kind as one may have."""
+        check_room(self.limits, kind.limit, self._counts[kind.limit], self.name)
+
     def hold(self, held: Held) -> int:
         """A new handle for it."""
+        self._counts[held.limit] += 1
         self._last_handle += 1
         self._held[self._last_handle] = held
         return self._last_handle
@@ -111,4 +126,6 @@ class Session:
 
     def release(self, handle: int) -> None:
         """Give it back."""
-        self._held.pop(handle).let_go()
+        held = self._held.pop(handle)
+        self._counts[held.limit] -= 1
+        held.let_go()

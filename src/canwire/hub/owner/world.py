@@ -25,6 +25,7 @@ from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.lin import LinSlot
 from canwire.hub.owner.held.line import LineSlot
 from canwire.hub.owner.held.pipes import Pipes
+from canwire.hub.owner.notes import Notes
 from canwire.hub.owner.reactor import LaterReactor
 from canwire.hub.owner.session import Session
 from canwire.hub.protocol.messages import BoardsChanged
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
 _UNHEALTHY_NS = 10_000_000
 _CLOCK_HZ = 80_000_000
 _SHORTEST_BITS = 20  # nothing on a bus fills a receive queue quicker: the shortest error frame
-_LONGEST_NAME, _LONGEST_NOTE, _MOST_NOTES = 64, 1024, 256
 _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up fast time
 
 
@@ -60,8 +60,11 @@ class World:
         self.faults = FaultBook(self.timeline, self.buses, self.boards, self.slots, rates, self._bench.faults)
         self.pipes = Pipes()
         self.warn: Callable[[str], object] | None = None  # gets what people should know, in sentences
+        # how many ns bus time is behind the clock, and how many were left out; the pace knows
+        self.lateness: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
-        self.notes: dict[str, bytes] = {}
+        self.limits = config.limits
+        self.notes = Notes(config.limits)
         self._luid = 0
         self._conflicts: set[str] = set()
         self._reserved = {board.serial for board in config.board}
@@ -85,9 +88,10 @@ class World:
         if session in self.sessions:
             self.sessions.remove(session)
             session.close()
+            self.notes.leave(session)
             there = {board.info.hardware_id for board in self.boards.values()}
-            for hardware_id in session.temporary_boards:
-                if hardware_id in there:
+            for hardware_id, temporary in session.plugged.items():
+                if temporary and hardware_id in there:
                     self.unplug(hardware_id)
 
     def kick(self, session: Session) -> None:
@@ -166,6 +170,7 @@ class World:
             self.slots.pop((board.info.id, number)).close(Unplugged(text))
         for session in list(self.sessions):
             session.board_gone(board.info.id, text)
+            session.plugged.pop(hardware_id, None)
         self._changed()
 
     def board(self, board_id: int) -> Board:
@@ -202,18 +207,6 @@ class World:
             self.faults.shorts.put(name, self)
         else:
             self.faults.shorts.take(name, self)
-
-    def set_note(self, name: str, value: bytes) -> None:
-        """Keep a note for other programs, or take it away; raises BadValue for more than a hub keeps."""
-        if len(name) > _LONGEST_NAME or len(value) > _LONGEST_NOTE:
-            raise BadValue(
-                f"note {name[:20]!r}: names up to {_LONGEST_NAME} characters, {_LONGEST_NOTE} bytes each"
-            )
-        self.notes.pop(name, None)
-        if value:
-            if len(self.notes) >= _MOST_NOTES:
-                raise BadValue(f"note {name!r}: the hub keeps {_MOST_NOTES} already")
-            self.notes[name] = value
 
     def look_at_rates(self) -> None:
         """A line was started: warn of buses whose lines disagree, once for each disagreement."""

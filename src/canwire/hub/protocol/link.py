@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from canwire.hub.protocol.messages import Message
+from canwire.platform import EventDescriptor
 
 Answer = tuple[Any, tuple[int, ...]]
 """A reply and the descriptors that came with it; whoever takes it owns them."""
@@ -36,8 +37,8 @@ class Link(Protocol):
         """The hub is gone."""
 
     @property
-    def doorbell(self) -> int:
-        """The descriptor that tells the hub of frames in this client's transmit queues; the link keeps it."""
+    def doorbell(self) -> EventDescriptor:
+        """What tells the hub of frames in this client's transmit queues; the link keeps it."""
 
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""

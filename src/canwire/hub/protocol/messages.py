@@ -83,7 +83,9 @@ class Hello(Message):
 
 
 class ListBoards(Message):
-    """-> Boards"""
+    """-> Boards: a page of them, those with ids above `after`."""
+
+    after: int = 0
 
 
 class Watch(Message):
@@ -234,7 +236,7 @@ class ListIds(Message):
 
 
 class SetUpChannel(Message):
-    """Channel -> ChannelOpened, with descriptors: receive memory, its event, [transmit memory, its event]."""
+    """Channel -> ChannelOpened, with descriptors: memory (queues.py), receive event, [transmit event]."""
 
     handle: int
     mode: ChannelMode
@@ -329,7 +331,10 @@ class Welcome(Message):
 
 
 class Boards(Message):
+    """In the order of their ids; `more`: ask again, after the last of these."""
+
     boards: tuple[BoardInfo, ...]
+    more: bool = False
 
 
 class Plugged(Message):

@@ -13,10 +13,10 @@ import traceback
 import weakref
 from collections import deque
 
-from canwire.errors import BadMessage, CanwireError, HubLost
+from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.notices import Notices
 from canwire.hub.links.unix_socket.sockets import dial
-from canwire.hub.protocol.failure import raised
+from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Answer, Listener
 from canwire.hub.protocol.messages import (
     LARGEST_REPLY,
@@ -29,7 +29,7 @@ from canwire.hub.protocol.messages import (
     encode_request,
 )
 from canwire.hub.protocol.pending import Pending
-from canwire.platform import close_descriptors
+from canwire.platform import EventDescriptor, close_descriptors, descriptor_limit
 
 _HELLO_TIMEOUT_S = 2.0
 _RECEIVED_AT_ONCE = 1 << 16
@@ -54,7 +54,8 @@ class SocketLink:
         self._calls: dict[int, Pending[Answer]] = {}
         self._notices = Notices()
         self._descriptors: deque[int] = deque()
-        self._doorbell = -1
+        self._truncated = False  # some came that this process has no room for
+        self._doorbell: EventDescriptor | None = None
         self._last_words = ""
         self._lost = False
         self._closed = False
@@ -81,7 +82,8 @@ class SocketLink:
         return self._lost or self._pid != os.getpid()
 
     @property
-    def doorbell(self) -> int:
+    def doorbell(self) -> EventDescriptor:
+        assert self._doorbell is not None, "it came with the greeting"
         return self._doorbell
 
     def close(self) -> None:
@@ -99,8 +101,8 @@ class SocketLink:
         if sys.is_finalizing():
             return  # the thread does not run any more, and the process takes its descriptors along
         self._thread.join()
-        if self._doorbell >= 0:
-            close_descriptors(self._doorbell)
+        if self._doorbell is not None:
+            self._doorbell.close()
 
     def leave_to_parent(self) -> None:
         """In a fork: let go of the connection, so that the hub sees it end with the process that made it."""
@@ -112,7 +114,7 @@ class SocketLink:
         except TimeoutError:
             raise HubLost(f"{self.address}: somebody listens but does not answer; is it a hub?") from None
         self.time = welcome.time
-        (self._doorbell,) = descriptors
+        self._doorbell = EventDescriptor.adopt(*descriptors)
 
     def _ask(self, request: Message) -> Pending[Answer]:
         self._check()
@@ -172,7 +174,7 @@ class SocketLink:
 
     def _receive_some(self) -> bytes:
         """Bytes, b"" at the end; descriptors that came with them join the queue."""
-        data, ancillary, _, _ = self._socket.recvmsg(
+        data, ancillary, flags, _ = self._socket.recvmsg(
             _RECEIVED_AT_ONCE,
             socket.CMSG_SPACE(_MOST_DESCRIPTORS * array.array("i").itemsize),
             _CLOSE_ON_EXEC,
@@ -182,12 +184,18 @@ class SocketLink:
                 descriptors = array.array("i")
                 descriptors.frombytes(content[: len(content) - len(content) % descriptors.itemsize])
                 self._descriptors.extend(descriptors)
+        self._truncated |= bool(flags & socket.MSG_CTRUNC)
         return data
 
     def _take(self, payload: bytes) -> None:
         serial, count, reply = decode_reply(payload)
         if not 0 <= count <= len(self._descriptors):
-            raise BadMessage(f"a reply with {count} descriptors, {len(self._descriptors)} of them came")
+            if not self._truncated:
+                raise BadMessage(f"a reply with {count} descriptors, {len(self._descriptors)} of them came")
+            self._truncated = False
+            reply, count = failed(self._too_few(count)), 0
+            close_descriptors(*self._descriptors)
+            self._descriptors.clear()
         descriptors = tuple(self._descriptors.popleft() for _ in range(count))
         with self._lock:
             call = self._calls.pop(serial, None)
@@ -201,6 +209,13 @@ class SocketLink:
             call.fail(raised(reply))
         elif not call.settle((reply, descriptors)):
             close_descriptors(*descriptors)
+
+    def _too_few(self, count: int) -> LimitReached:
+        """The system drops descriptors that this process has no room for."""
+        return LimitReached(
+            f"{count} descriptors came from the hub, {len(self._descriptors)} fit: this program has used all of its "
+            f"{descriptor_limit()}; close channels or FIFOs, or start it with more (ulimit -n)"
+        )
 
     def _lose(self) -> None:
         """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""

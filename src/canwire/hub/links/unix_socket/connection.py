@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from canwire.errors import BadMessage, CanwireError, HubError
+from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.unix_socket.outbox import Outbox
 from canwire.hub.owner.entrance import open_session
+from canwire.hub.owner.limits import check_room, enough, no_descriptors
 from canwire.hub.protocol.failure import failed, serial_in
 from canwire.hub.protocol.messages import (
     LARGEST_REQUEST,
@@ -23,7 +25,7 @@ from canwire.hub.protocol.messages import (
     decode_request,
     encode_reply,
 )
-from canwire.platform import EventDescriptor, peer_of
+from canwire.platform import EventDescriptor, close_descriptors, peer_of
 
 if TYPE_CHECKING:
     from canwire.hub.owner.engine import Engine
@@ -31,7 +33,8 @@ if TYPE_CHECKING:
     from canwire.hub.protocol.link import Answer
 
 _RECEIVED_AT_ONCE = 1 << 16
-_REQUESTS_A_TURN = 16  # so that nobody's flood of requests holds up time and other clients
+_REQUESTS_A_TURN = 16  # so that nobody's flood of requests holds up time and other clients ...
+_TURN_S = 0.002  # ... and no more of them begin after so long
 _LONGEST_NAME = 64
 
 
@@ -49,7 +52,8 @@ class Connection:
         self._when_closed = closed
         self._inbox = Inbox(LARGEST_REQUEST)
         self._requests: deque[bytes] = deque()
-        self._outbox = Outbox(connection)
+        self._limits = engine.world.limits
+        self._outbox = Outbox(connection, self._limits.waiting_bytes)
         self._session: Session | None = None
         self._doorbell: EventDescriptor | None = None
         self._closed = False
@@ -58,9 +62,19 @@ class Connection:
         self._peer = peer_of(connection)
         connection.setblocking(False)
 
-    def open(self) -> None:
-        """Listen to the client, if it is this user's or root's."""
+    @property
+    def process(self) -> int:
+        """Who is at the other end, 0 where the system does not tell."""
+        return 0 if self._peer is None else self._peer[0]
+
+    def open(self, beside: int = 0) -> None:
+        """Listen to the client, if it is this user's or root's, and has not too many connections `beside` this one."""
         self._engine.watch(self._connection, self._readable)
+        try:
+            check_room(self._limits, "connections", beside, f"process {self.process}")
+        except LimitReached as error:
+            self._refuse(0, error)
+            return
         if self._peer is not None and self._peer[1] not in (os.geteuid(), 0):
             self._refuse(0, HubError(f"this hub belongs to user {os.geteuid()}"))
 
@@ -103,9 +117,12 @@ class Connection:
 
     def _work(self) -> None:
         """Answer some of what waits; the others get their turn in between."""
+        until = time.monotonic() + _TURN_S
         for _ in range(min(len(self._requests), _REQUESTS_A_TURN)):
             if not self._closed:
                 self._answer(self._requests.popleft())
+            if time.monotonic() > until:
+                break
         if self._requests and not self._closed:
             self._engine.post(lambda: self._guarded(self._work))
 
@@ -139,8 +156,11 @@ class Connection:
             )
         pid = self._peer[0] if self._peer is not None and self._peer[0] > 0 else hello.pid
         name = "".join(letter if letter.isprintable() else "?" for letter in hello.name[:_LONGEST_NAME])
-        doorbell = EventDescriptor()
+        with enough(f"{hello.name[:_LONGEST_NAME]} cannot connect"):
+            doorbell = EventDescriptor(shared=True)
         try:
+            with enough(f"{hello.name[:_LONGEST_NAME]} cannot connect"):
+                copies = doorbell.copies()
             session = open_session(self._engine.world, name, pid, self._notify, doorbell)
         except BaseException:
             doorbell.close()
@@ -148,7 +168,7 @@ class Connection:
         self._session = session
         self._doorbell = doorbell
         self._engine.watch(doorbell, lambda: self._rung(doorbell, session))
-        self._send(serial, Welcome(VERSION, self._engine.time), (doorbell.sender(),))
+        self._send(serial, Welcome(VERSION, self._engine.time), copies)
 
     def _ask(self, serial: int, request: Message) -> None:
         if self._session is None:
@@ -179,10 +199,18 @@ class Connection:
     def _send(self, serial: int, reply: Message, descriptors: tuple[int, ...] = ()) -> None:
         """Queue a message. It goes out after the present callback: the world may be in the middle of something."""
         if self._closed:
+            close_descriptors(*descriptors)
             return
         try:
-            self._outbox.put(encode_reply(serial, reply, len(descriptors)), descriptors)
-        except (HubError, OSError):  # it does not read, or too many descriptors are open
+            message = encode_reply(serial, reply, len(descriptors))
+        except BadMessage as error:  # more than fits one reply: that ends nothing but this request
+            message = encode_reply(serial, failed(HubError(f"the answer is too long: {error}")))
+        otherwise = b""
+        if descriptors:
+            otherwise = encode_reply(serial, failed(LimitReached(no_descriptors(type(reply).__name__))))
+        try:
+            self._outbox.put(message, descriptors, otherwise)
+        except LimitReached:  # it does not read
             self._engine.post(self.close)
             return
         if not self._flushing:

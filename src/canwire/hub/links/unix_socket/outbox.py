@@ -2,44 +2,52 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 from collections import deque
 
-from canwire.errors import HubError
+from canwire.errors import LimitReached
 from canwire.hub.protocol.messages import LARGEST_REPLY
-from canwire.platform import close_descriptors, duplicate
+from canwire.platform import close_descriptors
 
 _MOST_DESCRIPTORS = 256
 
 
 class Outbox:
-    """Messages for one client, in order. Descriptors are duplicated here: their owner may close them at any time."""
+    """Messages for one client, in order. Descriptors are its own from `put` on, and closed once they are sent."""
 
-    def __init__(self, connection: socket.socket) -> None:
+    def __init__(self, connection: socket.socket, most_bytes: int = LARGEST_REPLY) -> None:
         self._connection = connection
-        self._waiting: deque[tuple[memoryview, tuple[int, ...]]] = deque()
+        self._most_bytes = max(most_bytes, LARGEST_REPLY)
+        self._waiting: deque[tuple[memoryview, tuple[int, ...], bytes]] = deque()
         self._bytes = 0
         self._descriptors = 0
 
     def __bool__(self) -> bool:
         return bool(self._waiting)
 
-    def put(self, message: bytes, descriptors: tuple[int, ...] = ()) -> None:
-        """Queue a message; raises HubError once too much waits: this client does not read. OSError: no descriptors."""
+    def put(self, message: bytes, descriptors: tuple[int, ...] = (), otherwise: bytes = b"") -> None:
+        """Queue a message, and what is sent instead where the system cannot pass its descriptors on.
+
+        Raises LimitReached once too much waits: this client does not read.
+        """
         if (
-            self._bytes + len(message) > LARGEST_REPLY
+            self._bytes + len(message) > self._most_bytes
             or self._descriptors + len(descriptors) > _MOST_DESCRIPTORS
         ):
-            raise HubError(f"{self._bytes} bytes wait for a client that does not read them")
-        copies = duplicate(descriptors)
-        self._waiting.append((memoryview(message), copies))
+            close_descriptors(*descriptors)
+            raise LimitReached(
+                f"{self._bytes} of {self._most_bytes} waiting_bytes wait for a client that does not read them; "
+                f"set waiting_bytes under [limits] in the hub's canwire.toml"
+            )
+        self._waiting.append((memoryview(message), descriptors, otherwise))
         self._bytes += len(message)
-        self._descriptors += len(copies)
+        self._descriptors += len(descriptors)
 
     def flush(self) -> None:
         """Send what the socket takes; raises OSError if the client is gone."""
         while self._waiting:
-            message, descriptors = self._waiting[0]
+            message, descriptors, otherwise = self._waiting[0]
             try:
                 if descriptors:
                     sent = socket.send_fds(self._connection, [message], list(descriptors))
@@ -47,12 +55,18 @@ class Outbox:
                     sent = self._connection.send(message)
             except BlockingIOError:
                 return
+            except OSError as error:
+                if error.errno != errno.ETOOMANYREFS:
+                    raise
+                self._sent(memoryview(otherwise), descriptors)
+                self._bytes -= len(message) - len(otherwise)
+                continue
             self._sent(message[sent:], descriptors)
             self._bytes -= sent
 
     def close(self) -> None:
         """Drop everything."""
-        for _, descriptors in self._waiting:
+        for _, descriptors, _ in self._waiting:
             close_descriptors(*descriptors)
         self._waiting.clear()
 
@@ -62,4 +76,4 @@ class Outbox:
         self._descriptors -= len(descriptors)
         self._waiting.popleft()
         if rest:
-            self._waiting.appendleft((rest, ()))
+            self._waiting.appendleft((rest, (), b""))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, HubLost
@@ -15,7 +16,7 @@ from canwire.hub.owner.engine import VIRTUAL
 if TYPE_CHECKING:
     from canwire.hub.owner.engine import Engine
 
-_NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE)
+_NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOBUFS)
 
 
 class Server:
@@ -32,6 +33,8 @@ class Server:
         self._listener = listen_at(self.path)
         self._identity = identity_of(self.path)
         self._connections: set[Connection] = set()
+        self._processes: Counter[int] = Counter()
+        self._resting = False
         self._spare = open(os.devnull)  # noqa: SIM115
         self._closed = False
         engine.when_closed(self._close)
@@ -62,16 +65,35 @@ class Server:
             if error.errno in _NO_DESCRIPTORS:
                 self._turn_away()
             return  # else it has gone already
-        connection = Connection(self._engine, caller, self._connections.discard)
+        connection = Connection(self._engine, caller, self._closed_one)
+        beside = self._processes[connection.process]
+        self._processes[connection.process] += 1
         self._connections.add(connection)
-        connection.open()
+        connection.open(beside if connection.process else 0)
+
+    def _closed_one(self, connection: Connection) -> None:
+        self._connections.discard(connection)
+        self._processes[connection.process] -= 1
+        if not self._processes[connection.process]:
+            del self._processes[connection.process]
+        if self._resting and not self._closed:
+            self._resting = False
+            self._spare_again()
 
     def _turn_away(self) -> None:
         """No descriptors left: without this the caller would ring for ever."""
         self._spare.close()
-        try:
+        with contextlib.suppress(OSError):  # it has gone by itself, or somebody took the spare one
             caller, _ = self._listener.accept()
             caller.close()
-        except OSError as error:
-            self._engine.report(error)
-        self._spare = open(os.devnull)  # noqa: SIM115
+        self._spare_again()
+
+    def _spare_again(self) -> None:
+        """Have a descriptor to turn callers away with; without one they wait until somebody hangs up."""
+        try:
+            self._spare = open(os.devnull)  # noqa: SIM115
+        except OSError:
+            self._resting = True
+            self._engine.unwatch(self._listener)
+        else:
+            self._engine.watch(self._listener, self._accept)

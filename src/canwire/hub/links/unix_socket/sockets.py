@@ -7,12 +7,14 @@ import errno
 import os
 import socket
 import stat
+import struct
 
 from canwire.errors import BadValue, HubError, HubLost
-from canwire.platform import locked_directory
+from canwire.places import locked_directory
 
-_BACKLOG = 64
-_DIAL_TIMEOUT_S = 2.0
+_BACKLOG = 1024  # callers that wait to be let in; systems have limits of their own
+_DIAL_TIMEOUT_S = 2
+_TIME = struct.Struct("@ll")  # timeval
 _NOBODY = (errno.ECONNREFUSED, errno.ENOENT)
 
 
@@ -51,12 +53,20 @@ def identity_of(path: str) -> tuple[int, int]:
 
 
 def dial(address: str) -> socket.socket:
-    """A connection to the hub at this path; raises HubLost if nobody listens there."""
+    """A connection to the hub at this path; raises HubLost if nobody listens there, or lets nobody in for two seconds.
+
+    Where many call at once, it waits in the queue for its turn: a socket with Python's own timeout would not.
+    """
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        connection.settimeout(_DIAL_TIMEOUT_S)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _TIME.pack(_DIAL_TIMEOUT_S, 0))
         connection.connect(address)
-        connection.settimeout(None)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _TIME.pack(0, 0))
+    except BlockingIOError:
+        connection.close()
+        raise HubLost(
+            f"{address}: somebody listens but lets nobody in for {_DIAL_TIMEOUT_S} seconds; is the hub stopped?"
+        ) from None
     except OSError as error:
         connection.close()
         if error.errno in _NOBODY:

@@ -16,6 +16,7 @@ answers = Answers()
 
 @answers.to(m.OpenChannel)
 def _open_channel(request: m.OpenChannel, session: Session, world: World) -> Answer:
+    session.check_room(HeldChannel)
     slot = world.can_slot(request.board, request.line)
     slot.admit_queue(request.exclusive)
     held = HeldChannel(slot, session, request.exclusive)

@@ -25,6 +25,7 @@ answers = Answers()
 
 @answers.to(m.OpenScheduler)
 def _open_scheduler(request: m.OpenScheduler, session: Session, world: World) -> Answer:
+    session.check_room(HeldScheduler)
     slot = world.can_slot(request.board, request.line)
     ticks = slot.can.info.capabilities.cyclic
     if not slot.can.info.capabilities.can(Feature.SCHEDULER):

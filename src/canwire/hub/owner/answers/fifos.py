@@ -15,6 +15,7 @@ answers = Answers()
 
 @answers.to(m.CreateFifo)
 def _create_fifo(request: m.CreateFifo, session: Session, world: World) -> Answer:
+    session.check_room(HeldPipe)
     world.pipes.create(number := world.next_luid(), request.capacity, request.element_size)
     return _fifo(session, world, number, FIFO)
 
@@ -31,6 +32,12 @@ def _reset_fifo(request: m.ResetFifo, session: Session, world: World) -> Answer:
 
 
 def _fifo(session: Session, world: World, number: int, role: str) -> Answer:
+    session.check_room(HeldPipe)
     pipe = world.pipes.open(number, role)
+    try:
+        copies = pipe.copies()
+    except OSError:
+        world.pipes.close(pipe, role)
+        raise
     handle = session.hold(HeldPipe(world.pipes, pipe, role))
-    return m.FifoOpened(handle, pipe.id, pipe.capacity, pipe.element_size), pipe.descriptors()
+    return m.FifoOpened(handle, pipe.id, pipe.capacity, pipe.element_size), copies

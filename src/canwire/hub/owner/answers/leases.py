@@ -20,6 +20,7 @@ answers = Answers()
 
 @answers.to(m.OpenLayer)
 def _open_layer(request: m.OpenLayer, session: Session, world: World) -> Answer:
+    session.check_room(HeldLayer)
     board = world.board(request.board)
     for other in world.sessions:
         for layer in other.held(HeldLayer):
@@ -30,6 +31,7 @@ def _open_layer(request: m.OpenLayer, session: Session, world: World) -> Answer:
 
 @answers.to(m.OpenControl)
 def _open_control(request: m.OpenControl, session: Session, world: World) -> Answer:
+    session.check_room(HeldControl)
     slot = world.line_slot(request.board, request.line)
     slot.admit("its control", slot.control)
     slot.control = session
@@ -38,11 +40,13 @@ def _open_control(request: m.OpenControl, session: Session, world: World) -> Ans
 
 @answers.to(m.KeepSettings)
 def _keep_settings(request: m.KeepSettings, session: Session, world: World) -> Answer:
+    session.check_room(HeldSettings)
     return opened(session, HeldSettings(world.line_slot(request.board, request.line)))
 
 
 @answers.to(m.OpenShare)
 def _open_share(request: m.OpenShare, session: Session, world: World) -> Answer:
+    session.check_room(HeldShare)
     slot = world.can_slot(request.board, request.line)
     if request.share not in _SHARE_MODES:
         raise BadValue(f"share mode {request.share}: 1 for reading, 2 for writing, 3 both, 0 none")

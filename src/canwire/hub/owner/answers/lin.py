@@ -56,6 +56,7 @@ def _run_schedule(request: m.RunSchedule, session: Session, world: World) -> Ans
 
 @answers.to(m.OpenMonitor)
 def _open_monitor(request: m.OpenMonitor, session: Session, world: World) -> Answer:
+    session.check_room(HeldMonitor)
     slot = world.lin_slot(request.board, request.line)
     slot.admit_queue(request.exclusive)
     held = HeldMonitor(slot, session, request.exclusive)

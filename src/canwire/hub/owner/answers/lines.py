@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from canwire.boards.can.connector import CanLine
 from canwire.boards.lin.line import LinLine
@@ -22,7 +23,9 @@ answers = Answers()
 
 @answers.to(m.GetLineStatus)
 def _get_line_status(request: m.GetLineStatus, session: Session, world: World) -> Answer:
-    return m.LineState(world.can_slot(request.board, request.line).status()), ()
+    status = world.can_slot(request.board, request.line).status()
+    behind_ns, skipped_ns = world.lateness()
+    return m.LineState(replace(status, behind_ns=behind_ns, skipped_ns=skipped_ns)), ()
 
 
 @answers.to(m.Initialise)

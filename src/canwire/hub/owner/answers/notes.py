@@ -18,16 +18,15 @@ def _create_luid(request: m.CreateLuid, session: Session, world: World) -> Answe
 
 @answers.to(m.GetNote)
 def _get_note(request: m.GetNote, session: Session, world: World) -> Answer:
-    return m.Note(world.notes.get(request.name, b"")), ()
+    return m.Note(world.notes.get(request.name)), ()
 
 
 @answers.to(m.ListNotes)
 def _list_notes(request: m.ListNotes, session: Session, world: World) -> Answer:
-    found = [note for note in world.notes.items() if note[0].startswith(request.prefix)]
-    return m.Notes(tuple(found)), ()
+    return m.Notes(world.notes.beginning(request.prefix)), ()
 
 
 @answers.to(m.SetNote)
 def _set_note(request: m.SetNote, session: Session, world: World) -> Answer:
-    world.set_note(request.name, request.value)
+    world.notes.set(request.name, request.value, session)
     return DONE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from canwire.boards.can.channel import ALL_REQUESTS, Channel
 from canwire.boards.can.message_filter import FormatFilter, MessageFilter, message_filter
@@ -11,9 +11,8 @@ from canwire.bus.can.node import Mailbox
 from canwire.errors import BadFrame, BadValue, NotInitialised, WrongState
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.line import HeldQueue
-from canwire.hub.owner.held.shared_ring import SharedRing
+from canwire.hub.owner.held.shared_ring import SharedRings
 from canwire.platform import EventDescriptor
-from canwire.ring import rounded_capacity
 from canwire.values.frame import frame_of_record, record_of_frame
 
 _KIND_AT = 12  # byte of a record: 0 for frames
@@ -27,36 +26,34 @@ class HeldChannel(HeldQueue):
     channel: Channel | None = None
     active: bool = False
     filter: MessageFilter | None = None
-    _queues: list[SharedRing] = field(default_factory=list)
+    _queues: SharedRings | None = None
 
     def set_up(self, mode: ChannelMode, doorbell: EventDescriptor | None) -> tuple[int, ...]:
-        """New queues in new memory; descriptors for the client: receive memory and event, [transmit ...].
+        """New queues in new memory; descriptors for the client: memory, the receive queue's event, [transmit queue's].
 
-        Raises BadValue or BadFilter, and leaves everything as it was then.
+        Raises BadValue, BadFilter or OSError, and leaves everything as it was then.
         """
         size = mode.filter_size
         chosen = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
-        capacities = (mode.receive, mode.transmit) if mode.transmit else (mode.receive,)
-        for capacity in capacities:
-            rounded_capacity(capacity)
+        timeline = self.slot.can.line.timeline if self.holder.virtual else None
+        queues = SharedRings(
+            mode.receive, mode.transmit, exact=mode.exact, doorbell=doorbell, timeline=timeline
+        )
         self.activate(False)
         self._forget_queues()
-        timeline = self.slot.can.line.timeline if self.holder.virtual else None
-        self._queues = [SharedRing.receiving(mode.receive, mode.exact, doorbell, timeline)]
-        if mode.transmit:
-            self._queues.append(SharedRing.transmitting(mode.transmit, mode.exact, doorbell, timeline))
-        self.channel = self._new_channel(mode)
+        self._queues = queues
+        self.channel = self._new_channel(mode, queues)
         self.channel.filter = self.filter = chosen
-        return tuple(descriptor for queue in self._queues for descriptor in queue.descriptors)
+        return queues.hand_over()
 
-    def _new_channel(self, mode: ChannelMode) -> Channel:
+    def _new_channel(self, mode: ChannelMode, queues: SharedRings) -> Channel:
         channel = Channel(
             mode.receive,
             mode.transmit,
             frames=mode.frames,
             events=frozenset(mode.events),
             siblings=mode.siblings,
-            rings=(self._queues[0].ring, self._queues[1].ring if mode.transmit else None),
+            rings=(queues.receive, queues.transmit),
         )
         channel.untrusted = True
         channel.prioritised = mode.prioritised
@@ -159,6 +156,6 @@ class HeldChannel(HeldQueue):
             channel.longest_delay = capabilities.delay.maximum
 
     def _forget_queues(self) -> None:
-        for queue in self._queues:
-            queue.close()
-        self._queues, self.channel, self.filter = [], None, None
+        if self._queues is not None:
+            self._queues.close()
+        self._queues = self.channel = self.filter = None

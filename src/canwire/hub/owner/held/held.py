@@ -33,6 +33,7 @@ class Held:
     """Anything that a handle stands for."""
 
     turn: ClassVar[Turn] = Turn.REFERENCE
+    limit: ClassVar[str] = "leases"  # which of the client's limits it counts for (boards/config/limits.py)
 
     def is_on(self, board: int) -> bool:
         """It dies with this board."""

@@ -11,7 +11,7 @@ from canwire.boards.lin.schedule import LinScheduler
 from canwire.errors import CanwireError, NotInitialised
 from canwire.hub.owner.held.held import Holder
 from canwire.hub.owner.held.line import HeldQueue, LineSlot
-from canwire.hub.owner.held.shared_ring import SharedRing
+from canwire.hub.owner.held.shared_ring import SharedRings
 from canwire.values.lin.schedule import LinSchedule
 
 
@@ -61,16 +61,18 @@ class HeldMonitor(HeldQueue):
 
     slot: LinSlot
     monitor: LinMonitor | None = None
-    _queue: SharedRing | None = None
+    _queue: SharedRings | None = None
 
     def set_up(self, mode: LinMonitorMode) -> tuple[int, ...]:
         """A new queue in new memory; descriptors for the client: memory and event."""
-        self._forget()
         timeline = self.slot.lin.timeline if self.holder.virtual else None
-        self._queue = SharedRing.receiving(mode.receive, mode.exact, self.holder.doorbell, timeline)
-        self.monitor = LinMonitor(mode, ring=self._queue.ring)
+        doorbell = self.holder.doorbell
+        queue = SharedRings(mode.receive, 0, exact=mode.exact, doorbell=doorbell, timeline=timeline)
+        self._forget()
+        self._queue = queue
+        self.monitor = LinMonitor(mode, ring=queue.receive)
         self.slot.lin.open(self.monitor)
-        return self._queue.descriptors
+        return queue.hand_over()
 
     def activate(self, active: bool) -> None:
         if self.monitor is not None:

@@ -113,6 +113,7 @@ class HeldQueue(OnLine):
     """A client's queue, or queues, on a line."""
 
     turn = Turn.QUEUE
+    limit = "channels"
     slot: LineSlot
     holder: Holder
     exclusive: bool

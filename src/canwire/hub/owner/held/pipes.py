@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field
 
 from canwire.errors import BadValue, InUse, NoSuchBoard, WrongState
 from canwire.hub.owner.held.held import Held
 from canwire.hub.protocol.roles import FIFO, READER, WRITER
-from canwire.platform import EventDescriptor, close_descriptors, create_memory
+from canwire.platform import EventDescriptor, close_descriptors, create_memory, duplicate
 from canwire.ring import Ring, ring_size, rounded_capacity
 
 PAGE = 4096
@@ -29,8 +30,17 @@ class Pipe:
     references: int = 0
     ends: set[str] = field(default_factory=set)
 
-    def descriptors(self) -> tuple[int, ...]:
-        return (self.memory, self.reader_event.fileno(), self.writer_event.fileno())
+    def copies(self) -> tuple[int, ...]:
+        """For a client: memory, the reader's event, the writer's event; whoever asks owns them."""
+        copies: list[int] = []
+        try:
+            copies += duplicate((self.memory,))
+            copies += self.reader_event.copies()
+            copies += self.writer_event.copies()
+        except OSError:
+            close_descriptors(*copies)
+            raise
+        return tuple(copies)
 
 
 class Pipes:
@@ -45,10 +55,14 @@ class Pipes:
             if not 1 <= value <= _LARGEST:
                 raise BadValue(f"FIFO {name} {value}: 1 to {_LARGEST}")
         capacity = page_capacity(capacity, element_size)
-        memory = create_memory(ring_size(rounded_capacity(capacity), element_size))
-        ring = Ring.over(memory, capacity, exact=True, record_size=element_size)
-        pipe = Pipe(number, capacity, element_size, memory, EventDescriptor(), EventDescriptor(), ring)
-        self._pipes[number] = pipe
+        with contextlib.ExitStack() as undoing:
+            memory = create_memory(ring_size(rounded_capacity(capacity), element_size))
+            undoing.callback(close_descriptors, memory)
+            ring = Ring.over(memory, capacity, exact=True, record_size=element_size)
+            reader = undoing.enter_context(contextlib.closing(EventDescriptor(shared=True)))
+            writer = EventDescriptor(shared=True)
+            undoing.pop_all()
+        pipe = self._pipes[number] = Pipe(number, capacity, element_size, memory, reader, writer, ring)
         return pipe
 
     def open(self, number: int, role: str) -> Pipe:
@@ -86,6 +100,7 @@ class Pipes:
 class HeldPipe(Held):
     """A reference to a FIFO, as its reader, its writer or neither."""
 
+    limit = "fifos"
     pipes: Pipes
     pipe: Pipe
     role: str

@@ -1,8 +1,9 @@
-"""The hub's end of a ring in memory that a client has too: the client is told by an event, the hub by a doorbell."""
+"""The hub's ends of rings in memory that a client has too: the client is told by events, the hub by a doorbell."""
 
 from __future__ import annotations
 
-from canwire.platform import EventDescriptor, close_descriptors, create_memory
+from canwire.hub.protocol.queues import transmit_offset
+from canwire.platform import EventDescriptor, close_descriptors, create_memory, map_memory
 from canwire.ring import Ring, Signalled, ring_size, rounded_capacity
 from canwire.timeline import Timeline
 
@@ -22,43 +23,62 @@ class Halting:
         raise NotImplementedError("only the other end of a ring waits here")
 
 
-class SharedRing:
-    """A ring, and the `descriptors` (memory, event) that its client needs. `timeline` is given in virtual time."""
+class SharedRings:
+    """A ring that a client reads and, with room for `transmit` frames, one that it writes; in one memory.
 
-    def __init__(self, capacity: int, exact: bool, timeline: Timeline | None) -> None:
-        self._memory = create_memory(ring_size(rounded_capacity(capacity)))
-        self._event = EventDescriptor()
-        self.ring = Ring.over(self._memory, capacity, exact=exact)
-        self._told: Signalled = self._event if timeline is None else Halting(self._event, timeline)
+    `hand_over` gives the client its descriptors; the hub itself keeps one for each event, and the memory. `timeline`
+    is given in virtual time. Raises BadValue, and OSError with nothing left behind.
+    """
 
-    @classmethod
-    def receiving(
-        cls, capacity: int, exact: bool, doorbell: EventDescriptor | None, timeline: Timeline | None
-    ) -> SharedRing:
-        """The client reads."""
-        shared = cls(capacity, exact, timeline)
-        shared.ring.event, shared.ring.free_event = shared._told, doorbell
-        return shared
+    def __init__(
+        self,
+        receive: int,
+        transmit: int,
+        *,
+        exact: bool,
+        doorbell: EventDescriptor | None,
+        timeline: Timeline | None,
+    ) -> None:
+        self._timeline = timeline
+        self._events: list[EventDescriptor] = []
+        self._for_client: list[int] = []
+        begin = transmit_offset(receive)
+        size = begin + (ring_size(rounded_capacity(transmit)) if transmit else 0)
+        try:
+            self._for_client.append(create_memory(size))
+            memory = map_memory(self._for_client[0])
+            self.receive = Ring(receive, exact=exact, buffer=memory[:begin])
+            self.receive.event, self.receive.free_event = self._event(), doorbell
+            self.transmit: Ring | None = None
+            if transmit:
+                self.transmit = Ring(transmit, exact=exact, buffer=memory[begin:])
+                self.transmit.event, self.transmit.free_event = doorbell, self._event()
+        except BaseException:
+            self._close()
+            raise
 
-    @classmethod
-    def transmitting(
-        cls, capacity: int, exact: bool, doorbell: EventDescriptor | None, timeline: Timeline | None
-    ) -> SharedRing:
-        """The client writes."""
-        shared = cls(capacity, exact, timeline)
-        shared.ring.event, shared.ring.free_event = doorbell, shared._told
-        return shared
-
-    @property
-    def descriptors(self) -> tuple[int, ...]:
-        """Memory and event; they stay the ring's own."""
-        return self._memory, self._event.fileno()
+    def hand_over(self) -> tuple[int, ...]:
+        """Memory, the receive ring's event, the transmit ring's event if there is one; once, they are the asker's."""
+        given, self._for_client = tuple(self._for_client), []
+        return given
 
     def close(self) -> None:
-        """Let go of memory and event; the client keeps what it has.
+        """Let go of memory and events; the client keeps what it has.
 
         A frame that is on the wire then may still be told of here: nobody is signalled any more.
         """
-        self.ring.event = self.ring.free_event = None
-        self._event.close()
-        close_descriptors(self._memory)
+        for ring in (self.receive, self.transmit):
+            if ring is not None:
+                ring.event = ring.free_event = None
+        self._close()
+
+    def _event(self) -> Signalled:
+        event = EventDescriptor(shared=True)
+        self._events.append(event)
+        self._for_client += event.copies()
+        return event if self._timeline is None else Halting(event, self._timeline)
+
+    def _close(self) -> None:
+        for event in self._events:
+            event.close()
+        close_descriptors(*self.hand_over())

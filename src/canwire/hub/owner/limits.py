@@ -1,0 +1,49 @@
+"""What one client may have of a hub, and what it is told where that, or the system, ends."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+from collections.abc import Iterator
+
+from canwire.boards.config.limits import LimitsConfig
+from canwire.errors import LimitReached
+from canwire.platform import descriptor_limit
+
+_NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE, errno.ETOOMANYREFS)
+_NO_MEMORY = (errno.ENOMEM, errno.ENOBUFS, errno.ENOSPC)
+
+
+def check_room(limits: LimitsConfig, name: str, used: int, who: str, more: int = 1) -> None:
+    """Raises LimitReached where `more` would be beyond the limit of this name."""
+    limit: int = getattr(limits, name)
+    if used + more > limit:
+        raise LimitReached(
+            f"{who} has {used} of {limit} {name} of this hub; close some, or set {name} under [limits] "
+            f"in its canwire.toml"
+        )
+
+
+@contextlib.contextmanager
+def enough(what: str) -> Iterator[None]:
+    """Inside, running out of descriptors or memory is LimitReached: it ends a request, and nothing else."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _NO_DESCRIPTORS:
+            raise LimitReached(no_descriptors(what)) from error
+        if error.errno in _NO_MEMORY:
+            raise LimitReached(
+                f"{what}: the hub is out of memory ({error.strerror}); ask for less"
+            ) from error
+        raise
+    except MemoryError as error:
+        raise LimitReached(f"{what}: the hub is out of memory; ask for less") from error
+
+
+def no_descriptors(what: str) -> str:
+    """What is to be said where the system gives the hub no more of them."""
+    return (
+        f"{what}: the hub has used all of its {descriptor_limit()} descriptors; close channels or FIFOs, "
+        f"or start it with more (ulimit -n)"
+    )

@@ -1,0 +1,64 @@
+"""Where a user's sockets live, and what shall outlive the programs that made it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+import sys
+from collections.abc import Iterator
+
+if sys.platform != "win32":
+    import fcntl
+
+
+def runtime_directory() -> str:
+    """Where this user's sockets live: XDG_RUNTIME_DIR, else a directory of the user's own in the temporary one."""
+    given = os.environ.get("XDG_RUNTIME_DIR")
+    if given and os.path.isdir(given):
+        _check_given(given)
+        return given
+    import tempfile  # some milliseconds that few need
+
+    own = os.path.join(tempfile.gettempdir(), f"canwire-{os.getuid()}")
+    os.makedirs(own, mode=0o700, exist_ok=True)
+    state = os.lstat(own)
+    if not stat.S_ISDIR(state.st_mode) or state.st_uid != os.getuid() or state.st_mode & 0o077:
+        raise PermissionError(
+            f"{own}: not a private directory of this user; remove it or set XDG_RUNTIME_DIR"
+        )
+    return own
+
+
+def _check_given(path: str) -> None:
+    """Raises PermissionError where somebody else could put a socket in the place of ours."""
+    state = os.stat(path)
+    if os.getuid() not in (0, state.st_uid):
+        raise PermissionError(
+            f"XDG_RUNTIME_DIR={path}: it belongs to user {state.st_uid}; set it to one of your own"
+        )
+    if state.st_mode & 0o022 and not state.st_mode & stat.S_ISVTX:
+        raise PermissionError(f"XDG_RUNTIME_DIR={path}: others may write there; chmod go-w {path}")
+
+
+def state_directory() -> str:
+    """Where this user's programs keep what shall outlive them: XDG_STATE_HOME, ~/.local/state, or the system's own."""
+    if sys.platform == "win32":
+        usual = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
+    elif sys.platform == "darwin":
+        usual = "~/Library/Application Support"
+    else:
+        usual = "~/.local/state"
+    given = os.environ.get("XDG_STATE_HOME", "")
+    return os.path.join(given if os.path.isabs(given) else os.path.expanduser(usual), "canwire")
+
+
+@contextlib.contextmanager
+def locked_directory(path: str) -> Iterator[None]:
+    """Keep every other program out that asks for the same directory; it goes with the process, if need be."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
