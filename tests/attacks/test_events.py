@@ -26,11 +26,13 @@ def spoil(descriptor):  # full, and from now on every write of whoever shares th
 
 for descriptor in {descriptors}:
     spoil(descriptor)
-channel.reading.ring.arm()
-channel.writing.ring.free_threshold = 64
-for number in range(4):
-    channel.send(canwire.Frame(0x1FF, b"worst"))
-    channel.writing.ring.arm_free()
+def work():  # it may well block itself
+    channel.reading.ring.arm()
+    channel.writing.ring.free_threshold = 64
+    for number in range(4):
+        channel.send(canwire.Frame(0x1FF, b"worst"))
+        channel.writing.ring.arm_free()
+threading.Thread(target=work, daemon=True).start()
 """
 DRAIN = """
 bell = hub.doorbell.fileno()
