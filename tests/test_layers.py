@@ -45,6 +45,7 @@ OUTSIDE = [
     "ldf",
     "python_can",
     "pytest_plugin",
+    "web",
     "commands",
     "__main__",
 ]
@@ -57,14 +58,15 @@ OUTSIDE_MAY = {
     "ldf": set(),
     "python_can": set(),
     "pytest_plugin": set(),
-    "commands": {"acan", "candrv", "ldf", "slcan"},
+    "web": {"candrv"},
+    "commands": {"acan", "candrv", "ldf", "slcan", "web"},
     "__main__": {"commands"},
 }
 
 # clocks, threads and sockets
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
-MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can"}
+MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can", "web"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
 MAY_LOCK = {
     "vci.fifo.fifo",

@@ -120,7 +120,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.serve import serve
-    from canwire.hub.usual import default_address, state_directory
+    from canwire.hub.usual import default_address, kind_names, state_directory
     from canwire.hub.wanted_mode import WantedMode
 
 # loaded when they are first asked for: the lab's users need no messages, sockets and boards
@@ -144,6 +144,7 @@ _LATER = {
     "default_address": "usual",
     "every_line": "finding",
     "find_lines": "finding",
+    "kind_names": "usual",
     "serve": "serve",
     "start_line": "bring_up",
     "state_directory": "usual",
@@ -284,6 +285,7 @@ __all__ = [
     "format_setter",
     "format_slcan_frame",
     "frames_to_array",
+    "kind_names",
     "length_to_dlc",
     "lin_checksum",
     "linmsg_of_record",

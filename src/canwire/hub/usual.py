@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from canwire.boards.catalogue import kind_names as kind_names
 from canwire.boards.config.configuration import Config
 from canwire.platform import runtime_directory
 from canwire.platform import state_directory as state_directory

@@ -1,0 +1,7 @@
+"""The page's views, in the order of its tabs."""
+
+from __future__ import annotations
+
+from canwire.web.boards.view import VIEW as BOARDS
+
+VIEWS = (BOARDS,)
