@@ -37,6 +37,7 @@ from canwire.boards.description import (
 from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.bus.can.bit_layout import FIELDS, BitLayout
 from canwire.bus.can.bits import NON_ISO
+from canwire.bus.can.wire_fields import WireField, wire_fields
 from canwire.core import core_mode
 from canwire.errors import (
     BadConfig,
@@ -73,7 +74,7 @@ from canwire.values.acceptance import Acceptance
 from canwire.values.dlc import dlc_to_length, length_to_dlc
 from canwire.values.error_frame import decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
-from canwire.values.frame import Frame
+from canwire.values.frame import Frame, frame_of_record
 from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
 from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
 from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
@@ -264,6 +265,7 @@ __all__ = [
     "Unplugged",
     "Unsupported",
     "WantedMode",
+    "WireField",
     "WrongState",
     "__version__",
     "bring_up",
@@ -284,6 +286,7 @@ __all__ = [
     "format_rates",
     "format_setter",
     "format_slcan_frame",
+    "frame_of_record",
     "frames_to_array",
     "kind_names",
     "length_to_dlc",
@@ -302,4 +305,5 @@ __all__ = [
     "serve",
     "start_line",
     "state_directory",
+    "wire_fields",
 ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -45,13 +46,15 @@ class View:
 class Desk:
     """One server's. `epoch_ns(hub)` is what to add to the hub's time to get that of the wall clock.
 
-    `database` is the file of a network description (DBC), "" for none.
+    `database` is the file of a network description (DBC), "" for none. What a view has to close in the end it
+    gives to `closing`.
     """
 
     link: HubLink
     views: tuple[View, ...]
     epoch_ns: Callable[[Hub], int]
     database: str = ""
+    closing: ExitStack = field(default_factory=ExitStack)
 
     def words(self, request: Request) -> Words:
         """In the language that this viewer has chosen, or whose browser asks for it."""

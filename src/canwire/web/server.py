@@ -36,7 +36,11 @@ class Site:
         self.link = HubLink(connect_again(hub))
         self.desk = Desk(self.link, VIEWS, epoch_ns, database)
         hosts = [f"{name}:{self.port}" for name in (LOOPBACK, "localhost")]
-        self.app = make_app(self.desk, self.token, hosts, self.port)
+        try:
+            self.app = make_app(self.desk, self.token, hosts, self.port)
+        except BaseException:
+            self.close()
+            raise
         self._server = uvicorn.Server(
             uvicorn.Config(
                 self.app,
@@ -74,6 +78,7 @@ class Site:
     def close(self) -> None:
         """Let go of port and hub; a second time does nothing."""
         self._socket.close()
+        self.desk.closing.close()
         self.link.close()
 
 
@@ -82,6 +87,7 @@ def _listening(port: int) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((LOOPBACK, port))
+        listening.listen()  # whoever comes before the server runs waits for it
     except OSError as error:
         listening.close()
         raise BadValue(f"--port {port}: {error.strerror}; another one, or 0 for any that is free") from None

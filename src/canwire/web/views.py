@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from canwire.web.boards.view import VIEW as BOARDS
+from canwire.web.trace.view import VIEW as TRACE
 
-VIEWS = (BOARDS,)
+VIEWS = (BOARDS, TRACE)
