@@ -1,0 +1,120 @@
+"""Samples of counters, and faults put on a bus from the page."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+
+import canwire
+from canwire import BadValue, WantedMode
+from canwire.web.lines import Line, can_lines
+from canwire.web.statistics.faults import Faults
+from canwire.web.statistics.sampler import KEPT, Sampler
+
+if TYPE_CHECKING:
+    import httpx2 as httpx
+    from playwright.sync_api import Page
+
+pytestmark = pytest.mark.conforms("PG-06")
+
+
+@pytest.fixture
+def line(hub: canwire.Hub) -> Line:
+    return can_lines(hub)[0]
+
+
+@pytest.fixture
+def sampler() -> Sampler:
+    """One that looks only when it is told to."""
+
+    def away() -> canwire.Hub:
+        raise canwire.HubLost("away")
+
+    made = Sampler(away)
+    made.close()
+    return made
+
+
+def after(line: Line, seconds: float, **counters: int) -> Line:
+    assert line.can is not None
+    status = replace(line.can, time_ns=line.can.time_ns + round(seconds * 1e9), **counters)
+    return line._replace(can=status)
+
+
+def test_rates_are_counted_a_second(sampler: Sampler, line: Line) -> None:
+    sampler.look([line])
+    sampler.look([after(line, 0.5, frames_sent=100, errors=3, tec=8)])
+    (sample,) = sampler.samples(line.place.address, 0)
+    assert (sample.sent, sample.received, sample.errors, sample.tec) == (200.0, 0.0, 6.0, 8)
+
+
+def test_counters_that_began_anew_give_no_negative_rate(sampler: Sampler, line: Line) -> None:
+    sampler.look([after(line, 0, frames_sent=1000)])
+    sampler.look([after(line, 1, frames_sent=10)])
+    assert sampler.samples(line.place.address, 0)[-1].sent == 10.0
+
+
+def test_a_hub_that_was_started_anew_gives_no_sample_of_two_times(sampler: Sampler, line: Line) -> None:
+    sampler.look([after(line, 100)])
+    sampler.look([])
+    sampler.look([after(line, 1)])
+    assert sampler.samples(line.place.address, 0) == []
+
+
+def test_only_ten_minutes_are_kept_and_only_new_samples_are_given(sampler: Sampler, line: Line) -> None:
+    for number in range(KEPT + 50):
+        sampler.look([after(line, number)])
+    kept = sampler.samples(line.place.address, 0)
+    assert len(kept) == KEPT
+    assert sampler.samples(line.place.address, kept[-2].number) == kept[-1:]
+
+
+@pytest.mark.parametrize("after", ["-1", "x", "", "9" * 13])
+def test_samples_after_nonsense_are_refused(client: httpx.Client, after: str) -> None:
+    assert client.get("/statistics/samples", params={"after": after}).status_code == 422
+
+
+def test_a_short_is_put_on_the_bus_and_taken_back(client: httpx.Client, hub: canwire.Hub) -> None:
+    place = canwire.find_lines(hub, "can0")[0]
+    with canwire.start_line(hub, place, WantedMode(500_000).mode(place.info.capabilities)) as control:
+        answer = client.post("/statistics/fault", data={"bus": "can0", "kind": "short"})
+        assert answer.status_code == 200, answer.text
+        assert control.status().coupling_fault or "short" in client.get("/statistics/faults").text
+        assert client.post("/statistics/cancel", data={"number": "1"}).status_code == 200
+        assert client.post("/statistics/cancel", data={"number": "1"}).status_code == 409
+
+
+@pytest.mark.parametrize(
+    ("bus", "kind", "status"), [("can9", "short", 409), ("can0", "rain", 422), ("", "short", 422)]
+)
+def test_a_fault_that_cannot_be_is_refused(client: httpx.Client, bus: str, kind: str, status: int) -> None:
+    assert client.post("/statistics/fault", data={"bus": bus, "kind": kind}).status_code == status
+
+
+def test_what_was_set_here_ends_with_the_server(hub: canwire.Hub) -> None:
+    if hasattr(hub, "bus"):
+        pytest.skip("this hub takes faults back by itself")
+    faults = Faults()
+    place = canwire.find_lines(hub, "can0")[0]
+    with canwire.start_line(hub, place, WantedMode(500_000).mode(place.info.capabilities)) as control:
+        faults.end(hub)
+        assert faults.shown(hub) == []
+        assert not control.status().coupling_fault
+    with pytest.raises(BadValue, match="fault 1"):
+        faults.cancel(hub, 1)
+
+
+def test_plots_and_table_in_the_browser(page: Page, hub: canwire.Hub) -> None:
+    place = canwire.find_lines(hub, "can0")[0]
+    page.get_by_role("link", name="Statistics").click()
+    with canwire.start_line(hub, place, WantedMode(500_000).mode(place.info.capabilities)):
+        page.get_by_role("img", name="Bus load: 0.0 % now").wait_for()
+        assert page.locator(".uplot").count() == 4
+        page.get_by_role("row", name=place.address).get_by_text("error active").wait_for()
+        page.locator("select[name=kind]").select_option("short")
+        page.get_by_role("button", name="Set").click()
+        page.get_by_text("Set on can0: short circuit.").wait_for()
+        page.get_by_role("button", name="Take back").click()
+        page.get_by_text("No fault is set.").wait_for()
