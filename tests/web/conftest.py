@@ -79,11 +79,17 @@ def site(hub_served: Served) -> Iterator[Site]:
         yield made
 
 
-@pytest.fixture
-def client(site: Site) -> Iterator[httpx.Client]:
+@contextmanager
+def somebody(site: Site) -> Iterator[httpx.Client]:
     """Somebody with the token."""
     with httpx.Client(base_url=site.url, follow_redirects=True, timeout=LONG_S) as made:
         assert made.get(f"/?token={site.token}").status_code == 200
+        yield made
+
+
+@pytest.fixture
+def client(site: Site) -> Iterator[httpx.Client]:
+    with somebody(site) as made:
         yield made
 
 

@@ -17,18 +17,11 @@ from canwire.web.server import Site
 from canwire.web.trace.feed import HEAD
 from canwire.web.trace.history import ROW_BYTES
 from tests.hubs import LONG_S
+from tests.web.conftest import tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
-    from playwright.sync_api import Page
-
-DBC = """VERSION ""
-BU_: ECU
-BO_ 291 EngineData: 8 ECU
- SG_ Speed : 0|16@1+ (0.25,0) [0|16000] "rpm" ECU
- SG_ Hot : 16|1@1+ (1,0) [0|1] "" ECU
-VAL_ 291 Hot 1 "yes" 0 "no" ;
-"""
+    from playwright.sync_api import Browser, Page
 
 
 @contextmanager
@@ -166,30 +159,129 @@ def test_a_row_that_is_no_record_is_refused(client: httpx.Client, record: str) -
     assert client.get("/trace/row", params={"record": record}).status_code == 422
 
 
-def test_rows_open_to_their_bits(page: Page, hub: canwire.Hub) -> None:
-    page.get_by_role("link", name="Trace").click()
-    with sender(hub) as channel:
-        box = page.get_by_label(canwire.find_lines(hub, "can0")[0].address)
+@contextmanager
+def tab_on_trace(browser: Browser, site: Site, address: str) -> Iterator[Page]:
+    """A tab that hears this line alone already."""
+    with tab(browser, site.address) as page:
+        page.goto(f"{site.url}trace")
+        box = page.get_by_label(address)
+        box.wait_for()
+        for other in page.locator("#lines input:checked").all():
+            if other.input_value() != address:
+                other.uncheck()
         box.check()
-        page.locator("#live").wait_for(state="attached")
-        row = page.locator("#body .trace-row", has_text="12345678")
-        while not row.count():  # until the server listens
-            channel.send(Frame(0x12345678, b"\xde\xad\xbe\xef", extended=True), timeout=LONG_S)
-            page.wait_for_load_state("networkidle")
-        page.locator("#pause").click()
+        page.locator("body[data-listening=yes]").wait_for()
+        yield page
+
+
+def test_rows_open_to_their_bits(browser: Browser, site: Site, hub: canwire.Hub) -> None:
+    address = canwire.find_lines(hub, "can0")[0].address
+    with sender(hub) as channel, tab_on_trace(browser, site, address) as page:
+        channel.send(Frame(0x12345678, b"\xde\xad\xbe\xef", extended=True), timeout=LONG_S)
+        page.locator("#body .trace-row", has_text="DE AD BE EF").wait_for()
         page.locator("#body").focus()
         page.keyboard.press("Home")
         page.keyboard.press("Enter")
         page.locator(".wire svg .level").first.wait_for()
-    assert page.locator(".wire rect.stuff").count() > 0
-    assert "DE AD BE EF" in row.first.inner_text()
-    page.keyboard.press("Escape")
-    assert page.locator("#details").is_hidden()
-    page.locator("#filter").fill("zzz")
-    page.locator("#filter").press("Enter")
-    page.get_by_text("“zzz” is no identifier, range or word of a filter.").wait_for()
-    page.locator("#filter").fill("!12345678")
-    page.locator("#filter").press("Enter")
-    page.locator("#empty").wait_for()
-    page.reload()
-    assert page.locator("#filter").input_value() == "!12345678"  # remembered
+        assert page.locator(".wire rect.stuff").count() > 0
+        page.keyboard.press("Escape")
+        page.locator("#details").wait_for(state="hidden")
+
+
+def test_an_error_opens_to_the_frame_that_was_destroyed_and_its_flag(
+    browser: Browser, site: Site, hub: canwire.Hub
+) -> None:
+    """The sender alone is not acknowledged; its frame goes out once a second line joins."""
+    first, second = canwire.find_lines(hub, "can0")[:2]
+    with (
+        canwire.start_line(hub, first, WantedMode(500_000).mode(first.info.capabilities)),
+        hub.open_channel(first.board.id, first.line) as channel,
+        tab_on_trace(browser, site, first.address) as page,
+    ):
+        channel.set_up(ChannelMode(receive=8, transmit=8))
+        channel.activate()
+        channel.send(Frame(0x123, b"\x55"))
+        page.locator("#body .trace-row", has_text="ack error").first.wait_for()
+        with canwire.start_line(hub, second, WantedMode(500_000).mode(second.info.capabilities)):
+            page.locator("#filter").fill("error")
+            page.locator("#filter").press("Enter")
+            page.locator("#body").focus()
+            page.keyboard.press("Home")
+            page.keyboard.press("Enter")
+            page.get_by_role("heading", name="ack error").wait_for()
+            page.locator("#filter").fill("frame")
+            page.locator("#filter").press("Enter")
+            page.locator("#body .trace-row:not([hidden])", has_text="55").wait_for()
+            page.locator("#filter").fill("error")
+            page.locator("#filter").press("Enter")
+            page.locator("#body").focus()
+            page.keyboard.press("Home")
+            page.keyboard.press("Enter")
+            page.locator(".wire rect.error").first.wait_for()
+            assert "123#55" in page.locator(".wire figcaption").inner_text()
+
+
+def test_one_row_for_each_identifier_counts_and_marks_what_changed(
+    browser: Browser, site: Site, hub: canwire.Hub
+) -> None:
+    address = canwire.find_lines(hub, "can0")[0].address
+    with sender(hub) as channel, tab_on_trace(browser, site, address) as page:
+        page.get_by_role("button", name="By identifier").click()
+        for number in range(5):
+            for identifier in (0x200, 0x100):
+                channel.send(Frame(identifier, bytes([7, number])), timeout=LONG_S)
+        rows = page.locator("#body .trace-row:not([hidden])", has_text="07")
+        for place in (0, 1):
+            rows.nth(place).locator(".c-count", has_text="5").wait_for()
+        assert [row.locator(".c-id").inner_text() for row in rows.all()] == ["100", "200"]
+        assert rows.first.locator("b").all_inner_texts() == ["04"]
+
+
+def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: canwire.Hub) -> None:
+    address = canwire.find_lines(hub, "can0")[0].address
+    with sender(hub) as channel, tab_on_trace(browser, site, address) as page:
+        channel.send(Frame(0x101), timeout=LONG_S)
+        channel.send(Frame(0x102), timeout=LONG_S)
+        page.locator("#shown", has_text="2").wait_for()
+        page.locator("#body").focus()
+        page.keyboard.press("Space")
+        page.get_by_role("button", name="Go on").wait_for()
+        channel.send(Frame(0x103), timeout=LONG_S)
+        page.locator("#kept", has_text="3").wait_for()
+        assert page.locator("#shown").inner_text() == "2"
+        page.get_by_role("button", name="Go on").click()
+        page.locator("#shown", has_text="3").wait_for()
+        page.keyboard.press("/")
+        page.keyboard.type("102")
+        page.keyboard.press("Enter")
+        page.locator('#body .trace-row[aria-selected="true"]', has_text="102").wait_for()
+        page.locator("#search").fill("nothing like it")
+        page.keyboard.press("Enter")
+        page.get_by_text("is nowhere in these rows").wait_for()
+        page.locator("#filter").fill("zzz")
+        page.locator("#filter").press("Enter")
+        page.get_by_text("“zzz” is no identifier, range or word of a filter.").wait_for()
+        page.locator("#filter").fill("!102")
+        page.locator("#filter").press("Enter")
+        page.locator("#shown", has_text="2").wait_for()
+        page.reload()
+        assert page.locator("#filter").input_value() == "!102"
+        page.locator("#shown", has_text="2").wait_for()  # from the server's history
+
+
+@pytest.mark.conforms("PG-04")
+def test_a_viewer_that_does_not_read_slows_nobody_and_learns_what_it_missed(
+    site: Site, hub: canwire.Hub
+) -> None:
+    """Rows are put into the history directly: more than any socket's buffer holds."""
+    address = canwire.find_lines(hub, "can0")[0].address
+    with watching(site, [address]) as reading, watching(site, [address]) as sleeping:
+        tracing = site.desk.kept["trace"]
+        total = 0
+        for _ in range(80):
+            tracing.history.append(canwire.frames_to_array([Frame(1, bytes(8))] * 4000), 0)
+            total += 4000
+            reading.until(lambda one, total=total: len(one.rows) + one.skipped >= total)
+        assert (len(reading.rows), reading.skipped) == (total, 0)
+        sleeping.until(lambda one: len(one.rows) + one.skipped >= total)
+        assert sleeping.skipped > 0

@@ -47,7 +47,7 @@ class Desk:
     """One server's. `epoch_ns(hub)` is what to add to the hub's time to get that of the wall clock.
 
     `database` is the file of a network description (DBC), "" for none. What a view has to close in the end it
-    gives to `closing`.
+    gives to `closing`, and what other views may use it puts into `kept` under its name.
     """
 
     link: HubLink
@@ -55,6 +55,7 @@ class Desk:
     epoch_ns: Callable[[Hub], int]
     database: str = ""
     closing: ExitStack = field(default_factory=ExitStack)
+    kept: dict[str, Any] = field(default_factory=dict)
 
     def words(self, request: Request) -> Words:
         """In the language that this viewer has chosen, or whose browser asks for it."""

@@ -48,6 +48,7 @@ class Site:
                 access_log=False,
                 ws="websockets-sansio",
                 ws_max_size=_MESSAGE_BYTES,
+                ws_per_message_deflate=False,  # on the loopback address it costs and saves nothing
                 lifespan="off",
                 timeout_graceful_shutdown=_GRACE_S,
             )

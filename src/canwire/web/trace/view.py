@@ -38,6 +38,7 @@ class Tracing:
         self.history = History()
         self.taps = Taps(desk.link, self.history)
         desk.closing.callback(self.taps.close)
+        desk.kept[VIEW.name] = self
 
     def routes(self) -> list[BaseRoute]:
         return [

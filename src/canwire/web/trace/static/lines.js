@@ -71,6 +71,8 @@ export class LinesChosen {
     for (const line of lines) {
       labels[line.number] = line.bus ? `${line.bus} ${line.address}` : line.address;
     }
+    const open = lines.length > 0 && lines.every((line) => this.watched.includes(line.address) && line.bus && !line.trouble);
+    document.body.dataset.listening = open && lines.length === this.watched.length ? "yes" : "no";
     const troubles = lines.filter((line) => line.trouble).map((line) => line.trouble);
     document.getElementById("live").textContent = [...new Set(troubles)].join("; ");
     draw();

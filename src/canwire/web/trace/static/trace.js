@@ -248,7 +248,8 @@ document.addEventListener("columns", () => { columns(); draw(); });
 document.addEventListener("colours", draw);
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && !element("details").hidden) element("close-details").click();
-  if (typing(event) || event.ctrlKey || event.altKey || event.metaKey || event.target.closest("button, a")) return;
+  if (typing(event) || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.key === " " && event.target.closest("button, a")) return; // presses it
   if (event.key === " ") pause();
   else if (event.key === "/") element("search").focus();
   else if (event.key === "o") setMode(state.mode === "time" ? "id" : "time");
