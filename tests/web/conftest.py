@@ -87,6 +87,20 @@ def somebody(site: Site) -> Iterator[httpx.Client]:
         yield made
 
 
+@pytest.fixture(scope="session")
+def steady(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """A page for all tests that leave it and its hub as they are."""
+    with serving(tmp_path_factory.mktemp("hub"), time="real") as made, served_site(made.address) as site:
+        yield site
+
+
+@pytest.fixture(scope="session")
+def asker(steady: Site) -> Iterator[httpx.Client]:
+    """Somebody with the token there."""
+    with somebody(steady) as made:
+        yield made
+
+
 @pytest.fixture
 def client(site: Site) -> Iterator[httpx.Client]:
     with somebody(site) as made:

@@ -139,12 +139,12 @@ GOOD = {"line": "HW000001:0", "format": "classic", "id": "123", "data": "11 22",
     ],
 )
 def test_wrong_values_are_told_at_their_fields_and_no_row_is_made(
-    client: httpx.Client, field: str, value: str
+    asker: httpx.Client, field: str, value: str
 ) -> None:
-    answer = client.post("/send/put", data={**GOOD, field: value})
+    answer = asker.post("/send/put", data={**GOOD, field: value})
     assert answer.status_code == 422
     assert set(answer.json()["faults"]) == {field}
-    assert "data-row" not in client.get("/send/list").text
+    assert "data-row" not in asker.get("/send/list").text
 
 
 @contextmanager

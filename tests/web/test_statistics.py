@@ -76,8 +76,8 @@ def test_only_ten_minutes_are_kept_and_only_new_samples_are_given(sampler: Sampl
 
 
 @pytest.mark.parametrize("after", ["-1", "x", "", "9" * 13])
-def test_samples_after_nonsense_are_refused(client: httpx.Client, after: str) -> None:
-    assert client.get("/statistics/samples", params={"after": after}).status_code == 422
+def test_samples_after_nonsense_are_refused(asker: httpx.Client, after: str) -> None:
+    assert asker.get("/statistics/samples", params={"after": after}).status_code == 422
 
 
 @contextmanager
@@ -103,8 +103,8 @@ def test_a_short_is_put_on_the_bus_and_taken_back(client: httpx.Client, hub: can
 @pytest.mark.parametrize(
     ("bus", "kind", "status"), [("can9", "short", 409), ("can0", "rain", 422), ("", "short", 422)]
 )
-def test_a_fault_that_cannot_be_is_refused(client: httpx.Client, bus: str, kind: str, status: int) -> None:
-    assert client.post("/statistics/fault", data={"bus": bus, "kind": kind}).status_code == status
+def test_a_fault_that_cannot_be_is_refused(asker: httpx.Client, bus: str, kind: str, status: int) -> None:
+    assert asker.post("/statistics/fault", data={"bus": bus, "kind": kind}).status_code == status
 
 
 def test_what_was_set_here_ends_with_the_server(hub_served: Served, hub: canwire.Hub) -> None:

@@ -116,8 +116,8 @@ def test_a_late_viewer_gets_the_past_it_asks_for(site: Site, hub: canwire.Hub) -
     ],
 )
 @pytest.mark.conforms("PG-01")
-def test_a_viewer_that_talks_nonsense_is_let_go(site: Site, told: str) -> None:
-    with connect(f"ws://127.0.0.1:{site.port}/trace/live") as socket:
+def test_a_viewer_that_talks_nonsense_is_let_go(steady: Site, told: str) -> None:
+    with connect(f"ws://127.0.0.1:{steady.port}/trace/live") as socket:
         socket.send(told)
         with pytest.raises(ConnectionClosedError) as closed:
             socket.recv(LONG_S)
@@ -150,13 +150,13 @@ def test_the_log_has_every_frame_as_candump_writes_it(
 
 
 @pytest.mark.parametrize("lines", ["", "../etc", "HW1"])
-def test_a_log_of_no_line_is_refused(client: httpx.Client, lines: str) -> None:
-    assert client.get("/trace/log", params={"lines": lines}).status_code == 422
+def test_a_log_of_no_line_is_refused(asker: httpx.Client, lines: str) -> None:
+    assert asker.get("/trace/log", params={"lines": lines}).status_code == 422
 
 
 @pytest.mark.parametrize("record", ["", "00", "zz" * 80, "ff" * 80, "00" * 81])
-def test_a_row_that_is_no_record_is_refused(client: httpx.Client, record: str) -> None:
-    assert client.get("/trace/row", params={"record": record}).status_code == 422
+def test_a_row_that_is_no_record_is_refused(asker: httpx.Client, record: str) -> None:
+    assert asker.get("/trace/row", params={"record": record}).status_code == 422
 
 
 @contextmanager
