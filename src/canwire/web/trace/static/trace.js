@@ -175,6 +175,8 @@ async function open(index) {
   }
   element("opened").innerHTML = await answer.text();
   element("details").hidden = false;
+  list.setFollow(false);
+  list.select(index, false); // which may have got out of sight: the list is lower now
 }
 
 /** The frame that was repeated after an error: the next one of the same line. */
