@@ -6,6 +6,7 @@ import { rules } from "/static/trace/colours.js";
 import { compile } from "/static/trace/filter.js";
 import { LinesChosen } from "/static/trace/lines.js";
 import { List } from "/static/trace/list.js";
+import { record } from "/static/trace/recording.js";
 import { HEAD_BYTES, Rows } from "/static/trace/rows.js";
 
 const KEPT = 100_000; // rows in this page: 9 MB
@@ -241,6 +242,10 @@ element("search").addEventListener("keydown", (event) => {
 element("save").addEventListener("click", () => {
   if (!lines.watched.length) say(word("trace.no-lines"), true);
   else location.assign(`/trace/log?${new URLSearchParams({ lines: lines.watched.join(","), errors: "true" })}`);
+});
+element("record").addEventListener("click", async () => {
+  await record(lines.watched);
+  lines.look();
 });
 element("close-details").addEventListener("click", () => {
   element("details").hidden = true;
