@@ -14,7 +14,6 @@ from canwire.web.actions import Call, action
 from canwire.web.desk import View
 from canwire.web.fields import BadFields
 from canwire.web.lines import can_lines
-from canwire.web.trace.database import Database
 from canwire.web.trace.details import details_of
 from canwire.web.trace.feed import Feed
 from canwire.web.trace.history import History
@@ -36,7 +35,7 @@ class Tracing:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self.database = Database(desk.database)
+        self.database = desk.database
         self.history = History()
         self.taps = Taps(desk.link, self.history)
         desk.closing.callback(self.taps.close)
