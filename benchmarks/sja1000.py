@@ -85,7 +85,7 @@ def real_time(seconds: float) -> tuple[float, float, int]:
             control.initialise(canwire.LineMode(timing))
             control.start()
         listener = hub.open_channel(boards[1], 0)
-        listener.set_up(canwire.ChannelMode(1 << 17, 0))
+        listener.set_up(canwire.ChannelMode(1 << 18, 0))
         listener.activate()
         channel = sender(hub, boards[0])
         used, began = hub_process.processor_s(), time.perf_counter()

@@ -48,6 +48,7 @@ OUTSIDE = [
     "pytest_hub",
     "socketcan",
     "pytest_plugin",
+    "web",
     "commands",
     "__main__",
 ]
@@ -64,14 +65,15 @@ OUTSIDE_MAY = {
     "pytest_hub": set(),
     "socketcan": set(),
     "pytest_plugin": set(),
-    "commands": {"acan", "candrv", "ldf", "slcan", "socketcan"},
+    "web": {"candrv"},
+    "commands": {"acan", "candrv", "ldf", "slcan", "socketcan", "web"},
     "__main__": {"commands"},
 }
 
 # clocks, threads and sockets
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
-MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can", "socketcan"}
+MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can", "socketcan", "web"}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
 MAY_LOCK = {
     "vci.fifo.fifo",

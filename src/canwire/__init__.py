@@ -70,7 +70,9 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
         format_setter,
         rate_conflicts,
     )
+    from canwire.boards.catalogue import kind_names
     from canwire.boards.config.configuration import Config
+    from canwire.boards.config.limits import LimitsConfig
     from canwire.boards.config.tables import BoardConfig, BusConfig
     from canwire.boards.description import (
         BoardInfo,
@@ -86,8 +88,9 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
     from canwire.bus.can.bit_layout import FIELDS, BitLayout
     from canwire.bus.can.bits import NON_ISO
-    from canwire.bus.can.faults import Fault
-    from canwire.bus.can.places import Place
+    from canwire.bus.can.faults.faults import Fault
+    from canwire.bus.can.faults.places import Place
+    from canwire.bus.can.wire_fields import WireField, wire_fields
     from canwire.bus.lin.faults import LinFault
     from canwire.bus.scripted import Scripted
     from canwire.core import core_mode
@@ -131,7 +134,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.dlc import dlc_to_length, length_to_dlc
     from canwire.values.error_frame import decode_error_frame, encode_error_frame
     from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
-    from canwire.values.frame import Frame
+    from canwire.values.frame import Frame, frame_of_record
     from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
     from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
     from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
@@ -171,6 +174,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.timing.limits import TimingLimits
 
 _NAMES = {
+    "boards.config.limits": "LimitsConfig",
     "errors": "LimitReached",
     "values.controller_options": "ControllerOptions DelayCompensation",
     "boards.can.modes": (
@@ -178,6 +182,7 @@ _NAMES = {
         "Siblings"
     ),
     "boards.can.rates": "RateConflict RunningLine format_rates format_setter rate_conflicts",
+    "boards.catalogue": "kind_names",
     "boards.config.configuration": "Config",
     "boards.config.tables": "BoardConfig BusConfig",
     "boards.description": (
@@ -187,8 +192,9 @@ _NAMES = {
     "boards.lin.modes": "LinLineStatus LinMode LinMonitorMode LinMonitorStatus",
     "bus.can.bit_layout": "BitLayout FIELDS",
     "bus.can.bits": "NON_ISO",
-    "bus.can.faults": "Fault",
-    "bus.can.places": "Place",
+    "bus.can.faults.faults": "Fault",
+    "bus.can.faults.places": "Place",
+    "bus.can.wire_fields": "WireField wire_fields",
     "bus.lin.faults": "LinFault",
     "bus.scripted": "Scripted",
     "core": "core_mode",
@@ -230,7 +236,7 @@ _NAMES = {
     "values.dlc": "dlc_to_length length_to_dlc",
     "values.error_frame": "decode_error_frame encode_error_frame",
     "values.event": "BusEvent ErrorKind ErrorState EventKind",
-    "values.frame": "Frame",
+    "values.frame": "Frame frame_of_record",
     "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
     "values.lin.frame": "LinFrame lin_checksum protected_id",
     "values.lin.record": "linmsg_of_record record_of_linmsg",
@@ -362,6 +368,7 @@ __all__ = [
     "LabNode",
     "Lease",
     "LimitReached",
+    "LimitsConfig",
     "LinBusFaults",
     "LinCapabilities",
     "LinControl",
@@ -418,6 +425,7 @@ __all__ = [
     "Unplugged",
     "Unsupported",
     "WantedMode",
+    "WireField",
     "WrongState",
     "__version__",
     "bring_up",
@@ -438,7 +446,9 @@ __all__ = [
     "format_rates",
     "format_setter",
     "format_slcan_frame",
+    "frame_of_record",
     "frames_to_array",
+    "kind_names",
     "length_to_dlc",
     "lin_checksum",
     "linmsg_of_record",
@@ -455,4 +465,5 @@ __all__ = [
     "serve",
     "start_line",
     "state_directory",
+    "wire_fields",
 ]

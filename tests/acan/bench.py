@@ -9,7 +9,7 @@ from canwire import BitTiming, ChannelMode, EventKind, Frame, LineMode
 from canwire.acan.driver import Driver
 from canwire.acan.task_block import TaskBlock
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.hub.owner.engine import Engine
 from tests.hubs import LONG_S
 

@@ -9,7 +9,7 @@ from typing import Any
 import canwire
 from canwire import BitTiming, ChannelMode, Frame, LineMode, candrv
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.candrv import Handle
 from canwire.candrv.registry.registry import RegistryStore
 from canwire.hub.owner.engine import Engine

@@ -33,7 +33,7 @@ from canwire import (
 from canwire.boards.can.modes import ChannelMode, FilterMode, FilterSetup, LineMode, LineStatus, Siblings
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT

@@ -21,7 +21,7 @@ import canwire
 from canwire import BitTiming, ChannelMode, Frame, LineMode, acan
 from canwire.acan import api
 from canwire.boards.config.configuration import Config
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.commands import VERBS
 from canwire.commands.acan.words import parsed
 from canwire.hub.handles.hub import Hub

@@ -25,7 +25,7 @@ from canwire import (
 )
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.chips.mcp2515 import register_map as m
 from tests.hub import in_memory
 

@@ -47,7 +47,7 @@ from canwire.boards.can.modes import (
     Siblings,
 )
 from canwire.boards.description import Feature
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.protocol import messages as m
 from canwire.values.event import InfoCode

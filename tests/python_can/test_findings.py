@@ -15,7 +15,7 @@ import can
 import pytest
 
 import canwire
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.python_can import CanwireBus
 from canwire.python_can.company import Company
 from tests.hubs import Served, connected, embedded

@@ -12,7 +12,7 @@ from typing import Protocol
 import canwire
 from canwire import BitTiming, ChannelMode, ErrorState, Frame, LineMode, LineStatus
 from canwire.boards.config.configuration import Config
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from tests.hubs import connected

@@ -14,7 +14,7 @@ import pytest
 import canwire
 from canwire import ErrorState, Event, Frame, WantedMode, acan, slcan
 from canwire.boards.config.configuration import Config
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from tests.drivers.outside_bench import fresh_hub
 from tests.hubs import LONG_S, connected
 from tests.together.players.player import DONE, OTHER_RATE, RATE, Player

@@ -8,7 +8,7 @@ from typing import Any
 import canwire
 from canwire import vci
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.hub.owner.engine import Engine
 from tests.hubs import LONG_S
 

@@ -64,6 +64,7 @@ VERBS = {
     "slcan": Verb(
         "canwire.commands.slcan", "play a CANBUS dongle, for programs that use serial CAN adapters"
     ),
+    "web": Verb("canwire.commands.web.verb", "show the hub's boards and traffic in a browser"),
     "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
     "completion": Verb("canwire.commands.shell.completion", "completion of verbs and options for a shell"),
 }

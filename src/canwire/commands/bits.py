@@ -13,12 +13,19 @@ import argparse
 import json
 import shutil
 import sys
-from collections.abc import Iterator
 from fractions import Fraction
-from itertools import groupby
-from typing import Any, NamedTuple
+from typing import Any
 
-from canwire import FIELDS, NON_ISO, BadTiming, BitLayout, Frame, format_frame, parse_frame
+from canwire import (
+    NON_ISO,
+    BadTiming,
+    BitLayout,
+    Frame,
+    WireField,
+    format_frame,
+    parse_frame,
+    wire_fields,
+)
 from canwire.commands.lab.waveform import draw
 
 _PLAIN_WIDTH = 100
@@ -45,43 +52,12 @@ def run(arguments: argparse.Namespace) -> int:
     layout = BitLayout(frame, fd_mode=NON_ISO) if arguments.non_iso else BitLayout(frame)
     layout.levels[layout.ack_slot()] = 0  # somebody acknowledges
     duration_ns = frame_time_ns(layout, frame, arguments.bit_rate, arguments.data_bit_rate)
-    parts = fields_of(layout, frame)
+    parts = wire_fields(layout, frame)
     if arguments.json:
         print(json.dumps(_facts(layout, parts, duration_ns), indent=2))
     else:
         print(*_page(arguments, frame, layout, parts, duration_ns), sep="\n")
     return 0
-
-
-class Field(NamedTuple):
-    """A stretch of the frame; `bits` has its stuff bits too, and `stuffed` a 1 at each of them."""
-
-    name: str
-    start: int
-    bits: str
-    stuffed: bytes
-
-    @property
-    def marked(self) -> str:
-        """The bits with stuff bits in parentheses."""
-        return "".join(f"({bit})" if stuff else bit for bit, stuff in self._pairs())
-
-    @property
-    def value(self) -> int:
-        """The number in the field, stuff bits left out."""
-        return int("".join(bit for bit, stuff in self._pairs() if not stuff), 2)
-
-    @property
-    def stuff_places(self) -> list[int]:
-        """Where the stuff bits are, counted from SOF."""
-        return [self.start + k for k, stuff in enumerate(self.stuffed) if stuff]
-
-    def facts(self) -> dict[str, Any]:
-        """For --json."""
-        return {"name": self.name, "start": self.start, "bits": self.bits, "stuff": self.stuff_places}
-
-    def _pairs(self) -> Iterator[tuple[str, int]]:
-        return zip(self.bits, self.stuffed, strict=True)
 
 
 def frame_time_ns(layout: BitLayout, frame: Frame, bit_rate: int, data_bit_rate: int) -> Fraction:
@@ -94,29 +70,7 @@ def frame_time_ns(layout: BitLayout, frame: Frame, bit_rate: int, data_bit_rate:
     return Fraction((len(layout.levels) - fast) * 10**9, bit_rate) + Fraction(fast * 10**9, data_bit_rate)
 
 
-def fields_of(layout: BitLayout, frame: Frame) -> list[Field]:
-    """The frame's fields in order, under the names that they have in this format."""
-    found = []
-    for index, group in groupby(range(len(layout.levels)), key=layout.fields.__getitem__):
-        places = list(group)
-        bits = "".join(str(layout.levels[k]) for k in places)
-        stuffed = bytes(layout.stuffed[k] for k in places)
-        found.append(Field(_name(FIELDS[index], frame), places[0], bits, stuffed))
-    return found
-
-
-def _name(field: str, frame: Frame) -> str:
-    """ISO's name: some bits are called differently in each format."""
-    if field == "RTR":
-        return "SRR" if frame.extended else "RRS" if frame.fd else "RTR"
-    if field == "RTR2":
-        return "RRS" if frame.fd else "RTR"
-    if field == "FDF" and not frame.fd:
-        return "r1" if frame.extended else "r0"
-    return {"EXT": "ID EXT"}.get(field, field)
-
-
-def _facts(layout: BitLayout, parts: list[Field], duration_ns: Fraction) -> dict[str, Any]:
+def _facts(layout: BitLayout, parts: list[WireField], duration_ns: Fraction) -> dict[str, Any]:
     """For --json. `stuff_bits` are the dynamic ones; a duration of no whole nanoseconds is a decimal."""
     return {
         "bits": "".join(str(level) for level in layout.levels),
@@ -124,12 +78,20 @@ def _facts(layout: BitLayout, parts: list[Field], duration_ns: Fraction) -> dict
         "stuff_bits": layout.stuff_bits,
         "crc": layout.crc,
         "duration_ns": int(duration_ns) if duration_ns.denominator == 1 else float(duration_ns),
-        "fields": [part.facts() for part in parts],
+        "fields": [_field_facts(part) for part in parts],
     }
 
 
+def _field_facts(field: WireField) -> dict[str, Any]:
+    return {"name": field.name, "start": field.start, "bits": field.bits, "stuff": field.stuff_places}
+
+
 def _page(
-    arguments: argparse.Namespace, frame: Frame, layout: BitLayout, parts: list[Field], duration_ns: Fraction
+    arguments: argparse.Namespace,
+    frame: Frame,
+    layout: BitLayout,
+    parts: list[WireField],
+    duration_ns: Fraction,
 ) -> list[str]:
     """Everything for people: headline, fields, drawing."""
     on_terminal = sys.stdout.isatty()
@@ -158,7 +120,7 @@ def _kind(frame: Frame) -> str:
     return f"{kind}, {width}-bit identifier, DLC {frame.dlc}, {len(frame.data)} data bytes"
 
 
-def _shown(part: Field) -> str:
+def _shown(part: WireField) -> str:
     """A field's bits, with its value where that is a number."""
     if part.name in ("ID", "ID EXT", "DLC", "CRC"):
         return f"{part.marked}  {part.value:#x}"

@@ -11,7 +11,7 @@ from canwire.boards.board import CAN
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BusConfig
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
 from canwire.errors import HubLost

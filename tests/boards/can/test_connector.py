@@ -33,7 +33,7 @@ from canwire.boards.can.modes import FilterMode, FilterSetup, LineMode
 from canwire.boards.catalogue import ideal_line, plug, unplug
 from canwire.boards.description import Capabilities, Feature, LineInfo
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import NEVER, Timeline
 from canwire.values.event import InfoCode

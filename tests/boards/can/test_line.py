@@ -23,7 +23,7 @@ from canwire.boards.can.message_filter import (
 from canwire.boards.can.modes import FilterMode, Siblings
 from canwire.boards.catalogue import ideal_line, plug
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.drivers.driver import LineSettings
 from canwire.ring import Ring, ring_size, rounded_capacity
 from canwire.timeline import Timeline

@@ -12,7 +12,7 @@ from canwire.boards.can.channel import ALL_REQUESTS, Channel
 from canwire.boards.can.line import Line
 from canwire.boards.catalogue import ideal_line, mcp2515_line, plug, sja1000_line
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.drivers.driver import LineSettings
 from canwire.ring import Ring, ring_size, rounded_capacity
 from canwire.timeline import Timeline

@@ -7,7 +7,7 @@ from canwire.boards.can.channel import Channel
 from canwire.boards.can.line import Line
 from canwire.boards.catalogue import ideal_line, plug
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.bus.can.node import Mailbox
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515

@@ -9,7 +9,7 @@ import random
 
 import pytest
 
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
 from tests.chips.mcp2515.bench import BIT_NS, Bench

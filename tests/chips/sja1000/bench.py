@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline

@@ -49,7 +49,7 @@ def outcome(package: ModuleType, seed: int, *, bitwise: bool, flips: bool = Fals
     bus, chips, told = scene(package, chance, bitwise)
     timeline = bus.timeline
     if flips:
-        faults = importlib.import_module(f"{package.__name__}.bus.can.faults").Faults(bus, seed)
+        faults = importlib.import_module(f"{package.__name__}.bus.can.faults.faults").Faults(bus, seed)
         faults.flip(bit=chance.randrange(60), times=3, seen_by=chance.choice(["all", "receivers", "sender"]))
     whole = hashlib.sha256()
     seen: list[str] = []

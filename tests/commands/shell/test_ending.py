@@ -63,6 +63,7 @@ AT_ONCE = {
     "timing",
     "unplug",
     "up",
+    "web",
 }
 """They end by themselves at once, or are shown to end in tests of their own: acan's programs, a hub by `share`,
 `run` becomes its program, `bridge` takes an interface of the kernel."""

@@ -23,7 +23,7 @@ from canwire import (
 from canwire.boards.can.channel import Channel
 from canwire.boards.catalogue import ideal_line, mcp2515_line, plug, unplug
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.bus.can.node import Mailbox
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515

@@ -13,7 +13,7 @@ from canwire.boards.can.channel import Channel
 from canwire.boards.can.line import Line
 from canwire.boards.catalogue import ideal_line, plug
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.drivers.driver import LineSettings

@@ -49,7 +49,7 @@ class Client:
         self._holdings: dict[int, Holding] = {}
         self._forked = False
         self.doorbell = link.doorbell
-        self.listen(self._notice)
+        self._listen(self._notice)
         _OPEN.add(self)
         self._forgotten = weakref.finalize(self, _close_elsewhere, link)
         self._forgotten.atexit = False
@@ -73,7 +73,7 @@ class Client:
         """The hub is gone, this connection was closed, or it is that of the process that forked this one."""
         return self._closed or self._forked or self._link.lost
 
-    def listen(self, listener: Callable[[m.Message | None], None]) -> None:
+    def _listen(self, listener: Callable[[m.Message | None], None]) -> None:
         """Pass notices on to a method of something that this client belongs to, which they do not keep alive."""
         method = weakref.WeakMethod(listener)
 

@@ -33,7 +33,7 @@ class Hub(Client):
     def __init__(self, link: Link) -> None:
         super().__init__(link)
         self._watch = BoardWatch(self)
-        self.listen(self._watch.notice)
+        self._listen(self._watch.notice)
 
     def close(self) -> None:
         super().close()

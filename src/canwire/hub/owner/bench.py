@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
 from canwire.timeline import Timeline

@@ -11,7 +11,7 @@ from canwire.hub.protocol.message import Message
 
 
 class HubPlace(Message):
-    """A place on the wire, bus/can/places.py's; `line` is whose bits count, "": the sender's."""
+    """A place on the wire, bus/can/faults/places.py's; `line` is whose bits count, "": the sender's."""
 
     part: str
     bit: int = 1

@@ -9,7 +9,7 @@ from canwire.boards.can.line import Line
 from canwire.boards.catalogue import plug, unplug
 from canwire.boards.islands import Islands
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Fault, Faults
+from canwire.bus.can.faults.faults import Fault, Faults
 from canwire.bus.can.node import Node
 from canwire.lab.can.node import CanBenchNode
 from canwire.lab.time import LabTime
@@ -17,7 +17,7 @@ from canwire.values.checks import instance
 
 
 class LabFaults(Faults):
-    """bus/can/faults.py, with nodes of the bench and with plugs that can be pulled."""
+    """bus/can/faults/faults.py, with nodes of the bench and with plugs that can be pulled."""
 
     def __init__(self, time: LabTime, bus: CanBus, seed: int) -> None:
         super().__init__(bus, seed)

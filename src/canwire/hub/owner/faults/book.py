@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from canwire.boards.board import Board
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
 from canwire.errors import BadValue, NoSuchBoard, Unsupported

@@ -9,9 +9,9 @@ from canwire.boards.can.connector import CanLine
 from canwire.boards.catalogue import plug, unplug
 from canwire.boards.islands import Islands
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.faults import Faults
+from canwire.bus.can.faults.faults import Faults
+from canwire.bus.can.faults.places import Place
 from canwire.bus.can.node import Node
-from canwire.bus.can.places import Place
 from canwire.bus.medium import one_way_delay_ps
 from canwire.bus.scripted import Scripted
 from canwire.drivers.driver import LineSettings

@@ -13,9 +13,9 @@ from canwire.bus.can import station
 from canwire.bus.can.bit_layout import BitLayout
 from canwire.bus.can.bit_level import Clock
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.disturbance import Changes, Disturbance, Timed, stimulus_of
+from canwire.bus.can.faults.disturbance import Changes, Disturbance, Timed, stimulus_of
+from canwire.bus.can.faults.places import FRAME, Place, Progress
 from canwire.bus.can.node import Mailbox, Node
-from canwire.bus.can.places import FRAME, Place, Progress
 from canwire.bus.can.stimulus import FREE, Stimulus
 from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue

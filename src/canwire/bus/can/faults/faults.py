@@ -10,11 +10,11 @@ import math
 import random
 from dataclasses import dataclass
 
-from canwire.bus.can.aim import INJECTED, PLACES, place
 from canwire.bus.can.bit_layout import BitLayout
 from canwire.bus.can.bit_level import EVERYBODY, ONE_NODE, RECEIVERS, SENDER
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.forcing import Forcing
+from canwire.bus.can.faults.aim import INJECTED, PLACES, place
+from canwire.bus.can.faults.forcing import Forcing
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from canwire.bus.can.faults.places import Place
 from canwire.bus.can.node import Node
-from canwire.bus.can.places import Place
 from canwire.bus.can.stimulus import Stimulus
 from canwire.bus.scripted import Scripted
 from canwire.timeline import Timer

@@ -1,0 +1,55 @@
+"""`canwire web`: the hub's boards in a browser: boards, trace, sending, statistics and faults.
+
+canwire web                      prints an address; whoever has it may change things, others on this machine may look
+canwire web --open               and opens it in the browser
+canwire web --port 8080 --db car.dbc     at a fixed port; frames are decoded by this description
+
+The page is served on the loopback address alone, and asks no other machine for anything. Ctrl-C and SIGTERM end it;
+the boards stay as they are. Needs canwire[web], and canwire[databases] for --db.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import webbrowser
+from contextlib import ExitStack
+
+from canwire import BadValue, ExtraMissing
+from canwire.commands.shared_hub import add_hub_argument, connected
+from canwire.commands.shell.ending import signals_call
+from canwire.commands.wall_clock import epoch_ns
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument(
+        "--port", type=int, default=0, metavar="N", help="listen there (default: any free one)"
+    )
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    parser.add_argument(
+        "--db", default="", metavar="FILE", help="decode frames by this description (DBC, ...)"
+    )
+    add_hub_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve until SIGTERM or SIGINT; BadValue for a port or file that will not do, HubError without a hub."""
+    if not 0 <= arguments.port <= 65_535:
+        raise BadValue(f"--port {arguments.port}: 0 to 65535")
+    if arguments.db and not os.path.isfile(arguments.db):
+        raise BadValue(f"--db {arguments.db}: there is no such file")
+    try:
+        from canwire.web.server import Site
+    except ModuleNotFoundError as error:
+        raise ExtraMissing(str(error.name), "web") from None
+    with ExitStack() as closing:
+        hub = connected(arguments, "web", closing)
+        site = Site(hub, epoch_ns, port=arguments.port, database=arguments.db)
+        closing.callback(site.close)
+        closing.enter_context(signals_call(site.stop))
+        print(f"canwire web: {site.address}", flush=True)
+        if arguments.open:
+            webbrowser.open(site.address)
+        site.run()
+    return 0

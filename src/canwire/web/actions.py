@@ -1,0 +1,67 @@
+"""What changes something: a POST with fields, answered in JSON that base/static/forms.js shows."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from urllib.parse import parse_qsl
+
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import JSONResponse, Response
+
+from canwire import CanwireError, HubLost
+from canwire.web.fields import BadFields, Fields
+
+if TYPE_CHECKING:
+    from starlette.requests import Request
+
+    from canwire.web.desk import Desk
+    from canwire.web.words import Words
+
+MOST_FIELDS = 400
+
+
+@dataclass(frozen=True)
+class Call:
+    """One request to change something: who asked, in which language, and what was typed."""
+
+    desk: Desk
+    request: Request
+    word: Words
+    fields: Fields
+
+
+Do = Callable[[Call], "str | Response"]
+
+
+def action(desk: Desk, do: Do) -> Callable[[Request], Awaitable[Response]]:
+    """An endpoint that runs `do` in a thread; what it returns is shown as the page's status.
+
+    BadFields go to their fields (422); errors of canwire are shown as they are (409, 503 for a lost hub).
+    """
+
+    async def endpoint(request: Request) -> Response:
+        word = desk.words(request)
+        try:
+            pairs = parse_qsl(
+                (await request.body()).decode(), keep_blank_values=True, max_num_fields=MOST_FIELDS
+            )
+        except ValueError as error:
+            return _answer(400, str(error))
+        fields = Fields(dict(pairs), word)
+        try:
+            done = await run_in_threadpool(do, Call(desk, request, word, fields))
+        except BadFields as bad:
+            return _answer(422, word("base.see-fields"), bad.faults)
+        except HubLost as error:
+            return _answer(503, str(error))
+        except (CanwireError, OSError) as error:
+            return _answer(409, str(error))
+        return done if isinstance(done, Response) else _answer(200, done)
+
+    return endpoint
+
+
+def _answer(status: int, message: str, faults: dict[str, str] | None = None) -> Response:
+    return JSONResponse({"message": message, "faults": faults or {}}, status)

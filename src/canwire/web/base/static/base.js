@@ -1,0 +1,96 @@
+// What every view's script has at hand: words, choices that are kept, the status line, keys.
+const texts = JSON.parse(document.getElementById("words").textContent);
+
+/** The text of a key in the page's language, with {name}s put in. */
+export function word(key, values = {}) {
+  return texts[key].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
+}
+
+export const writer = document.body.dataset.writer === "yes";
+
+/** A kept choice, or the fallback. */
+export function remembered(key, fallback) {
+  const kept = localStorage.getItem(`canwire.${key}`);
+  if (kept === null) return fallback;
+  try {
+    return JSON.parse(kept);
+  } catch {
+    return fallback; // somebody else's
+  }
+}
+
+export function remember(key, value) {
+  localStorage.setItem(`canwire.${key}`, JSON.stringify(value));
+}
+
+/** One line for people, read out by screen readers. */
+export function say(text, bad = false) {
+  const status = document.getElementById("status");
+  status.textContent = text;
+  status.classList.toggle("bad", bad);
+}
+
+/** True while somebody types, when single keys mean letters. */
+export function typing(event) {
+  return event.target.closest("input:not([type=checkbox]):not([type=radio]), select, textarea, dialog") !== null;
+}
+
+/** A web socket that comes back by itself: `hear(event.data)`, `state(open)`. Returns {send(object)}. */
+export function live(path, hear, state = () => {}, opened = () => {}) {
+  let socket = null;
+  const open = () => {
+    socket = new WebSocket(`ws://${location.host}${path}`);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => { state(true); opened(); };
+    socket.onmessage = (event) => hear(event.data);
+    socket.onclose = () => { state(false); setTimeout(open, 500); };
+  };
+  open();
+  return {
+    send(told) {
+      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(told));
+    },
+  };
+}
+
+function keepChoices() {
+  for (const field of document.querySelectorAll("[data-remember]")) {
+    const key = field.dataset.remember;
+    const kept = remembered(key, null);
+    if (field.type === "checkbox") {
+      if (kept !== null) field.checked = kept;
+    } else if (kept !== null && (field.tagName !== "SELECT" || [...field.options].some((one) => one.value === kept))) {
+      field.value = kept;
+    }
+    field.addEventListener("change", () => remember(key, field.type === "checkbox" ? field.checked : field.value));
+  }
+}
+
+function themeSwitch() {
+  const button = document.getElementById("theme");
+  const show = () => button.setAttribute("aria-pressed", String(document.documentElement.dataset.theme === "dark"));
+  show();
+  button.addEventListener("click", () => {
+    const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+    document.documentElement.dataset.theme = theme;
+    localStorage.setItem("canwire.theme", theme);
+    show();
+    document.dispatchEvent(new CustomEvent("theme"));
+  });
+}
+
+keepChoices();
+themeSwitch();
+document.getElementById("language").addEventListener("change", (event) => {
+  const address = new URL(location.href);
+  address.searchParams.set("lang", event.target.value);
+  location.assign(address);
+});
+document.addEventListener("keydown", (event) => {
+  if (!event.altKey || event.ctrlKey || event.metaKey) return;
+  const tab = document.querySelector(`nav a[data-key="${event.code.replace("Digit", "")}"]`);
+  if (tab) {
+    event.preventDefault();
+    tab.click();
+  }
+});

@@ -1,0 +1,95 @@
+"""What a view is, and what every view has at hand: the hub, the words, the templates."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import jinja2
+from markupsafe import Markup
+from starlette.responses import HTMLResponse, Response
+
+import canwire
+from canwire.web.database import Database
+from canwire.web.words import HERE, LANGUAGES, Words, preferred, words_in
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from starlette.requests import Request
+    from starlette.routing import BaseRoute
+
+    from canwire import Hub
+    from canwire.web.link import HubLink
+
+LANGUAGE_COOKIE = "canwire-language"
+
+
+@dataclass(frozen=True)
+class View:
+    """One of the page's tabs: it lives below /`name`, and its title is the word `name.title`.
+
+    `scripts` and `styles` are files of its static folder (a style with a / is found below /static);
+    `vendored` are scripts of base/static/vendor, loaded before them.
+    """
+
+    name: str
+    routes: Callable[[Desk], list[BaseRoute]]
+    scripts: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+    vendored: tuple[str, ...] = ()
+
+
+@dataclass
+class Desk:
+    """One server's. `epoch_ns(hub)` is what to add to the hub's time to get that of the wall clock.
+
+    `database` is the network description, if there is one. What a view has to close in the end it
+    gives to `closing`, and what other views may use it puts into `kept` under its name.
+    """
+
+    link: HubLink
+    views: tuple[View, ...]
+    epoch_ns: Callable[[Hub], int]
+    database: Database
+    closing: ExitStack = field(default_factory=ExitStack)
+    kept: dict[str, Any] = field(default_factory=dict)
+
+    def words(self, request: Request) -> Words:
+        """In the language that this viewer has chosen, or whose browser asks for it."""
+        chosen = request.query_params.get("lang") or request.cookies.get(LANGUAGE_COOKIE)
+        return words_in(preferred(chosen, request.headers.get("accept-language", "")))
+
+    def page(self, request: Request, view: View, **values: Any) -> Response:
+        """A view's page.jinja."""
+        answer = self.part(request, f"{view.name}/page.jinja", view=view, **values)
+        language = request.query_params.get("lang")
+        if language in LANGUAGES:
+            answer.set_cookie(LANGUAGE_COOKIE, language, samesite="lax", max_age=31_536_000)
+        return answer
+
+    def part(self, request: Request, template: str, **values: Any) -> Response:
+        """A piece of a page; in templates `t` is the words, `writer` whether this viewer has the token."""
+        words = self.words(request)
+        values |= {
+            "t": words,
+            "writer": bool(request.scope.get("writer")),
+            "views": self.views,
+            "languages": LANGUAGES,
+            "version": canwire.__version__,
+            "words_json": Markup(json.dumps(words.texts).replace("<", "\\u003c")),
+        }
+        return HTMLResponse(self._templates.get_template(template).render(values))
+
+    @cached_property
+    def _templates(self) -> jinja2.Environment:
+        return jinja2.Environment(
+            loader=jinja2.FileSystemLoader(HERE),
+            autoescape=True,
+            undefined=jinja2.StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+        )

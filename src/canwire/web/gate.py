@@ -1,0 +1,125 @@
+"""Who may ask for what, before any view is asked.
+
+The server listens on the loopback address, where every user and every web page of this machine can reach it. So:
+only requests to its own names pass (a foreign name that resolves to 127.0.0.1 does not), only its own pages may
+send (Origin), and whoever wants to change anything needs the token of the address that was printed. A cookie
+keeps the token; it is not sent along with what another site asks for.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterable
+from http.cookies import CookieError, SimpleCookie
+from typing import TYPE_CHECKING
+from urllib.parse import parse_qsl, urlencode
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+BODY_BYTES = 65_536
+READS = ("GET", "HEAD")
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
+)
+
+
+class Gate:
+    """Wraps an application; `request.scope["writer"]` tells it whether the asker has the token."""
+
+    def __init__(self, app: ASGIApp, token: str, hosts: Iterable[str], port: int) -> None:
+        self._app = app
+        self._token = token
+        self._hosts = frozenset(hosts)
+        self.cookie = f"canwire-token-{port}"  # cookies do not tell ports apart
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        answer = self._refused(scope, headers) or self._let_in(scope, headers)
+        if answer is None:
+            limited = _Limited(receive) if scope["type"] == "http" else receive
+            await self._app(scope, limited, _guarded(send))
+        elif scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": 1008, "reason": ""})
+        else:
+            await answer(scope, receive, _guarded(send))
+
+    def _refused(self, scope: Scope, headers: Headers) -> Response | None:
+        host = headers.get("host", "")
+        if host not in self._hosts:
+            return PlainTextResponse(f"{host!r} is not a name of this server", 421)
+        origin = headers.get("origin")
+        if origin is not None and origin.partition("://")[::2] not in (("http", host),):
+            return PlainTextResponse(f"pages of {origin} may not ask here", 403)
+        length = headers.get("content-length", "0")
+        if not length.isdecimal() or int(length) > BODY_BYTES:
+            return PlainTextResponse(f"at most {BODY_BYTES} bytes", 413)
+        return None
+
+    def _let_in(self, scope: Scope, headers: Headers) -> Response | None:
+        """None for whoever may ask; `scope["writer"]` is set then."""
+        query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+        given = next((value for name, value in query if name == "token"), None)
+        if given is not None:
+            if not self._right(given):
+                return PlainTextResponse("wrong token: take the address that `canwire web` printed", 403)
+            if scope["type"] == "http":
+                return self._welcome(scope["path"], [pair for pair in query if pair[0] != "token"])
+        scope["writer"] = given is not None or self._right(self._kept(headers))
+        if scope["type"] == "http" and scope["method"] not in READS and not scope["writer"]:
+            return PlainTextResponse("only viewers with the token may change anything", 403)
+        return None
+
+    def _welcome(self, path: str, query: list[tuple[str, str]]) -> Response:
+        """Keep the token, and take it out of the address: histories and pictures of the screen have it no more."""
+        path = "/" + path.lstrip("/")  # //other.example would lead elsewhere
+        answer = RedirectResponse(path + (f"?{urlencode(query)}" if query else ""), 303)
+        answer.set_cookie(self.cookie, self._token, httponly=True, samesite="strict")
+        return answer
+
+    def _kept(self, headers: Headers) -> str:
+        try:
+            kept = SimpleCookie(headers.get("cookie", "")).get(self.cookie)
+        except CookieError:
+            return ""
+        return kept.value if kept is not None else ""
+
+    def _right(self, given: str) -> bool:
+        return secrets.compare_digest(given.encode(), self._token.encode())
+
+
+class _Limited:
+    """A body without a Content-Length is counted as it comes; too much of it is a disconnection."""
+
+    def __init__(self, receive: Receive) -> None:
+        self._receive = receive
+        self._left = BODY_BYTES
+
+    async def __call__(self) -> Message:
+        message = await self._receive()
+        self._left -= len(message.get("body", b""))
+        return {"type": "http.disconnect"} if self._left < 0 else message
+
+
+def _guarded(send: Send) -> Send:
+    """What every answer says to the browser: nothing from elsewhere, no framing, no guessing of types."""
+
+    async def guarded(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            headers.setdefault("content-security-policy", _POLICY)
+            headers.setdefault("cache-control", "no-cache")
+            headers["x-content-type-options"] = "nosniff"
+            headers["referrer-policy"] = "no-referrer"
+            headers["cross-origin-resource-policy"] = "same-origin"
+        await send(message)
+
+    return guarded

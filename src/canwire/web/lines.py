@@ -1,0 +1,87 @@
+"""Every line of the hub as it is now: what the views show, each in its own way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire import (
+    BoardInfo,
+    ErrorState,
+    LinePlace,
+    LineStatus,
+    LinLineStatus,
+    LinState,
+    NoSuchBoard,
+    Unplugged,
+    every_line,
+)
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+
+class LinUse(NamedTuple):
+    """A LIN line as it is, and who has it."""
+
+    status: LinLineStatus
+    control_holder: str
+
+
+class Line(NamedTuple):
+    """One line and its status; exactly one of `can` and `lin` is there."""
+
+    place: LinePlace
+    can: LineStatus | None
+    lin: LinUse | None
+
+    @property
+    def running(self) -> bool:
+        return self.can.running if self.can is not None else self.lin is not None and self.lin.status.running
+
+    @property
+    def state(self) -> str:
+        """A word's key: "error-active", "stopped", "not-initialised", "shorted", ..."""
+        if self.can is not None:
+            if not self.can.initialised:
+                return "not-initialised"
+            return "shorted" if self.can.coupling_fault else _key(ErrorState(self.can.state).name)
+        assert self.lin is not None
+        status = self.lin.status
+        return "lin-" + _key(LinState(status.state).name) if status.initialised else "not-initialised"
+
+
+def _key(name: str) -> str:
+    return name.lower().replace("_", "-")
+
+
+def look(hub: Hub) -> list[Line]:
+    """All lines in the order of the boards; those of one that is pulled out meanwhile are left out."""
+    return [line for place in every_line(hub) if (line := _look_at(hub, place)) is not None]
+
+
+def can_lines(hub: Hub) -> list[Line]:
+    """The CAN lines among them."""
+    return [line for line in look(hub) if line.can is not None]
+
+
+def _look_at(hub: Hub, place: LinePlace) -> Line | None:
+    try:
+        if place.info.lin is None:
+            return Line(place, place.status(hub), None)
+        found = hub.lin_status(place.board.id, place.line)
+    except (NoSuchBoard, Unplugged):
+        return None
+    return Line(place, None, LinUse(found.status, found.control_holder))
+
+
+def by_board(lines: list[Line], boards: tuple[BoardInfo, ...]) -> list[tuple[BoardInfo, list[Line]]]:
+    """Each board with its lines."""
+    return [(board, [line for line in lines if line.place.board.id == board.id]) for board in boards]
+
+
+def find_can_line(hub: Hub, address: str) -> LinePlace:
+    """The CAN line of exactly this address ("HW000001:0"); raises NoSuchBoard."""
+    for place in every_line(hub, "CAN"):
+        if place.address == address:
+            return place
+    raise NoSuchBoard(f"{address or 'no address'}: there is no such CAN line any more")

@@ -1,0 +1,118 @@
+"""The server's connection to the hub: made anew when the hub is back, with what was missed counted."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import canwire
+from canwire import Event, HubError, HubLost
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+_LOOK_S = 0.25
+NAME = "canwire web"
+
+
+class Gap(NamedTuple):
+    """The hub was away: seconds it lasted, so far where it is not `over`."""
+
+    seconds: float
+    over: bool
+
+
+class HubLink:
+    """`hub` while it is there; a thread connects again whenever it is lost. Ends with `close`.
+
+    `connect` makes a connection or raises HubError. Subscribers are called in that thread: `began(hub)` at each
+    connection, at once where there is one, and `ended()` when it is lost.
+    """
+
+    def __init__(self, connect: Callable[[], Hub]) -> None:
+        self._connect = connect
+        self._lock = threading.RLock()
+        self._subscribers: list[tuple[Callable[[Hub], None], Callable[[], None]]] = []
+        self._event = Event()
+        self._closing = threading.Event()
+        self._lost_at_s = 0.0
+        self._gaps: list[float] = []
+        self._hub: Hub | None = None
+        self._adopt(connect())  # the first one has to be there
+        self._thread = threading.Thread(target=self._run, name="hub link")
+        self._thread.start()
+
+    @property
+    def hub(self) -> Hub:
+        """The hub; raises HubLost while it is away."""
+        hub = self._hub
+        if hub is None or hub.lost:
+            raise HubLost("the hub is away; the page goes on by itself when it is back")
+        return hub
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """Every time the hub was away, the present one last."""
+        with self._lock:
+            gaps = [Gap(seconds, True) for seconds in self._gaps]
+            if self._hub is None:
+                gaps.append(Gap(time.monotonic() - self._lost_at_s, False))
+        return gaps
+
+    def subscribe(self, began: Callable[[Hub], None], ended: Callable[[], None]) -> None:
+        """Tell of connections from now on."""
+        with self._lock:
+            self._subscribers.append((began, ended))
+            if self._hub is not None:
+                began(self._hub)
+
+    def close(self) -> None:
+        """Let go of the hub; a second time does nothing."""
+        if not self._closing.is_set():
+            self._closing.set()
+            self._event.set()
+            self._thread.join()
+            self._event.close()
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            if self._hub is None:
+                self._try()
+            else:
+                self._event.wait()
+                if self._hub.lost or self._closing.is_set():
+                    self._drop()
+
+    def _try(self) -> None:
+        try:
+            hub = self._connect()
+        except (HubError, OSError):
+            self._closing.wait(_LOOK_S)
+            return
+        with self._lock:
+            self._gaps.append(time.monotonic() - self._lost_at_s)
+            self._adopt(hub)
+
+    def _adopt(self, hub: Hub) -> None:
+        hub.watch(self._event)  # also tells of the hub's end
+        self._hub = hub
+        for began, _ in self._subscribers:
+            began(hub)
+
+    def _drop(self) -> None:
+        with self._lock:
+            hub, self._hub = self._hub, None
+            self._lost_at_s = time.monotonic()
+            for _, ended in self._subscribers:
+                ended()
+        if hub is not None:
+            hub.unwatch(self._event)
+            hub.close()
+
+
+def connect_again(hub: Hub) -> Callable[[], Hub]:
+    """First this connection, then ones to the same address."""
+    waiting = [hub]
+    return lambda: waiting.pop() if waiting else canwire.connect(hub.address, name=NAME)

@@ -1,0 +1,97 @@
+"""The server's process: listens on the loopback address until it is told to stop."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import uvicorn
+
+from canwire import BadValue
+from canwire.web.app import make_app
+from canwire.web.database import Database
+from canwire.web.desk import Desk
+from canwire.web.link import HubLink, connect_again
+from canwire.web.views import VIEWS
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+LOOPBACK = "127.0.0.1"
+_GRACE_S = 1  # for answers that are under way when it ends
+_MESSAGE_BYTES = 65_536
+
+
+class Site:
+    """A page that can be served: `address` has the token, `run` blocks until `stop`."""
+
+    def __init__(
+        self, hub: Hub, epoch_ns: Callable[[Hub], int], *, port: int = 0, database: str = ""
+    ) -> None:
+        description = Database(database)
+        self._socket = _listening(port)
+        self.port = int(self._socket.getsockname()[1])
+        self.token = secrets.token_urlsafe(18)
+        self.link = HubLink(connect_again(hub))
+        self.desk = Desk(self.link, VIEWS, epoch_ns, description)
+        hosts = [f"{name}:{self.port}" for name in (LOOPBACK, "localhost")]
+        try:
+            self.app = make_app(self.desk, self.token, hosts, self.port)
+        except BaseException:
+            self.close()
+            raise
+        self._server = uvicorn.Server(
+            uvicorn.Config(
+                self.app,
+                log_level="warning",
+                access_log=False,
+                ws="websockets-sansio",
+                ws_max_size=_MESSAGE_BYTES,
+                ws_per_message_deflate=False,  # on the loopback address it costs and saves nothing
+                lifespan="off",
+                timeout_graceful_shutdown=_GRACE_S,
+            )
+        )
+
+    @property
+    def url(self) -> str:
+        """For viewers, who may only read."""
+        return f"http://{LOOPBACK}:{self.port}/"
+
+    @property
+    def address(self) -> str:
+        """For whoever may also change things."""
+        return f"{self.url}?token={self.token}"
+
+    def run(self) -> None:
+        """Serve; in a main thread SIGINT and SIGTERM end it."""
+        try:
+            with contextlib.suppress(KeyboardInterrupt):  # uvicorn raises it anew, once all is closed
+                self._server.run(sockets=[self._socket])
+        finally:
+            self.close()
+
+    def stop(self) -> None:
+        """Have `run` return; from any thread."""
+        self._server.should_exit = True
+
+    def close(self) -> None:
+        """Let go of port and hub; a second time does nothing."""
+        self._socket.close()
+        self.desk.closing.close()
+        self.link.close()
+
+
+def _listening(port: int) -> socket.socket:
+    listening = socket.socket()
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((LOOPBACK, port))
+        listening.listen()  # whoever comes before the server runs waits for it
+    except OSError as error:
+        listening.close()
+        raise BadValue(f"--port {port}: {error.strerror}; another one, or 0 for any that is free") from None
+    return listening

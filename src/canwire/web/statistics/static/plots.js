@@ -1,0 +1,101 @@
+// Four plots of one line's counters, by uPlot; asked for once a second, what is new alone.
+import { word } from "/static/base/base.js";
+
+const LOOK_MS = 1000;
+const KEPT = 1200;
+const HEIGHT = 170;
+const NUMBER = 0, TIME = 1;
+const PLOTS = {
+  load: [["load", 2, "--plot-1"]],
+  rates: [["sent", 3, "--plot-1"], ["received", 4, "--plot-2"]],
+  errors: [["errors", 5, "--plot-3"], ["arbitration", 6, "--plot-4"]],
+  counters: [["tec", 7, "--plot-3"], ["rec", 8, "--plot-2"]],
+};
+const lineChoice = document.getElementById("line");
+const spanChoice = document.getElementById("span");
+let columns = empty();
+let plots = [];
+
+function empty() {
+  return Array.from({ length: 9 }, () => []);
+}
+
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+function make() {
+  for (const plot of plots) plot.destroy();
+  plots = Object.entries(PLOTS).map(([name, series]) => {
+    const place = document.getElementById(`plot-${name}`);
+    const axis = { stroke: colour("--quiet"), grid: { stroke: colour("--rule"), width: 1 }, ticks: { stroke: colour("--rule"), width: 1 }, font: "12px system-ui" };
+    const made = new uPlot({
+      width: place.clientWidth,
+      height: HEIGHT,
+      cursor: { sync: { key: "statistics" } },
+      scales: { x: { time: false, range: range }, y: { range: (_, low, high) => [0, Math.max(1, (high || 0) * 1.1)] } },
+      axes: [{ ...axis, values: (_, ticks) => ticks.map((one) => `${one} s`) }, { ...axis, size: 52 }],
+      series: [
+        { label: word("statistics.time"), value: (_, value) => (value === null ? "–" : `${value.toFixed(1)} s`) },
+        ...series.map(([key, , name]) => ({
+          label: word(`statistics.series-${key}`), stroke: colour(name), width: 1.6, points: { show: false },
+          value: (_, value) => (value === null || value === undefined ? "–" : value.toFixed(key === "load" ? 1 : 0)),
+        })),
+      ],
+    }, dataOf(series), place);
+    made.series_ = series;
+    return made;
+  });
+}
+
+function dataOf(series) {
+  return [columns[TIME], ...series.map(([, at]) => columns[at])];
+}
+
+function range() {
+  const last = columns[TIME].at(-1) ?? 0;
+  return [Math.max(columns[TIME][0] ?? 0, last - Number(spanChoice.value)), Math.max(last, 1)];
+}
+
+async function look() {
+  const line = lineChoice.value;
+  const after = columns[NUMBER].at(-1) ?? 0;
+  let told;
+  try {
+    const answer = await fetch(`/statistics/samples?${new URLSearchParams({ line, after })}`);
+    if (!answer.ok) return;
+    told = await answer.json();
+  } catch {
+    return; // the page's head says that server or hub are away
+  }
+  if (line !== lineChoice.value || !told.columns.length) return;
+  // a hub that was started anew counts its time from the beginning
+  if (columns[TIME].length && told.columns[TIME][0] < columns[TIME].at(-1)) columns = empty();
+  told.columns.forEach((column, at) => {
+    columns[at].push(...column);
+    columns[at].splice(0, columns[at].length - KEPT);
+  });
+  draw();
+}
+
+function draw() {
+  for (const plot of plots) plot.setData(dataOf(plot.series_));
+  const load = columns[2].at(-1);
+  if (load !== undefined) {
+    document.getElementById("plot-load").setAttribute("aria-label", word("statistics.load-now", { load: load.toFixed(1) }));
+  }
+}
+
+if (lineChoice.dataset.chosen === undefined && localStorage.getItem("canwire.statistics.line") === null) {
+  const running = lineChoice.querySelector("option[data-running]");
+  if (running) lineChoice.value = running.value;
+}
+lineChoice.addEventListener("change", () => { columns = empty(); draw(); look(); });
+spanChoice.addEventListener("change", draw);
+document.addEventListener("theme", make);
+addEventListener("resize", () => {
+  for (const plot of plots) plot.setSize({ width: plot.root.parentElement.clientWidth, height: HEIGHT });
+});
+make();
+look();
+setInterval(look, LOOK_MS);

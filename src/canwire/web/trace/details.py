@@ -1,0 +1,99 @@
+"""One row opened: what it says, its signals, and its bits on the wire."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from canwire import BadFrame, BusEvent, ErrorKind, ErrorState, EventKind, Frame, format_frame, frame_of_record
+from canwire.web.fields import BadFields
+from canwire.web.trace.drawing import BITS, HEIGHT, WIDTH, Bit, Row, bits_of, rows_of
+from canwire.web.trace.history import GAP, LOST
+
+if TYPE_CHECKING:
+    from canwire.web.database import Database, Signal
+    from canwire.web.words import Words
+
+RECORD_BYTES = 80
+_INFO_AT, _DATA_AT = 12, 16
+
+
+@dataclass
+class Details:
+    """For details.jinja: facts as pairs of words, the drawing's rows, and where it is an error where it happened."""
+
+    title: str
+    facts: list[tuple[str, str]]
+    signals: list[Signal] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    note: str = ""
+    bits, width, height = BITS, WIDTH, HEIGHT
+
+
+def details_of(record: str, following: str, database: Database, word: Words) -> Details:
+    """Of a record in hex; for an error `following` is the frame that was repeated after it. Raises BadFields."""
+    content = _content(record, word)
+    if isinstance(content, Frame):
+        return _frame_details(content, database, word)
+    if isinstance(content, int):
+        raw = int.from_bytes(bytes.fromhex(record)[_DATA_AT : _DATA_AT + 8], "little")
+        name = "trace.gap" if content == GAP else "trace.lost-row"
+        return Details(word(name, count=raw, seconds=f"{raw / 1000:.1f}"), [])
+    repeated = _content(following, word) if following else None
+    return _event_details(content, repeated if isinstance(repeated, Frame) else None, word)
+
+
+def _content(record: str, word: Words) -> Frame | BusEvent | int:
+    try:
+        octets = bytes.fromhex(record)
+        if len(octets) != RECORD_BYTES:
+            raise ValueError
+        kind = octets[_INFO_AT]
+        if kind in (GAP, LOST):
+            return kind
+        return BusEvent.from_record(octets) if kind else frame_of_record(octets)
+    except (ValueError, BadFrame):
+        raise BadFields({"record": word("trace.no-record")}) from None
+
+
+def _frame_details(frame: Frame, database: Database, word: Words) -> Details:
+    kind = "fd" if frame.fd else "remote" if frame.remote else "classic"
+    flags = [
+        name
+        for name, there in (("BRS", frame.bit_rate_switch), ("ESI", frame.error_state_indicator))
+        if there
+    ]
+    bits = bits_of(frame)
+    facts = [
+        (word("trace.time"), f"{frame.timestamp_ns / 1e9:.6f} s"),
+        (word("trace.format"), ", ".join([word(f"trace.format-{kind}"), *flags])),
+        (word("trace.id"), f"{frame.id:X} ({29 if frame.extended else 11} bit)"),
+        ("DLC", f"{frame.dlc}"),
+        (word("trace.text"), format_frame(frame)),
+        (word("trace.on-the-wire"), word("trace.bit-count", bits=len(bits), stuff=_stuffed(bits))),
+    ]
+    name = database.names.get(f"{frame.id:08X}" if frame.extended else f"{frame.id:03X}", "")
+    return Details(name or format_frame(frame), facts, database.signals(frame), rows_of(bits))
+
+
+def _stuffed(bits: list[Bit]) -> int:
+    return sum(bit.kind == "stuff" for bit in bits)
+
+
+def _event_details(event: BusEvent, repeated: Frame | None, word: Words) -> Details:
+    facts = [
+        (word("trace.time"), f"{event.timestamp_ns / 1e9:.6f} s"),
+        (word("trace.seen-by"), word("trace.sender" if event.transmitting else "trace.receiver")),
+        ("TEC / REC", f"{event.tec} / {event.rec}"),
+        (word("trace.state"), word(f"boards.state-{ErrorState(event.state).name.lower().replace('_', '-')}")),
+    ]
+    if event.bit >= 0:
+        facts.append((word("trace.at-bit"), str(event.bit)))
+    title = EventKind(event.kind).name.replace("_", " ").lower()
+    if event.kind != EventKind.ERROR:
+        return Details(title, facts)
+    details = Details(f"{ErrorKind(event.error).name.replace('_', ' ').lower()} {title}", facts)
+    if repeated is not None and event.bit >= 0:
+        details.rows = rows_of(bits_of(repeated, event.bit))
+        details.note = word("trace.repeated-note", frame=format_frame(repeated))
+    return details

@@ -1,0 +1,90 @@
+// Which lines are watched: those that were chosen, else one of each bus, one that runs if there is one.
+import { remember, remembered } from "/static/base/base.js";
+
+const LOOK_MS = 2000;
+
+export class LinesChosen {
+  constructor(place, watch, named) {
+    this.place = place;
+    this.watch = watch;
+    this.watched = [];
+    this.chosen = remembered("trace.lines", null);
+    this.known = "";
+    this.named = named;
+    this.look();
+    setInterval(() => this.look(), LOOK_MS);
+    place.addEventListener("change", () => {
+      this.chosen = [...place.querySelectorAll("input:checked")].map((box) => box.value);
+      remember("trace.lines", this.chosen);
+      this.set(this.chosen);
+    });
+  }
+
+  async look() {
+    let told;
+    try {
+      const answer = await fetch("/trace/lines");
+      if (!answer.ok) return; // the page's head says that the hub is away
+      told = await answer.json();
+    } catch {
+      return; // likewise the server
+    }
+    if (this.named) {
+      this.named(told.names);
+      this.named = null;
+    }
+    document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
+    const there = told.lines.map((line) => line.address);
+    const chosen = this.chosen?.filter((one) => there.includes(one));
+    this.set(chosen?.length ? chosen : usual(told.lines));
+    this.show(told.lines);
+  }
+
+  set(addresses) {
+    if (addresses.join() === this.watched.join()) return;
+    this.watched = addresses;
+    this.watch(addresses);
+  }
+
+  show(lines) {
+    const known = JSON.stringify([lines, this.watched]);
+    if (known === this.known) return;
+    this.known = known;
+    const focused = document.activeElement?.value;
+    const legend = this.place.querySelector("legend");
+    this.place.replaceChildren(legend, ...lines.map((line) => {
+      const label = document.createElement("label");
+      label.className = `check chip-choice${line.running ? " running" : ""}`;
+      const box = document.createElement("input");
+      box.type = "checkbox";
+      box.value = line.address;
+      box.checked = this.watched.includes(line.address);
+      const name = document.createElement("span");
+      name.textContent = `${line.address} ${line.bus || "–"}`;
+      label.append(box, name);
+      return label;
+    }));
+    this.place.querySelector(`input[value="${focused}"]`)?.focus();
+  }
+
+  /** What the server says of the watched lines. */
+  told(lines, labels, draw) {
+    for (const line of lines) {
+      labels[line.number] = line.bus ? `${line.bus} ${line.address}` : line.address;
+    }
+    const open = lines.length > 0 && lines.every((line) => this.watched.includes(line.address) && line.bus && !line.trouble);
+    document.body.dataset.listening = open && lines.length === this.watched.length ? "yes" : "no";
+    const troubles = lines.filter((line) => line.trouble).map((line) => line.trouble);
+    document.getElementById("live").textContent = [...new Set(troubles)].join("; ");
+    draw();
+  }
+}
+
+function usual(lines) {
+  const byBus = new Map();
+  for (const line of lines) {
+    const kept = byBus.get(line.bus);
+    if (!kept || (line.running && !kept.running)) byBus.set(line.bus, line);
+  }
+  return [...byBus.values()].map((line) => line.address);
+}

@@ -1,0 +1,63 @@
+"""What people read, in English and German: each view's words/en.toml and words/de.toml."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+
+HERE = Path(__file__).parent
+LANGUAGES = {"en": "English", "de": "Deutsch"}
+USUAL = "en"
+
+
+class Words:
+    """The words of one language. Keys are "view.key"; `{name}` in a text is put in by `word(key, name=...)`."""
+
+    def __init__(self, language: str, texts: Mapping[str, str]) -> None:
+        self.language = language
+        self.texts = texts
+
+    def __call__(self, key: str, **values: object) -> str:
+        return self.texts[key].format(**values)
+
+
+def read(folder: Path, language: str) -> dict[str, str]:
+    """The words of one view's folder."""
+    path = folder / "words" / f"{language}.toml"
+    found = tomllib.loads(path.read_text(encoding="utf-8"))
+    return {f"{folder.name}.{key}": str(text) for key, text in found.items()}
+
+
+def folders() -> list[Path]:
+    """Every folder that has words."""
+    return sorted(path.parent for path in HERE.glob("*/words"))
+
+
+@cache
+def words_in(language: str) -> Words:
+    """Those of all views."""
+    texts: dict[str, str] = {}
+    for folder in folders():
+        texts |= read(folder, language)
+    return Words(language, texts)
+
+
+def preferred(chosen: str | None, accepted: str) -> str:
+    """The language that was chosen, else the first one of an Accept-Language header that there is."""
+    if chosen in LANGUAGES:
+        return str(chosen)
+    return next((tag for tag in _by_quality(accepted) if tag in LANGUAGES), USUAL)
+
+
+def _by_quality(accepted: str) -> Iterable[str]:
+    ranked = []
+    for place, part in enumerate(accepted.split(",")):
+        tag, _, quality = part.partition(";q=")
+        try:
+            weight = float(quality or 1)
+        except ValueError:
+            weight = 0.0
+        ranked.append((-weight, place, tag.strip().lower().partition("-")[0]))
+    return [tag for _, _, tag in sorted(ranked)]

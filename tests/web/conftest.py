@@ -1,0 +1,150 @@
+"""A page on a hub of its own, asked by httpx or shown in Debian's chromium."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+import canwire
+from canwire.commands.wall_clock import epoch_ns
+from tests.hubs import LONG_S, Served, serving
+
+httpx = pytest.importorskip("httpx2")
+pytest.importorskip("starlette")
+pytest.importorskip("uvicorn")
+
+from canwire.web.link import NAME  # noqa: E402
+from canwire.web.server import Site  # noqa: E402
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+CHROMIUM = shutil.which("chromium")
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+
+
+@contextmanager
+def served_site(address: str, database: str = "") -> Iterator[Site]:
+    """The page of the hub at this address, served by a thread of this process."""
+    with canwire.connect(address, name=NAME) as hub:
+        site = Site(hub, epoch_ns, database=database)
+        thread = threading.Thread(target=site.run)
+        thread.start()
+        try:
+            yield site
+        finally:
+            site.stop()
+            thread.join(LONG_S)
+            assert not thread.is_alive()
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """Where `hub` has its socket: whoever ends that hub can start another one there."""
+    return tmp_path
+
+
+@pytest.fixture
+def hub_served(home: Path) -> Iterator[Served]:
+    """A hub of this test's own, with the usual boards, in real time."""
+    with serving(home, time="real") as made:
+        yield made
+
+
+@pytest.fixture
+def hub(hub_served: Served) -> Iterator[canwire.Hub]:
+    """Another program on the same hub."""
+    with canwire.connect(hub_served.address, name="test") as made:
+        yield made
+
+
+@pytest.fixture
+def site(hub_served: Served) -> Iterator[Site]:
+    with served_site(hub_served.address) as made:
+        yield made
+
+
+@contextmanager
+def somebody(site: Site) -> Iterator[httpx.Client]:
+    """Somebody with the token."""
+    with httpx.Client(base_url=site.url, follow_redirects=True, timeout=LONG_S) as made:
+        assert made.get(f"/?token={site.token}").status_code == 200
+        yield made
+
+
+@pytest.fixture(scope="session")
+def steady(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """A page for all tests that leave it and its hub as they are."""
+    with serving(tmp_path_factory.mktemp("hub"), time="real") as made, served_site(made.address) as site:
+        yield site
+
+
+@pytest.fixture(scope="session")
+def asker(steady: Site) -> Iterator[httpx.Client]:
+    """Somebody with the token there."""
+    with somebody(steady) as made:
+        yield made
+
+
+@pytest.fixture
+def client(site: Site) -> Iterator[httpx.Client]:
+    with somebody(site) as made:
+        yield made
+
+
+@pytest.fixture
+def viewer(site: Site) -> Iterator[httpx.Client]:
+    """Somebody without the token."""
+    with httpx.Client(base_url=site.url, timeout=LONG_S) as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Debian's chromium; tests that need it are skipped where it or playwright is missing."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed (apt-get install chromium)")
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@contextmanager
+def tab(browser: Browser, address: str, **options: object) -> Iterator[Page]:
+    """A tab with cookies of its own. Whatever goes wrong in its scripts fails the test."""
+    context = browser.new_context(**{"locale": "en-GB", **options})
+    context.set_default_timeout(LONG_S * 1000)
+    faults: list[str] = []
+    page = context.new_page()
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda said: faults.append(said.text) if said.type == "error" else None)
+    page.goto(address)
+    try:
+        yield page
+    finally:
+        context.close()
+    assert [fault for fault in faults if "Failed to load resource" not in fault] == []
+
+
+@pytest.fixture
+def page(browser: Browser, site: Site) -> Iterator[Page]:
+    """A tab of somebody with the token."""
+    with tab(browser, site.address) as made:
+        yield made

@@ -1,0 +1,81 @@
+"""A hub that is lost: shown, healed when it is back, and the gap counted, in the head and in the trace."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from websockets.sync.client import connect
+
+import canwire
+from canwire import HubLost
+from canwire.web.trace.history import GAP
+from tests.hubs import LONG_S, serving
+from tests.web.conftest import served_site, somebody, tab
+from tests.web.test_trace import Watching
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.conforms("PG-01")
+
+
+def test_the_page_heals_when_the_hub_is_back(browser: Browser, tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, time="real") as first,
+        served_site(first.address) as site,
+        tab(browser, site.address) as page,
+    ):
+        page.get_by_text("Hub connected").wait_for()
+        page.locator('tr[data-line="HW000001:0"]').wait_for()
+        first.process.terminate()
+        first.process.wait(LONG_S)
+        page.locator("#link").get_by_text("Hub lost").wait_for()
+        page.locator("#tree").get_by_text("the hub is away").wait_for()
+        with serving(tmp_path, time="real"):
+            page.locator("#link").get_by_text("was away 1×").wait_for()
+            page.locator('tr[data-line="HW000001:0"]').wait_for()
+
+
+def test_calls_fail_in_clear_words_while_it_is_away(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, time="real") as first,
+        served_site(first.address) as site,
+        somebody(site) as client,
+    ):
+        first.process.terminate()
+        first.process.wait(LONG_S)
+        for path in ("/boards/tree", "/boards", "/send", "/statistics", "/trace", "/link"):
+            assert client.get(path).status_code == 200, path
+        for path in ("/trace/lines", "/statistics/table", "/statistics/faults"):
+            assert client.get(path).status_code == 503, path
+        answer = client.post("/boards/unplug", data={"board": "HW000001"})
+        assert answer.status_code == 503
+        assert "the hub is away" in answer.json()["message"]
+
+
+def test_the_trace_goes_on_with_a_mark_where_the_hub_was_away(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, time="real") as first,
+        served_site(first.address) as site,
+        connect(f"ws://127.0.0.1:{site.port}/trace/live") as socket,
+    ):
+        viewer = Watching(socket, ["HW000001:0"])
+        viewer.until(lambda one: one.lines and one.lines[0]["bus"])
+        first.process.terminate()
+        first.process.wait(LONG_S)
+        viewer.until(lambda one: "the hub is away" in one.lines[0]["trouble"])
+        with serving(tmp_path, time="real") as second, canwire.connect(second.address) as hub:
+            viewer.until(lambda one: any(row[12] == GAP for row in one.rows))
+            viewer.until(lambda one: not one.lines[0]["trouble"])
+            assert hub.board("HW000001").lines
+            assert [gap.over for gap in site.link.gaps] == [True]
+
+
+def test_who_asks_without_a_hub_is_told(tmp_path: Path) -> None:
+    with serving(tmp_path, time="real") as first, served_site(first.address) as site:
+        first.process.terminate()
+        first.process.wait(LONG_S)
+        with pytest.raises(HubLost, match="the hub is away"):
+            site.link.hub  # noqa: B018

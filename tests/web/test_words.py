@@ -1,0 +1,67 @@
+"""The words: complete in both languages, and every one that is used is there."""
+
+from __future__ import annotations
+
+import re
+import string
+from pathlib import Path
+
+import pytest
+
+from canwire.web.words import HERE, LANGUAGES, folders, preferred, read, words_in
+
+TEMPLATES = sorted(HERE.rglob("*.jinja"))
+SCRIPTS = [path for path in sorted(HERE.rglob("*.js")) if path.parent.name != "vendor"]
+SOURCES = sorted(HERE.rglob("*.py"))
+
+
+def names_in(text: str) -> set[str]:
+    return {name for _, name, _, _ in string.Formatter().parse(text) if name}
+
+
+@pytest.mark.parametrize("folder", folders(), ids=lambda folder: folder.name)
+def test_both_languages_say_the_same_things(folder: Path) -> None:
+    english, german = read(folder, "en"), read(folder, "de")
+    assert sorted(english) == sorted(german)
+    differing = [key for key in english if names_in(english[key]) != names_in(german[key])]
+    assert differing == []
+
+
+@pytest.mark.parametrize(
+    "path", [*TEMPLATES, *SCRIPTS, *SOURCES], ids=lambda path: str(path.relative_to(HERE))
+)
+def test_every_word_that_is_used_is_there(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    used = set(re.findall(r"""\b(?:t|word)\(\s*"([a-z]+\.[a-z0-9-]+)"\s*[,)]""", text))
+    texts = words_in("en").texts
+    assert sorted(used - set(texts)) == []
+    for start in re.findall(r"""\b(?:t|word)\(\s*f?["`]([a-z]+\.[a-z0-9-]+-)(?:" ~|\{|\$\{)""", text):
+        assert any(key.startswith(start) for key in texts), start
+
+
+@pytest.mark.parametrize(
+    ("chosen", "accepted", "language"),
+    [
+        (None, "", "en"),
+        (None, "de-DE,de;q=0.9,en;q=0.8", "de"),
+        (None, "fr,en;q=0.5,de;q=0.7", "de"),
+        (None, "fr", "en"),
+        (None, "de;q=x,en", "en"),
+        ("de", "en", "de"),
+        ("xx", "de", "de"),
+    ],
+)
+def test_the_language_is_the_chosen_one_or_the_browser_s(
+    chosen: str | None, accepted: str, language: str
+) -> None:
+    assert preferred(chosen, accepted) == language
+
+
+def test_every_language_has_its_file_in_every_folder() -> None:
+    missing = [
+        (folder.name, code)
+        for folder in folders()
+        for code in LANGUAGES
+        if not (folder / "words" / f"{code}.toml").exists()
+    ]
+    assert missing == []
