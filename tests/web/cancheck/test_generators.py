@@ -166,7 +166,7 @@ def test_a_row_shows_what_comes_next_and_when(bench: Bench) -> None:
     bench.generators.add(example(), active=True)
     bench.run(2000)
     (row,) = bench.generators.rows()
-    assert (row.index, row.due_ns, row.message.data.hex()) == (0, 4000 * MS, "021331")
+    assert (row.number, row.due_ns, row.message.data.hex()) == (0, 4000 * MS, "021331")
     bench.generators.pause(0)
     (row,) = bench.generators.rows()
     assert (row.due_ns, row.message.data.hex()) == (None, "021331")

@@ -26,7 +26,7 @@ class Row(NamedTuple):
     `waits`: it is due, and the send buffer is full. `trouble`: why it was paused, "" if nobody was to blame.
     """
 
-    index: int
+    number: int
     due_ns: int | None
     message: Outgoing
     waits: bool
@@ -59,13 +59,13 @@ class Generators:
         with self._changed:
             return [
                 Row(
-                    index,
+                    number,
                     one.due_ns if one.active else None,
                     one.recipe.message(one.step),
                     one.active and one.waits,
                     one.trouble,
                 )
-                for index, one in enumerate(self._all)
+                for number, one in enumerate(self._all)
             ]
 
     def recipe(self, index: int) -> Recipe:

@@ -103,7 +103,7 @@ class SendWindow:
         return [
             message_row(
                 PAUSED if row.due_ns is None else shown_time(row.due_ns // MS),
-                row.index,
+                row.number,
                 row.message,
                 self.align,
             )
