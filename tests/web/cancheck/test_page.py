@@ -79,7 +79,7 @@ def test_the_main_window(cancheck: Page, hub: canwire.Hub, peer: Peer) -> None:
         assert mode.timing is not None
         return mode.timing.bit_rate
 
-    cancheck.get_by_text("CAN Port CID1:").wait_for()
+    cancheck.get_by_text("CAN Port CID1:", exact=True).wait_for()
     field = cancheck.get_by_label("Baud rate, bit/s")
     assert field.input_value() == "1000000"
     for wrong in ("fast", "0", "-1", "1000001", ""):
@@ -340,3 +340,16 @@ def test_when_the_hub_is_lost_cancheck_has_ended(cancheck: Page, hub_served: Ser
     hub_served.process.terminate()
     cancheck.locator(".window").first.wait_for(state="detached")
     cancheck.get_by_role("button", name="Start", exact=True).wait_for()
+
+
+@pytest.mark.conforms("PG-12")
+def test_a_board_that_is_pulled_out_is_told_in_every_window(cancheck: Page, hub: canwire.Hub) -> None:
+    cancheck.get_by_role("button", name="Send & Receive").click()
+    window(cancheck, "receive")
+    window(cancheck, "send")
+    hub.unplug(BOARD)
+    for place in ("#trouble", "[data-key=send-100] [data-trouble]", "[data-key=receive-100] [data-trouble]"):
+        cancheck.locator(place, has_text="unplugged").wait_for()
+    cancheck.get_by_role("button", name="Leave CanCheck").click()
+    cancheck.get_by_role("button", name="Start", exact=True).click()
+    cancheck.locator("#status", has_text="ERROR_FILE_NOT_FOUND").wait_for()

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from starlette.concurrency import run_in_threadpool
 
-from canwire import HubLost
 from canwire.web.cancheck.told import key_of, told_main, told_rows, told_window
 from canwire.web.live import converse
 
@@ -36,7 +35,8 @@ class Feed:
         loop = asyncio.get_running_loop()
 
         def changed() -> None:
-            loop.call_soon_threadsafe(self._changed.set)
+            if not self._changed.is_set():  # it is cleared before each look: nothing is overlooked
+                loop.call_soon_threadsafe(self._changed.set)
 
         self._checking.listen(changed)
         try:
@@ -58,19 +58,14 @@ class Feed:
 
     def _look(self) -> str:
         """The message, "" if there is nothing new."""
-        program = self._checking.program
-        windows = program.windows
-        try:
-            told = {"main": told_main(program), "windows": [told_window(one) for one in windows]}
-        except HubLost:
-            return ""
-        rows = {key_of(one): told_rows(one, self._seen.get(key_of(one), 0)) for one in windows}
-        news = any(self._seen.get(key) != one["total"] for key, one in rows.items())
+        windows = self._checking.program.windows
+        main, states = told_main(self._checking.program), [told_window(one) for one in windows]
+        rows = [told_rows(one, self._seen.get(key_of(one), 0)) for one in windows]
+        totals = {key_of(one): part["total"] for one, part in zip(windows, rows, strict=True)}
         # what was cleared is told, too
-        state = json.dumps([told, [(key, one["first"]) for key, one in rows.items()]])
-        if state == self._told and not news:
+        state = json.dumps([main, states, [part["first"] for part in rows]])
+        if state == self._told and totals == self._seen:
             return ""
-        self._told = state
-        self._seen = {key: one["total"] for key, one in rows.items()}
-        shown: list[dict[str, Any]] = [{**one, **rows[one["key"]]} for one in told["windows"]]  # type: ignore[dict-item]
-        return json.dumps({"main": told["main"], "windows": shown})
+        self._told, self._seen = state, totals
+        shown = [{**one, **part} for one, part in zip(states, rows, strict=True)]
+        return json.dumps({"main": main, "windows": shown})

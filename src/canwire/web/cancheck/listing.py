@@ -52,14 +52,15 @@ class Listing:
         self.log_name = ""
         self.trouble = ""
 
-    def append(self, row: Row) -> None:
-        """One more row, shown and logged."""
+    def append(self, *rows: Row) -> None:
+        """More rows, shown and logged."""
         with self._lock:
-            self._rows.append(row)
-            self._total += 1
-            if self._log is not None:
+            self._rows.extend(rows)
+            self._total += len(rows)
+            for row in rows if self._log is not None else ():
                 self._write(row)
-        self._changed()
+        if rows:
+            self._changed()
 
     def clear(self) -> None:
         """Show nothing of it any more; the log stays as it is."""
@@ -97,7 +98,8 @@ class Listing:
         self._changed()
 
     def _write(self, row: Row) -> None:
-        assert self._log is not None
+        if self._log is None:
+            return
         try:
             self._log.write("\t".join(row).rstrip() + "\n")
         except OSError as error:

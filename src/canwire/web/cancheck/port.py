@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from canwire import candrv
 from canwire.candrv import CanMode, Command, FrameFormat
+from canwire.candrv.errors import translated
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -53,7 +54,9 @@ class Port:
     def shown(self) -> Shown:
         """Asked of the device anew each time: another program may have changed it, and commands go with the mode."""
         handle = self._handle
-        state, properties = handle.device.state(), handle.properties()
+        with translated(opened=True):
+            state = handle.device.state()
+        properties = handle.properties()
         return Shown(
             handle.name,
             state.rate,

@@ -61,8 +61,7 @@ class ReceiveWindow:
     def take(self) -> int:
         """How many events came."""
         count = self.handle.waiting
-        for _ in range(count):
-            self.list.append(event_row(self.handle.read_event()))
+        self.list.append(*(event_row(self.handle.read_event()) for _ in range(count)))
         return count
 
     def wait(self) -> None:

@@ -72,14 +72,14 @@ class SendWindow:
 
     def take(self) -> int:
         """List what was sent since; how many."""
-        count = 0
+        rows = []
         with self._lock:
             for message, at_ns in self.echoes.take():
                 index = self._found(message)
                 if index is not None:
-                    count += 1
-                    self.list.append(message_row(shown_time(at_ns // MS), index, message, self.align))
-        return count
+                    rows.append(message_row(shown_time(at_ns // MS), index, message, self.align))
+            self.list.append(*rows)
+        return len(rows)
 
     def wait(self) -> None:
         """Until the line has sent something; raises CanwireError once that cannot be heard any more."""

@@ -9,6 +9,7 @@ const panels = one("windows");
 const known = new Map(); // key -> {section, told}
 const waiting = new Set(); // frames on their way
 let main = { running: false };
+let order = []; // keys of all windows, as they were opened
 
 // the main window
 
@@ -67,6 +68,7 @@ one("set-registry").addEventListener("click", async () => {
   disableForReaders(one("registry-form"));
   one("registry-dialog").showModal();
 });
+one("registry-dialog").addEventListener("close", () => one("registry-form").replaceChildren());
 
 // windows
 
@@ -80,7 +82,8 @@ async function insert(told) {
   const frame = document.createElement("template");
   frame.innerHTML = text.trim();
   const section = frame.content.firstElementChild;
-  panels.append(section);
+  const after = order.slice(order.indexOf(told.key) + 1).find((key) => known.has(key));
+  panels.insertBefore(section, after ? known.get(after).section : null);
   known.set(told.key, { section, told });
   bind(section, told);
   disableForReaders(section);
@@ -137,7 +140,8 @@ function update(told) {
 function hear(text) {
   const told = JSON.parse(text);
   drawMain(told.main);
-  const keys = new Set(told.windows.map((window) => window.key));
+  order = told.windows.map((window) => window.key);
+  const keys = new Set(order);
   for (const [key, { section }] of known) {
     if (keys.has(key)) continue;
     section.remove();

@@ -16,6 +16,7 @@ function fit() {
     fields[`t${place}`].disabled = place >= count || !ranging;
   }
   form.querySelector(".line.to").hidden = !ranging;
+  form.querySelector(".line.from").classList.toggle("alone", !ranging);
   for (const one of form.querySelectorAll(".ranging")) one.hidden = !ranging;
 }
 
