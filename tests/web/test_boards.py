@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import pytest
 
 import canwire
+from canwire.web.boards.leds import Leds, leds_of
+from canwire.web.lines import Line, look
+from tests.hubs import LONG_S
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -68,6 +73,84 @@ def test_registers_of_every_chip_that_has_some(client: httpx.Client, hub: canwir
     assert len(chips) >= 2  # an SJA1000 and an MCP2515
     for place in chips:
         assert f'data-chip="{place.address}"' in shown
+
+
+@pytest.mark.conforms("CT-19")
+def test_leds_tell_of_traffic_and_errors(client: httpx.Client, hub: canwire.Hub) -> None:
+    """A frame that nobody acknowledges: traffic, and errors; then bus-off by a short."""
+    place = canwire.find_lines(hub, "can0")[0]
+    lone = canwire.WantedMode(500_000).mode(place.info.capabilities)
+    with (
+        canwire.start_line(hub, place, lone),
+        hub.open_channel(place.board.id, place.line) as channel,
+    ):
+        assert leds_of(hub, look_at(hub, place)) == Leds("off", "off", None)
+        channel.set_up(canwire.ChannelMode(receive=8, transmit=8))
+        channel.activate()
+        channel.send(canwire.Frame(0x123))
+        await_status(hub, place, lambda status: status.load > 0 and status.tec > 0)
+        assert leds_of(hub, look_at(hub, place)) == Leds("lit", "blinking", None)
+        hub.short("can0")
+        await_status(hub, place, lambda status: status.state == canwire.ErrorState.BUS_OFF)
+        assert leds_of(hub, look_at(hub, place)).red == "lit"
+        assert "Recover" in client.get("/boards/tree").text
+        hub.short("can0", shorted=False)
+        assert client.post("/boards/recover", data={"line": place.address}).status_code == 200
+        await_status(hub, place, lambda status: status.state != canwire.ErrorState.BUS_OFF)
+
+
+@pytest.mark.conforms("AC-03")
+def test_an_interrupt_that_waits_lights_the_yellow_led(hub: canwire.Hub) -> None:
+    place = next(place for place in canwire.every_line(hub) if place.board.kind == "inducan104")
+    other = canwire.find_lines(hub, "can0")[0]
+    with (
+        canwire.start_line(hub, place, canwire.WantedMode(500_000).mode(place.info.capabilities)),
+        canwire.start_line(hub, other, canwire.WantedMode(500_000).mode(other.info.capabilities)),
+        hub.open_channel(other.board.id, other.line) as channel,
+    ):
+        assert leds_of(hub, look_at(hub, place)).yellow == "off"
+        hub.hold_interrupts(place.board.id, place.line)
+        channel.set_up(canwire.ChannelMode(receive=8, transmit=8))
+        channel.activate()
+        channel.send(canwire.Frame(0x123))
+        await_status(hub, other, lambda status: status.frames_sent == 1)
+        assert leds_of(hub, look_at(hub, place)).yellow == "lit"
+        hub.hold_interrupts(place.board.id, place.line, held=False)
+
+
+def look_at(hub: canwire.Hub, place: canwire.LinePlace) -> Line:
+    return next(line for line in look(hub) if line.place.address == place.address)
+
+
+def await_status(
+    hub: canwire.Hub, place: canwire.LinePlace, reached: Callable[[canwire.LineStatus], bool]
+) -> None:
+    """The bus runs in real time; asking is what takes time here."""
+    end_s = time.monotonic() + LONG_S
+    while not reached(place.status(hub)):
+        assert time.monotonic() < end_s, place.status(hub)
+
+
+def test_plug_and_unplug_in_the_browser(page: Page, hub: canwire.Hub) -> None:
+    page.get_by_role("button", name="Plug in").first.click()
+    page.get_by_label("Kind").select_option("inducan104")
+    page.get_by_label("I/O address").fill("10000")
+    page.get_by_label("Interrupt line").fill("x")
+    page.locator("#plug-form button.main").click()
+    page.get_by_text("10000 is out of range; 0 to FFFF.").wait_for()
+    page.get_by_text("“x” is no number").wait_for()
+    page.get_by_label("I/O address").fill("300")
+    page.get_by_label("Interrupt line").fill("7")
+    page.get_by_label("Hardware id").fill("HW000077")
+    page.locator("#plug-form button.main").click()
+    page.get_by_text("HW000077 (inducan104) is plugged in.").wait_for()
+    board = page.locator('[data-board="HW000077"].board')
+    board.get_by_text("IRQ 7").wait_for()
+    page.on("dialog", lambda asked: asked.accept())
+    board.get_by_role("button", name="Unplug").click()
+    page.get_by_text("HW000077 is unplugged.").wait_for()
+    board.wait_for(state="detached")
+    assert "HW000077" not in {one.hardware_id for one in hub.boards()}
 
 
 def test_up_in_the_browser_by_keyboard(page: Page, hub: canwire.Hub) -> None:

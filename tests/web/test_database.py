@@ -9,9 +9,10 @@ import pytest
 
 import canwire
 from canwire import BadDescription, Frame
-from canwire.web.trace.database import Database
+from canwire.web.database import BadSignals, Database
 from tests.hubs import LONG_S, Served
-from tests.web.conftest import served_site, somebody
+from tests.web.conftest import served_site, somebody, tab
+from tests.web.test_send import receiving
 from tests.web.test_trace import sender, tab_on_trace
 
 pytest.importorskip("cantools")
@@ -56,6 +57,29 @@ def test_what_the_file_does_not_know_or_fit_has_no_signals(dbc: Path, frame: Fra
     assert Database(str(dbc)).signals(frame) == []
 
 
+def test_what_was_encoded_is_decoded(dbc: Path) -> None:
+    database = Database(str(dbc))
+    frame = database.encode("EngineData", {"Speed": "1000", "Hot": "yes"})
+    assert frame == Frame(0x123, bytes.fromhex("A00F010000000000"))
+    assert {one.name: one.value for one in database.signals(frame)} == {"Speed": "1000", "Hot": "yes"}
+    assert database.encode("Far", {"Level": "-3"}) == Frame(0x18FECA00, b"\xfd\x00", extended=True)
+
+
+@pytest.mark.parametrize(
+    ("values", "faults"),
+    [
+        ({"Speed": "16001"}, {"Speed"}),
+        ({"Speed": "-1", "Hot": "maybe"}, {"Speed", "Hot"}),
+        ({"Speed": "nan"}, {"Speed"}),
+        ({"Speed": "1e9"}, {"Speed"}),
+    ],
+)
+def test_values_that_do_not_fit_are_named(dbc: Path, values: dict[str, str], faults: set[str]) -> None:
+    with pytest.raises(BadSignals) as bad:
+        Database(str(dbc)).encode("EngineData", values)
+    assert set(bad.value.faults) == faults
+
+
 def test_a_file_that_is_no_description_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "car.dbc"
     path.write_bytes(b"\xff\xfe\x00BO_ what")
@@ -74,6 +98,27 @@ def test_an_opened_row_shows_its_signals(hub_served: Served, dbc: Path) -> None:
         shown = client.get("/trace/row", params={"record": record}).text
     assert "EngineData" in shown
     assert "rpm" in shown
+
+
+def test_a_row_by_its_signals_in_the_browser(
+    browser: Browser, hub_served: Served, hub: canwire.Hub, dbc: Path
+) -> None:
+    with (
+        receiving(hub) as channel,
+        served_site(hub_served.address, str(dbc)) as site,
+        tab(browser, site.address) as page,
+    ):
+        page.get_by_role("link", name="Send").click()
+        page.get_by_role("button", name="New").click()
+        page.get_by_label("Message").select_option("EngineData")
+        page.get_by_label("Speed, rpm").fill("99999")
+        page.get_by_label("Hot").fill("yes")
+        page.get_by_role("button", name="Keep").click()
+        page.get_by_text("0 – 16000 is possible.").wait_for()
+        page.get_by_label("Speed, rpm").fill("1000")
+        page.get_by_role("button", name="Keep").click()
+        page.get_by_role("button", name="Send 1").click()
+        assert channel.receive(LONG_S) == Frame(0x123, bytes.fromhex("A00F010000000000"))
 
 
 def test_names_in_the_page_s_rows_and_filter(

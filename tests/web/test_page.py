@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
@@ -86,8 +88,8 @@ def test_nothing_is_asked_of_other_machines(browser: Browser, site: Site, name: 
 
 
 def test_views_are_reached_by_keys(page: Page) -> None:
-    for number, name in enumerate(NAMES, 1):
-        page.keyboard.press(f"Alt+{number}")
+    for name in (*NAMES[1:], NAMES[0]):
+        page.keyboard.press(f"Alt+{NAMES.index(name) + 1}")
         page.wait_for_url(f"**/{name}")
     page.keyboard.press("Tab")
     assert page.locator(":focus").inner_text() == "Skip to the content"
@@ -137,3 +139,13 @@ def test_libraries_from_elsewhere_are_named_with_their_licences() -> None:
         assert [path.name for path in vendor.glob(f"{name}-*.js")] != []
     listed = (vendor / "README.md").read_text(encoding="utf-8")
     assert all(path.name in listed for path in vendor.iterdir() if path.name != "README.md")
+
+
+def test_every_file_of_the_page_is_in_the_package() -> None:
+    """pyproject's package-data: what it does not name is missing where canwire is installed."""
+    root = Path(__file__).parents[2]
+    table = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    patterns = table["tool"]["setuptools"]["package-data"]["canwire"]
+    packed = {path for pattern in patterns for path in HERE.parent.glob(pattern)}
+    files = {path for path in HERE.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")}
+    assert sorted(files - packed) == []

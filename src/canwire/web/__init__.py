@@ -21,7 +21,8 @@ How a view is added. A view is a folder here, `web/NAME/`, and a row in `views.p
   fields) are sent by base/static/forms.js; `data-writes` disables them for viewers without the token. After a success
   the event "changed" goes to document.body.
 - A part that the server draws anew now and then: htmx, `hx-get="/NAME/part" hx-trigger="every 1s, changed from:body"`.
-- What comes often goes through a web socket: live.py's `converse`, with an `Outbox` for each viewer.
+- What comes often goes through a web socket: live.py's `converse`. Keep no queue for a viewer: read what there is at
+  its pace, and count what it missed (trace/feed.py).
 - Choices that are remembered: `data-remember="NAME.key"` on a field, or `remembered(key, fallback)` of base.js.
 - gate.py has refused strangers before a view is asked: foreign hosts and origins, wrong tokens, bodies over 64 KiB,
   and everything but GET without the token. `request.scope["writer"]` tells a web socket's view the same.

@@ -13,6 +13,7 @@ from markupsafe import Markup
 from starlette.responses import HTMLResponse, Response
 
 import canwire
+from canwire.web.database import Database
 from canwire.web.words import HERE, LANGUAGES, Words, preferred, words_in
 
 if TYPE_CHECKING:
@@ -46,14 +47,14 @@ class View:
 class Desk:
     """One server's. `epoch_ns(hub)` is what to add to the hub's time to get that of the wall clock.
 
-    `database` is the file of a network description (DBC), "" for none. What a view has to close in the end it
+    `database` is the network description, if there is one. What a view has to close in the end it
     gives to `closing`, and what other views may use it puts into `kept` under its name.
     """
 
     link: HubLink
     views: tuple[View, ...]
     epoch_ns: Callable[[Hub], int]
-    database: str = ""
+    database: Database
     closing: ExitStack = field(default_factory=ExitStack)
     kept: dict[str, Any] = field(default_factory=dict)
 

@@ -1,10 +1,12 @@
-"""Web sockets to viewers, none of which slows another: each has a bounded queue, and what did not fit is counted."""
+"""Web sockets to viewers. None slows another: each has a task that waits while its viewer does not read.
+
+Who sends keeps nothing for a viewer meanwhile, but goes on with what there is then, and counts what that leaves out.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -12,51 +14,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 MESSAGE_BYTES = 16_384  # a viewer says little
 TOO_BIG, MALFORMED = 1009, 1003  # RFC 6455 7.4.1
-
-
-class Outbox:
-    """Messages on their way to one viewer. `put` may be called from any thread and never waits.
-
-    When `room` messages wait, the oldest goes; `lost` counts what was in it (`rows`).
-    """
-
-    def __init__(self, room: int = 64) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._room = room
-        self._waiting: deque[tuple[str | bytes, int]] = deque()
-        self._filled = asyncio.Event()
-        self.lost = 0
-
-    def put(self, message: str | bytes, rows: int = 1) -> None:
-        """Queue one; `rows` is what its loss counts."""
-        self._loop.call_soon_threadsafe(self._put, message, rows)
-
-    def _put(self, message: str | bytes, rows: int) -> None:
-        if len(self._waiting) >= self._room:
-            self.lost += self._waiting.popleft()[1]
-        self._waiting.append((message, rows))
-        self._filled.set()
-
-    async def take(self) -> str | bytes:
-        """The oldest one; waits for it."""
-        while not self._waiting:
-            self._filled.clear()
-            await self._filled.wait()
-        return self._waiting.popleft()[0]
-
-
-async def send(socket: WebSocket, message: str | bytes) -> None:
-    """As text or as bytes; waits while the viewer does not read."""
-    if isinstance(message, str):
-        await socket.send_text(message)
-    else:
-        await socket.send_bytes(message)
-
-
-async def drain(socket: WebSocket, outbox: Outbox) -> None:
-    """Send whatever is put into the outbox, for ever."""
-    while True:
-        await send(socket, await outbox.take())
 
 
 async def converse(

@@ -12,6 +12,7 @@ import uvicorn
 
 from canwire import BadValue
 from canwire.web.app import make_app
+from canwire.web.database import Database
 from canwire.web.desk import Desk
 from canwire.web.link import HubLink, connect_again
 from canwire.web.views import VIEWS
@@ -30,11 +31,12 @@ class Site:
     def __init__(
         self, hub: Hub, epoch_ns: Callable[[Hub], int], *, port: int = 0, database: str = ""
     ) -> None:
+        description = Database(database)
         self._socket = _listening(port)
         self.port = int(self._socket.getsockname()[1])
         self.token = secrets.token_urlsafe(18)
         self.link = HubLink(connect_again(hub))
-        self.desk = Desk(self.link, VIEWS, epoch_ns, database)
+        self.desk = Desk(self.link, VIEWS, epoch_ns, description)
         hosts = [f"{name}:{self.port}" for name in (LOOPBACK, "localhost")]
         try:
             self.app = make_app(self.desk, self.token, hosts, self.port)

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from canwire import BadFrame, Frame
+from canwire.web.database import BadSignals, Database
 from canwire.web.send.transmit_list import Row
 
 if TYPE_CHECKING:
@@ -16,8 +17,11 @@ SLOWEST_MS = 3_600_000
 _FD_LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
 
 
-def typed_row(fields: Fields, word: Words) -> Row:
-    """Fields: number (0: a new one), line, format, id, data or dlc, cycle, most, key, comment. Raises BadFields."""
+def typed_row(fields: Fields, word: Words, database: Database) -> Row:
+    """Fields: number (0: a new one), line, cycle, most, key, comment; raises BadFields.
+
+    The frame is format, id, data or dlc; or message, and each of its signals as "signal.NAME".
+    """
     number = fields.whole("number", 0, 1_000_000) if fields.text("number") else 0
     line = fields.text("line", longest=80, empty=False)
     cycle_ms = fields.real("cycle", 1, SLOWEST_MS) if fields.text("cycle") not in ("", "0") else 0.0
@@ -26,7 +30,8 @@ def typed_row(fields: Fields, word: Words) -> Row:
     if key and not re.fullmatch(r"[a-z0-9]", key):
         fields.fault("key", word("send.bad-key"))
     comment = fields.text("comment")
-    frame = _typed_frame(fields, word)
+    message = fields.text("message", longest=200)
+    frame = _by_signals(fields, word, database, message) if message else _typed_frame(fields, word)
     fields.check()
     return Row(number, line, frame, cycle_ms, key, most, comment)
 
@@ -50,6 +55,19 @@ def _typed_frame(fields: Fields, word: Words) -> Frame:
         )
     except BadFrame as error:
         fields.fault("data", str(error))
+        return Frame(0)
+
+
+def _by_signals(fields: Fields, word: Words, database: Database, message: str) -> Frame:
+    values = {one.name: fields.text(f"signal.{one.name}") for one in database.inputs(message)}
+    try:
+        return database.encode(message, values)
+    except BadSignals as bad:
+        for name, fitting in bad.faults.items():
+            if name in values:
+                fields.fault(f"signal.{name}", word("send.bad-signal", fitting=fitting))
+            else:
+                fields.fault("message", word("base.no-choice", value=message[:40]))
         return Frame(0)
 
 

@@ -43,6 +43,7 @@ class Sending:
         return [
             Route("/send", self._page),
             Route("/send/list", self._list),
+            Route("/send/signals", self._signals),
             *(
                 Route(f"/send/{name}", action(self._desk, do), methods=["POST"])
                 for name, do in actions.items()
@@ -54,13 +55,18 @@ class Sending:
             lines = can_lines(self._desk.link.hub)
         except HubLost:
             lines = []
-        return self._desk.page(request, VIEW, lines=lines)
+        return self._desk.page(request, VIEW, lines=lines, messages=self._desk.database.messages())
 
     def _list(self, request: Request) -> Response:
         return self._desk.part(request, "send/list.jinja", rows=[_shown(row) for row in self.list.rows])
 
+    def _signals(self, request: Request) -> Response:
+        """Fields for a message's signals."""
+        inputs = self._desk.database.inputs(request.query_params.get("message", ""))
+        return self._desk.part(request, "send/signals.jinja", inputs=inputs)
+
     def _put(self, call: Call) -> str:
-        row = self.list.put(typed_row(call.fields, call.word))
+        row = self.list.put(typed_row(call.fields, call.word, self._desk.database))
         return call.word("send.kept", number=row.number)
 
     def _remove(self, call: Call) -> str:

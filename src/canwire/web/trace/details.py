@@ -11,7 +11,7 @@ from canwire.web.trace.drawing import BITS, HEIGHT, WIDTH, Bit, Row, bits_of, ro
 from canwire.web.trace.history import GAP, LOST
 
 if TYPE_CHECKING:
-    from canwire.web.trace.database import Database, Signal
+    from canwire.web.database import Database, Signal
     from canwire.web.words import Words
 
 RECORD_BYTES = 80

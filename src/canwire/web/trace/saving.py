@@ -1,11 +1,15 @@
-"""The history as a log file, in candump's form."""
+"""Rows of the history as lines of a log file, in candump's form."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from canwire import BadFrame, BusEvent, EventKind, Frame, LogLine, format_log_line, frame_of_record
 from canwire.web.trace.history import GAP, LOST, History
+
+if TYPE_CHECKING:
+    import numpy
 
 _AT_ONCE = 4096
 _SELF_RECEIVED = 1 << 21  # of the info word: sent by the line itself
@@ -16,14 +20,19 @@ def log_lines(history: History, names: Mapping[int, str], epoch_ns: int, *, erro
     cursor, end = 0, history.total
     while cursor < end:
         rows, _, cursor = history.since(cursor, min(_AT_ONCE, end - cursor), names)
-        lines = []
-        for row in rows:
-            content = _content(row["record"].tobytes(), errors)
-            if content is not None:
-                direction = "T" if int(row["record"]["info"]) & _SELF_RECEIVED else "R"
-                stamp_ns = epoch_ns + content.timestamp_ns
-                lines.append(format_log_line(LogLine(stamp_ns, names[int(row["line"])], content, direction)))
-        yield "".join(f"{line}\n" for line in lines)
+        yield "".join(f"{line}\n" for line in format_rows(rows, names, epoch_ns, errors=errors))
+
+
+def format_rows(rows: numpy.ndarray, names: Mapping[int, str], epoch_ns: int, *, errors: bool) -> list[str]:
+    """Frames, with `errors` error frames and changes of state too; `names` are the interfaces by line number."""
+    found = []
+    for row in rows:
+        content = _content(row["record"].tobytes(), errors)
+        if content is not None:
+            direction = "T" if int(row["record"]["info"]) & _SELF_RECEIVED else "R"
+            stamp_ns = epoch_ns + content.timestamp_ns
+            found.append(format_log_line(LogLine(stamp_ns, names[int(row["line"])], content, direction)))
+    return found
 
 
 def _content(record: bytes, errors: bool) -> Frame | BusEvent | None:

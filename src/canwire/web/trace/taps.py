@@ -102,7 +102,8 @@ class Taps:
             with self._changed:
                 wanted = frozenset().union(*self._wanted.values())
             self._close_all_but(wanted)
-            self._open(wanted)
+            if wanted:
+                self._open(wanted)
             with self._changed:
                 if not self._ends and frozenset().union(*self._wanted.values()) == wanted:
                     self._changed.wait(_LOOK_S)

@@ -6,6 +6,10 @@ const dialog = document.getElementById("row-dialog");
 const form = document.getElementById("row-form");
 
 function show(row) {
+  if (form.elements.message) {
+    form.elements.message.value = "";
+    document.getElementById("signals").replaceChildren();
+  }
   for (const [name, value] of Object.entries(row)) {
     const field = form.elements.namedItem(name);
     if (field.type === "checkbox") field.checked = Boolean(value);
@@ -15,13 +19,25 @@ function show(row) {
   dialog.showModal();
 }
 
-/** A remote frame has a length instead of data. */
+/** A message has signals, a remote frame a length, any other frame data. */
 function fit() {
   const remote = form.elements.format.value === "remote";
+  const signals = Boolean(form.elements.message?.value);
+  for (const field of form.querySelectorAll(".raw")) field.hidden = signals;
+  if (signals) return;
   document.getElementById("data-field").hidden = remote;
   document.getElementById("dlc-field").hidden = !remote;
 }
 
+async function signals() {
+  const place = document.getElementById("signals");
+  const message = form.elements.message.value;
+  const answer = message ? await fetch(`/send/signals?${new URLSearchParams({ message })}`) : null;
+  place.innerHTML = answer?.ok ? await answer.text() : "";
+  fit();
+}
+
+form.elements.message?.addEventListener("change", signals);
 form.elements.format.addEventListener("change", fit);
 document.getElementById("new").addEventListener("click", () => {
   const line = form.elements.line.value;

@@ -33,6 +33,7 @@ export class LinesChosen {
       this.named(told.names);
       this.named = null;
     }
+    document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
     this.set(chosen?.length ? chosen : usual(told.lines));

@@ -6,6 +6,7 @@ import { rules } from "/static/trace/colours.js";
 import { compile } from "/static/trace/filter.js";
 import { LinesChosen } from "/static/trace/lines.js";
 import { List } from "/static/trace/list.js";
+import { record } from "/static/trace/recording.js";
 import { HEAD_BYTES, Rows } from "/static/trace/rows.js";
 
 const KEPT = 100_000; // rows in this page: 9 MB
@@ -175,6 +176,8 @@ async function open(index) {
   }
   element("opened").innerHTML = await answer.text();
   element("details").hidden = false;
+  list.setFollow(false);
+  list.select(index, false); // which may have got out of sight: the list is lower now
 }
 
 /** The frame that was repeated after an error: the next one of the same line. */
@@ -239,6 +242,10 @@ element("search").addEventListener("keydown", (event) => {
 element("save").addEventListener("click", () => {
   if (!lines.watched.length) say(word("trace.no-lines"), true);
   else location.assign(`/trace/log?${new URLSearchParams({ lines: lines.watched.join(","), errors: "true" })}`);
+});
+element("record").addEventListener("click", async () => {
+  await record(lines.watched);
+  lines.look();
 });
 element("close-details").addEventListener("click", () => {
   element("details").hidden = true;

@@ -1,0 +1,21 @@
+// The recording into a file at the server: begun and ended here, and how far it is.
+import { say, word } from "/static/base/base.js";
+import { post } from "/static/base/forms.js";
+
+const button = document.getElementById("record");
+const file = document.getElementById("recording");
+
+document.addEventListener("recording", ({ detail: now }) => {
+  button.setAttribute("aria-pressed", String(now.running));
+  button.textContent = now.running
+    ? word("trace.stop-record", { rows: now.rows, missed: now.missed })
+    : word("trace.record");
+  file.hidden = now.running || !now.there;
+  if (now.trouble) say(now.trouble, true);
+});
+
+/** Pressed: record what is watched, or end it. */
+export function record(lines) {
+  const running = button.getAttribute("aria-pressed") === "true";
+  return running ? post("/trace/record-stop", {}) : post("/trace/record", { lines: lines.join(",") });
+}
