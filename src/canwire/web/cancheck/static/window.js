@@ -88,37 +88,44 @@ function drawSend(section, told, part) {
   drawGenerators(section, told, part);
 }
 
+/** Rows are changed in place: one that is being clicked stays. */
 function drawGenerators(section, told, part) {
   const chosen = Number(section.dataset.chosen ?? -1);
-  const state = JSON.stringify([chosen, told.generators]);
-  if (section.dataset.shown === state) return;
-  section.dataset.shown = state;
   const body = part("generators").querySelector("tbody");
-  const focused = body.contains(document.activeElement);
-  body.replaceChildren(...told.generators.flatMap((one, index) => generatorRows(one, index, index === chosen, told)));
-  if (focused) body.querySelector("input:checked")?.focus();
+  while (body.childElementCount < 2 * told.generators.length) {
+    body.append(...newRows(told, body.childElementCount / 2));
+  }
+  told.generators.forEach((one, index) => {
+    const [row, note] = [body.children[2 * index], body.children[2 * index + 1]];
+    row.classList.toggle("chosen", index === chosen);
+    row.querySelector("input").checked = index === chosen;
+    one.row.forEach((text, place) => put(place ? row.cells[place] : row.querySelector("span"), text));
+    const why = one.trouble || (one.waits ? word("cancheck.waits") : "");
+    note.hidden = !why;
+    put(note.cells[0], why);
+  });
   const current = told.generators[chosen];
   const writes = document.body.dataset.writer === "yes";
   part("activates").disabled = part("edits").disabled = !current || !writes;
   part("activates").checked = Boolean(current?.active);
 }
 
-function generatorRows(one, index, isChosen, told) {
+function put(place, text) {
+  if (place.textContent !== text) place.textContent = text;
+}
+
+function newRows(told, index) {
   const row = document.createElement("tr");
-  row.className = isChosen ? "chosen" : "";
   row.dataset.index = index;
   const choice = document.createElement("input");
-  Object.assign(choice, { type: "radio", name: `chosen-${told.number}`, value: index, checked: isChosen });
+  Object.assign(choice, { type: "radio", name: `chosen-${told.number}`, value: index });
   choice.setAttribute("aria-label", word("cancheck.select", { index: index.toString(16).toUpperCase() }));
-  const [time, ...rest] = one.row;
   const first = cell("");
-  first.append(choice, " ", time);
-  row.append(first, ...rest.map(cell));
-  const why = one.trouble || (one.waits ? word("cancheck.waits") : "");
-  if (!why) return [row];
+  first.append(choice, document.createElement("span"));
+  row.append(first, ...Array.from({ length: 6 }, () => cell("")));
   const note = document.createElement("tr");
   note.className = "note";
-  note.append(cell(why));
-  note.firstChild.colSpan = 7;
+  note.append(cell(""));
+  note.cells[0].colSpan = 7;
   return [row, note];
 }
