@@ -287,6 +287,10 @@ def test_the_generators_window(cancheck: Page, peer: Peer) -> None:
     row.get_by_text("-Paused-").wait_for()
     box.get_by_role("button", name="Activate All").click()
     assert peer.receive() == Frame(0x123, remote=True, dlc=2)
+    heads = box.locator("thead:visible")
+    assert heads.count() == 2
+    box.get_by_role("button", name="Hide Column Headers").click()
+    assert heads.count() == 0
     box.get_by_role("button", name="Abort Transmission").click()
     cancheck.get_by_text("Aborted: 0 messages were given up.").wait_for()
     box.get_by_role("button", name="New").click()

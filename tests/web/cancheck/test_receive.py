@@ -13,6 +13,8 @@ from canwire.web.cancheck.receive import KINDS
 from tests.candrv.bench import Bench
 from tests.web.cancheck.conftest import Program
 
+FULL = Path("/dev/full")
+
 # the list
 
 
@@ -56,6 +58,17 @@ def test_events_of_the_bus_are_listed(program: Program, bench: Bench) -> None:
         ("RECEIVED", "0", "STD", "000007FF", "1", "4", ""),
     ]
     assert int(rows[1][1], 16) <= window.handle.time()
+
+
+@pytest.mark.conforms("FT-08")
+def test_the_column_lost_accounts_for_every_event_that_is_not_listed(program: Program, bench: Bench) -> None:
+    window = program.receive()
+    bench.peer.send(*(Frame(0x100, number.to_bytes(2, "big")) for number in range(1000)))
+    program.run(1.0)
+    bench.peer.send(Frame(0x101))
+    program.run(0.01)
+    rows = window.list.rows()
+    assert [len(rows), rows[-1][2], rows[-1][4]] == [201, f"{800:X}", "00000101"]
 
 
 @pytest.mark.conforms("FT-08")
@@ -127,6 +140,18 @@ def test_a_log_overwrites_only_when_told(tmp_path: Path) -> None:
         listing.open_log(path)
     listing.close_log()
     assert path.read_text() == ""
+
+
+@pytest.mark.conforms("FT-09")
+@pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full here")
+def test_a_log_that_cannot_be_written_ends_and_says_so() -> None:
+    listing = Listing()
+    listing.open_log(FULL, overwrite=True)
+    listing.append(("RECEIVED", "00000001"))
+    assert listing.log_name == ""
+    assert "No space left on device; the log ends here" in listing.trouble
+    listing.append(("RECEIVED", "00000002"))
+    assert len(listing.rows()) == 2
 
 
 @pytest.mark.conforms("FT-09")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -104,7 +105,9 @@ class Listing:
             self._log.write("\t".join(row).rstrip() + "\n")
         except OSError as error:
             self.trouble = f"{self.log_name}: {error.strerror}; the log ends here"
-            self._log, self.log_name = None, ""
+            log, self._log, self.log_name = self._log, None, ""
+            with suppress(OSError):  # the same once more: what could not be written is still in its buffer
+                log.close()
 
 
 def shown_time(time_ms: int) -> str:
