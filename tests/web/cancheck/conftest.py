@@ -1,18 +1,25 @@
-"""CanCheck's model on a hub in virtual time, which stands still while nobody waits."""
+"""CanCheck's model on a hub in virtual time, which stands still while nobody waits; its page on one in fast time."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
+import canwire
 from canwire.candrv.registry.registry import RegistryStore
 from canwire.web.cancheck.program import CanCheck
 from canwire.web.cancheck.receive import ReceiveWindow
 from canwire.web.cancheck.send import SendWindow
-from tests.candrv.bench import Bench
+from tests.candrv.bench import Bench, Peer
 from tests.candrv.conftest import CONFIG, REGISTRY
-from tests.hubs import embedded
+from tests.hubs import Served, embedded, serving
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Locator, Page
 
 BOARD = "HW000501"  # a PicoCOM1: as on F&S's boards, three channels to send and two to receive
 
@@ -79,3 +86,36 @@ def program(bench: Bench) -> Iterator[Program]:
     made = Program(bench)
     yield made
     made.leave()
+
+
+# in the browser
+
+
+@pytest.fixture
+def hub_served(home: Path) -> Iterator[Served]:
+    """In fast time, with the boards of CANDRV's tests."""
+    with serving(home, CONFIG) as made:
+        yield made
+
+
+@pytest.fixture
+def peer(hub: canwire.Hub) -> Iterator[Peer]:
+    with closing(Peer(hub)) as made:
+        yield made
+
+
+@pytest.fixture
+def cancheck(page: Page, peer: Peer) -> Page:
+    """Started on CID1:, in a tab."""
+    page.get_by_role("link", name="CanCheck").click()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.get_by_role("heading", name="CanCheck", exact=True).wait_for()
+    page.get_by_role("button", name="ENTER_STANDBY").wait_for()
+    return page
+
+
+def panel(page: Page, kind: str) -> Locator:
+    """A window of that kind, once it is there."""
+    found = page.locator(f".window[data-kind={kind}]").first
+    found.wait_for()
+    return found
