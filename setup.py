@@ -24,6 +24,7 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.bus.can.tally": 1,
     "canwire.bus.can.station": 2,
     "canwire.bus.can.stimulus": 2,
+    "canwire.bus.can.echo": 2,
     "canwire.bus.can.bit_level": 2,
     "canwire.bus.load": 1,
     "canwire.bus.can.joining": 1,
@@ -52,6 +53,7 @@ DIRECTIVES = {
     "initializedcheck": False,
     "cdivision": True,
     "annotation_typing": False,
+    "allow_none_for_extension_args": False,  # None is not a Frame: TypeError, where C would read its fields
     "auto_pickle": False,  # Frame says itself how it is pickled, everything else is one of a kind
     "freethreading_compatible": False,
 }

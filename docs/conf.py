@@ -12,11 +12,12 @@ project_copyright = "canwire's authors, MIT licence"
 version = release = re.findall(
     r'"(.+?)"', (Path(__file__).parent.parent / "src/canwire/version.py").read_text(encoding="utf-8")
 )[0]
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_nb", "sphinx.ext.autodoc"]
+nb_execution_mode = "off"  # tests/docs/test_notebook.py runs the cells; the page shows what they printed
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = "canwire"
-exclude_patterns = ["**/__pycache__"]
+exclude_patterns = ["**/__pycache__", "reference/findings"]
 suppress_warnings = ["myst.xref_missing"]  # pages also link to the source's files, which are no pages
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"

@@ -1,8 +1,8 @@
 """Writes docs/conformance.md from the numbers that stand on the tests.
 
-    python docs/conformance.py ../shared/behaviours.md
+    python docs/conformance.py
 
-The list of behaviours is read from the file given, or else from the page as it stands.
+The list of behaviours is docs/reference/behaviours.md, that of the findings docs/findings.toml.
 """
 
 from __future__ import annotations
@@ -10,54 +10,86 @@ from __future__ import annotations
 import ast
 import re
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "conformance.md"
+BEHAVIOURS = ROOT / "docs" / "reference" / "behaviours.md"
 ROW = re.compile(r"^\| ([A-Z][A-Z0-9]?-\d+) \| (.*?) \|")
 GROUP = re.compile(r"^## (.*)$")
 HEAD = """# Conformance
 
 Which behaviour is shown by which test. Written by `python docs/conformance.py` from the `conforms` markers of the
-tests: change those, not this page. {shown} of {total} behaviours are shown.
+tests: change those, not this page. {shown} of {total} behaviours are shown. At the end: what outside examinations
+found, and what became of it.
+"""
+FINDINGS = ROOT / "docs" / "findings.toml"
+FINDINGS_HEAD = """
+## Findings
+
+Each point of an outside examination is shown mended by tests with the marker `finding`, or decided otherwise, where it
+is said. The list is `docs/findings.toml`. {shown} of {total} points are shown by tests.
 """
 
 
-def marked_tests() -> dict[str, list[str]]:
-    """Test names by behaviour number."""
+class Point(NamedTuple):
+    """A point of an examination: its marker ("vci F3"), what it is about, and where it was decided otherwise, or ""."""
+
+    name: str
+    what: str
+    decided: str
+
+
+def findings() -> dict[str, list[Point]]:
+    """Points by the title of the examination."""
+    found = tomllib.loads(FINDINGS.read_text(encoding="utf-8"))
+    return {table["title"]: list(_points(name, table)) for name, table in found.items()}
+
+
+def _points(name: str, table: dict[str, Any]) -> Iterator[Point]:
+    decided = table.get("decided", {})
+    for point, what in table.items():
+        if point not in ("title", "decided"):
+            yield Point(f"{name} {point}", what, decided.get(point, ""))
+
+
+def marked_tests(marker: str = "conforms") -> dict[str, list[str]]:
+    """Test names by behaviour number, or by the point of a "finding"."""
     found: dict[str, list[str]] = {}
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
-        for name, number in (*_module_marks(tree), *_marks(tree)):
+        for name, number in (*_module_marks(tree, marker), *_marks(tree, marker)):
             found.setdefault(number, []).append(f"{path.relative_to(ROOT).as_posix()}::{name}")
     return {number: sorted(set(tests)) for number, tests in found.items()}
 
 
-def _marks(tree: ast.AST, outer: tuple[str, ...] = ()) -> Iterator[tuple[str, str]]:
+def _marks(tree: ast.AST, marker: str, outer: tuple[str, ...] = ()) -> Iterator[tuple[str, str]]:
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.ClassDef):
-            yield from _numbers("::".join((*outer, node.name)), node.decorator_list)
-            yield from _marks(node, (*outer, node.name))
+            yield from _numbers("::".join((*outer, node.name)), marker, node.decorator_list)
+            yield from _marks(node, marker, (*outer, node.name))
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield from _numbers("::".join((*outer, node.name)), node.decorator_list)
+            yield from _numbers("::".join((*outer, node.name)), marker, node.decorator_list)
 
 
-def _module_marks(tree: ast.Module) -> Iterator[tuple[str, str]]:
+def _module_marks(tree: ast.Module, marker: str) -> Iterator[tuple[str, str]]:
     for node in tree.body:
         if isinstance(node, ast.Assign) and any(
             isinstance(t, ast.Name) and t.id == "pytestmark" for t in node.targets
         ):
-            yield from _numbers("*", [node.value])
+            yield from _numbers("*", marker, [node.value])
 
 
-def _numbers(name: str, decorators: list[ast.expr]) -> Iterator[tuple[str, str]]:
+def _numbers(name: str, marker: str, decorators: list[ast.expr]) -> Iterator[tuple[str, str]]:
     for decorator in decorators:
         for call in ast.walk(decorator):
             if (
                 isinstance(call, ast.Call)
                 and isinstance(call.func, ast.Attribute)
-                and call.func.attr == "conforms"
+                and call.func.attr == marker
             ):
                 for argument in call.args:
                     if isinstance(argument, ast.Constant):
@@ -80,12 +112,32 @@ def page(behaviours: str) -> str:
             lines.append(
                 f"| {row[1]} | {row[2]} | {'<br>'.join(f'`{name}`' for name in names) or 'not yet'} |"
             )
-    return HEAD.format(shown=shown, total=total) + "\n".join(lines) + "\n"
+    return HEAD.format(shown=shown, total=total) + "\n".join(lines) + "\n" + findings_section()
+
+
+def findings_section() -> str:
+    """What became of every point."""
+    tests, examinations = marked_tests("finding"), findings()
+    lines: list[str] = []
+    for title, points in examinations.items():
+        lines += [
+            "",
+            f"### {title}",
+            "",
+            "| point | what | test, or where it is decided otherwise |",
+            "|---|---|---|",
+        ]
+        for point in points:
+            shown_by = [f"`{name}`" for name in tests.get(point.name, [])]
+            told = "<br>".join([*shown_by, *filter(None, [point.decided])])
+            lines.append(f"| {point.name} | {point.what} | {told or 'open'} |")
+    every = [point for points in examinations.values() for point in points]
+    shown = sum(point.name in tests for point in every)
+    return FINDINGS_HEAD.format(shown=shown, total=len(every)) + "\n".join(lines) + "\n"
 
 
 def main() -> int:
-    source = Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE
-    PAGE.write_text(page(source.read_text(encoding="utf-8")), encoding="utf-8")
+    PAGE.write_text(page(BEHAVIOURS.read_text(encoding="utf-8")), encoding="utf-8")
     return 0
 
 

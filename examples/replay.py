@@ -8,15 +8,15 @@ from itertools import pairwise
 from pathlib import Path
 from statistics import median
 
-from canwire import Frame, Lab, parse_log_line
+from canwire import Lab, parse_log_line
 
 CAR = Path(__file__).parent / "car-candump.log"
 
 
 def main(path: Path = CAR) -> dict[int, tuple[int, float]]:
     """How often each identifier was received, and its usual period in ms."""
-    frames = [line.content for text in path.read_text().splitlines() if (line := parse_log_line(text))]
-    frames = [frame for frame in frames if isinstance(frame, Frame)]
+    lines = map(parse_log_line, path.read_text().splitlines())
+    frames = [line.frame for line in lines if line.frame is not None]
     arrivals: dict[int, list[int]] = defaultdict(list)
     with Lab() as lab:
         bus = lab.can_bus("can0", bit_rate=500_000)

@@ -53,16 +53,17 @@ def test_other_seeds_do_something_else() -> None:
 
 
 def traffic(package: ModuleType, seed: int) -> dict[str, object]:
-    """Random frames of five nodes with noise and scripted faults: what everybody saw, hashed."""
+    """Random frames of six nodes with noise and scripted faults: what everybody saw, hashed."""
     chance = random.Random(seed)
     with package.Lab(seed=seed) as lab:
         bus = lab.can_bus(bit_rate=500_000, data_bit_rate=2_000_000, iso_fd=bool(seed % 2))
         nodes = [
             bus.node("everything"),
             bus.node("filtered", filters=[(0x100, 0x700), (0x100, 0x1FFFFF00, True)]),
-            bus.node("own too", self_reception=True),
+            bus.node("own too", self_reception=True, options=late_options(package)),
             bus.node("small", receive_queue=16),
             bus.node("silent", listen_only=True),
+            bus.node("quiet", options=package.ControllerOptions(restricted=True, edge_filter=True)),
         ]
         for node in nodes:
             node.events()
@@ -81,6 +82,11 @@ def traffic(package: ModuleType, seed: int) -> dict[str, object]:
                 lab.run_for(chance.uniform(0, 0.002))
         lab.run_for(2.0)
         return summary(lab, bus, nodes)
+
+
+def late_options(package: ModuleType) -> object:
+    """A sender that reads itself later than its sample point, and knows it."""
+    return package.ControllerOptions(450, package.DelayCompensation(300, filter_ns=500))
 
 
 def summary(lab: object, bus: object, nodes: list[object]) -> dict[str, object]:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import ast
 import doctest
 import subprocess
 import sys
+from pathlib import Path
 from types import ModuleType
+
+import pytest
 
 import canwire
 
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
+ControllerOptions DelayCompensation
 BadConfig BadMessage BoardInfo Capabilities ChannelMode ChannelStatus Control CyclicStatus Event Feature Fifo Filtered
 FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease LineInfo LineMode LineStatus
+CanBusFaults FaultInfo FaultStay HubBus HubFault HubLinBus HubPlace LinBusFaults Scripted
 NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange Unplugged Unsupported
 WrongState
 connect default_address frame_of_record kind_names serve WireField wire_fields
@@ -29,6 +35,23 @@ BadDescription Busy LabLinBus LabLinNode LinCapabilities LinControl LinErrorKind
 LinFrame LinLineStatus LinLogLine LinMode LinMonitorMode LinMonitorStatus LinOutcome LinSchedule LinSlot LinState
 Monitor SlotKind format_lin_frame format_lin_log_line lin_checksum linmsg_of_record parse_lin_frame
 parse_lin_log_line protected_id record_of_linmsg
+Ring
+Counters LineSettings
+LinCounters
+LinLineState
+Behaviour
+Periodic
+Timer
+Config
+EventDescriptor
+LabFaults
+LabLinFaults
+Fault
+Place
+LinFault
+BoardConfig BusConfig
+IsaPlace
+DLC_MASK DLC_SHIFT ERROR_STATE_INDICATOR EXTENDED EXTENDED_DATA_LENGTH FAST_DATA_RATE OVERRUN REMOTE TYPE_MASK
 """
 
 
@@ -44,7 +67,69 @@ def test_nothing_else_stands_in_the_door() -> None:
         for name, value in vars(canwire).items()
         if not name.startswith("_") and not isinstance(value, ModuleType)
     }
-    assert public - {"TYPE_CHECKING", "Any"} == set(canwire.__all__) - {"__version__"} - set(canwire._LATER)
+    assert public - {"TYPE_CHECKING"} <= set(canwire.__all__)
+
+
+def test_the_table_says_what_type_checkers_read() -> None:
+    tree = ast.parse(Path(canwire.__file__).read_text(encoding="utf-8"))
+    (block,) = (
+        node for node in tree.body if isinstance(node, ast.If) and "not" not in ast.unparse(node.test)
+    )
+    imported = {
+        alias.name: str(node.module)
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    modules = {name for name, place in imported.items() if place == "canwire"}
+    assert modules == canwire._MODULES
+    places = {name: f"canwire.{place}" for name, place in canwire._PLACES.items()}
+    assert {name: place for name, place in imported.items() if name not in modules} == places
+    errors = {name for name in canwire.__all__ if getattr(canwire, name).__class__ is type
+              and getattr(canwire, name).__module__ == "canwire.errors"}  # fmt: skip
+    assert {*places, *errors, "__version__"} == set(canwire.__all__)
+
+
+def test_asking_for_the_door_loads_nothing_behind_it() -> None:
+    """A test suite of somebody who only has canwire installed pays for nothing."""
+    program = "import sys, canwire.pytest_plugin; print(*sorted(name for name in sys.modules if name[:7] == 'canwire'))"
+    shown = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert shown.stdout.split() == ["canwire", "canwire.errors", "canwire.pytest_plugin", "canwire.version"]
+
+
+def test_a_bench_loads_no_sockets_nor_what_finds_plug_ins() -> None:
+    program = "import sys, canwire; canwire.Lab().can_bus().node('a'); print(*sys.modules)"
+    shown = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert {"socket", "importlib.metadata", "msgspec", "numpy", "asyncio"} & set(
+        shown.stdout.split()
+    ) == set()
+
+
+def test_who_connects_to_a_hub_elsewhere_loads_no_boards() -> None:
+    program = "import sys, canwire; canwire.connect; canwire.HubChannel; print(*sys.modules)"
+    shown = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+    loaded = set(shown.stdout.split())
+    assert "canwire.hub.links.unix_socket.client" in loaded
+    assert {"canwire.boards.catalogue", "canwire.hub.owner.engine", "tomllib", "tempfile"} & loaded == set()
+
+
+def test_programs_views_are_found_without_an_import_of_their_own() -> None:
+    program = "import canwire; print(canwire.vci.__name__, canwire.ldf.__name__)"
+    shown = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert shown.stdout.split() == ["canwire.vci", "canwire.ldf"]
+
+
+def test_a_name_that_is_not_there() -> None:
+    with pytest.raises(AttributeError, match="module 'canwire' has no attribute 'Fram'"):
+        canwire.Fram  # type: ignore[attr-defined]  # noqa: B018
 
 
 def test_examples_in_docstrings() -> None:
@@ -69,4 +154,4 @@ def test_python_m_is_the_command() -> None:
 
 
 def test_what_is_loaded_later_is_shown_too() -> None:
-    assert set(canwire.__all__) <= set(dir(canwire))
+    assert {*canwire.__all__, "ldf", "vci"} <= set(dir(canwire))

@@ -138,6 +138,53 @@ def test_failure_shows_the_last_hundred_frames_of_every_bus(inner: pytest.Pytest
     assert "00 95  ; door" in shown[99]
 
 
+@pytest.mark.finding("newcomer F12")
+def test_a_lin_bus_and_what_was_on_it(inner: pytest.Pytester) -> None:
+    result = run(
+        inner,
+        """
+        def test_it(lin_bus, lab):
+            slave = lin_bus.slave("door", responses={0x11: b"\\x01\\x02"})
+            master = lin_bus.master()
+            master.ask(0x11)
+            assert master.expect(0x11, within=0.1).data == b"\\x01\\x02"
+            assert False
+        """,
+    )
+    result.assert_outcomes(failed=1)
+    shown = section(result, "canwire: lin0")
+    assert shown[0].endswith("lin0 11#0102  ; door")
+    assert [line.split(",")[0] for line in shown[1:]] == ["door: OPERATIONAL", "master: OPERATIONAL"]
+
+
+@pytest.mark.finding("newcomer F12")
+def test_long_names_are_the_same_fixtures(inner: pytest.Pytester) -> None:
+    result = run(
+        inner,
+        """
+        def test_it(lab, can_bus, lin_bus, canwire_lab, canwire_bus, canwire_lin_bus):
+            assert (lab, can_bus, lin_bus) == (canwire_lab, canwire_bus, canwire_lin_bus)
+            assert lab.buses == {"can0": can_bus} and lab.lin_buses == {"lin0": lin_bus}
+        """,
+    )
+    result.assert_outcomes(passed=1)
+
+
+@pytest.mark.finding("newcomer F12")
+def test_short_names_can_be_left_to_others(inner: pytest.Pytester) -> None:
+    inner.makeini("[pytest]\ncanwire_short_fixtures = false\n")
+    result = run(
+        inner,
+        """
+        def test_long(canwire_bus, canwire_lin_bus):
+            assert (canwire_bus.name, canwire_lin_bus.name) == ("can0", "lin0")
+        def test_short(can_bus): pass
+        """,
+    )
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.fnmatch_lines(["*fixture 'can_bus' not found*"])
+
+
 def test_failing_setup_shows_the_bus(inner: pytest.Pytester) -> None:
     result = run(
         inner,

@@ -10,35 +10,8 @@
 Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import (
-    ChannelMode,
-    ChannelStatus,
-    CyclicStatus,
-    FilterContent,
-    FilterMode,
-    FilterSetup,
-    LineMode,
-    LineStatus,
-    Siblings,
-)
-from canwire.boards.can.rates import RateConflict, RunningLine, format_rates, format_setter, rate_conflicts
-from canwire.boards.description import (
-    BoardInfo,
-    Capabilities,
-    Feature,
-    LinCapabilities,
-    LineInfo,
-    LinFeature,
-    Ticks,
-    TimingRange,
-)
-from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
-from canwire.bus.can.bit_layout import FIELDS, BitLayout
-from canwire.bus.can.bits import NON_ISO
-from canwire.bus.can.wire_fields import WireField, wire_fields
-from canwire.core import core_mode
 from canwire.errors import (
     BadConfig,
     BadDescription,
@@ -69,47 +42,67 @@ from canwire.errors import (
     Unsupported,
     WrongState,
 )
-from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
-from canwire.values.acceptance import Acceptance
-from canwire.values.dlc import dlc_to_length, length_to_dlc
-from canwire.values.error_frame import decode_error_frame, encode_error_frame
-from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
-from canwire.values.frame import Frame, frame_of_record
-from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
-from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
-from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
-from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
-from canwire.values.lin.text import (
-    LinLogLine,
-    format_lin_frame,
-    format_lin_log_line,
-    parse_lin_frame,
-    parse_lin_log_line,
-)
-from canwire.values.record import (
-    ABORT_ON_ERROR,
-    CONFIRM,
-    CONFIRM_LOAD,
-    HIGH_PRIORITY,
-    LOOP_BACK,
-    SELF_RECEPTION,
-    SINGLE_SHOT,
-    record_dtype,
-)
-from canwire.values.records import frames_to_array
-from canwire.values.register import RegisterValue
-from canwire.values.screen_text import format_candump_line, parse_candump_line
-from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
-from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
-from canwire.values.timing.bit_timing import BitTiming
-from canwire.values.timing.limits import TimingLimits
 from canwire.version import __version__
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what the table below says to the interpreter
+    from canwire import acan as acan
+    from canwire import candrv as candrv
+    from canwire import ldf as ldf
+    from canwire import python_can as python_can
+    from canwire import slcan as slcan
+    from canwire import vci as vci
+    from canwire.boards.can.modes import (
+        ChannelMode,
+        ChannelStatus,
+        CyclicStatus,
+        FilterContent,
+        FilterMode,
+        FilterSetup,
+        LineMode,
+        LineStatus,
+        Siblings,
+    )
+    from canwire.boards.can.rates import (
+        RateConflict,
+        RunningLine,
+        format_rates,
+        format_setter,
+        rate_conflicts,
+    )
+    from canwire.boards.catalogue import kind_names
+    from canwire.boards.config.configuration import Config
+    from canwire.boards.config.tables import BoardConfig, BusConfig
+    from canwire.boards.description import (
+        BoardInfo,
+        Capabilities,
+        Feature,
+        LinCapabilities,
+        LineInfo,
+        LinFeature,
+        Ticks,
+        TimingRange,
+    )
+    from canwire.boards.isa import IsaPlace
+    from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
+    from canwire.bus.can.bit_layout import FIELDS, BitLayout
+    from canwire.bus.can.bits import NON_ISO
+    from canwire.bus.can.faults import Fault
+    from canwire.bus.can.places import Place
+    from canwire.bus.can.wire_fields import WireField, wire_fields
+    from canwire.bus.lin.faults import LinFault
+    from canwire.bus.scripted import Scripted
+    from canwire.core import core_mode
+    from canwire.drivers.driver import Counters, LineSettings
+    from canwire.drivers.lin_driver import LinCounters
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
     from canwire.hub.finding import LinePlace, every_line, find_lines
+    from canwire.hub.handles.bus.bus import HubBus, HubLinBus
+    from canwire.hub.handles.bus.can import CanBusFaults
+    from canwire.hub.handles.bus.fault import HubFault
+    from canwire.hub.handles.bus.lin import LinBusFaults
+    from canwire.hub.handles.bus.setting import FaultStay
     from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.control import Control
     from canwire.hub.handles.ends import RingEnd
@@ -120,60 +113,191 @@ if TYPE_CHECKING:
     from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
+    from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
+    from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
-    from canwire.hub.usual import default_address, kind_names, state_directory
+    from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode
+    from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
+    from canwire.lab.can.bus import Behaviour
+    from canwire.lab.can.faults import LabFaults
+    from canwire.lab.can.script import Periodic
+    from canwire.lab.lin.faults import LabLinFaults
+    from canwire.platform import EventDescriptor
+    from canwire.ring import Ring
+    from canwire.timeline import Timer
+    from canwire.values.acceptance import Acceptance
+    from canwire.values.controller_options import ControllerOptions, DelayCompensation
+    from canwire.values.dlc import dlc_to_length, length_to_dlc
+    from canwire.values.error_frame import decode_error_frame, encode_error_frame
+    from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
+    from canwire.values.frame import Frame, frame_of_record
+    from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
+    from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
+    from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
+    from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
+    from canwire.values.lin.text import (
+        LinLogLine,
+        format_lin_frame,
+        format_lin_log_line,
+        parse_lin_frame,
+        parse_lin_log_line,
+    )
+    from canwire.values.record import (
+        ABORT_ON_ERROR,
+        CONFIRM,
+        CONFIRM_LOAD,
+        DLC_MASK,
+        DLC_SHIFT,
+        ERROR_STATE_INDICATOR,
+        EXTENDED,
+        EXTENDED_DATA_LENGTH,
+        FAST_DATA_RATE,
+        HIGH_PRIORITY,
+        LOOP_BACK,
+        OVERRUN,
+        REMOTE,
+        SELF_RECEPTION,
+        SINGLE_SHOT,
+        TYPE_MASK,
+        record_dtype,
+    )
+    from canwire.values.records import frames_to_array
+    from canwire.values.register import RegisterValue
+    from canwire.values.screen_text import format_candump_line, parse_candump_line
+    from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
+    from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
+    from canwire.values.timing.bit_timing import BitTiming
+    from canwire.values.timing.limits import TimingLimits
 
-# loaded when they are first asked for: the lab's users need no messages, sockets and boards
-_LATER = {
-    "Control": "handles.control",
-    "Event": "handles.event",
-    "Fifo": "handles.fifo",
-    "Filtered": "handles.filtered",
-    "Hub": "handles.hub",
-    "HubChannel": "handles.channel",
-    "Lease": "handles.lease",
-    "LinControl": "handles.lin",
-    "LinePlace": "finding",
-    "Monitor": "handles.lin",
-    "RingEnd": "handles.ends",
-    "Scheduler": "handles.scheduler",
-    "WantedMode": "wanted_mode",
-    "bring_up": "bring_up",
-    "conflicts_on": "conflicts",
-    "connect": "connect",
-    "default_address": "usual",
-    "every_line": "finding",
-    "find_lines": "finding",
-    "kind_names": "usual",
-    "serve": "serve",
-    "start_line": "bring_up",
-    "state_directory": "usual",
+_NAMES = {
+    "values.controller_options": "ControllerOptions DelayCompensation",
+    "boards.can.modes": (
+        "ChannelMode ChannelStatus CyclicStatus FilterContent FilterMode FilterSetup LineMode LineStatus "
+        "Siblings"
+    ),
+    "boards.can.rates": "RateConflict RunningLine format_rates format_setter rate_conflicts",
+    "boards.catalogue": "kind_names",
+    "boards.config.configuration": "Config",
+    "boards.config.tables": "BoardConfig BusConfig",
+    "boards.description": (
+        "BoardInfo Capabilities Feature LinCapabilities LinFeature LineInfo Ticks TimingRange"
+    ),
+    "boards.isa": "IsaPlace",
+    "boards.lin.modes": "LinLineStatus LinMode LinMonitorMode LinMonitorStatus",
+    "bus.can.bit_layout": "BitLayout FIELDS",
+    "bus.can.bits": "NON_ISO",
+    "bus.can.faults": "Fault",
+    "bus.can.places": "Place",
+    "bus.can.wire_fields": "WireField wire_fields",
+    "bus.lin.faults": "LinFault",
+    "bus.scripted": "Scripted",
+    "core": "core_mode",
+    "drivers.driver": "Counters LineSettings",
+    "drivers.lin_driver": "LinCounters",
+    "hub.bring_up": "bring_up start_line",
+    "hub.conflicts": "conflicts_on",
+    "hub.connect": "connect",
+    "hub.finding": "LinePlace every_line find_lines",
+    "hub.handles.bus.bus": "HubBus HubLinBus",
+    "hub.handles.bus.can": "CanBusFaults",
+    "hub.handles.bus.fault": "HubFault",
+    "hub.handles.bus.lin": "LinBusFaults",
+    "hub.handles.bus.setting": "FaultStay",
+    "hub.handles.channel": "HubChannel",
+    "hub.handles.control": "Control",
+    "hub.handles.ends": "RingEnd",
+    "hub.handles.event": "Event",
+    "hub.handles.fifo": "Fifo",
+    "hub.handles.filtered": "Filtered",
+    "hub.handles.hub": "Hub",
+    "hub.handles.lease": "Lease",
+    "hub.handles.lin": "LinControl Monitor",
+    "hub.handles.scheduler": "Scheduler",
+    "hub.protocol.fault_messages": "FaultInfo HubPlace",
+    "hub.protocol.lin_messages": "LinLineState",
+    "hub.serve": "serve",
+    "hub.usual": "default_address state_directory",
+    "hub.wanted_mode": "WantedMode",
+    "lab": "Lab LabBus LabLinBus LabLinNode LabNode NodeScript",
+    "lab.can.bus": "Behaviour",
+    "lab.can.faults": "LabFaults",
+    "lab.can.script": "Periodic",
+    "lab.lin.faults": "LabLinFaults",
+    "platform": "EventDescriptor",
+    "ring": "Ring",
+    "timeline": "Timer",
+    "values.acceptance": "Acceptance",
+    "values.dlc": "dlc_to_length length_to_dlc",
+    "values.error_frame": "decode_error_frame encode_error_frame",
+    "values.event": "BusEvent ErrorKind ErrorState EventKind",
+    "values.frame": "Frame frame_of_record",
+    "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
+    "values.lin.frame": "LinFrame lin_checksum protected_id",
+    "values.lin.record": "linmsg_of_record record_of_linmsg",
+    "values.lin.schedule": "LinSchedule LinSlot SlotKind",
+    "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
+    "values.record": (
+        "ABORT_ON_ERROR CONFIRM CONFIRM_LOAD DLC_MASK DLC_SHIFT ERROR_STATE_INDICATOR EXTENDED "
+        "EXTENDED_DATA_LENGTH FAST_DATA_RATE HIGH_PRIORITY LOOP_BACK OVERRUN REMOTE SELF_RECEPTION "
+        "SINGLE_SHOT TYPE_MASK record_dtype"
+    ),
+    "values.records": "frames_to_array",
+    "values.register": "RegisterValue",
+    "values.screen_text": "format_candump_line parse_candump_line",
+    "values.slcan_text": "SlcanReader format_slcan_frame parse_slcan_frame",
+    "values.text": "LogLine format_frame format_log_line parse_frame parse_log_line",
+    "values.timing.bit_timing": "BitTiming",
+    "values.timing.limits": "TimingLimits",
 }
+"""What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub.
+
+Errors are there from the start: they are asked for when things go wrong, at the interpreter's end perhaps.
+"""
+_MODULES = frozenset({"acan", "candrv", "ldf", "python_can", "slcan", "vci"})
+"""Programs' views and what needs an extra: not names of the door, but `import canwire; canwire.ldf` finds them."""
+_PLACES = {name: place for place, names in _NAMES.items() for name in names.split()}
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _LATER:
-        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+def _load(name: str) -> object:
     from importlib import import_module
 
-    return getattr(import_module(f"canwire.hub.{_LATER[name]}"), name)
+    if name in _MODULES:
+        return import_module(f"canwire.{name}")
+    if name not in _PLACES:
+        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+    found: object = getattr(import_module(f"canwire.{_PLACES[name]}"), name)
+    globals()[name] = found  # the next time at full speed
+    return found
+
+
+if not TYPE_CHECKING:
+    __getattr__ = _load
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_MODULES})
 
 
 __all__ = [
     "ABORT_ON_ERROR",
     "CONFIRM",
     "CONFIRM_LOAD",
+    "DLC_MASK",
+    "DLC_SHIFT",
+    "ERROR_STATE_INDICATOR",
+    "EXTENDED",
+    "EXTENDED_DATA_LENGTH",
+    "FAST_DATA_RATE",
     "FIELDS",
     "HIGH_PRIORITY",
     "LOOP_BACK",
     "NON_ISO",
+    "OVERRUN",
+    "REMOTE",
     "SELF_RECEPTION",
     "SINGLE_SHOT",
+    "TYPE_MASK",
     "Acceptance",
     "BadConfig",
     "BadDescription",
@@ -183,24 +307,36 @@ __all__ = [
     "BadText",
     "BadTiming",
     "BadValue",
+    "Behaviour",
     "BitLayout",
     "BitTiming",
+    "BoardConfig",
     "BoardInfo",
+    "BusConfig",
     "BusEvent",
     "BusOff",
     "Busy",
+    "CanBusFaults",
     "CanwireError",
     "Capabilities",
     "ChannelMode",
     "ChannelStatus",
     "Closed",
+    "Config",
     "Control",
+    "ControllerOptions",
+    "Counters",
     "CyclicStatus",
+    "DelayCompensation",
     "ErrorKind",
     "ErrorState",
     "Event",
+    "EventDescriptor",
     "EventKind",
     "ExtraMissing",
+    "Fault",
+    "FaultInfo",
+    "FaultStay",
     "Feature",
     "Fifo",
     "FilterContent",
@@ -209,23 +345,34 @@ __all__ = [
     "Filtered",
     "Frame",
     "Hub",
+    "HubBus",
     "HubChannel",
     "HubError",
+    "HubFault",
+    "HubLinBus",
     "HubLost",
+    "HubPlace",
     "InUse",
+    "IsaPlace",
     "Lab",
     "LabBus",
+    "LabFaults",
     "LabLinBus",
+    "LabLinFaults",
     "LabLinNode",
     "LabNode",
     "Lease",
+    "LinBusFaults",
     "LinCapabilities",
     "LinControl",
+    "LinCounters",
     "LinErrorKind",
     "LinEvent",
     "LinEventKind",
+    "LinFault",
     "LinFeature",
     "LinFrame",
+    "LinLineState",
     "LinLineStatus",
     "LinLogLine",
     "LinMode",
@@ -239,6 +386,7 @@ __all__ = [
     "LineInfo",
     "LineMode",
     "LinePlace",
+    "LineSettings",
     "LineStatus",
     "LogLine",
     "Monitor",
@@ -250,16 +398,21 @@ __all__ = [
     "NotReceived",
     "NotTransmitted",
     "NothingHeard",
+    "Periodic",
+    "Place",
     "QueueFull",
     "RateConflict",
     "RegisterValue",
+    "Ring",
     "RingEnd",
     "RunningLine",
     "Scheduler",
+    "Scripted",
     "Siblings",
     "SlcanReader",
     "SlotKind",
     "Ticks",
+    "Timer",
     "TimingLimits",
     "TimingRange",
     "Unplugged",

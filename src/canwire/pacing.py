@@ -16,11 +16,12 @@ class Pacer:
     """Runs a timeline so that its nanoseconds pass like the monotonic clock's.
 
     Whoever touches the timeline or anything on it holds `lock`, and calls `wake` after adding work.
-    An exception in a callback stops the engine and is raised from `check` and `close`.
+    An exception in a callback stops the engine and is raised from `check` and `close`; `when_failed` is called.
     """
 
     def __init__(self, timeline: Timeline) -> None:
         self.lock = threading.RLock()
+        self.when_failed: Callable[[], object] | None = None
         self._timeline = timeline
         self._changed = threading.Condition(self.lock)
         self._stopping = False
@@ -86,6 +87,8 @@ class Pacer:
                     self._failure = failure
                     self._failed.set()
                     self._changed.notify_all()
+                    if self.when_failed is not None:
+                        self.when_failed()
                     return
 
     def _turn(self) -> None:

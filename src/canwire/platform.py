@@ -13,7 +13,6 @@ import socket
 import stat
 import struct
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -42,6 +41,9 @@ class EventDescriptor:
         event._read = event._write = descriptor
         event._closed = False
         return event
+
+    def __repr__(self) -> str:
+        return f"<event descriptor {'closed' if self._closed else self._read}>"
 
     def fileno(self) -> int:
         return self._read
@@ -207,6 +209,8 @@ def create_memory(size: int) -> int:
             descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL
         )
         return descriptor
+    import tempfile
+
     with tempfile.TemporaryFile() as file:
         os.ftruncate(file.fileno(), size)
         return os.dup(file.fileno())
@@ -240,6 +244,8 @@ def runtime_directory() -> str:
     given = os.environ.get("XDG_RUNTIME_DIR")
     if given and os.path.isdir(given):
         return given
+    import tempfile  # some milliseconds that few need
+
     own = os.path.join(tempfile.gettempdir(), f"canwire-{os.getuid()}")
     os.makedirs(own, mode=0o700, exist_ok=True)
     state = os.lstat(own)

@@ -1,9 +1,14 @@
-"""Fixtures for tests of CAN software: `lab` and `can_bus`, in virtual time, fresh for every test.
+"""Fixtures for tests of CAN and LIN software, in virtual time, fresh for every test: `lab`, `can_bus`, `lin_bus`.
 
     def test_tester_gets_an_answer(can_bus):
         ecu, tester = can_bus.node("ecu", Ecu()), can_bus.node("tester")
         tester.send(Frame(0x7DF, b"\\x02\\x01\\x0d"))
         tester.expect(0x7E8, within=0.05)
+
+Their full names are `canwire_lab`, `canwire_bus` and `canwire_lin_bus`; the short ones are left to others with
+
+    [tool.pytest.ini_options]
+    canwire_short_fixtures = false
 
 A test that fails shows, for every bus of its lab, the last frames with their senders and each node's state.
 Pytest loads this module by itself wherever canwire is installed, so nothing of canwire's machinery
@@ -18,14 +23,31 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from canwire import Lab, LabBus
+    from canwire import Lab, LabBus, LabLinBus
 
+pytest_plugins = ["canwire.pytest_hub"]  # `canwire_hub`, `canwire_faults`
 _KEPT_FRAMES = 100
 _LAB: pytest.StashKey[Lab] = pytest.StashKey()
 
 
+_SHORT = "canwire_short_fixtures"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """One ini option."""
+    parser.addini(
+        _SHORT, "offer lab, can_bus and lin_bus for canwire_lab, canwire_bus, canwire_lin_bus", "bool", True
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The short names, unless the project wants them for fixtures of its own."""
+    if config.getini(_SHORT):
+        config.pluginmanager.register(_ShortNames(), "canwire-short-fixtures")
+
+
 @pytest.fixture
-def lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
+def canwire_lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
     """A bench in virtual time, closed after the test; its buses remember their last frames."""
     bench = _remembering_lab()
     request.node.stash[_LAB] = bench
@@ -34,9 +56,34 @@ def lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
 
 
 @pytest.fixture
-def can_bus(lab: Lab) -> LabBus:
+def canwire_bus(canwire_lab: Lab) -> LabBus:
     """A CAN FD bus "can0" at 500 kbit/s and 2 Mbit/s in the lab of this test."""
-    return lab.can_bus("can0", bit_rate=500_000, data_bit_rate=2_000_000)
+    return canwire_lab.can_bus("can0", bit_rate=500_000, data_bit_rate=2_000_000)
+
+
+@pytest.fixture
+def canwire_lin_bus(canwire_lab: Lab) -> LabLinBus:
+    """A LIN bus "lin0" at 19,200 bit/s in the lab of this test."""
+    return canwire_lab.lin_bus("lin0")
+
+
+class _ShortNames:
+    """The same fixtures, as tests call them in most projects."""
+
+    @pytest.fixture
+    def lab(self, canwire_lab: Lab) -> Lab:
+        """canwire_lab."""
+        return canwire_lab
+
+    @pytest.fixture
+    def can_bus(self, canwire_bus: LabBus) -> LabBus:
+        """canwire_bus."""
+        return canwire_bus
+
+    @pytest.fixture
+    def lin_bus(self, canwire_lin_bus: LabLinBus) -> LabLinBus:
+        """canwire_lin_bus."""
+        return canwire_lin_bus
 
 
 @pytest.hookimpl(wrapper=True)
@@ -49,6 +96,8 @@ def pytest_runtest_makereport(
     if bench is not None and report.failed and report.when != "teardown":
         for bus in bench.buses.values():
             report.sections.append((f"canwire: {bus.name}", describe(bus)))
+        for lin_bus in bench.lin_buses.values():
+            report.sections.append((f"canwire: {lin_bus.name}", describe_lin(lin_bus)))
     return report
 
 
@@ -68,12 +117,33 @@ def describe(bus: LabBus) -> str:
     return "\n".join(lines)
 
 
+def describe_lin(bus: LabLinBus) -> str:
+    """The same of a LIN bus; who answered stands behind each frame."""
+    from canwire import LinLogLine, format_lin_log_line
+
+    lines = []
+    for sender, frame in bus.recent():
+        lines.append(f"{format_lin_log_line(LinLogLine(frame.timestamp_ns, bus.name, frame))}  ; {sender}")
+    if not lines:
+        lines.append("no frame got through")
+    for node in bus.nodes.values():
+        lines.append(
+            f"{node.name}: {node.state.name}, lost {node.lost}, {node.waiting} waiting, {node.pending} to send"
+        )
+    return "\n".join(lines)
+
+
 def _remembering_lab() -> Lab:
     from canwire import Lab
 
     class RememberingLab(Lab):
         def can_bus(self, *arguments: Any, **options: Any) -> LabBus:
             bus = super().can_bus(*arguments, **options)
+            bus.remember(_KEPT_FRAMES)
+            return bus
+
+        def lin_bus(self, *arguments: Any, **options: Any) -> LabLinBus:
+            bus = super().lin_bus(*arguments, **options)
             bus.remember(_KEPT_FRAMES)
             return bus
 

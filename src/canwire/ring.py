@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Protocol
 from canwire import _mem
 from canwire.errors import BadValue, CanwireError
 from canwire.values import frame as codec
+from canwire.values.arguments import SignatureOf
 from canwire.values.frame import Frame
 from canwire.values.record import RECORD_SIZE, load_numpy, record_dtype
 
@@ -60,6 +61,12 @@ class Signalled(Protocol):
     def wait_for(self, settled: Callable[[], bool], timeout: float | None, recheck: float | None) -> bool: ...
 
 
+def _prototype(
+    capacity: int, *, exact: bool = False, record_size: int = RECORD_SIZE, buffer: memoryview | None = None
+) -> None:
+    """How Ring is called, for help()."""
+
+
 class Ring:
     """A ring in this process's memory, or with `over` one end of a ring in memory that processes share.
 
@@ -69,6 +76,8 @@ class Ring:
 
     `exact` keeps to `capacity` instead of the next power of two; memory is taken for that all the same.
     """
+
+    __signature__ = SignatureOf(_prototype)
 
     def __init__(
         self,
@@ -114,6 +123,14 @@ class Ring:
         from canwire.platform import map_memory
 
         return cls(capacity, exact=exact, record_size=record_size, buffer=map_memory(descriptor))
+
+    def __repr__(self) -> str:
+        return f"<ring, {self.contents()} of {self.capacity} records of {self.record_size} bytes>"
+
+    def contents(self) -> int:
+        """Records in it. Unlike `fill` and `free` this is nobody's look at it: who is signalled when stays as it is."""
+        count = (_mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)) & _M64
+        return count if count <= self.capacity else 0
 
     def fill(self) -> int:
         """Records that wait for the consumer."""
@@ -298,7 +315,7 @@ class Ring:
         return self._sleep(_WANTED, self.event, timeout, ended)
 
     def sleep_until_free(self, timeout: float | None, ended: Callable[[], bool] | None = None) -> bool:
-        """Wait on `free_event` until at least `free_threshold` records fit; as `sleep`."""
+        """Wait on `free_event` until at least `free_threshold` records fit; False on timeout (seconds)."""
         return self._sleep(_FREE_WANTED, self.free_event, timeout, ended)
 
     def arm(self) -> None:

@@ -43,6 +43,9 @@ class Timer:
     def cancel(self) -> None:
         self.callback = None
 
+    def __repr__(self) -> str:
+        return f"<timer at {self.time_ns} ns{', cancelled or over' if self.callback is None else ''}>"
+
 
 class Timeline:
     """One order of events for any number of buses."""

@@ -181,6 +181,24 @@ def test_a_full_fifo_shows_in_the_status_word(on_bus: Any, peer: Peer) -> None:
     assert small.lpBuf == [raw(2)]
 
 
+@pytest.mark.finding("acan A15.5")
+def test_import_star_brings_the_manuals_functions_and_nothing_else() -> None:
+    found: dict[str, Any] = {}
+    exec("from canwire.acan.api import *", found)
+    functions = {name for name in dir(api) if name.startswith("ACAN_")}
+    assert len(functions) == 15
+    assert set(found) - {"__builtins__"} == functions | {"last_error", "use"}
+
+
+@pytest.mark.finding("acan A15.6")
+def test_register_fills_the_event_in(on_bus: Any, peer: Peer) -> None:
+    """As Win32's DLL does."""
+    tb = block(hEvent=None)
+    assert on_bus.ACAN_Register(tb)
+    peer.send(Frame(1))
+    assert tb.hEvent.wait(LONG)
+
+
 @pytest.mark.conforms("AC-25")
 def test_notification_by_callback_with_the_block(on_bus: Any, peer: Peer) -> None:
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()

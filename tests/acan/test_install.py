@@ -223,10 +223,12 @@ def test_the_world_that_setup_writes_has_that_board(tmp_path: Path) -> None:
 
 
 @pytest.mark.conforms("AC-05", "AC-06")
+@pytest.mark.finding("acan A10")
+@pytest.mark.parametrize("named", [False, True], ids=["usual socket", "CANWIRE_HUB"])
 def test_start_and_stop_load_and_unload_driver_and_hub(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: bool
 ) -> None:
-    """With the real scripts: a hub of their own on a socket of its own."""
+    """With the real scripts: a hub of their own on a socket of its own, the one that programs ask."""
     paths = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(os.path.abspath, paths)))  # the scripts go elsewhere
     start, stop, *_ = setup(0x2A0, 7, tmp_path / "acan")
@@ -236,10 +238,12 @@ def test_start_and_stop_load_and_unload_driver_and_hub(
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.delenv("CANWIRE_HUB", raising=False)
+    if named:
+        monkeypatch.setenv("CANWIRE_HUB", str(tmp_path / "named.sock"))
     try:
         subprocess.run([start], check=True, timeout=LONG)
         with canwire.connect() as hub, open_driver(hub) as driver:
-            assert hub.address
+            assert hub.address == (str(tmp_path / "named.sock") if named else canwire.default_address())
             assert hub.note("acan") == b"2A0:7"
             assert not driver.initialised
             subprocess.run([start], check=True, timeout=LONG)  # the hub runs already

@@ -256,9 +256,12 @@ def test_it_cannot_be_uninstalled_while_in_use(machine: Machine) -> None:
     assert machine.driver.active
 
 
-def test_multiplex_numbers_are_bytes() -> None:
+@pytest.mark.finding("acan A15.7")
+@pytest.mark.parametrize("number", [0, 0x100])
+def test_multiplex_numbers_are_bytes_and_not_0(number: int) -> None:
+    """The manual's program takes AH == 0 for "not installed"."""
     with pytest.raises(BadValue, match="multiplex"):
-        Int2d(Recorder(), ByteMemory(), 0x100)
+        Int2d(Recorder(), ByteMemory(), number)
 
 
 # services

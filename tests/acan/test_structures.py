@@ -90,6 +90,7 @@ def test_fields_lie_in_their_order_without_gaps(cls: type) -> None:
     assert cls.SIZE == at == SIZES[cls]
 
 
+@pytest.mark.finding("acan A15.4")
 def test_the_manuals_sizes() -> None:
     assert (acan.ACANMBSZ, acan.ACANIDSZ, acan.ACANTBSZ) == (14, 16, 64)
     assert acan.ACANHISZ == 32

@@ -64,7 +64,9 @@ def copper() -> Copper:
 def plug_ins(monkeypatch: pytest.MonkeyPatch) -> list[EntryPoint]:
     """What other packages bring, as far as the catalogue can tell."""
     brought: list[EntryPoint] = []
-    monkeypatch.setattr(catalogue, "entry_points", lambda group: EntryPoints(brought).select(group=group))
+    monkeypatch.setattr(
+        "importlib.metadata.entry_points", lambda group: EntryPoints(brought).select(group=group)
+    )
     return brought
 
 

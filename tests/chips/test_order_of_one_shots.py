@@ -41,6 +41,7 @@ class Driver:
 
 
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("linux 1")
 def test_a_loser_that_is_told_at_once_loads_its_next_frame_before_the_winner_ends(bitwise: bool) -> None:
     bench = Bench()
     bench.bus.bitwise = bitwise
@@ -65,6 +66,7 @@ def hear(chip: Sja1000, heard: list[int]) -> None:
 
 
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("linux 1")
 def test_a_loser_shows_it_at_the_very_bit(bitwise: bool) -> None:
     """0x200 against 0x100 differ at bit 2 of the identifier, bit 3 of the frame; nothing is stuffed before it."""
     bench = Bench()
@@ -81,6 +83,7 @@ def test_a_loser_shows_it_at_the_very_bit(bitwise: bool) -> None:
 
 
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("linux 1")
 def test_a_lone_sender_finds_out_at_the_ack_slot(bitwise: bool) -> None:
     bench = Bench()
     bench.bus.bitwise = bitwise
@@ -97,6 +100,7 @@ def test_a_lone_sender_finds_out_at_the_ack_slot(bitwise: bool) -> None:
 
 
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("wire 9")
 def test_ts_and_rs_last_through_the_intermission(bitwise: bool) -> None:
     bench = Bench()
     bench.bus.bitwise = bitwise

@@ -443,7 +443,7 @@ def test_the_end_has_the_numbers(served: Served, dump: StartDump, end: signal.Si
     lines = [listening.line() for _ in range(5)]
     listening.process.send_signal(end)
     assert lines == ["  can0  123   [0]"] * 5
-    assert listening.end() == (130, [], "5 shown, 0 lost")
+    assert listening.end() == (128 + end, [], "5 shown, 0 lost")
 
 
 def test_silence_ends_it(served: Served, capsys: pytest.CaptureFixture[str]) -> None:

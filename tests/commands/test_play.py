@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from canwire import Frame, LogLine, parse_log_line
+from canwire import Frame, LabBus, LogLine, parse_log_line
 from canwire.commands import main, play
-from canwire.commands.lab import progress
+from canwire.commands.lab import progress, senders
 
 CAR = Path(__file__).parents[2] / "examples" / "car-candump.log"
 CAR_FRAMES = 12_974
@@ -181,19 +181,54 @@ def test_fd_needs_a_data_bit_rate(capsys: pytest.CaptureFixture[str], tmp_path: 
 def test_one_sender_keeps_the_logs_order(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     log = log_of(tmp_path, "(1.0) can0 300#", "(1.0) can0 00000100#", "(1.0) can0 100#", "(1.0) can0 200#")
     orders = {}
-    for senders in ("each", "one"):
-        out = tmp_path / f"{senders}.log"
-        played(capsys, log, "--senders", senders, "--log", str(out))
-        orders[senders] = [(frame.extended, frame.id) for frame in frames_of(out)]
+    for one in ("each", "one"):
+        out = tmp_path / f"{one}.log"
+        played(capsys, log, "--senders", one, "--log", str(out))
+        orders[one] = [(frame.extended, frame.id) for frame in frames_of(out)]
     assert orders["one"] == [(False, 0x300), (True, 0x100), (False, 0x100), (False, 0x200)]
     assert orders["each"] == [(True, 0x100), (False, 0x100), (False, 0x200), (False, 0x300)]
+
+
+@pytest.mark.finding("linux 3")
+@pytest.mark.parametrize("most", [3, 256])
+def test_many_identifiers_take_turns_at_few_nodes(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: int
+) -> None:
+    """What a bus does for a frame grows with its nodes: thousands of identifiers made it slower than real time."""
+    monkeypatch.setattr(senders, "MOST", most)
+    made: list[str] = []
+    new_node = LabBus.node
+
+    def counted(bus: LabBus, name: str, **settings: Any) -> Any:
+        made.append(name)
+        return new_node(bus, name, **settings)
+
+    monkeypatch.setattr(LabBus, "node", counted)
+    rounds = [f"({k}.0) can0 {0x100 + 5 * k + at:03X}#{k:02X}" for k in range(40) for at in (4, 2, 0)]
+    out = tmp_path / "out.log"
+    found = played(capsys, log_of(tmp_path, *rounds), "--log", str(out))
+    assert (found["frames"], found["lost"]) == (120, 0)
+    assert [frame.id for frame in frames_of(out)] == sorted(frame.id for frame in frames_of(out))
+    assert len(made) - 1 == min(most, 120)
+
+
+@pytest.mark.finding("linux 3")
+def test_more_at_once_than_there_are_nodes_wait(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(senders, "MOST", 4)
+    out = tmp_path / "out.log"
+    burst = [f"(1.0) can0 {0x100 + k:03X}#" for k in range(50)]
+    found = played(capsys, log_of(tmp_path, *burst), "--log", str(out))
+    assert (found["frames"], found["lost"]) == (50, 0)
+    assert sorted(frame.id for frame in frames_of(out)) == [0x100 + k for k in range(50)]
 
 
 def test_a_log_beyond_every_queue_waits_for_the_bus(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(play, "_IN_FLIGHT", 64)
-    monkeypatch.setattr(play, "_SENDER_QUEUE", 8)
+    monkeypatch.setattr(senders, "_QUEUE", 8)
     burst = [f"(1.0) can0 {0x100 + k % 3:03X}#{k:04X}" for k in range(300)]
     out = tmp_path / "out.log"
     found = played(capsys, log_of(tmp_path, *burst), "--log", str(out))
@@ -232,6 +267,7 @@ def test_real_time_takes_its_time(capsys: pytest.CaptureFixture[str], tmp_path: 
     assert second.timestamp_ns > 1_050_000_000
 
 
+@pytest.mark.finding("wire 9")
 def test_a_file_that_is_no_log_is_one_error(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     log = log_of(tmp_path, *["\x1b[2J;nonsense"] * 1000)
     assert main(["play", log]) == 2
@@ -320,3 +356,42 @@ def test_progress_leaves_files_alone(monkeypatch: pytest.MonkeyPatch) -> None:
         now[0] += 10
         bar.show(50)
     assert file.getvalue() == ""
+
+
+@pytest.mark.finding("newcomer F13")
+def test_four_frames_are_no_full_bus(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """They follow each other, so the bus is never free; but it is a hundredth of 100 ms that they take."""
+    log = log_of(tmp_path, *(f"(1.0) can0 12{k}#1122334455667788" for k in range(4)))
+    facts = played(capsys, log)
+    assert facts["bus_time_s"] < 0.002
+    assert facts["bus_load"] == pytest.approx(facts["peak_load"], abs=0.02)
+    assert 0.5 < facts["bus_load"] < 1.5
+
+
+@pytest.mark.finding("newcomer F10")
+def test_a_trace_is_told_of_beforehand(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    vcd = tmp_path / "out.vcd"
+    log = log_of(tmp_path, *(f"({k}.0) can0 {k % 9 + 0x100:03X}#1122334455667788" for k in range(2000)))
+    assert main(["play", log, "--vcd", str(vcd)]) == 0
+    said = capsys.readouterr().err
+    assert said.startswith("canwire: the trace will have about 1 MB and take about ")
+    assert "; with --senders each (9 nodes that arbitrate) " in said
+    assert 0.5e6 < vcd.stat().st_size < 2e6
+    assert main(["play", log_of(tmp_path, "(1.0) can0 123#"), "--vcd", str(vcd), "--senders", "each"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "content", [bytes(range(256)) * 40, b"LOGG" + bytes(2000), b"date Mon\nbase hex timestamps\n"]
+)
+@pytest.mark.finding("newcomer F13")
+def test_binary_and_other_formats_are_one_error(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: bytes
+) -> None:
+    log = tmp_path / "drive.blf"
+    log.write_bytes(content)
+    assert main(["play", str(log)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"canwire: {log} is no candump log; line 1: ")
+    assert said.count("\n") == 1
+    assert said.isprintable() or said.strip().isprintable()

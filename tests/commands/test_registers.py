@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import canwire
 from canwire.commands import main
 from canwire.commands.registers import table
 from canwire.values.register import RegisterValue
@@ -21,7 +22,24 @@ def test_of_a_board(hub_address: str, capsys: pytest.CaptureFixture[str]) -> Non
     assert main(["registers", "inducan104", "--hub", hub_address]) == 0
     shown = capsys.readouterr().out
     assert " 31 CDR" in shown
-    assert "MOD" in shown.splitlines()[0]
+    assert "CR" in shown.splitlines()[0]
+
+
+@pytest.mark.finding("acan A15.1")
+def test_a_board_that_nobody_has_set_up_is_in_basiccan_mode(
+    hub_address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["registers", "inducan104", "--hub", hub_address]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    names = [line.split()[1] for line in shown]
+    assert names[:5] == ["CR", "SR", "IR", "ACR", "AMR"]
+    assert {"MOD", "ECC", "TXERR"}.isdisjoint(names)
+    with canwire.connect(hub_address) as hub:
+        board = hub.board("inducan104").id
+        with hub.open_control(board, 0) as control:
+            control.initialise(canwire.LineMode(canwire.BitTiming.for_bit_rate(250_000), persistent=True))
+    assert main(["registers", "inducan104", "--hub", hub_address]) == 0
+    assert capsys.readouterr().out.split()[1] == "MOD"
 
 
 def test_followed_only_what_changes_is_printed(hub_address: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from docs import iso_16845
-from tests.iso16845.purposes import BY_NUMBER, KINDS, OPEN, PURPOSES, WAITING, why_not
+from tests.iso16845.purposes import BY_NUMBER, IDEAL_ONLY, KINDS, OPEN, PURPOSES, why_not
 
 
 def test_the_page_is_what_the_script_writes() -> None:
@@ -12,7 +12,7 @@ def test_the_page_is_what_the_script_writes() -> None:
 
 def test_every_purpose_is_there_once() -> None:
     assert len(PURPOSES) == len(BY_NUMBER) == 194
-    assert set(WAITING) <= set(BY_NUMBER)
+    assert set(IDEAL_ONLY) <= set(BY_NUMBER)
     assert {number for number, _ in OPEN} <= set(BY_NUMBER)
 
 

@@ -301,6 +301,22 @@ def test_the_loops_tell_of_a_bus_error(library: Any, driver: acan.Driver, with_f
 # messages and channels
 
 
+def test_filters() -> None:
+    """The manual's table, on messages with and without the pattern."""
+    ended = run("filters")
+    for identifier, extended in (
+        (0x123, False),
+        (0x124, False),
+        (0x01C0ABCD, True),
+        (0x01C1ABCD, True),
+        (0x70, False),
+    ):
+        word = acan.acan_word(identifier, extended)
+        found = [one.passes(word) for one in (ended.ANY, ended.ONE, ended.PATTERN)]
+        assert found == [one.matches(word) for one in ended.same]
+        assert found == [True, identifier == 0x123, word >> 16 == 0x01C0]
+
+
 @pytest.mark.conforms("AC-17", "AC-31")
 def test_send_api(library: Any, peer: Peer) -> None:
     send = run("send-api").send

@@ -209,6 +209,13 @@ def test_commands_exist(page: Path) -> None:
         parser.parse_args(words)
 
 
+@pytest.mark.finding("vci F12.1")
+def test_the_hub_that_the_guide_shows_is_the_usual_one() -> None:
+    config = Config.default()
+    [text] = [block for block in fenced(GUIDE, "console") if "canwire hub on" in block]
+    assert f"{len(config.bus)} buses, {len(config.board)} boards, real time" in text
+
+
 def test_the_configuration_is_one() -> None:
     [text] = fenced(GUIDE, "toml")
     config = Config.parse(text)

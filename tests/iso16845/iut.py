@@ -1,6 +1,8 @@
-"""The controller under test: made, sent from, asked for its counters, alike for all three."""
+"""The controller under test: made, sent from, asked for its counters, alike for all of them."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 from canwire import BitTiming, Frame
 from canwire.boards.board import IDEAL, MCP2515, SJA1000
@@ -10,11 +12,12 @@ from canwire.bus.can import node as seam
 from canwire.bus.can.bus import CanBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.event import ErrorState
 from canwire.values.record import SINGLE_SHOT
 from tests.iso16845.frames import Spec
 
-CONTROLLERS = {"fd": IDEAL, "sja1000": SJA1000, "mcp2515": MCP2515}
+CONTROLLERS = {"fd": IDEAL, "tolerant": IDEAL, "sja1000": SJA1000, "mcp2515": MCP2515}
 NOMINAL_FD = BitTiming(4, 29, 10, 4, clock_hz=80_000_000)  # 40 quanta of 50 ns: 500 kbit/s
 DATA = BitTiming(4, 6, 3, 2, clock_hz=80_000_000)  # 10 of them: 2 Mbit/s
 NOMINAL = BitTiming(1, 11, 4, 2, clock_hz=8_000_000)  # 16 quanta of 125 ns: 500 kbit/s
@@ -36,16 +39,23 @@ def segmented_data(ps2: int, sjw: int = 1) -> BitTiming:
 class Iut:
     """One controller, started and error active, alone on a bus that goes bit by bit."""
 
-    def __init__(self, kind: str, timing: BitTiming | None = None, data: BitTiming | None = None) -> None:
+    def __init__(
+        self,
+        kind: str,
+        timing: BitTiming | None = None,
+        data: BitTiming | None = None,
+        options: ControllerOptions = USUAL,
+    ) -> None:
         self.kind = kind
         self.fd = kind == "fd"
         self.timing = timing or (NOMINAL_FD if self.fd else NOMINAL)
-        self.data = (data or DATA) if self.fd else self.timing
+        self.data = data or (DATA if self.fd else self.timing)  # of the tester's frames, if not of its own
+        options = replace(options, fd_tolerant=kind == "tolerant")
         self.timeline = Timeline()
         self.bus = CanBus(self.timeline)
         self.line = LINE_MAKERS[CONTROLLERS[kind]]("iut", self.timeline)
         plug(self.line, self.bus)
-        self.line.driver.configure(LineSettings(self.timing, self.data if self.fd else None))
+        self.line.driver.configure(LineSettings(self.timing, self.data if self.fd else None, options=options))
         self.line.driver.start(self.timeline.now_ns)
         self.channel = self.line.open(Channel(256, 64))
         self.timeline.run_until(100 * self.timing.bit_time_ps // 1000)

@@ -24,7 +24,7 @@ from tests.iso16845.rows import (
     transmitter_frames,
     transmitter_timing,
 )
-from tests.iso16845.rows.terms import Purpose
+from tests.iso16845.rows.terms import Kind, Purpose
 
 PURPOSES: tuple[Purpose, ...] = (
     *receiver_frames.ROWS,
@@ -42,19 +42,22 @@ PURPOSES: tuple[Purpose, ...] = (
 BY_NUMBER = {purpose.number: purpose for purpose in PURPOSES}
 VARIANTS = ("7.2.2.a", "7.2.2.b", "7.2.3.a", "7.2.3.b", "7.2.4.a", "7.2.4.b")
 
-KINDS = {"fd": "ideal CAN FD controller", "sja1000": "SJA1000", "mcp2515": "MCP2515"}
+KINDS = {
+    "fd": "ideal CAN FD controller",
+    "tolerant": "ideal classic controller, FD tolerant",
+    "sja1000": "SJA1000",
+    "mcp2515": "MCP2515",
+}
+WHAT: dict[str, Kind] = {
+    "fd": "FD enabled",
+    "tolerant": "FD tolerant",
+    "sja1000": "classic",
+    "mcp2515": "classic",
+}
 NO_FD = "knows no CAN FD"
 
-# purposes that wait for something the controllers do not have yet: take a row out to switch its test on
-WAITING = {
-    "7.2.2.b": "restricted operation",
-    "7.2.3.b": "restricted operation",
-    "7.2.4.b": "restricted operation",
-    "8.8.2.1": "transmitter delay compensation",
-    "8.8.2.2": "transmitter delay compensation",
-    "8.8.2.3": "transmitter delay compensation",
-    "8.8.2.4": "transmitter delay compensation",
-}
+# purposes for something that ideal controllers alone have
+IDEAL_ONLY = {"7.2.2.b": "restricted operation", "7.2.3.b": "restricted operation"}
 
 # (purpose, controller) whose test fails still, and why: it must go on failing until the row is taken out
 OPEN: dict[tuple[str, str], str] = {}
@@ -62,10 +65,11 @@ OPEN: dict[tuple[str, str], str] = {}
 
 def why_not(number: str, kind: str) -> str:
     """Why a purpose does not apply to a controller; empty if it does."""
-    if number in WAITING:
-        return f"has no {WAITING[number]}"
-    if kind != "fd" and "classic" not in BY_NUMBER[number].applies:
-        return NO_FD
+    if number in IDEAL_ONLY and WHAT[kind] == "classic":
+        return f"has no {IDEAL_ONLY[number]}"
+    applies = BY_NUMBER[number].applies
+    if WHAT[kind] not in applies:
+        return NO_FD if "classic" not in applies else "leaves such a frame alone (7.1.6)"
     return ""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.iso16845.frames import Bits, Spec, lay_out
 from tests.iso16845.iut import NOMINAL_FD, Iut
-from tests.iso16845.purposes import shows
+from tests.iso16845.purposes import WHAT, shows
 from tests.iso16845.scenes import Scene, formats, stuff_bit
 from tests.iso16845.test_receiver_errors import (
     LARGE,
@@ -122,7 +122,7 @@ def candidates(kind: str, *, fd: bool) -> list[Spec]:
     extended = [
         Spec(id, b"\x01", extended=True, remote=True, dlc=15) for id in range(0x1FFFFFFF, 0, -0xFFFFF)
     ]
-    if kind != "fd":
+    if WHAT[kind] == "classic":
         extended = [spec.but(reserved=(("FDF", "1"), ("r0", "1"))) for spec in extended]
     return [*specs, *remote, *extended]
 
@@ -246,7 +246,7 @@ def test_fixed_stuff_bits(kind: str) -> None:
 @shows("7.6.23")
 def test_protocol_exception(kind: str) -> None:
     for timing, data in EXCEPTIONS:
-        bits = exceptional(data)
+        bits = exceptional(kind, data)
         scene = Scene(kind, False, rec=9, iut=Iut(kind, NOMINAL_FD, timing))
         scene.lt(bits, change={bits.ack: "0"}, ack=False).recessive(3).counters(0, 9)
         scene.lt(scene.other).counters(0, 8).play(received=[scene.other])

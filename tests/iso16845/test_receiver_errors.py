@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from canwire import core
+from canwire import ControllerOptions, core
 from tests.bus.can.reference_bits import CRC_17, opposite, remainder
 from tests.iso16845.frames import Bits, Spec, lay_out
 from tests.iso16845.iut import Iut
@@ -45,6 +45,17 @@ def each(iut: Iut, places: list[tuple[Bits, int]], *, passive: bool = False) -> 
         iut.preset(tec=136 if passive else 0)
         scene = disturb(Scene(iut.kind, False, iut=iut), bits, at, passive=passive)
         scene.counters(rec=1).play(received=[], settling=1)
+
+
+def each_restricted(kind: str, places: list[tuple[Bits, int]]) -> None:
+    """No flag, nothing counted; 11 recessive bits later the controller takes part again, and acknowledges."""
+    iut = Iut(kind, options=ControllerOptions(restricted=True))
+    good = Spec(0x555)
+    for bits, at in places:
+        iut.preset(tec=5, rec=9)
+        scene = Scene(kind, False, iut=iut)
+        scene.lt(bits, change=inverted(bits, at), until=at).recessive(11)
+        scene.lt(good).counters(5, 9).play(received=[good], settling=1)
 
 
 def stuff_places(kind: str, *, extended: bool) -> list[tuple[Bits, int]]:
@@ -91,6 +102,11 @@ def test_stuff_bits_of_base_frames_when_passive(kind: str) -> None:
     each(Iut(kind), stuff_places(kind, extended=False), passive=True)
 
 
+@shows("7.2.2.b")
+def test_stuff_bits_of_base_frames_in_restricted_operation(kind: str) -> None:
+    each_restricted(kind, stuff_places(kind, extended=False))
+
+
 @shows("7.2.3")
 def test_stuff_bits_of_extended_frames(kind: str) -> None:
     each(Iut(kind), stuff_places(kind, extended=True))
@@ -101,6 +117,11 @@ def test_stuff_bits_of_extended_frames_when_passive(kind: str) -> None:
     each(Iut(kind), stuff_places(kind, extended=True), passive=True)
 
 
+@shows("7.2.3.b")
+def test_stuff_bits_of_extended_frames_in_restricted_operation(kind: str) -> None:
+    each_restricted(kind, stuff_places(kind, extended=True))
+
+
 @shows("7.2.4")
 def test_stuff_bits_of_long_frames(kind: str) -> None:
     each(Iut(kind), long_places())
@@ -109,6 +130,11 @@ def test_stuff_bits_of_long_frames(kind: str) -> None:
 @shows("7.2.4.a")
 def test_stuff_bits_of_long_frames_when_passive(kind: str) -> None:
     each(Iut(kind), long_places(), passive=True)
+
+
+@shows("7.2.4.b")
+def test_stuff_bits_of_long_frames_in_restricted_operation(kind: str) -> None:
+    each_restricted(kind, long_places())
 
 
 def crc_error(kind: str, bits: Bits, *, acknowledged: bool = False) -> None:

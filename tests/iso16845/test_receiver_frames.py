@@ -7,7 +7,7 @@ import random
 from canwire import BitTiming
 from tests.iso16845.frames import FD_LENGTH, Bits, Spec, lay_out, pattern
 from tests.iso16845.iut import NOMINAL_FD, Iut
-from tests.iso16845.purposes import shows
+from tests.iso16845.purposes import WHAT, shows
 from tests.iso16845.rows.terms import (
     STUFF_BASE_CLASSIC,
     STUFF_BASE_FD,
@@ -92,8 +92,9 @@ def test_reserved_bit_of_base_frames(kind: str) -> None:
 @shows("7.1.5")
 def test_reserved_bits_of_extended_frames(kind: str) -> None:
     spec = Spec(0x15151515, b"\x11\x22", extended=True, fd=kind == "fd")
-    names = ("SRR", "RRS") if kind == "fd" else ("SRR", "r0", "FDF")
-    values = ("11", "01", "00") if kind == "fd" else ("111", "110", "101", "011", "010", "001", "000")
+    names = {"fd": ("SRR", "RRS"), "tolerant": ("SRR", "r0")}.get(kind, ("SRR", "r0", "FDF"))
+    two = ("11", "01", "00")
+    values = two if len(names) == 2 else ("111", "110", "101", "011", "010", "001", "000")
     for value in values:
         sent = spec.but(reserved=tuple(zip(names, value, strict=True)))
         Scene(kind, False).lt(sent).play(received=[sent])
@@ -106,14 +107,15 @@ EXCEPTIONS = [
 ]
 
 
-def exceptional(data: bytes) -> Bits:
-    return lay_out(Spec(0x155, data, fd=True, reserved=(("res", "1"),)))
+def exceptional(kind: str, data: bytes) -> Bits:
+    """FDF alone is enough for a controller that knows no FD frames."""
+    return lay_out(Spec(0x155, data, fd=True, reserved=(("res", "1"),) if kind == "fd" else ()))
 
 
 @shows("7.1.6")
 def test_protocol_exception(kind: str) -> None:
     for timing, data in EXCEPTIONS:
-        bits = exceptional(data)
+        bits = exceptional(kind, data)
         scene = Scene(kind, False, iut=Iut(kind, NOMINAL_FD, timing))
         scene.lt(bits, change={bits.ack: "0"}, ack=False).recessive(3).counters(0, 0).lt(scene.other)
         scene.play(received=[scene.other])
@@ -123,7 +125,7 @@ def test_protocol_exception(kind: str) -> None:
 def test_end_of_a_protocol_exception(kind: str) -> None:
     for timing, data in EXCEPTIONS:
         for recessive in (12, 11, 10):
-            bits = exceptional(data)
+            bits = exceptional(kind, data)
             scene = Scene(kind, False, iut=Iut(kind, NOMINAL_FD, timing))
             scene.lt(bits, change={bits.ack: "0"}, ack=False).recessive(recessive - 8)
             heard = [scene.other]
@@ -153,7 +155,7 @@ def test_frames_without_idle_time(kind: str) -> None:
 
 
 def stuffed_frames(texts: str, *, extended: bool, fd: bool, only_first: bool = False) -> list[Spec]:
-    """The frames of a stuffing table; FD-enabled controllers get its classic frames with FDF 0."""
+    """The frames of a stuffing table; controllers that know FD get its classic frames with FDF 0."""
     found = []
     for text in texts.split("ID/CTRL/data: ")[-1].split("; "):
         text = text.removesuffix(" (remote)").split(" (remote,")[0]
@@ -164,7 +166,7 @@ def stuffed_frames(texts: str, *, extended: bool, fd: bool, only_first: bool = F
 def classic_stuffed(kind: str, *, extended: bool) -> list[Spec]:
     table = STUFF_EXT_CLASSIC if extended else STUFF_BASE_CLASSIC
     frames = stuffed_frames(table, extended=extended, fd=False)
-    if kind != "fd":
+    if WHAT[kind] == "classic":
         return frames
     return [spec.but(reserved=tuple((n, v) for n, v in spec.reserved if n != "FDF")) for spec in frames]
 

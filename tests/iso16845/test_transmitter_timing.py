@@ -11,7 +11,10 @@ from tests.iso16845.scenes import Scene
 from tests.iso16845.test_receiver_fd_timing import Fast
 from tests.iso16845.test_receiver_timing import CLEAR, Timed
 
-SEGMENTS = {"fd": (4, 10, 15), "sja1000": (2, 4, 6), "mcp2515": (2, 4, 6)}  # PS2 in quanta
+CLASSIC_SEGMENTS = (2, 4, 6)  # PS2 in quanta
+SEGMENTS = {
+    "fd": (4, 10, 15), "tolerant": CLASSIC_SEGMENTS, "sja1000": CLASSIC_SEGMENTS, "mcp2515": CLASSIC_SEGMENTS
+}  # fmt: skip
 ALTERNATING = Spec(0x155, b"\x55")
 
 

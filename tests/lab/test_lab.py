@@ -695,3 +695,30 @@ def test_a_script_that_runs_twice_gives_identical_logs() -> None:
     assert log != log_of_a_run(8)
     assert log.count("\n") > 2000
     assert "BUS_OFF" in log
+
+
+@pytest.mark.finding("newcomer F12")
+class TestWhatWouldNotWork:
+    def test_a_data_phase_slower_than_the_rest(self, lab: Lab) -> None:
+        with pytest.raises(
+            BadTiming, match="data bit rate 250000 bit/s: not below the bit rate, 500000; leave it out"
+        ):
+            lab.can_bus(bit_rate=500_000, data_bit_rate=250_000)
+        assert lab.can_bus(bit_rate=500_000, data_bit_rate=500_000).data_timing is not None
+        with pytest.raises(BadTiming, match="data bit rate 500000 bit/s: not below the bit rate, 1000000"):
+            lab.buses["can0"].node("a", bit_rate=1_000_000)
+
+    def test_names_of_python_can(self, lab: Lab) -> None:
+        with pytest.raises(
+            TypeError,
+            match=r"can_bus\(\) has no argument 'bitrate': what python-can calls bitrate is bit_rate",
+        ):
+            lab.can_bus(bitrate=500_000)  # type: ignore[arg-type]
+        with pytest.raises(
+            TypeError, match=r"node\(\) has no argument 'receive_own_messages': .* is self_reception here"
+        ):
+            lab.can_bus().node("a", receive_own_messages=True)  # type: ignore[arg-type]
+        with pytest.raises(
+            TypeError, match=r"node\(\) has no argument 'listen_onyl'; did you mean 'listen_only'"
+        ):
+            lab.buses["can0"].node("a", listen_onyl=True)  # type: ignore[arg-type]

@@ -150,7 +150,7 @@ def test_a_notifier_outlives_its_bus(open_bus: Open) -> None:
     assert "stop what still uses it" in str(failures[0])
 
 
-@pytest.mark.finding("python-can 10")
+@pytest.mark.finding("python-can 10.1")
 @pytest.mark.parametrize("embedded", [False, True])
 def test_a_forks_handles_say_so_and_leave_the_parents_messages(
     open_bus: Open, embedded: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: object

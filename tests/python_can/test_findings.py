@@ -147,7 +147,7 @@ def test_a_narrower_filter_holds_for_what_waits_already(open_bus: Open) -> None:
     assert b.recv(0.05) is None
 
 
-@pytest.mark.finding("python-can 10")
+@pytest.mark.finding("python-can 10.3")
 @pytest.mark.parametrize("reads", [True, False])
 def test_a_bus_off_line_takes_no_messages(reads: bool) -> None:
     two_lines = '[[bus]]\nname = "can0"\n[[board]]\nkind = "usb-to-can-fd"\nserial = "HW000001"\n'
@@ -174,7 +174,7 @@ def test_a_bus_off_line_takes_no_messages(reads: bool) -> None:
         sender.send(message())
 
 
-@pytest.mark.finding("python-can 10")
+@pytest.mark.finding("python-can 10.4")
 def test_a_rate_that_the_clock_does_not_divide_to_agrees_with_itself(open_bus: Open) -> None:
     open_bus("HW000001:0", bitrate=123_456)
     assert open_bus("HW000001:0", bitrate=123_456).line_status().mode.timing.bit_rate == 123_457
@@ -182,7 +182,7 @@ def test_a_rate_that_the_clock_does_not_divide_to_agrees_with_itself(open_bus: O
         open_bus("HW000001:0", bitrate=123_000)
 
 
-@pytest.mark.finding("python-can 10")
+@pytest.mark.finding("python-can 10.6")
 def test_socketcans_way_to_leave_error_frames_out(open_bus: Open) -> None:
     bus = open_bus("HW000001:0", ignore_rx_error_frames=True, local_loopback=True)
     bus.send(message())

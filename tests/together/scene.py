@@ -167,6 +167,8 @@ class Scene:
         for program in self.players:
             with suppress(canwire.HubLost, canwire.Unplugged):
                 program.end()
+        self.players.clear()  # and what they still held goes with them
+        del self.peer
 
 
 @contextmanager

@@ -12,13 +12,28 @@ import can
 import pytest
 
 import canwire
-from canwire import ErrorState, Event, acan, slcan
+from canwire import ErrorState, Event, Frame, WantedMode, acan, slcan
 from canwire.boards.config.configuration import Config
+from canwire.bus.can.faults import Faults
 from tests.drivers.outside_bench import fresh_hub
 from tests.hubs import LONG_S, connected
-from tests.together.players.player import DONE, OTHER_RATE, Player
-from tests.together.scene import BOARD, Peer, Scene, config_of
-from tests.together.table import ACAN, CANDRV, INT2D, JOIN_RUNNING, KINDS, PYTHON, SET_RATE, V4, VERBS, Cell
+from tests.together.players.player import DONE, OTHER_RATE, RATE, Player
+from tests.together.scene import BOARD, PEER_BOARD, PROVOKED, Peer, Scene, config_of
+from tests.together.table import (
+    ACAN,
+    CANDRV,
+    INT2D,
+    JOIN_RUNNING,
+    KINDS,
+    PYTHON,
+    RECOVER,
+    SEES,
+    SET_RATE,
+    V4,
+    VERBS,
+    Cell,
+    Line,
+)
 from tests.together.test_matrix import PLAYERS, program_settings
 
 __all__ = ["program_settings"]  # pytest finds the fixture by its name here
@@ -52,18 +67,53 @@ class OnPythonCan:
         self._bus.shutdown()
 
 
+class OnCopper(Peer):
+    """Another machine on the copper of an emulated dongle, and what disturbs that copper."""
+
+    def __init__(self, hub: canwire.Hub) -> None:
+        super().__init__(hub)
+        self._engine = hub._link._engine  # type: ignore[attr-defined]
+        self._faults = Faults(self._engine.world.buses["can0"], 1)
+
+    def disturb(self, identifier: int, times: int | None) -> None:
+        """The next so many attempts to send it fail (None: all of them)."""
+        self._engine.call(lambda: self._faults.inject("bit", frame_id=identifier, times=times))
+
+    def leave_in_peace(self) -> None:
+        self._engine.call(self._faults.clear)
+
+
+class FdOnCopper(OnCopper):
+    """Likewise, with CAN FD: 2 Mbit/s after BRS, and frames of 12 bytes."""
+
+    def __init__(self, hub: canwire.Hub) -> None:
+        super().__init__(hub)
+        capabilities = hub.board(PEER_BOARD).lines[0].capabilities
+        self._control.stop()
+        self._control.initialise(WantedMode(RATE, 2_000_000).mode(capabilities))
+        self._control.start()
+
+    def send(self, identifier: int) -> None:
+        self._channel.send(Frame(identifier, bytes(12), fd=True, bit_rate_switch=True))
+
+
 @contextmanager
-def dongle_on(path: Path) -> Iterator[Peer]:
+def dongle_on(
+    path: Path, machine: type[OnCopper] = OnCopper, dialect: slcan.Dialect = slcan.CANBUS
+) -> Iterator[OnCopper]:
     """An emulated dongle on a pseudo terminal; the machine on its copper."""
-    copper = canwire.connect(time="real", config=Config.parse(config_of("usb-to-can")))
+    text = config_of("usb-to-can")
+    if dialect is slcan.CANABLE:
+        text = text.replace('"usb-to-can"', '"usb-to-can-fd"').replace('["can0", ""]', '["can0", "", ""]')
+    copper = canwire.connect(time="real", config=Config.parse(text))
     stop, service = Event(manual_reset=True), slcan.Service()
-    plugged = slcan.PluggedDongle(copper, slcan.Settings())
+    plugged = slcan.PluggedDongle(copper, slcan.Settings(dialect=dialect))
     with closing(slcan.PtyWire(path)) as wire:
         service.add(plugged.dongle, plugged.event, wire)
         thread = threading.Thread(target=service.run, args=(stop,), daemon=True)
         thread.start()
         try:
-            yield Peer(copper)
+            yield machine(copper)
         finally:
             stop.set()
             thread.join(LONG_S)
@@ -95,6 +145,7 @@ def _at_work(scene: Scene) -> Callable[[], bool]:
 @pytest.mark.parametrize("actor", ACTORS)
 @pytest.mark.parametrize("starter", STARTERS)
 @pytest.mark.conforms("N-01", "N-02", "N-06")
+@pytest.mark.finding("acan A2")
 def test_an_adapter_is_shared(scene: Scene, starter: str, actor: str) -> None:
     first = scene.play(PLAYERS[starter])
     assert first.set_up() == DONE
@@ -113,6 +164,7 @@ def test_an_adapter_is_shared(scene: Scene, starter: str, actor: str) -> None:
 
 
 @pytest.mark.conforms("N-02")
+@pytest.mark.finding("acan A2")
 def test_acan_reads_and_sets_what_a_shared_dongle_has(scene: Scene) -> None:
     """Its OCR and IER are the firmware's own, so that asking for them is no reason to refuse."""
     if scene.kind != SLCAN:
@@ -126,3 +178,92 @@ def test_acan_reads_and_sets_what_a_shared_dongle_has(scene: Scene) -> None:
         config = driver.config()
         assert config is not None
         assert (config.rate_kbps, config.ts1, config.ts2) == (250, 13, 3)
+
+
+@pytest.fixture
+def on_dongle(tmp_path: Path) -> Iterator[Scene]:
+    """The shared board is a dongle, whose copper can be disturbed."""
+    with ExitStack() as stack:
+        hub = stack.enter_context(fresh_hub())
+        peer = stack.enter_context(dongle_on(tmp_path / "tty"))
+        hub.plug(SLCAN, BOARD, port=str(tmp_path / "tty"))
+        yield _scene_on(hub, SLCAN, peer, stack)
+
+
+def _scene_on(hub: canwire.Hub, kind: str, peer: OnCopper, stack: ExitStack) -> Scene:
+    engine = hub._link._engine  # type: ignore[attr-defined]
+    made = Scene(lambda name: stack.enter_context(connected(engine, name)), kind, engine, peer)
+    stack.callback(made.close)
+    return made
+
+
+def _bus_off(scene: Scene, program: Player, peer: OnCopper) -> None:
+    """Step by step: all that a dongle tells are changes, and only when it is asked."""
+    for state, times in (
+        (ErrorState.ERROR_WARNING, 13),
+        (ErrorState.ERROR_PASSIVE, 4),
+        (ErrorState.BUS_OFF, None),
+    ):
+        peer.disturb(PROVOKED, times)
+        assert program.send(PROVOKED) == DONE
+        assert scene.until(lambda wanted=state: scene.status().state == wanted), state  # type: ignore[misc]
+    peer.leave_in_peace()
+
+
+@pytest.mark.parametrize("actor", [V4, CANDRV, PYTHON, VERBS])
+@pytest.mark.conforms("N-02", "N-06")
+def test_after_bus_off_of_a_dongle_anybody_begins_again(on_dongle: Scene, actor: str) -> None:
+    scene = on_dongle
+    first, second = scene.play(PLAYERS[VERBS]), scene.play(PLAYERS[actor])
+    assert first.set_up() == DONE
+    assert scene.until(_at_work(scene))
+    assert second.join() == DONE
+    assert isinstance(scene.peer, OnCopper)
+    _bus_off(scene, first, scene.peer)
+    assert second.state() == SEES[actor][Line.BUS_OFF]
+    assert second.recover() == Cell(scene.kind, VERBS, actor, RECOVER).told
+    assert scene.until(_at_work(scene))
+    assert scene.hear(first, second)
+
+
+@pytest.mark.parametrize("starter", STARTERS)
+@pytest.mark.conforms("N-01", "N-06")
+def test_a_dongle_is_pulled_and_plugged(tmp_path: Path, starter: str) -> None:
+    """The board stays; the hub waits for its adapter, and goes on with the line as it was."""
+    with ExitStack() as stack:
+        hub = stack.enter_context(fresh_hub())
+        with dongle_on(tmp_path / "tty") as peer:
+            hub.plug(SLCAN, BOARD, port=str(tmp_path / "tty"))
+            scene = _scene_on(hub, SLCAN, peer, stack)
+            first, second = scene.play(PLAYERS[starter]), scene.play(PLAYERS[VERBS])
+            assert first.set_up() == DONE
+            assert scene.until(_at_work(scene))
+            assert second.join() == DONE
+            assert scene.hear(first, second)
+        assert scene.until(lambda: scene.status().state == ErrorState.STOPPED)
+        with dongle_on(tmp_path / "tty") as again:
+            scene.peer = again
+            assert scene.until(_at_work(scene))
+            assert scene.hear(first, second)
+            assert scene.send(first) == DONE
+        scene.peer = peer
+
+
+@pytest.mark.parametrize("starter", [V4, VERBS])
+@pytest.mark.conforms("N-01", "N-06")
+def test_can_fd_on_a_shared_dongle(tmp_path: Path, starter: str) -> None:
+    with ExitStack() as stack:
+        hub = stack.enter_context(fresh_hub())
+        peer = stack.enter_context(dongle_on(tmp_path / "tty", FdOnCopper, slcan.CANABLE))
+        hub.plug("slcan-fd", BOARD, port=str(tmp_path / "tty"))
+        scene = _scene_on(hub, "slcan-fd", peer, stack)
+        first, second, third = (scene.play(PLAYERS[kind]) for kind in (starter, PYTHON, VERBS))
+        assert first.set_up() == DONE
+        assert scene.until(_at_work(scene))
+        assert (second.join(), third.join()) == (DONE, DONE)
+        assert scene.hear(first, third)
+        assert (scene.send(first), scene.send(third)) == (DONE, DONE)
+        mode = scene.status().mode
+        assert mode is not None
+        assert mode.data_timing is not None
+        assert mode.data_timing.bit_rate == 2_000_000

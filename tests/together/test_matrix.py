@@ -60,6 +60,7 @@ def test_the_table_is_whole() -> None:
 
 @pytest.mark.parametrize("cell", CELLS, ids=str)
 @pytest.mark.conforms("N-01", "N-02", "N-03", "N-04", "N-05", "N-06")
+@pytest.mark.finding("acan A1", "acan A2", "acan A3")
 def test_cell(cell: Cell) -> None:
     with virtual_scene(cell.board) as scene:
         starter = scene.play(PLAYERS[cell.starter])

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 
 import pytest
 
 import canwire
 from canwire import NoSuchBoard
-from tests.hubs import serving
+from tests.hubs import LONG_S, serving
 from tests.together import table
 from tests.together.players.player import DONE
 from tests.together.scene import BOARD, Scene, config_of
@@ -50,6 +53,50 @@ def test_cell(addresses: dict[str, str], cell: Cell) -> None:
         starter = scene.play(PLAYERS[cell.starter])
         assert starter.set_up() == DONE
         HAPPENINGS[cell.event](scene, cell, starter, scene.play(PLAYERS[cell.actor]))
+
+
+KILLED_BY_THE_SYSTEM = [kind for kind in table.KINDS if kind != table.DONGLE]
+
+
+@pytest.mark.parametrize("kind", KILLED_BY_THE_SYSTEM)
+@pytest.mark.conforms("N-04")
+def test_a_starter_is_killed_by_the_system(addresses: dict[str, str], kind: str) -> None:
+    """SIGKILL: nothing of the program runs any more, and the hub alone gives back what it held."""
+    address = addresses["inducan104"]
+    with ExitStack() as stack:
+
+        def connect(name: str) -> canwire.Hub:
+            return stack.enter_context(canwire.connect(address, name=name))
+
+        scene = Scene(connect, "inducan104")
+        stack.callback(_reset, scene)
+        stack.callback(scene.close)
+        starter = stack.enter_context(_program(kind, address))
+        other = scene.play(PLAYERS[table.VERBS])
+        assert other.join() == DONE
+        assert scene.hear(other)
+        assert (scene.status().channels, bool(scene.status().control_holder)) == (2, kind in table.HOLDS)
+        starter.kill()
+        assert starter.wait(LONG_S) == -signal.SIGKILL
+        assert scene.until(lambda: scene.status().channels == 1)
+        assert scene.status().control_holder == ""
+        assert scene.hear(other)
+        assert scene.send(other) == DONE
+        other.end()
+        assert scene.until(lambda: not scene.status().running)
+
+
+@contextmanager
+def _program(kind: str, address: str) -> Iterator[subprocess.Popen[str]]:
+    """tests/together/program.py, once it has set its line up."""
+    command = [sys.executable, "-m", "tests.together.program", kind, address]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            assert process.stdout.readline() == f"{DONE}\n"
+            yield process
+        finally:
+            process.kill()
 
 
 def _reset(scene: Scene) -> None:

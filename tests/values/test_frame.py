@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import pickle
+import pydoc
 from collections.abc import Callable
+from typing import Any
 
 import numpy
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import canwire
 from canwire.errors import BadFrame
 from canwire.values import record
 from canwire.values.dlc import FD_LENGTHS
 from canwire.values.frame import Frame, frame_of_record, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
 from canwire.values.records import checked_records, frames_to_array
+from tests.uncompiled import load_uncompiled
 
 pytestmark = pytest.mark.core
 
@@ -310,3 +315,43 @@ class TestArrays:
     def test_checked_records_wants_records(self) -> None:
         with pytest.raises(TypeError, match="record_dtype"):
             checked_records(numpy.zeros(3, "u8"), fd=False, flags=0)
+
+
+@pytest.mark.finding("newcomer F11")
+class TestHelp:
+    def test_signature_is_that_of_the_constructor(self) -> None:
+        here = inspect.signature(Frame)
+        with load_uncompiled(canwire) as twin:
+            there = inspect.signature(twin.Frame.__init__)
+        assert str(here).startswith(
+            "(id: 'int', data: 'bytes | bytearray | memoryview' = b'', *, extended: 'bool' = False"
+        )
+        declared = {name: one for name, one in there.parameters.items() if name not in ("self", "unknown")}
+        assert list(here.parameters) == list(declared)
+        differing = [name for name, one in declared.items() if here.parameters[name] != one]
+        assert differing == [
+            "id"
+        ]  # which may be missing as far as the interpreter is concerned, to be told what to do
+        assert here.parameters["id"].default is inspect.Parameter.empty
+
+    def test_help_shows_keywords_and_an_example(self) -> None:
+        shown = pydoc.plain(pydoc.render_doc(Frame))
+        assert "Frame(id: 'int', data: " in shown
+        assert '>>> Frame(0x123, b"\\x11\\x22")' in shown
+
+    @pytest.mark.parametrize(("given", "said"), [
+        ({"arbitration_id": 1}, "Frame() has no argument 'arbitration_id': what python-can calls arbitration_id is id"),
+        ({"is_extended_id": True}, "is extended here (False unless given: the reverse of python-can)"),
+        ({"is_fd": True}, "is fd here"),
+        ({"timestamp": 1.0}, "is timestamp_ns here, in whole nanoseconds"),
+        ({"extendet": True}, "no argument 'extendet'; did you mean 'extended'?"),
+        ({"qqq": 1}, "no argument 'qqq'; it has id, data, extended"),
+    ])  # fmt: skip
+    def test_unknown_arguments_are_told_what_to_write(self, given: dict[str, Any], said: str) -> None:
+        with pytest.raises(TypeError) as refusal:
+            Frame(**{"id": 1, **given})
+        assert said in str(refusal.value)
+
+    def test_an_identifier_there_must_be(self) -> None:
+        with pytest.raises(BadFrame, match=r"a frame needs an identifier: Frame\(0x123"):
+            Frame()

@@ -66,8 +66,8 @@ BAD = [
     ("123#112233445566778899", "at most 8"),
     ("123#1122_9", "behind 8 bytes"),
     ("123#1122334455667788_8", "_9 to _F"),
-    ("123#R9", "behind R"),
-    ("123#Rx", "behind R"),
+    ("123#R9", "after R"),
+    ("123#Rx", "after R"),
     ("123#R4_9", "behind 8 bytes"),
     ("123##", "behind ##"),
     ("123##g11", "behind ##"),
@@ -245,11 +245,14 @@ def test_python_can_reads_and_writes_the_same_lines(sent: list[Frame], direction
 
 
 def test_a_real_log_is_read_whole() -> None:
-    log = Path("/work/shared/data/car-candump.log")
-    if not log.exists():
-        pytest.skip("the shared data is not here")
-    lines = log.read_text().splitlines()
+    lines = (Path(__file__).parents[2] / "examples" / "car-candump.log").read_text().splitlines()
     for text in lines:
         line = parse_log_line(text)
         assert format_log_line(line).split(" ", 1)[1] == text.split(" ", 1)[1]
     assert len(lines) == 12_974
+
+
+@pytest.mark.finding("newcomer F12")
+def test_a_log_line_gives_its_frame() -> None:
+    assert parse_log_line("(1.0) can0 123#1122").frame == Frame(0x123, b"\x11\x22")
+    assert parse_log_line("(1.0) can0 20000040#0000000000000000").frame is None

@@ -77,7 +77,7 @@ def test_registers_of_every_chip_that_has_some(client: httpx.Client, hub: canwir
 
 @pytest.mark.conforms("CT-19")
 def test_leds_tell_of_traffic_and_errors(client: httpx.Client, hub: canwire.Hub) -> None:
-    """A frame that nobody acknowledges: traffic, and errors; then bus-off by a short."""
+    """A frame that nobody acknowledges: traffic, and errors; then bus-off by bit errors."""
     place = canwire.find_lines(hub, "can0")[0]
     lone = canwire.WantedMode(500_000).mode(place.info.capabilities)
     with (
@@ -90,11 +90,10 @@ def test_leds_tell_of_traffic_and_errors(client: httpx.Client, hub: canwire.Hub)
         channel.send(canwire.Frame(0x123))
         await_status(hub, place, lambda status: status.load > 0 and status.tec > 0)
         assert leds_of(hub, look_at(hub, place)) == Leds("lit", "blinking", None)
-        hub.short("can0")
-        await_status(hub, place, lambda status: status.state == canwire.ErrorState.BUS_OFF)
+        with hub.bus("can0").faults.inject("bit", times=None):
+            await_status(hub, place, lambda status: status.state == canwire.ErrorState.BUS_OFF)
         assert leds_of(hub, look_at(hub, place)).red == "lit"
         assert "Recover" in client.get("/boards/tree").text
-        hub.short("can0", shorted=False)
         assert client.post("/boards/recover", data={"line": place.address}).status_code == 200
         await_status(hub, place, lambda status: status.state != canwire.ErrorState.BUS_OFF)
 
@@ -103,12 +102,15 @@ def test_leds_tell_of_traffic_and_errors(client: httpx.Client, hub: canwire.Hub)
 def test_an_interrupt_that_waits_lights_the_yellow_led(hub: canwire.Hub) -> None:
     place = next(place for place in canwire.every_line(hub) if place.board.kind == "inducan104")
     other = canwire.find_lines(hub, "can0")[0]
+    idle = next(place for place in canwire.every_line(hub) if place.board.kind == "picocom1")
+    assert leds_of(hub, look_at(hub, place)).yellow == "off"  # BasicCAN, before anybody set it up
     with (
         canwire.start_line(hub, place, canwire.WantedMode(500_000).mode(place.info.capabilities)),
         canwire.start_line(hub, other, canwire.WantedMode(500_000).mode(other.info.capabilities)),
         hub.open_channel(other.board.id, other.line) as channel,
     ):
         assert leds_of(hub, look_at(hub, place)).yellow == "off"
+        assert leds_of(hub, look_at(hub, idle)).yellow == "off"
         hub.hold_interrupts(place.board.id, place.line)
         channel.set_up(canwire.ChannelMode(receive=8, transmit=8))
         channel.activate()
@@ -173,8 +175,10 @@ def test_changed_register_bits_are_marked(page: Page, hub: canwire.Hub) -> None:
     place = next(place for place in canwire.every_line(hub) if place.board.kind == "inducan104")
     chip = page.locator(f'[data-chip="{place.address}"]')
     chip.locator("summary").click()
-    assert chip.locator("b.changed").count() == 0
     mode = canwire.WantedMode(500_000).mode(place.info.capabilities)
-    with canwire.start_line(hub, place, mode):
+    with canwire.start_line(hub, place, mode) as control:
+        chip.locator('tr[data-register="MOD"]').wait_for()
+        assert chip.locator('tr[data-register="MOD"] b.changed').count() == 0
+        control.stop()
         chip.locator('tr[data-register="MOD"] b.changed').first.wait_for()
-    assert page.locator(f'[data-chip="{place.address}"]').get_attribute("open") is not None
+    assert chip.get_attribute("open") is not None

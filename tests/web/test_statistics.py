@@ -115,9 +115,47 @@ def test_what_was_set_here_ends_with_the_server(hub_served: Served, hub: canwire
         assert not control.status().coupling_fault
 
 
-def test_a_fault_of_nobody_cannot_be_taken_back(hub: canwire.Hub) -> None:
+@pytest.mark.parametrize(
+    ("fields", "text"),
+    [
+        ({"kind": "flip", "bit": "20", "id": "100", "times": "3"}, "flip bit 20 of 100, 3 times"),
+        ({"kind": "inject", "error": "crc", "times": "1"}, "crc"),
+        ({"kind": "noise", "noise": "0.001"}, "noise, 0.001 of all bits"),
+        ({"kind": "disconnect", "line": "HW000001:0"}, "disconnect HW000001:0"),
+        ({"kind": "short"}, "short circuit"),
+    ],
+)
+def test_every_fault_of_the_menu_is_on_the_bus_until_it_is_taken_back(
+    client: httpx.Client, hub: canwire.Hub, fields: dict[str, str], text: str
+) -> None:
+    assert client.post("/statistics/fault", data={"bus": "can0", **fields}).status_code == 200
+    assert len(hub.bus("can0").faults.list()) == 1
+    assert text in client.get("/statistics/faults").text
+    assert client.post("/statistics/cancel", data={"number": "1"}).status_code == 200
+    assert [one for one in hub.bus("can0").faults.list() if not one.over] == []
+
+
+@pytest.mark.parametrize(
+    ("fields", "field"),
+    [
+        ({"kind": "flip", "bit": "x", "times": "1"}, "bit"),
+        ({"kind": "flip", "bit": "1", "times": "0"}, "times"),
+        ({"kind": "inject", "error": "rain", "times": "1"}, "error"),
+        ({"kind": "noise", "noise": "2"}, "noise"),
+        ({"kind": "wrong-rate", "line": "HW000001:0", "rate": "1"}, "rate"),
+    ],
+)
+def test_a_fault_s_wrong_value_is_told_at_its_field(
+    asker: httpx.Client, fields: dict[str, str], field: str
+) -> None:
+    answer = asker.post("/statistics/fault", data={"bus": "can0", **fields})
+    assert answer.status_code == 422
+    assert set(answer.json()["faults"]) == {field}
+
+
+def test_a_fault_of_nobody_cannot_be_taken_back() -> None:
     with pytest.raises(BadValue, match="fault 1"):
-        Faults().cancel(hub, 1)
+        Faults().cancel(1)
 
 
 def test_plots_and_table_in_the_browser(page: Page, hub: canwire.Hub) -> None:

@@ -22,6 +22,26 @@ from canwire.acan.structures import ACANHI, ACANMB, ACANTB
 if TYPE_CHECKING:
     from canwire import Hub
 
+__all__ = [  # noqa: RUF022 - in the manual's order
+    "ACAN_Init",
+    "ACAN_GetDriverVersion",
+    "ACAN_GetInitStatus",
+    "ACAN_SetHardConfig",
+    "ACAN_GetHardConfig",
+    "ACAN_BusControl",
+    "ACAN_Register",
+    "ACAN_AckEvent",
+    "ACAN_AckEventCheck",
+    "ACAN_Deregister",
+    "ACAN_SendMessage",
+    "ACAN_RetrieveMessages",
+    "ACAN_AllocFixedMemory",
+    "ACAN_FreeFixedMemory",
+    "ACAN_Exit",
+    "last_error",
+    "use",
+]
+
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -70,6 +70,7 @@ class Driver:
         self.hub = hub
         self._own_hub = own_hub
         self._line = AcanLine(hub, *find_line(hub, board))
+        self.bus = self._line.bus
         self._service = Service(hub, f"ACAN on {self._line.name}", self._work)
         self._dispatch = Dispatch(self._line.status().state, self._reply, self._interrupts)
         self._failure: CanwireError | None = None

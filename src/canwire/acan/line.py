@@ -78,6 +78,10 @@ class AcanLine:
     def name(self) -> str:
         return f"{self.board.hardware_id} {self.board.lines[self.number].name}"
 
+    @property
+    def bus(self) -> str:
+        return self.board.lines[self.number].bus
+
     # the line
 
     def status(self) -> LineStatus:

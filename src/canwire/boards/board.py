@@ -15,6 +15,7 @@ from canwire.boards.isa import IsaPlace
 from canwire.boards.lin.line import LinLine
 from canwire.bus.can.node import Bus
 from canwire.errors import BadValue
+from canwire.values.controller_options import USUAL, ControllerOptions
 
 MANUFACTURER = "canwire (simulated)"
 CAN = "CAN"
@@ -73,6 +74,12 @@ class BoardKind:
         if not self.connectors:
             raise BadValue(f"board kind {self.name!r}: a board has one connector at least")
 
+    @property
+    def ideal(self) -> bool:
+        """Its CAN lines have the ideal controller, with the options of one."""
+        can = [one.controller for one in self.connectors if one.bus_type == CAN]
+        return not self.outside and can != [] and set(can) == {IDEAL}
+
     def bus_names(self, named: Sequence[str], there: Container[str]) -> tuple[str, ...]:
         """A bus for each connector: the named ones, then the usual ones; "" leaves one unconnected.
 
@@ -126,11 +133,15 @@ class BoardKind:
 
 @dataclass(frozen=True, slots=True)
 class BoardLine:
-    """One CAN connector of a board that is plugged in. `bus` stays known after the board was pulled out."""
+    """One CAN connector of a board that is plugged in. `bus` stays known after the board was pulled out.
+
+    `options` are what its controller has unless a program says otherwise.
+    """
 
     info: LineInfo
     line: Line
     bus: Bus
+    options: ControllerOptions = USUAL
 
 
 @dataclass(frozen=True, slots=True)

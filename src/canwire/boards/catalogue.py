@@ -1,4 +1,4 @@
-"""Board kinds by name, and the only place that puts chips on buses.
+"""Board kinds by name, and the place that puts chips on buses (a chip whose outputs float: transceiver.py).
 
 A package adds a kind by an entry point of the group `canwire.boards` that names a BoardKind:
 
@@ -11,8 +11,7 @@ It is loaded when somebody asks for that kind; the kinds of kinds.py cannot be r
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import EntryPoint, entry_points
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from canwire.boards.board import CAN, IDEAL, LIN, MCP2515, SJA1000, Board, BoardKind, BoardLine, BoardLinLine
 from canwire.boards.can.line import Line
@@ -21,7 +20,7 @@ from canwire.boards.inducan104 import OSCILLATOR_HZ, BoardPorts, InduCan104, che
 from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.kinds import KINDS as KINDS
 from canwire.boards.lin.line import LinLine
-from canwire.boards.outside import checked_port, outside_board
+from canwire.boards.transceiver import Transceiver
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.node import Bus, Node
 from canwire.bus.lin.bus import LinBus
@@ -36,6 +35,10 @@ from canwire.drivers.sja1000.driver import Sja1000Driver
 from canwire.drivers.sja1000.polled import port_driver
 from canwire.errors import BadValue, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
+from canwire.values.controller_options import USUAL, ControllerOptions
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint, EntryPoints
 
 GROUP = "canwire.boards"
 _BUS_CLASSES: dict[str, type[CanBus] | type[LinBus]] = {CAN: CanBus, LIN: LinBus}
@@ -43,17 +46,23 @@ _BUS_CLASSES: dict[str, type[CanBus] | type[LinBus]] = {CAN: CanBus, LIN: LinBus
 
 def kind_names() -> list[str]:
     """Every kind there is; what other packages bring is not loaded for that."""
-    return sorted({*KINDS, *(point.name for point in entry_points(group=GROUP))})
+    return sorted({*KINDS, *(point.name for point in _plug_ins())})
 
 
 def kind(name: str) -> BoardKind:
     """The kind of that name; raises NoSuchBoard with the names there are, or saying why it cannot be loaded."""
     if name in KINDS:
         return KINDS[name]
-    for point in entry_points(group=GROUP):
+    for point in _plug_ins():
         if point.name == name:
             return _loaded(point)
     raise NoSuchBoard(f"no board kind {name!r}; there are {', '.join(kind_names())}")
+
+
+def _plug_ins() -> EntryPoints:
+    from importlib.metadata import entry_points  # it takes as long as all of the lab, and few need it
+
+    return entry_points(group=GROUP)
 
 
 def _loaded(point: EntryPoint) -> BoardKind:
@@ -91,11 +100,12 @@ def build(
     *,
     real: bool = False,
     port: str = "",
+    options: ControllerOptions = USUAL,
 ) -> Board:
     """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
 
     `place` is where an ISA board's jumpers put it (None: as delivered); a `real` one is driven through /dev/port.
-    `port` is where an adapter is.
+    `port` is where an adapter is. `options` are those of its controllers, which only ideal ones can have.
     Nothing is running yet. Raises BadValue, NoSuchBoard for a bus that does not exist, Unsupported for a line of
     a type that no bus has, InUse for a place that another board has; nothing is plugged in then.
     """
@@ -105,10 +115,9 @@ def build(
     if kind.isa:
         place = place or checked_place()
         machine.isa.check(hardware_id, place)
-    checked_port(kind.name, port)
     info = kind.info(board_id, hardware_id, kind.bus_names(bus_names, buses), place)
-    if kind.outside:
-        return outside_board(info, port, machine.timeline, machine.reactor)
+    if kind.outside or port:
+        return _outside_board(info, port, machine)
     for line in info.lines:
         if line.bus:
             _check_bus(kind, line, buses)
@@ -118,10 +127,17 @@ def build(
     return Board(
         info,
         tuple(
-            _plugged(name, line, connector.controller, machine)
+            _plugged(name, line, connector.controller, machine, options)
             for name, line, connector in zip(names, info.lines, kind.connectors, strict=True)
         ),
     )
+
+
+def _outside_board(info: BoardInfo, port: str, machine: Machine) -> Board:
+    from canwire.boards import outside  # sockets, serial ports, python-can: nothing that a lab needs
+
+    outside.checked_port(info.kind, port)
+    return outside.outside_board(info, port, machine.timeline, machine.reactor)
 
 
 def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | LinBus]) -> None:
@@ -132,7 +148,9 @@ def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | Lin
         raise Unsupported(f"{kind.name}: {line.name} needs a {line.bus_type} bus, which {line.bus!r} is not")
 
 
-def _plugged(name: str, info: LineInfo, controller: str, machine: Machine) -> BoardLine | BoardLinLine:
+def _plugged(
+    name: str, info: LineInfo, controller: str, machine: Machine, options: ControllerOptions
+) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
     timeline = machine.timeline
     alone = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
@@ -143,7 +161,7 @@ def _plugged(name: str, info: LineInfo, controller: str, machine: Machine) -> Bo
         return BoardLinLine(info, lin)
     line = LINE_MAKERS[controller](name, timeline)
     plug(line, bus)
-    return BoardLine(info, line, bus)
+    return BoardLine(info, line, bus, options)
 
 
 def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, real: bool) -> Board:
@@ -153,6 +171,7 @@ def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, re
         line.connect(port_driver(line, place.base, machine.timeline), Node())
         return Board(info, (BoardLine(info.lines[0], line, Bus()),))
     chip = Sja1000(None, OSCILLATOR_HZ)
+    Transceiver(chip, machine.timeline)
     card = InduCan104(place.base, place.irq, chip, shared_irq=place.shared_irq)
     machine.isa.plug(info.hardware_id, card)
     driver = Sja1000Driver(
@@ -189,6 +208,7 @@ def sja1000_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
     chip = Sja1000(None, OSCILLATOR_HZ)
     chip.oscillator_ppm = ppm
     chip.name = name
+    Transceiver(chip, timeline)
     driver = Sja1000Driver(line, chip, lambda: timeline.now_ns, peek=chip.peek)
     chip.on_interrupt = driver.service
     line.connect(driver, chip)
@@ -261,6 +281,8 @@ def plug(line: Line, bus: CanBus) -> None:
 
 def unplug(line: Line) -> None:
     """Take a line's controller off its bus, wherever that is."""
+    if isinstance(line.controller, Sja1000) and line.controller.transceiver is not None:
+        line.controller.transceiver.go_home()
     bus = line.controller.bus
     if isinstance(bus, CanBus):
         bus.detach(line.controller)

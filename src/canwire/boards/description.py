@@ -6,14 +6,14 @@ The numbers of `Feature`, `controller_type` and `bus_coupling` are VCI's (refere
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntFlag
 
 from canwire.errors import BadTiming
+from canwire.values.named import NamedFlags
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import TimingLimits
 
 
-class Feature(IntFlag):
+class Feature(NamedFlags):
     """VCI's CAN_FEATURE_ bits."""
 
     STANDARD_OR_EXTENDED = 0x1
@@ -124,7 +124,7 @@ NO_CAN = Capabilities(
 """Of a line that is no CAN line."""
 
 
-class LinFeature(IntFlag):
+class LinFeature(NamedFlags):
     """VCI's LIN_FEATURE_ bits (source: reference/vci.md section 4)."""
 
     MASTER = 0x1

@@ -5,10 +5,13 @@ Source: IEEE 1364-2005 chapter 18.
 
 from __future__ import annotations
 
-from typing import TextIO
+from typing import TYPE_CHECKING
 
 from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 
 class VcdTrace:
@@ -17,7 +20,7 @@ class VcdTrace:
     While it runs the bus goes bit by bit, which is slower but changes no time. `close` ends the trace.
     """
 
-    def __init__(self, bus: CanBus | LinBus, file: TextIO, signal: str) -> None:
+    def __init__(self, bus: CanBus | LinBus, file: SupportsWrite[str], signal: str) -> None:
         self._bus = bus
         self._file = file
         self._last_ns = -1

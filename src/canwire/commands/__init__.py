@@ -1,8 +1,8 @@
 """The `canwire` command: one verb per file, loaded when it is called for.
 
 A verb's module has two functions, `add_arguments(parser)` and `run(arguments) -> int`; the table
-below names it. Exit status: what `run` returns; 2 for a mistake, one line on stderr; 130 after
-Ctrl-C; 141 when whoever read the output has gone.
+below names it. Exit status: what `run` returns; 2 for a mistake, one line on stderr; 130 after Ctrl-C, 143 after
+SIGTERM, 129 after SIGHUP (but for verbs whose regular end these are); 141 when whoever read the output has gone.
 """
 
 from __future__ import annotations
@@ -13,6 +13,17 @@ import os
 import sys
 from collections.abc import Sequence
 from typing import Any, NamedTuple
+
+from canwire.commands.shell.ending import (
+    FAILED,
+    GONE,
+    ended_by,
+    forget_output,
+    have_streams,
+    is_full,
+    signals_raise,
+)
+from canwire.commands.shell.parser import Parser
 
 
 class Verb(NamedTuple):
@@ -34,7 +45,7 @@ VERBS = {
     "stop": Verb("canwire.commands.stop", "take a line of the hub off its bus"),
     "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
-    "line": Verb("canwire.commands.line", "start, stop or reset a CAN line of the hub, or recover it"),
+    "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "acan": Verb(
         "canwire.commands.acan.verb", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"
@@ -43,6 +54,7 @@ VERBS = {
         "canwire.commands.candrv.verb",
         "CanTestSuite of F&S boards, the registry of their driver, devices as terminals",
     ),
+    "fault": Verb("canwire.commands.fault.verb", "have something go wrong on a bus of the hub"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
     "slcan": Verb(
@@ -50,6 +62,7 @@ VERBS = {
     ),
     "web": Verb("canwire.commands.web.verb", "show the hub's boards and traffic in a browser"),
     "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
+    "completion": Verb("canwire.commands.shell.completion", "completion of verbs and options for a shell"),
 }
 
 
@@ -68,44 +81,50 @@ class _ShowVersion(argparse.Action):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line, sys.argv's by default; the exit status. argparse exits by itself (SystemExit)."""
     words = list(sys.argv[1:] if argv is None else argv)
+    have_streams()
     try:
-        status = _run(words)
-        sys.stdout.flush()
+        with signals_raise():
+            try:
+                return _run(words)
+            finally:
+                sys.stdout.flush()
     except BrokenPipeError:
-        _forget_output()
-        return 141
-    except KeyboardInterrupt:
-        return 130
-    return status
+        forget_output()
+        return GONE
+    except KeyboardInterrupt as error:
+        return ended_by(error)
+    except OSError as error:  # files have a name: this is what print writes to
+        forget_output()
+        print(f"canwire: standard output: {error.strerror}", file=sys.stderr)
+        return FAILED
 
 
 def _run(words: list[str]) -> int:
     from canwire import CanwireError
 
-    parser = argparse.ArgumentParser(
-        prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper."
-    )
+    parser = Parser(prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper.")
     parser.add_argument("--version", nargs=0, action=_ShowVersion, help="print the version and exit")
     verbs = parser.add_subparsers(metavar="verb", required=True)
     if words[:1] == ["help"]:  # `canwire help dump` is `canwire dump --help`
         words = [*words[1:], "--help"]
-    called = next((word for word in words if word in VERBS), None)
-    speaking = parser
+    asked = os.environ.get("COMP_LINE", "").split()[1:] if "_ARGCOMPLETE" in os.environ else words
+    called = next((word for word in asked if word in VERBS), None)
     for name, verb in VERBS.items():
         sub = verbs.add_parser(name, help=verb.help, description=verb.help)
         if name == called:  # the others stay unloaded: --help must be quick
             _load(verb, sub)
-            speaking = sub
-    arguments, unknown = parser.parse_known_args(words)
-    if unknown:  # with the usage of the verb that was called, which argparse by itself does not show
-        speaking.error(f"unrecognized arguments: {' '.join(unknown)}")
+    if "_ARGCOMPLETE" in os.environ:
+        from canwire.commands.shell.completion import answer
+
+        answer(parser)
+    arguments = parser.parse_args(words)
     try:
         return int(arguments.run(arguments))
-    except BrokenPipeError:
-        raise
     except (CanwireError, OSError) as error:
+        if isinstance(error, BrokenPipeError) or is_full(error):
+            raise
         print(f"canwire: {error}", file=sys.stderr)
-        return 2
+        return FAILED
 
 
 def _load(verb: Verb, parser: argparse.ArgumentParser) -> None:
@@ -115,14 +134,3 @@ def _load(verb: Verb, parser: argparse.ArgumentParser) -> None:
     parser.description = (module.__doc__ or verb.help).strip()
     module.add_arguments(parser)
     parser.set_defaults(run=module.run)
-
-
-def _forget_output() -> None:
-    """Point stdout at nothing: the interpreter flushes it once more on exit, and the pipe is gone."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, sys.stdout.fileno())
-    except (OSError, ValueError):  # stdout was replaced by something without a descriptor
-        pass
-    finally:
-        os.close(nowhere)

@@ -4,7 +4,7 @@ canwire bits 123#DEADBEEF                     fields, stuff bits in (), CRC, dur
 canwire bits 123##1AABB --data-bit-rate 4000000
 canwire bits 123#R4 --json                    bits, length, stuff_bits, crc, duration_ns, fields
 
-Source: reference/can-protocol.md sections 1 to 4 (ISO 11898-1:2015 10.4).
+Source: ISO 11898-1:2015 10.4.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ from canwire import (
     format_rates,
     format_setter,
 )
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument
 
 if TYPE_CHECKING:
@@ -38,8 +39,8 @@ def wanted_by(arguments: argparse.Namespace) -> WantedMode:
 def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
     """Start the line, on which this program has a channel, unless it runs; its control is free again afterwards.
 
-    One that was set up with such rates is started as it is. Raises BadValue if it runs with other rates than those
-    asked for, InUse if somebody else is about to start it.
+    One that was set up with such rates is started as it is; other rates on its bus are pointed out. Raises BadValue if
+    it runs with other rates than those asked for, InUse if somebody else is about to start it.
     """
 
     def mode_for(status: LineStatus) -> LineMode | None:
@@ -61,6 +62,13 @@ def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
     control = canwire.bring_up(hub, place, mode_for, check)
     if control is not None:
         control.close()
+    point_out_rates(hub, place.info.bus)
+
+
+def point_out_rates(hub: Hub, bus: str) -> None:
+    """Say on stderr that controllers of this bus run at different rates, if they do: which ones, and who set them."""
+    for conflict in canwire.conflicts_on(hub, bus):
+        complain(f"! {conflict}")
 
 
 def line_mode(capabilities: Capabilities, wanted: WantedMode) -> LineMode:

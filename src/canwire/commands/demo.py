@@ -29,6 +29,7 @@ from canwire.commands.lab.fan_network import (
     Sensor,
 )
 from canwire.commands.lab.summary import Summary
+from canwire.commands.shell.parser import add_time_argument
 
 _BIT_RATE = 125_000
 _BREAKS_NS, _REPAIRED_NS = 12_000_000_000, 20_000_000_000
@@ -40,7 +41,7 @@ _COMMENT_COLUMN = 52
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("--seconds", type=float, default=30.0, metavar="N", help="of bus time (30)")
-    parser.add_argument("--time", choices=("virtual", "real"), default="virtual", help="virtual: no waiting")
+    add_time_argument(parser, ("virtual", "real"), "a private bus is virtual, or follows the clock")
     parser.add_argument(
         "--coded-ids", action="store_true", help="the manual's other proposal: values in the identifiers"
     )
@@ -51,7 +52,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the story and print it as it happens; BadValue for a time that runs backwards."""
     if not 0 < arguments.seconds <= 1e9:
         raise BadValue(f"--seconds {arguments.seconds:g}: more than 0, up to 1e9")
-    demo = Demo(arguments.time, CodedIds() if arguments.coded_ids else PlainIds(), quiet=arguments.json)
+    demo = Demo(
+        arguments.time or "virtual", CodedIds() if arguments.coded_ids else PlainIds(), quiet=arguments.json
+    )
     summary = demo.run(arguments.seconds)
     if arguments.json:
         print(json.dumps({**summary.facts(), "story": demo.story}, indent=2))

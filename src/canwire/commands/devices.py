@@ -1,4 +1,4 @@
-"""`canwire devices`: the boards of the hub, their lines, and who does what with them.
+"""`canwire devices`: the boards of the hub, their lines, and who uses them.
 
 canwire devices            a tree for people
 canwire devices --json     one object with everything: identity, capabilities, settings, counters
@@ -38,6 +38,7 @@ from canwire import (
 from canwire.commands.console import complain
 from canwire.commands.lin.line import mode_text
 from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.colour import GREEN, RED, YELLOW, painted
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -51,6 +52,7 @@ class LinUse(NamedTuple):
     exclusive: bool
 
 
+_STATE = 3  # which of a line's cells
 Use = LineStatus | LinUse
 Found = tuple[BoardInfo, list[Use]]
 
@@ -78,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         else:
             print(*(tree(found) or ["no boards; `canwire plug usb-to-can-fd` plugs one in"]), sep="\n")
             for conflict in conflicts_among(found):
-                print(f"! {conflict}")
+                print(painted(f"! {conflict}", RED))
     return 0
 
 
@@ -125,8 +127,9 @@ def tree(found: list[Found]) -> list[str]:
             words.append(", ".join(f"{what} {which}" for what, which in board.resources))
         shown.append("  ".join(words))
         for status in states:
-            aligned = "  ".join(cell.ljust(width) for cell, width in zip(next(rows), widths, strict=True))
-            shown.append(f"  {aligned.rstrip()}")
+            padded = [cell.ljust(width) for cell, width in zip(next(rows), widths, strict=True)]
+            padded[_STATE] = painted(padded[_STATE], colour_of(status))
+            shown.append(f"  {'  '.join(padded).rstrip()}")
             shown.append(f"      {counters_text(status)}; {holders_text(status)}")
     return shown
 
@@ -149,6 +152,17 @@ def line_cells(index: int, line: LineInfo, status: Use) -> tuple[str, ...]:
         f"REC {status.rec}",
         f"load {status.load:.1f} %",
     )
+
+
+def colour_of(status: Use) -> str:
+    """Green for a line that works, yellow for one with errors, red for one that cannot take part."""
+    if isinstance(status, LinUse):
+        return GREEN if status.status.running else ""
+    if status.coupling_fault or status.state == ErrorState.BUS_OFF:
+        return RED
+    if not status.running:
+        return ""
+    return GREEN if status.state == ErrorState.ERROR_ACTIVE else YELLOW
 
 
 def counters_text(status: Use) -> str:

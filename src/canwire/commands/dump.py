@@ -1,11 +1,11 @@
 """`canwire dump`: what happens on a line, as candump prints it.
 
 canwire dump can0                     the first line on that bus; it is started if nobody did
-canwire dump HW000001:0 -e            error frames and changes of state, too
+canwire dump HW000001:0 -e            error frames and state changes as well
 canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 frames
-canwire dump can0 -T 2                until nothing was heard for two seconds
+canwire dump can0 -T 2                until nothing has been heard for two seconds
 
-Frames that the line itself sends are shown as well. The end, Ctrl-C included, is a line on stderr: how many frames
+Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, a line on stderr says how many frames
 were shown, and how many were lost because they were not read in time.
 """
 
@@ -33,8 +33,9 @@ from canwire import (
     format_rates,
 )
 from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected, find_line
+from canwire.commands.shell.colour import RED, has_colours, painted
 from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
@@ -49,10 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_line_arguments(parser)
     parser.add_argument("-l", "--log", action="store_true", help="print log lines, as candump -l writes them")
-    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after so many lines")
-    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after so much silence")
+    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many lines")
+    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after this much silence")
     parser.add_argument(
-        "-e", "--errors", action="store_true", help="show error frames and changes of state, too"
+        "-e", "--errors", action="store_true", help="show error frames and state changes as well"
     )
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
 
@@ -64,7 +65,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.timeout is not None and not arguments.timeout >= 0:
         raise BadValue(f"-T {arguments.timeout}: seconds from 0 up")
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "dump", closing)
         place = find_line(hub, arguments.line)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
@@ -94,6 +94,7 @@ class Dump:
         self._format = format_log_line if arguments.log else format_candump_line
         self._next = self._contents if arguments.errors else self._frames
         self._epoch_ns = epoch_ns(hub) if arguments.log else 0
+        self._coloured = has_colours() and not arguments.log
         self._shown = 0
 
     def run(self) -> None:
@@ -104,7 +105,10 @@ class Dump:
                 return
             for content in contents:
                 stamp_ns = self._epoch_ns + content.timestamp_ns
-                sys.stdout.write(self._format(LogLine(stamp_ns, self._name, content)) + "\n")
+                line = self._format(LogLine(stamp_ns, self._name, content))
+                if self._coloured and isinstance(content, BusEvent):
+                    line = painted(line, RED)
+                sys.stdout.write(f"{line}\n")
             sys.stdout.flush()
             self._shown += len(contents)
             if self._left is not None:

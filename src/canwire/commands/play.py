@@ -7,7 +7,9 @@ canwire play drive.log --time real                 the same at the speed of the 
 canwire play drive.log --log out.log --vcd out.vcd what a node on that bus received, and the level of the wire
 
 A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes.
-Every identifier has a node of its own, as in a car, so frames that are due together arbitrate.
+Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; beyond 256 identifiers
+they take turns at 256 nodes. With --vcd, which looks at every bit of every node, one node sends them all unless
+--senders each asks for that.
 """
 
 from __future__ import annotations
@@ -17,21 +19,26 @@ import json
 import os
 import re
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
-from typing import TextIO
 
-from canwire import BadValue, Frame, Lab, LabBus, LabNode, LogLine, QueueFull, format_log_line
+from canwire import BadValue, Frame, Lab, LabBus, LogLine, QueueFull, format_log_line
+from canwire.commands.console import complain
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
+from canwire.commands.lab.output import Output, opened
 from canwire.commands.lab.progress import Progress
+from canwire.commands.lab.senders import Senders
 from canwire.commands.lab.summary import Summary, line
+from canwire.commands.lab.trace_cost import forecast
 from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.ending import is_full
+from canwire.commands.shell.parser import add_time_argument
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
-_SENDER_QUEUE = 1024
 _STEP_S = 0.001  # how long a full queue is given before it is looked at again
 _SHARED_ONLY = ("hub", "speed", "timeout")
 _PRIVATE_ONLY = ("bus", "time", "log_out", "vcd", "senders")
-_PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "senders": "each", "bit_rate": 500_000}
+_PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "bit_rate": 500_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,16 +59,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shared = parser.add_argument_group("onto a shared LINE")
     shared.add_argument("--speed", type=float, metavar="FACTOR", help="default: 1; 0: as fast as it goes")
     shared.add_argument(
-        "--timeout", type=float, metavar="SECONDS", help="give up when nothing is delivered for so long (1)"
+        "--timeout",
+        type=float,
+        metavar="SECONDS",
+        help="give up when nothing has been delivered for this long (1)",
     )
     add_hub_argument(shared)
     private = parser.add_argument_group("onto a private bus, which no other program hears")
     private.add_argument("--bus", metavar="NAME", help="what the bus is called in logs (can0)")
-    private.add_argument("--time", choices=("virtual", "real"), help="default: virtual, without waiting")
+    add_time_argument(private, ("virtual", "real"), "a private bus is virtual, or follows the clock")
     private.add_argument("--log", dest="log_out", metavar="OUT", help="write what arrives to this log")
-    private.add_argument("--vcd", metavar="OUT", help="write the level of the wire, bit by bit: slow")
     private.add_argument(
-        "--senders", choices=("each", "one"), help="a node for each identifier (default), or one for all"
+        "--vcd",
+        metavar="OUT",
+        help="write the level of the wire, bit by bit; says beforehand how long that takes",
+    )
+    private.add_argument(
+        "--senders",
+        choices=("each", "one"),
+        help="each identifier has a node of its own (default), or one node sends them all (default with --vcd)",
     )
 
 
@@ -72,6 +88,8 @@ def run(arguments: argparse.Namespace) -> int:
     except BrokenPipeError:
         raise  # whoever read our output has gone: no mistake of the user's
     except OSError as error:
+        if is_full(error):
+            raise
         raise BadValue(f"{error.filename or arguments.log}: {error.strerror}") from error
 
 
@@ -80,7 +98,8 @@ def _run(arguments: argparse.Namespace) -> int:
         _refuse_others(
             arguments, _SHARED_ONLY, "that is for a shared line; name one behind the log, can0 perhaps"
         )
-        for name, usual in _PRIVATE_DEFAULTS.items():
+        usual_senders = "each" if arguments.vcd is None else "one"
+        for name, usual in {**_PRIVATE_DEFAULTS, "senders": usual_senders}.items():
             if getattr(arguments, name) is None:
                 setattr(arguments, name, usual)
         return _play_privately(arguments)
@@ -107,6 +126,10 @@ def _play_privately(arguments: argparse.Namespace) -> int:
             raise BadValue(
                 f"{arguments.log}:{found.fd_line}: a CAN FD frame; add --data-bit-rate, 2000000 perhaps"
             )
+        if arguments.vcd is not None:
+            cost = forecast(found.bits, len(found.keys), one=arguments.senders == "one")
+            if cost:
+                complain(cost)
         with ExitStack() as closing:
             player = Player(arguments, found, closing)
             if not arguments.json:
@@ -141,13 +164,12 @@ class Player:
             arguments.bus, bit_rate=arguments.bit_rate, data_bit_rate=arguments.data_bit_rate
         )
         self._recorder = self._bus.node("recorder", receive_queue=_IN_FLIGHT, transmit_queue=1)
-        self._senders = _senders(self._bus, found, arguments.senders)
+        self._send_by = _sender(self._bus, found, arguments.senders)
         if arguments.vcd is not None:
             self._bus.trace_levels(arguments.vcd)
-        self._out: TextIO | None = None
+        self._out: Output | None = None
         if arguments.log_out is not None:
-            out = open(arguments.log_out, "w", encoding="utf-8")  # noqa: SIM115
-            self._out = closing.enter_context(out)
+            self._out = closing.enter_context(opened(arguments.log_out))
         self._progress = closing.enter_context(Progress(found.lines, "playing"))
         self._first_ns = found.first_ns
         self._zero_ns = self._lab.now_ns  # real time has begun to run already
@@ -181,11 +203,10 @@ class Player:
 
     def _send(self, frame: Frame) -> None:
         """Queue the frame; where queues are full the log waits for the bus."""
-        node = self._senders[frame.extended, frame.id]
         while True:
             try:
                 if self._sent - self._recorded < _IN_FLIGHT:
-                    node.send(frame)
+                    self._send_by(frame)
                     self._sent += 1
                     return
             except QueueFull:
@@ -207,20 +228,12 @@ class Player:
                 self._out.write("\n")
 
 
-def _senders(bus: LabBus, found: Survey, senders: str) -> dict[tuple[bool, int], LabNode]:
-    """Who sends which identifier; all of them are on the bus before the first frame."""
-    if senders == "one":
-        player = bus.node("player", receives=False, receive_queue=1, transmit_queue=_IN_FLIGHT)
-        return dict.fromkeys(found.keys, player)
-    return {
-        (extended, id): bus.node(
-            f"{id:08X}" if extended else f"{id:03X}",
-            receives=False,
-            receive_queue=1,
-            transmit_queue=_SENDER_QUEUE,
-        )
-        for extended, id in found.keys
-    }
+def _sender(bus: LabBus, found: Survey, senders: str) -> Callable[[Frame], None]:
+    """What queues a frame, or raises QueueFull."""
+    if senders == "each":
+        return Senders(bus, found.keys).send
+    node = bus.node("player", receives=False, receive_queue=1, transmit_queue=_IN_FLIGHT)
+    return lambda frame: node.send(frame)
 
 
 def _check_names(arguments: argparse.Namespace) -> None:

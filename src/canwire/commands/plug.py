@@ -1,4 +1,4 @@
-"""`canwire plug`: put a board into the hub; every program that shares it sees it come.
+"""`canwire plug`: put a board into the hub; programs that use the hub see it appear.
 
 canwire plug usb-to-can-fd                              a serial number of the hub's choice, on the kind's usual buses
 canwire plug usb-to-can --serial HW123456 --bus can0 can1
@@ -28,7 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--base", type=hexadecimal, metavar="PORT", help="inducan104: its address in hex (default 280)"
     )
     parser.add_argument("--irq", type=int, metavar="N", help="inducan104: its interrupt line (default 5)")
-    parser.add_argument("--shared-irq", action="store_true", help="others that say so may use that line too")
+    parser.add_argument(
+        "--shared-irq",
+        action="store_true",
+        help="share that line with boards that have --shared-irq too",
+    )
     parser.add_argument(
         "--port",
         default="",

@@ -1,7 +1,7 @@
 """`canwire registers`: the registers of a board's chip, decoded; reading them changes nothing.
 
 canwire registers HW000003
-canwire registers inducan104 --follow        every half second what has changed; Ctrl-C ends
+canwire registers inducan104 --follow        every half second what has changed, until Ctrl-C
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import BoardInfo, NoSuchBoard, RegisterValue, Unsupported
-from canwire.commands.console import let_terminate
 from canwire.commands.shared_hub import add_hub_argument, connected
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--line", type=int, default=0, metavar="N", help="which of its lines (default: %(default)s)"
     )
-    parser.add_argument("--follow", action="store_true", help="look again and again, and show what changes")
+    parser.add_argument("--follow", action="store_true", help="keep looking, and show what changes")
     parser.add_argument(
         "--interval",
         type=float,
@@ -37,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="seconds between two looks (default: %(default)s)",
     )
-    parser.add_argument("--count", type=int, metavar="N", help="end after so many looks")
+    parser.add_argument("--count", type=int, metavar="N", help="end after looking this many times")
     add_hub_argument(parser)
 
 
@@ -51,7 +50,6 @@ def run(arguments: argparse.Namespace) -> int:
         if not arguments.follow:
             print("\n".join(table(_values(hub, board, arguments.line))))
             return 0
-        let_terminate(closing)
         _follow(hub, board, arguments)
     return 0
 

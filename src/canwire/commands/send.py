@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_line_arguments(parser)
     parser.add_argument("frames", nargs="+", metavar="FRAME", help="123#1122, 12345678#R, 123##1AABB")
     parser.add_argument(
-        "-n", "--count", type=int, default=1, metavar="COUNT", help="send all of them so often"
+        "-n", "--count", type=int, default=1, metavar="COUNT", help="send the whole list COUNT times (1)"
     )
     parser.add_argument("--gap", type=float, default=0.0, metavar="SECONDS", help="time between two frames")
     parser.add_argument(
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=1.0,
         metavar="SECONDS",
-        help="give up after so long without any progress (1)",
+        help="give up after this long without progress (1)",
     )
 
 

@@ -5,10 +5,10 @@ canwire serve --socket ./bench --time fast      on a socket of its own; the buse
 canwire serve --config canwire.toml             these buses and boards
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
 
-One line tells when it is ready; before it stderr has a line for everything unusual about the buses, too long a cable
-perhaps. SIGTERM and Ctrl-C end it: the socket goes, and every client sees HubLost.
+One line says when it is ready; before that, stderr has a line for everything unusual about the buses, such as a cable
+that is too long. SIGTERM and Ctrl-C end it: the socket is removed, and every client gets HubLost.
 Without --config: the file that CANWIRE_CONFIG names, else ./canwire.toml if there is one, else a default.
-Under systemd (Type=notify) it tells when it is ready and when it stops.
+Under systemd (Type=notify) it reports when it is ready and when it stops.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import argparse
 import contextlib
 import gc
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -25,13 +24,20 @@ from collections.abc import Iterator
 
 import canwire
 from canwire.commands.console import complain
+from canwire.commands.shell.ending import signals_call
+from canwire.commands.shell.parser import add_time_argument
 
 USUAL_LINK = "ttyCANBUS0"  # in canwire.state_directory()
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument("--socket", metavar="PATH", help="listen here; default: this user's usual socket")
+    parser.add_argument(
+        "--socket",
+        "--hub",
+        metavar="PATH",
+        help="listen here; default: this user's usual socket",
+    )
     parser.add_argument("--config", metavar="FILE", help="buses and boards; default: ./canwire.toml, if any")
     parser.add_argument(
         "--dongle",
@@ -40,16 +46,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LINK",
         help=f"plug in a CANBUS dongle, too, found by this link (default: {USUAL_LINK} where canwire slcan has it)",
     )
-    parser.add_argument(
-        "--time", choices=("real", "fast"), default="real", help="fast: buses do not wait for the clock"
-    )
+    add_time_argument(parser, ("real", "fast"), "programs that share a hub wait for each other by the clock")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve until SIGTERM or SIGINT."""
+    """Serve until SIGTERM, SIGHUP or SIGINT."""
     stop = canwire.Event(manual_reset=True)
 
-    def end(*_: object) -> None:
+    def end() -> None:
         _tell_systemd("STOPPING=1")
         stop.set()
 
@@ -60,15 +64,18 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.dongle is not None:
             dongle.enter_context(_dongle(arguments.dongle, arguments.socket))
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
-        canwire.serve(
-            arguments.socket, arguments.config, arguments.time, ready=ready, stop=stop, warn=complain
-        )
+        with signals_call(end):
+            canwire.serve(
+                arguments.socket,
+                arguments.config,
+                arguments.time or "real",
+                ready=ready,
+                stop=stop,
+                warn=complain,
+            )
     finally:
         dongle.close()
-        for number, handler in before.items():
-            signal.signal(number, handler)
         stop.close()
     return 0
 

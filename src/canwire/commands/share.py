@@ -7,15 +7,14 @@ canwire share slcan-fd:/dev/ttyACM0                 one that knows CAN FD (CANab
 canwire share python-can:pcan/PCAN_USBBUS1 --bit-rate 250000
 canwire share                                       list this machine's serial ports
 
-Where no hub runs, this is one until Ctrl-C. With --bit-rate the lines are started, and stay so; without it the first
-program that uses one does that. An adapter that is pulled out is waited for.
+Where no hub is running, this becomes one until Ctrl-C. With --bit-rate the lines are started and keep running;
+without it the first program that uses a line starts it. If an adapter is pulled out, the hub waits for it to come back.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import signal
 import time
 from contextlib import ExitStack
 from dataclasses import replace
@@ -36,6 +35,7 @@ from canwire import (
 from canwire.commands.can_line import line_mode, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.ending import signals_call
 
 KINDS = ("slcan", "slcan-fd", "python-can")
 PATIENCE_S = 3.0  # for an adapter to say what it is
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SPEC",
         help="/dev/ttyUSB0, COM3, socket://host:port, ?serial=A123, python-can:pcan/PCAN_USBBUS1",
     )
-    parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="start the lines with this one")
+    parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="start the lines at this rate")
     parser.add_argument("--data-bit-rate", type=int, metavar="BIT/S", help="likewise, CAN FD")
     parser.add_argument("--listen-only", action="store_true", help="start them, but only to listen")
     add_hub_argument(parser)
@@ -77,20 +77,15 @@ def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: 
     """A hub of our own, with these adapters, until SIGTERM or SIGINT."""
     stop = Event(manual_reset=True)
 
-    def end(*_: object) -> None:
-        stop.set()
-
     def ready(introduction: str) -> None:
         with canwire.connect(address, name="canwire share") as hub:
             share(hub, specs, arguments)
         print(introduction, flush=True)
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
-        canwire.serve(address, ready=ready, stop=stop, warn=complain)
+        with signals_call(stop.set):
+            canwire.serve(address, ready=ready, stop=stop, warn=complain)
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
         stop.close()
     return 0
 

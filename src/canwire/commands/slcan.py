@@ -7,8 +7,8 @@ canwire slcan --serial /dev/ttyUSB0          on a serial port (needs canwire[har
 canwire slcan --pty a --pty b                two dongles; the second one's serial number is the next
 
 Each dongle is a board of its own on the hub; without a hub one runs in this process. One line tells where each is.
-SIGTERM and Ctrl-C pull them out again, and say what was lost; a killed one's board goes, too. The usual links, and by
-serial number what Z has chosen, are in $XDG_STATE_HOME/canwire (~/.local/state/canwire).
+SIGTERM and Ctrl-C pull them out again and report what was lost; the board of a killed one goes, too. The usual links,
+and what Z has chosen for each serial number, are in $XDG_STATE_HOME/canwire (~/.local/state/canwire).
 
 On a pseudo terminal a host can write faster than on any serial line, and then finds the queue of eight full (BELL);
 --pace 115200 takes its bytes as such a line would.
@@ -17,7 +17,6 @@ On a pseudo terminal a host can write faster than on any serial line, and then f
 from __future__ import annotations
 
 import argparse
-import signal
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
@@ -29,6 +28,7 @@ import canwire
 from canwire import InUse
 from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.ending import signals_call
 from canwire.slcan import (
     DIALECTS,
     DongleCounters,
@@ -66,22 +66,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bus", default="can0", help="plugged into this bus (default: can0)")
     parser.add_argument("--dialect", choices=sorted(DIALECTS), default="canbus", help="whose dongle it is")
     parser.add_argument(
-        "--serial-number", default="A123", metavar="XXXX", help="what N tells (default: A123)"
+        "--serial-number", default="A123", metavar="XXXX", help="the answer to N (default: A123)"
     )
-    parser.add_argument("--version", default="", metavar="TEXT", help="what V tells (default: V1013)")
+    parser.add_argument("--version", default="", metavar="TEXT", help="the answer to V (default: V1013)")
     parser.add_argument(
-        "--tx-reply", choices=("z", "cr"), default="z", help="to t and T: z and CR, or CR alone"
+        "--tx-reply",
+        choices=("z", "cr"),
+        default="z",
+        help="the reply to t and T: z and CR (z), or CR alone (cr)",
     )
-    parser.add_argument("--verbose", action="store_true", help="tell of openings, refusals and counts")
+    parser.add_argument("--verbose", action="store_true", help="report openings, refusals and counters")
     add_hub_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve until SIGTERM or SIGINT, or until the last dongle's board was pulled out."""
+    """Serve until SIGTERM, SIGHUP or SIGINT, or until the last dongle's board was pulled out."""
     with ExitStack() as closing:
         stop = canwire.Event(manual_reset=True)
         closing.callback(stop.close)
-        _end_by_signal(stop, closing)
+        closing.enter_context(signals_call(stop.set))
         service = Service(complain)
         hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire slcan"))
         closing.callback(service.close)
@@ -151,11 +154,3 @@ def _next(settings: Settings) -> Settings:
     if not digits or set(digits) == {"9"}:
         return settings
     return replace(settings, serial_number=f"{head}{int(digits) + 1:0{len(digits)}}")
-
-
-def _end_by_signal(stop: canwire.Event, closing: ExitStack) -> None:
-    """Only a main thread may ask for that."""
-    with suppress(ValueError):
-        for number in (signal.SIGTERM, signal.SIGINT):
-            before = signal.signal(number, lambda *_: stop.set())
-            closing.callback(signal.signal, number, before)

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import argparse
 from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
-from canwire import find_lines
-from canwire.commands.line import act
+from canwire import LinePlace, find_lines
 from canwire.commands.shared_hub import add_hub_argument, add_line_argument, connected
+
+if TYPE_CHECKING:
+    from canwire import Hub
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +32,15 @@ def run(arguments: argparse.Namespace) -> int:
         for place in find_lines(hub, arguments.line):
             if place.info.lin is not None or not (arguments.reset or place.status(hub).running):
                 continue
-            act(hub, place, "reset" if arguments.reset else "stop")
+            stop(hub, place, reset=arguments.reset)
             print(f"{place.address} {'reset' if arguments.reset else 'stopped'}")
     return 0
+
+
+def stop(hub: Hub, place: LinePlace, *, reset: bool = False) -> None:
+    """Off its bus, for everybody on it; `reset`: it also forgets how it was set up. Raises InUse."""
+    with hub.open_control(place.board.id, place.line) as control:
+        if reset:
+            control.reset()
+        else:
+            control.stop()

@@ -1,4 +1,4 @@
-"""`canwire unplug`: pull a board out of the hub; whoever uses it is told.
+"""`canwire unplug`: pull a board out of the hub; programs that use it get an error that says so.
 
 canwire unplug HW000001
 """

@@ -2,6 +2,8 @@
 
 canwire up can0                               the first line on can0 that nobody uses
 canwire up HW000001:0 --bit-rate 250000       this one, at 250 kbit/s
+
+A line that was set up and stopped goes on as it was set up, unless other rates are asked for.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from dataclasses import replace
 
 import canwire
 from canwire import BadValue, LineMode, LineStatus, format_rates, format_setter
-from canwire.commands.can_line import add_line_arguments, line_mode, wanted_by
+from canwire.commands.can_line import add_line_arguments, line_mode, point_out_rates, wanted_by
 from canwire.commands.shared_hub import connected, find_line
 
 
@@ -27,8 +29,12 @@ def run(arguments: argparse.Namespace) -> int:
         hub = connected(arguments, "up", closing)
         place = find_line(hub, arguments.line, to_send=True)
 
-        def mode_for(_: LineStatus) -> LineMode:
-            return replace(line_mode(place.info.capabilities, wanted_by(arguments)), persistent=True)
+        wanted = wanted_by(arguments)
+
+        def mode_for(status: LineStatus) -> LineMode:
+            if status.mode is not None and status.initialised and wanted.rates_agree(status.mode):
+                return replace(status.mode, persistent=True)
+            return replace(line_mode(place.info.capabilities, wanted), persistent=True)
 
         def check(status: LineStatus) -> None:
             raise BadValue(
@@ -39,5 +45,6 @@ def run(arguments: argparse.Namespace) -> int:
         control = canwire.bring_up(hub, place, mode_for, check)
         if control is not None:
             control.close()
+        point_out_rates(hub, place.info.bus)
         print(f"{place.address} on {place.info.bus or 'no bus'}: {format_rates(place.status(hub).mode)}")
     return 0

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from canwire.bus.can.node import Mailbox, Sink
 from canwire.drivers.driver import Counters, Driver, LineSettings
-from canwire.errors import BadTiming, Unsupported
+from canwire.errors import BadTiming, BadValue, Unsupported
+from canwire.values.controller_options import ControllerOptions, DelayCompensation
 from canwire.values.event import ErrorState
 from canwire.values.timing.bit_timing import BitTiming
 
@@ -32,7 +34,12 @@ class Controller(Protocol):
     attentive: bool
 
     def configure(
-        self, nominal: tuple[int, ...], data: tuple[int, ...] | None, fd: int, listen_only: bool
+        self,
+        nominal: tuple[int, ...],
+        data: tuple[int, ...] | None,
+        fd: int,
+        listen_only: bool,
+        options: ControllerOptions,
     ) -> None: ...
     def forget(self) -> None: ...
     def start(self, at_ns: int, *, integrated: bool = False) -> None: ...
@@ -59,6 +66,9 @@ class CanFdDriver(Driver):
             raise Unsupported(f"register {settings.registers[0][0]}: the ideal controller has no registers")
         if settings.loop_back:
             raise Unsupported("the ideal controller has no loop-back")
+        _options(settings)
+        if settings.options.restricted and settings.listen_only:
+            raise BadValue("listen_only and restricted: one acknowledges, the other does not; choose one")
 
     def configure(self, settings: LineSettings) -> None:
         self.check(settings)
@@ -69,8 +79,9 @@ class CanFdDriver(Driver):
             None if data is None else bit_times(data, ppm),
             fd,
             settings.listen_only,
+            _options(settings),
         )
-        self.listen_only, self.fd = settings.listen_only, fd
+        self.listen_only, self.fd = settings.listen_only or settings.options.restricted, fd
 
     def forget(self) -> None:
         super().forget()
@@ -115,6 +126,14 @@ class CanFdDriver(Driver):
         if attentive and not self._controller.attentive and self._controller.bus is not None:
             self._controller.bus.interrupt()  # the frame on the wire was not meant to be noticed
         self._controller.attentive = attentive
+
+
+def _options(settings: LineSettings) -> ControllerOptions:
+    """The options asked for; a timing's tdo is an offset of the delay compensation too."""
+    options, data = settings.options, settings.data_timing
+    if options.compensation is None and data is not None and data.tdo:
+        return replace(options, compensation=DelayCompensation(1e9 * data.tdo / data.clock_hz))
+    return options
 
 
 def bit_times(timing: BitTiming, ppm: float) -> tuple[int, int, int, int, int]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from canwire import _mem
 from canwire.bus.can.node import Mailbox, Sink
 from canwire.errors import Unsupported
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.event import ErrorState
 from canwire.values.register import RegisterValue
 from canwire.values.timing.bit_timing import BitTiming
@@ -27,6 +28,7 @@ class LineSettings:
     `data_timing` None means a classic line. `oscillator_ppm` is how far the node's crystal is off
     (positive: fast), -100,000..100,000. `registers` are values for registers of the chip by their data-sheet
     names, beyond what the other settings say; an ideal controller has none. With `loop_back` it hears only itself.
+    Only an ideal controller has other `options` than the usual ones.
     """
 
     timing: BitTiming
@@ -36,6 +38,12 @@ class LineSettings:
     oscillator_ppm: float = 0.0
     registers: tuple[tuple[str, int], ...] = ()
     loop_back: bool = False
+    options: ControllerOptions = USUAL
+
+    def refuse_options(self, who: str) -> None:
+        """Raise Unsupported for other options than the usual ones, which `who` does not have."""
+        if unusual := self.options.unusual():
+            raise Unsupported(f"{who} has no {', '.join(unusual)}: only ideal controllers do")
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
-from canwire.boards.catalogue import kind_names as kind_names
-from canwire.boards.config.configuration import Config
 from canwire.platform import runtime_directory
 from canwire.platform import state_directory as state_directory
+
+if TYPE_CHECKING:
+    from canwire.boards.config.configuration import Config
 
 _CONFIG_HERE = "canwire.toml"
 
@@ -19,6 +21,8 @@ def default_address() -> str:
 
 def usual_config(given: str | os.PathLike[str] | Config | None = None) -> Config:
     """What was given, else CANWIRE_CONFIG's file, else canwire.toml here, else the default; raises BadConfig."""
+    from canwire.boards.config.configuration import Config  # every kind of board: not for who only asks where
+
     if isinstance(given, Config):
         return given
     path = (

@@ -10,6 +10,7 @@ from canwire.boards.can.rates import data_rate
 from canwire.boards.description import Capabilities, Feature
 from canwire.errors import BadTiming
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import check_data_rate
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,8 @@ class WantedMode:
         if capabilities.data is not None:
             rate = self.data_bit_rate or max(self.USUAL_DATA_BIT_RATE, timing.bit_rate)
             data = asked.data_timing or capabilities.data_timing(rate)
+            if self.data is not None:
+                check_data_rate(timing.bit_rate, data.bit_rate)
         return LineMode(
             timing,
             data,

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from types import TracebackType
+from collections.abc import Sequence
+from types import NoneType, TracebackType
+from typing import TYPE_CHECKING, Never
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabBus
 from canwire.lab.lin.bus import LabLinBus
 from canwire.lab.time import LabTime
+from canwire.values.arguments import unknown_argument
+from canwire.values.checks import finite, instance
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import check_data_rate
+
+if TYPE_CHECKING:
+    from canwire.lab.serving import Serving
 
 CLOCK_HZ = 80_000_000
 _STALL_NS = 1_000_000_000
+_LONGEST_M = 1e6
+_LONGEST_DELAY_NS = 1e6
 
 
 class Lab(LabTime):
@@ -35,6 +45,7 @@ class Lab(LabTime):
         self.seed = seed
         self.buses: dict[str, LabBus] = {}
         self.lin_buses: dict[str, LabLinBus] = {}
+        self._serving: Serving | None = None
 
     def can_bus(
         self,
@@ -47,6 +58,7 @@ class Lab(LabTime):
         iso_fd: bool = True,
         length_m: float = 0.0,
         node_delay_ns: float = 0.0,
+        **unknown: Never,
     ) -> LabBus:
         """A new bus. Rates in bit/s; `data_bit_rate` (or `data_timing`) makes it a CAN FD bus.
 
@@ -54,11 +66,19 @@ class Lab(LabTime):
         adds in each direction (75 for one 6N137 opto-coupler). Raises BadTiming for rates that the 80 MHz
         clock of the lab's controllers cannot make, BadValue for a name that is taken.
         """
+        if unknown:
+            raise unknown_argument("can_bus()", unknown, Lab.can_bus)
         self._check_new(name)
+        for part, wanted in (("timing", timing), ("data_timing", data_timing)):
+            instance(part, wanted, BitTiming, NoneType)
+        length_m = finite("length_m", length_m, 0, _LONGEST_M)
+        node_delay_ns = finite("node_delay_ns", node_delay_ns, 0, _LONGEST_DELAY_NS)
         nominal = timing or BitTiming.for_bit_rate(bit_rate, clock_hz=CLOCK_HZ)
         data = data_timing
         if data is None and data_bit_rate is not None:
             data = BitTiming.for_bit_rate(data_bit_rate, clock_hz=CLOCK_HZ)
+        if data is not None:
+            check_data_rate(nominal.bit_rate, data.bit_rate)
         with self.touch():
             bus = LabBus(self, name, nominal, data, iso_fd, length_m, node_delay_ns, self.seed)
         self.buses[name] = bus
@@ -77,6 +97,24 @@ class Lab(LabTime):
         self.lin_buses[name] = bus
         return bus
 
+    def serve(self, address: str | None = None, *, boards: Sequence[str] = ("usb-to-can-fd",)) -> str:
+        """Let programs share the buses that there are now, until the lab is closed; the socket's address.
+
+        They connect by `canwire.connect(address)` (None: this user's usual hub's) and find `boards` of these kinds,
+        whose lines are on the lab's first CAN and LIN buses, and may plug in more. Time must be "real"; calls to that
+        hub from a script's callbacks would wait for themselves. Raises BadValue, NoSuchBoard, HubError where another
+        hub listens.
+        """
+        from canwire.lab.serving import Serving  # what the lab alone needs no messages for
+
+        self.check_open()
+        if self.pacer is None:
+            raise BadValue('a lab in virtual time waits for nobody else: Lab(time="real") can be served')
+        if self._serving is not None:
+            raise BadValue(f"this lab is served on {self._serving.address} already")
+        self._serving = Serving(self.pacer, self.timeline, self.buses, self.lin_buses, address, boards)
+        return self._serving.address
+
     def __enter__(self) -> Lab:
         return self
 
@@ -84,6 +122,11 @@ class Lab(LabTime):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def __repr__(self) -> str:
+        names = ", ".join([*self.buses, *self.lin_buses]) or "no bus"
+        kind = "virtual" if self.pacer is None else "real"
+        return f"<lab in {kind} time, {'closed' if self.closed else f'{self.now_ns} ns'}: {names}>"
 
     def _stalled(self) -> str | None:
         for bus in self.buses.values():
@@ -93,6 +136,8 @@ class Lab(LabTime):
         return None
 
     def _leave(self) -> None:
+        if self._serving is not None:
+            self._serving.close()
         for bus in self.buses.values():
             bus.close()
         for lin_bus in self.lin_buses.values():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Generic, TextIO, TypeVar
+from typing import Any, Generic, TypeVar
 
 from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
@@ -12,6 +12,7 @@ from canwire.errors import BadValue
 from canwire.lab.node import BenchNode
 from canwire.lab.recent import Recent
 from canwire.lab.time import LabTime
+from canwire.lab.trace_file import TraceFile
 
 NodeT = TypeVar("NodeT", bound=BenchNode[Any, Any])
 FrameT = TypeVar("FrameT")
@@ -26,7 +27,7 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
         self.wire = wire
         self.time = time
         self.nodes: dict[str, NodeT] = {}
-        self._trace: tuple[VcdTrace, TextIO] | None = None
+        self._trace: tuple[VcdTrace, TraceFile] | None = None
         self._tap: Recent[FrameT] | None = None
 
     @property
@@ -48,7 +49,7 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
         """Write the level on the bus to a VCD file (sigrok, PulseView, GTKWave) from now on."""
         with self.time.touch():
             self.end_trace()
-            file = Path(path).open("w", encoding="ascii")  # noqa: SIM115 - end_trace closes it
+            file = TraceFile(path)
             self._trace = VcdTrace(self.wire, file, self.name), file
 
     def end_trace(self) -> None:

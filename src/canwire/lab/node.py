@@ -7,10 +7,10 @@ from typing import Generic, TypeVar
 
 from canwire.errors import Closed, NotReceived
 from canwire.lab.listening import Listening
-from canwire.lab.spans import nanoseconds
 from canwire.lab.time import LabTime
 from canwire.ring import Ring
 from canwire.timeline import NEVER
+from canwire.values.checks import nanoseconds
 
 FrameT = TypeVar("FrameT")
 BusT = TypeVar("BusT")
@@ -80,7 +80,7 @@ class BenchNode(Generic[FrameT, BusT]):
                 yield frame
 
     def expect_nothing(self, *, within: float) -> None:
-        """Let time pass; raises NotReceived if any frame arrives."""
+        """Let `within` seconds pass; raises NotReceived if any frame arrives."""
         frame = self.receive(within)
         if frame is not None:
             raise NotReceived(f"{self._full_name}: {frame!r} arrived where silence was expected")

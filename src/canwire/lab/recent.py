@@ -6,6 +6,7 @@ from collections import deque
 from typing import Generic, TypeVar
 
 FrameT = TypeVar("FrameT")
+MOST_KEPT = 1 << 24  # frames
 
 
 class Recent(Generic[FrameT]):

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from canwire.errors import BadValue, Closed, NotIdle
-from canwire.lab.spans import nanoseconds
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
+from canwire.values.checks import LONGEST_NS, nanoseconds, whole
 
 if TYPE_CHECKING:
     import asyncio  # 35 ms that only asyncio's users pay
 
+ResultT = TypeVar("ResultT")
 _CHUNK_NS = 100_000_000
 _UNSHARED: AbstractContextManager[None] = contextlib.nullcontext()
 
@@ -38,13 +39,18 @@ class LabTime:
         """Nanoseconds since the lab began."""
         return self.timeline.now_ns if self.pacer is None else self.pacer.now_ns()
 
+    @property
+    def closed(self) -> bool:
+        return self._closed
+
     def run_for(self, seconds: float) -> None:
-        """Let this much time pass."""
+        """Let so many seconds pass."""
         self.run_until(self.now_ns + nanoseconds("seconds", seconds))
 
     def run_until(self, time_ns: int) -> None:
         """Let time pass until `time_ns`; everything due at that very moment happens too."""
         self.check_open()
+        whole("time_ns", time_ns, 0, LONGEST_NS)
         if self.pacer is None:
             while not self.timeline.run_until(time_ns):
                 pass  # somebody's halt was not meant for us
@@ -72,8 +78,31 @@ class LabTime:
     def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
         """Call back at this time; a background timer does not keep the lab from being idle."""
         self.check_open()
+        due_ns = whole("time_ns", time_ns, 0, LONGEST_NS)
         with self.touch():
-            return self.timeline.at(time_ns, callback, background=background)
+            return self.timeline.at(due_ns, callback, background=background)
+
+    async def sleep(self, seconds: float) -> None:
+        """Let so many seconds of the lab's time pass, while other tasks go on; also under plain `asyncio.run`."""
+        self.check_open()
+        deadline_ns = self.now_ns + nanoseconds("seconds", seconds)
+        await self.turn(deadline_ns)
+        while self.now_ns < deadline_ns:
+            await self.turn(deadline_ns)
+
+    def run(self, main: Coroutine[Any, Any, ResultT]) -> ResultT:
+        """`asyncio.run(main)` with asyncio's own time being the lab's: asyncio.sleep, timeouts and loop.time() too.
+
+        In virtual time `asyncio.sleep(3600)` takes no time; in real time this is asyncio.run.
+        """
+        import asyncio
+
+        self.check_open()
+        if self.pacer is not None:
+            return asyncio.run(main)
+        from canwire.lab.event_loop import run
+
+        return run(self.timeline, main)
 
     def lateness_ns(self) -> list[int]:
         """Real time only: how late each happening was handled."""
@@ -143,6 +172,13 @@ class LabTime:
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(waiter, timeout)
             self.pacer.check()
+            return
+        loop = waiter.get_loop()
+        if getattr(loop, "timeline", None) is self.timeline:  # time passes there, when all tasks wait
+            timer = None if deadline_ns >= NEVER else loop.call_at(deadline_ns / 1e9, _resolve, waiter)
+            await waiter
+            if timer is not None:
+                timer.cancel()
             return
         due_ns = self.timeline.next_ns()
         if due_ns > deadline_ns:

@@ -19,6 +19,7 @@ Source: linux/can/error.h.
 from __future__ import annotations
 
 from canwire.errors import BadText
+from canwire.values.checks import instance, octets, whole
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 
 ERROR_FLAG = 0x2000_0000
@@ -59,6 +60,7 @@ _KIND_OF_PLACE = {0x19: ErrorKind.ACK, 0x08: ErrorKind.CRC, 0x0B: ErrorKind.DLC}
 
 def encode_error_frame(event: BusEvent) -> tuple[int, bytes]:
     """(identifier with ERROR_FLAG, 8 data bytes) of an event."""
+    instance("event", event, BusEvent)
     data = bytearray(8)
     stopped = event.state is ErrorState.STOPPED and event.kind in (EventKind.INFO, EventKind.STATE)
     if stopped or event.kind in _OURS:
@@ -106,6 +108,9 @@ def _encode_state(event: BusEvent, data: bytearray) -> int:
 
 def decode_error_frame(id: int, data: bytes, timestamp_ns: int = 0) -> BusEvent:
     """The event in an error frame; data shorter than 8 bytes counts as zeros. Raises BadText."""
+    whole("id", id, 0, (1 << 32) - 1)
+    whole("timestamp_ns", timestamp_ns, 0, (1 << 64) - 1)
+    data = octets("data", data)
     if len(data) > 8:
         raise BadText(f"{len(data)} bytes: an error frame carries at most 8")
     data = data.ljust(8, b"\0")

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
-from enum import IntEnum
 
+from canwire.errors import BadValue
+from canwire.values.named import NamedInt
 from canwire.values.record import (
     EVENT_BIT,
     EVENT_ERROR,
@@ -21,7 +22,7 @@ from canwire.values.record import (
 )
 
 
-class EventKind(IntEnum):
+class EventKind(NamedInt):
     """Message type of a record; 1..6 are VCI's CAN_MSGTYPE_, the rest are ours."""
 
     INFO = 1
@@ -36,7 +37,7 @@ class EventKind(IntEnum):
     WOKEN = 0x15
 
 
-class InfoCode(IntEnum):
+class InfoCode(NamedInt):
     """What happened to a line: VCI's CAN_INFO_ values."""
 
     STARTED = 1
@@ -44,7 +45,7 @@ class InfoCode(IntEnum):
     RESET = 3
 
 
-class ErrorKind(IntEnum):
+class ErrorKind(NamedInt):
     """What was wrong with a frame: VCI's CAN_ERROR_ values."""
 
     NONE = 0
@@ -58,7 +59,7 @@ class ErrorKind(IntEnum):
     OTHER = 8
 
 
-class ErrorState(IntEnum):
+class ErrorState(NamedInt):
     """Where fault confinement has put a controller."""
 
     ERROR_ACTIVE = 0
@@ -140,7 +141,9 @@ class BusEvent:
 
     @classmethod
     def from_record(cls, record: bytes | bytearray | memoryview) -> BusEvent:
-        """The event in an 80-byte record; its kind must not be a frame's (0)."""
+        """The event in an 80-byte record; raises BadValue for other sizes and for what no event has."""
+        if len(record) != RECORD_SIZE:
+            raise BadValue(f"a record has {RECORD_SIZE} bytes, not {len(record)}")
         time_ns, number, info, first, status, flags, rec, tec, bit, code = _EVENT.unpack(record)
         kind = EventKind(info & 0xFF)
         codes = {EventKind.INFO: first, EventKind.TIME_OVERRUN: number, EventKind.ERROR: code}

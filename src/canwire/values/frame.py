@@ -5,10 +5,11 @@ Source: ISO 11898-1:2015 8.4.2; record layout in values/record.py.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Never
 
 from canwire import _mem
 from canwire.errors import BadFrame
+from canwire.values.arguments import SignatureOf, frame, unknown_argument
 from canwire.values.dlc import CLASSIC_LENGTHS, FD_LENGTHS
 
 # info bits of values/record.py that a frame is made of, as C constants
@@ -25,8 +26,16 @@ _DLC_OF_LENGTH = tuple(
 )
 
 
+_NOT_GIVEN: Any = object()
+
+
 class Frame:
     """One data or remote frame, classic or FD.
+
+    >>> Frame(0x123, b"\\x11\\x22")
+    Frame(0x123, bytes.fromhex("1122"))
+    >>> Frame(0x18DAF110, bytes(12), extended=True, fd=True, bit_rate_switch=True).dlc
+    9
 
     `id` is 11 bits (0..0x7FF), or 29 bits with `extended`. `data` holds 0..8 bytes, with `fd`
     also 12, 16, 20, 24, 32, 48 or 64. `dlc` is worked out from the data; give it for a remote
@@ -36,10 +45,11 @@ class Frame:
     """
 
     __slots__ = ("_data", "_id", "_info", "_timestamp_ns")
+    __signature__ = SignatureOf(frame)
 
     def __init__(
         self,
-        id: int,
+        id: int = _NOT_GIVEN,
         data: bytes | bytearray | memoryview = b"",
         *,
         extended: bool = False,
@@ -50,7 +60,10 @@ class Frame:
         dlc: int | None = None,
         timestamp_ns: int = 0,
         self_received: bool = False,
+        **unknown: Never,
     ) -> None:
+        if unknown:
+            raise unknown_argument("Frame()", unknown, frame)
         if not isinstance(id, int) or id < 0 or id > (0x1FFFFFFF if extended else 0x7FF):
             raise BadFrame(_bad_id(id, extended))
         if type(data) is not bytes:
@@ -176,6 +189,8 @@ def _checked_dlc(data: bytes, remote: bool, fd: bool, dlc: int | None) -> int:
 
 
 def _bad_id(id: object, extended: bool) -> str:
+    if id is _NOT_GIVEN:
+        return "a frame needs an identifier: Frame(0x123, ...)"
     if not isinstance(id, int):
         return f"identifier {id!r} is no whole number"
     if id < 0 or id > 0x1FFFFFFF:

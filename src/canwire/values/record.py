@@ -65,7 +65,17 @@ STRUCT_LINMSG = "<2I8s"
 
 @cache
 def record_dtype() -> numpy.dtype[numpy.void]:
-    """numpy dtype of a record: time_ns, id, info, data[64]."""
+    """numpy dtype of a record: time_ns, id, info, data[64]; 80 bytes.
+
+    `time_ns` is the end of a received frame, or a delay in a frame to send. The bits of `info`, by their names in
+    canwire: TYPE_MASK 0 for a frame, else an EventKind; DLC_MASK, DLC_SHIFT the data length code; EXTENDED a 29-bit
+    identifier; REMOTE; EXTENDED_DATA_LENGTH an FD frame, FAST_DATA_RATE its BRS, ERROR_STATE_INDICATOR its ESI;
+    SELF_RECEPTION the node's own frame; OVERRUN frames were lost before this one.
+
+    >>> records = frames_to_array([Frame(0x123, bytes(3)), Frame(0x18DAF110, extended=True)])
+    >>> ((records["info"] & DLC_MASK) >> DLC_SHIFT).tolist(), (records["info"] & EXTENDED != 0).tolist()
+    ([3, 0], [False, True])
+    """
     return load_numpy().dtype([("time_ns", "<u8"), ("id", "<u4"), ("info", "<u4"), ("data", "u1", 64)])
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadFrame
+from canwire.values.checks import instance
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import (
     DLC_SHIFT,
@@ -29,9 +30,22 @@ _FRAME_INFO = (
 
 def frames_to_array(frames: Iterable[Frame]) -> numpy.ndarray:
     """Frames as records of `record_dtype()` for `send_array`; timestamps are left out. Needs canwire[arrays]."""
-    array = load_numpy().frombuffer(bytearray(b"".join(map(record_of_frame, frames))), record_dtype())
+    listed = list(frames)
+    for frame in listed:
+        instance("frame", frame, Frame)
+    array = load_numpy().frombuffer(bytearray(b"".join(map(record_of_frame, listed))), record_dtype())
     array["time_ns"] = 0
     return array
+
+
+def check_dtype(records: numpy.ndarray) -> None:
+    """Raise TypeError for what is no row of `record_dtype()` records."""
+    numpy = load_numpy()
+    instance("records", records, numpy.ndarray)
+    if records.dtype != record_dtype() or records.ndim != 1:
+        raise TypeError(
+            f"records {records.dtype} in {records.ndim} dimensions: record_dtype() in a row is needed"
+        )
 
 
 def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.ndarray:
@@ -40,8 +54,7 @@ def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.nd
     Raises BadFrame naming the first record at fault, TypeError for another dtype.
     """
     numpy = load_numpy()
-    if records.dtype != record_dtype():
-        raise TypeError(f"records of dtype {records.dtype}: record_dtype() is needed")
+    check_dtype(records)
     info = records["info"] & _FRAME_INFO
     is_fd = info & EXTENDED_DATA_LENGTH != 0
     limits = numpy.where(info & EXTENDED, 0x1FFFFFFF, 0x7FF)

@@ -21,11 +21,13 @@ from __future__ import annotations
 import re
 
 from canwire.errors import BadFrame, BadText
+from canwire.values.checks import instance, whole
 from canwire.values.error_frame import ERROR_FLAG, decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame
 from canwire.values.text import LogLine, parse_time
 
+_WIDEST = 1000  # of an interface name
 _LINE = re.compile(
     r"\s*(?:\((?P<seconds>\d{1,20})\.(?P<decimals>\d{1,9})\)\s+)?(?P<interface>[^\s()]+)\s+"
     r"(?:(?P<direction>[RT])X (?P<brs>[B-]) (?P<esi>[E-])\s+)?"
@@ -53,6 +55,8 @@ def format_candump_line(
     raw data length code (-8); `width` pads the interface name on the left. A direction in the
     line is shown as -x does.
     """
+    instance("line", line, LogLine)
+    whole("width", width, 0, _WIDEST)
     stamp = ""
     if timestamp:
         micros = line.timestamp_ns // 1000

@@ -28,4 +28,4 @@ cdef class SlcanReader:
     cdef Frame _remote(self, bytes text, Py_ssize_t at, Py_ssize_t end, unsigned int identifier, unsigned int info)
 
 @cython.locals(info="unsigned int", code=int, letter=int, head=bytes)
-cpdef bytes format_slcan_frame(Frame frame, int stamp=*)
+cpdef bytes format_slcan_frame(Frame frame, object stamp=*)

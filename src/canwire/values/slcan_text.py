@@ -16,6 +16,8 @@ from __future__ import annotations
 from binascii import Error, hexlify, unhexlify
 
 from canwire.values import frame as codec
+from canwire.values.arguments import SignatureOf
+from canwire.values.checks import instance, octets, whole
 from canwire.values.dlc import FD_LENGTHS
 from canwire.values.frame import Frame
 
@@ -28,6 +30,10 @@ _LENGTHS = bytes(FD_LENGTHS)
 _NO_DIGIT = 16
 
 
+def _prototype(*, fd: bool = False) -> None:
+    """How SlcanReader is called, for help()."""
+
+
 class SlcanReader:
     """Cuts a stream into lines, whatever its pieces, and makes frames of those that are one.
 
@@ -38,6 +44,8 @@ class SlcanReader:
     identifier, and an FD frame's DLC in two decimal digits. A remote frame without a length asks for no data.
     """
 
+    __signature__ = SignatureOf(_prototype)
+
     def __init__(self, *, fd: bool = False) -> None:
         self.fd = fd
         self.dropped = 0
@@ -45,7 +53,7 @@ class SlcanReader:
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Frame | bytes]:
         """The frames and lines that these bytes complete."""
-        text = self._rest + bytes(data)
+        text = self._rest + octets("data", data)
         found: list[Frame | bytes] = []
         start = 0
         end = text.find(b"\r")
@@ -59,6 +67,9 @@ class SlcanReader:
             kept = _LONGEST + 1
         self._rest = text[start : start + kept]
         return found
+
+    def __repr__(self) -> str:
+        return f"<slcan reader, {len(self._rest)} bytes of an unfinished line, {self.dropped} dropped>"
 
     def clear(self) -> None:
         """Forget an unfinished line."""
@@ -166,11 +177,15 @@ def decimal_code(text: bytes, at: int, end: int, tens: int) -> int:
 
 def parse_slcan_frame(line: bytes, *, fd: bool = False) -> Frame | None:
     """The frame in a line without its CR; None if it holds none."""
-    return SlcanReader(fd=fd)._frame(line, 0, len(line))
+    text = octets("line", line)
+    return SlcanReader(fd=fd)._frame(text, 0, len(text))
 
 
 def format_slcan_frame(frame: Frame, stamp: int = -1) -> bytes:
-    """The line, CR included; with a `stamp` (0..0xFFFF) behind the data if that is not negative."""
+    """The line, CR included; with a `stamp` (0..0xFFFF) behind the data if that is not -1. Raises BadValue."""
+    instance("frame", frame, Frame)
+    if stamp != -1:
+        whole("stamp", stamp, 0, 0xFFFF)
     info = frame._info
     code = info >> _DLC_SHIFT & 15
     if info & _FD:

@@ -26,6 +26,7 @@ import re
 from typing import NamedTuple
 
 from canwire.errors import BadFrame, BadText
+from canwire.values.checks import instance
 from canwire.values.dlc import FD_LENGTHS, length_to_dlc
 from canwire.values.error_frame import ERROR_FLAG, decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent
@@ -60,6 +61,11 @@ class LogLine(NamedTuple):
     content: Frame | BusEvent
     direction: str | None = None
 
+    @property
+    def frame(self) -> Frame | None:
+        """The frame; None for an error frame's line, whose `content` is a BusEvent."""
+        return self.content if isinstance(self.content, Frame) else None
+
 
 def parse_frame(text: str) -> Frame:
     """The frame that a text like `123#11.22` stands for; raises BadText."""
@@ -85,6 +91,7 @@ def parse_content(text: str, timestamp_ns: int = 0) -> Frame | BusEvent:
 
 def format_frame(frame: Frame) -> str:
     """The text form; upper-case hex, no dots."""
+    instance("frame", frame, Frame)
     head = f"{frame.id:08X}#" if frame.extended else f"{frame.id:03X}#"
     data = frame.data
     dlc = frame.dlc
@@ -123,6 +130,7 @@ def parse_log_line(line: str) -> LogLine:
 
 def format_log_line(line: LogLine) -> str:
     """The line as `candump -L` prints it, without the line end; with -x where a direction is known."""
+    instance("line", line, LogLine)
     timestamp_ns, interface, content, direction = line
     micros = str(timestamp_ns // 1000).zfill(16)  # ten digits of seconds at least
     text = format_frame(content) if isinstance(content, Frame) else format_content(content)
@@ -143,7 +151,7 @@ def _parse_any_log_line(line: str) -> LogLine:
     match = _LINE.fullmatch(line)
     if match is None:
         raise BadText(
-            f"{_shown(line)} is no log line: (seconds.decimals) interface frame, with R or T after it or not"
+            f"{_shown(line)} is no log line; expected: (seconds.decimals) interface frame, and perhaps R or T"
         )
     seconds, decimals, interface, text, direction = match.groups()
     timestamp_ns = parse_time(seconds, decimals)
@@ -203,7 +211,7 @@ def _complaint(text: str) -> str:
     if not re.fullmatch(_HEX_ID, head, re.ASCII):
         return f"{shown}: identifier {_shown(head)} must have 3 hex digits, or 8 for a 29-bit one"
     if rest[:1] in ("R", "r"):
-        return f"{shown}: behind R stands nothing, or the length 0..8, or 8_9 to 8_F"
+        return f"{shown}: after R comes nothing, a length from 0 to 8, or 8_9 to 8_F"
     if rest[:1] == "#" and not re.match(r"[0-9A-Fa-f]", rest[1:]):
         return f"{shown}: behind ## stands a digit of flags: bit 0 BRS, bit 1 ESI"
     return f"{shown}: data {_shown(rest.lstrip('#'))} must be pairs of hex digits, a dot between them or not"

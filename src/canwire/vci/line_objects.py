@@ -192,13 +192,13 @@ class QueueObject(LeaseObject, Generic[T]):
         def gone() -> None:
             self._check()
             if self._made != made:
-                raise VciError.of(VCI_E_INVHANDLE, f"{self._lease.name} was initialised anew")
+                raise VciError.of(VCI_E_INVHANDLE, f"{self._lease.name} was initialised again")
 
         return QueueFifo(end, self._form, own, open_end, gone).sibling
 
     def _made_anew(self) -> None:
         """The FIFOs are new; ends of the old ones are dead."""
-        self._cut(f"{self._lease.name} was initialised anew")
+        self._cut(f"{self._lease.name} was initialised again")
         self._initialized = True
         self._made += 1
 

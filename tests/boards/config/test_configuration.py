@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canwire import BadValue
+from canwire import BadValue, ControllerOptions, DelayCompensation
 from canwire.boards import catalogue, figures
 from canwire.boards.board import CAN, BoardKind, Connector
 from canwire.boards.config.configuration import Config
@@ -90,6 +90,28 @@ def test_a_lin_line_without_its_bus_is_unconnected() -> None:
     assert Config.parse(BUS + FD + "buses = ['can0', 'can0']").board[0].buses == ("can0", "can0")
 
 
+@given(st.floats(0, 2_000), st.booleans(), st.booleans(), st.booleans(), st.booleans())
+def test_what_a_board_s_controllers_have(
+    loop_ns: float, compensation: bool, edge_filter: bool, exception: bool, tolerant: bool
+) -> None:
+    settings = {
+        "delay_compensation": compensation,
+        "edge_filter": edge_filter,
+        "protocol_exception": exception,
+        "fd_tolerant": tolerant and exception,
+    }
+    text = BUS + FD + f"loop_delay_ns = {loop_ns!r}\n"
+    text += "".join(f"{name} = {str(value).lower()}\n" for name, value in settings.items())
+    options = Config.parse(text).board[0].options
+    assert options == ControllerOptions(
+        loop_ns,
+        DelayCompensation() if compensation else None,
+        edge_filter=edge_filter,
+        protocol_exception=exception,
+        fd_tolerant=tolerant and exception,
+    )
+
+
 def test_the_default_world_has_one_board_of_each_kind() -> None:
     """rulings.md 30, as far as its boards exist."""
     config = Config.default()
@@ -146,7 +168,28 @@ def test_the_default_world_could_stand_in_a_file() -> None:
         ),
         (
             BUS + BOARD + "bus = 'can0'",
-            "board[0].bus: no such key; there are kind, serial, buses, base, irq, shared_irq, access, port",
+            "board[0].bus: no such key; there are kind, serial, buses, base, irq, shared_irq, access, port, "
+            "loop_delay_ns, delay_compensation, edge_filter, protocol_exception, fd_tolerant",
+        ),
+        (
+            BUS + FD + "loop_delay_ns = 2000.5",
+            "board[0].loop_delay_ns = 2000.5: expected a number <= 2000.0",
+        ),
+        (
+            BUS + FD + "edge_filter = 1",
+            "board[0].edge_filter = 1: expected true or false, got a whole number",
+        ),
+        (
+            BUS + FD + "fd_tolerant = true\nprotocol_exception = false",
+            "board[0].fd_tolerant: fd_tolerant True: it is a protocol exception, which protocol_exception switches off",
+        ),
+        (
+            BUS + "[[board]]\nkind = 'inducan104'\nfd_tolerant = true",
+            "board[0].fd_tolerant: inducan104 has none; USB-to-CAN boards have",
+        ),
+        (
+            BUS + "[[board]]\nkind = 'slcan'\nport = 'COM3'\nloop_delay_ns = 5",
+            "board[0].loop_delay_ns: slcan has none; USB-to-CAN boards have",
         ),
         ("[hub]\na = 1", "hub: no such key; there are bus, board"),
         ("[bus]\nname = 'can0'", "bus: expected a list, got a table; write [[bus]], with two brackets"),
@@ -251,7 +294,21 @@ def test_options_are_rows_for_documentation() -> None:
         ),
         *(
             ("board", name)
-            for name in ("kind", "serial", "buses", "base", "irq", "shared_irq", "access", "port")
+            for name in (
+                "kind",
+                "serial",
+                "buses",
+                "base",
+                "irq",
+                "shared_irq",
+                "access",
+                "port",
+                "loop_delay_ns",
+                "delay_compensation",
+                "edge_filter",
+                "protocol_exception",
+                "fd_tolerant",
+            )
         ),
     ]
     help = "bit/s that is usual after the bit-rate switch"
@@ -259,6 +316,7 @@ def test_options_are_rows_for_documentation() -> None:
     assert [row.type for row in rows] == [
         "string", "string", "integer", "integer", "number", "number", "number",
         "string", "string", "list of strings", "integer", "integer", "boolean", "string", "string",
+        "number", "boolean", "boolean", "boolean", "boolean",
     ]  # fmt: skip
     assert all(row.help for row in rows)
 

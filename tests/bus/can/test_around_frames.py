@@ -57,6 +57,7 @@ def offered(frame: Frame) -> Mailbox:
 
 @pytest.mark.parametrize(("octet", "rate"), [(0xAA, 1), (0xCC, 2), (0x55, 1), (0xF0, 4)])
 @pytest.mark.parametrize("late_us", [50, 100, 150, 250])
+@pytest.mark.finding("wire 1")
 def test_a_node_that_starts_in_a_data_phase_waits_for_its_end(octet: int, rate: int, late_us: int) -> None:
     with Lab() as lab:
         bus = lab.can_bus(bit_rate=500_000, data_bit_rate=rate * 1_000_000)
@@ -78,6 +79,7 @@ def test_a_node_that_starts_in_a_data_phase_waits_for_its_end(octet: int, rate: 
 
 
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("wire 2")
 def test_a_short_during_recovery_keeps_the_groups_counted(lab: Lab, can_bus: LabBus, bitwise: bool) -> None:
     can_bus.wire.bitwise = bitwise
     a, _ = can_bus.node("a"), can_bus.node("b")
@@ -96,6 +98,7 @@ def test_a_short_during_recovery_keeps_the_groups_counted(lab: Lab, can_bus: Lab
 
 
 @pytest.mark.parametrize("quarter", range(4 * 61, 4 * 66))
+@pytest.mark.finding("wire 3")
 def test_a_short_around_the_intermission_does_the_same_with_and_without_a_trace(quarter: int) -> None:
     outcomes = [shorted_at(quarter * BIT_NS // 4, bitwise) for bitwise in (False, True)]
     assert outcomes[0] == outcomes[1]
@@ -103,6 +106,7 @@ def test_a_short_around_the_intermission_does_the_same_with_and_without_a_trace(
 
 @pytest.mark.parametrize("bit", [62, 63])
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("wire 3")
 def test_a_short_in_the_intermission_makes_an_overload_frame(bit: int, bitwise: bool) -> None:
     times, errors = shorted_at(bit * BIT_NS, bitwise)
     assert errors == 0
@@ -127,6 +131,7 @@ def shorted_at(from_ns: int, bitwise: bool) -> tuple[list[int], int]:
 
 
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("wire 4")
 def test_who_joins_an_sof_in_the_third_bit_is_not_left_behind(
     lab: Lab, can_bus: LabBus, bitwise: bool
 ) -> None:
@@ -142,6 +147,7 @@ def test_who_joins_an_sof_in_the_third_bit_is_not_left_behind(
     assert [frame.id for frame in c.receive_many(9)] == [0x010, 0x700]
 
 
+@pytest.mark.finding("wire 8")
 def test_an_sof_behind_the_last_sample_of_the_intermission_is_joined() -> None:
     """The pending sender's own SOF begins at the edge; one that has nothing to send receives."""
     for offer in (offered(C04), None):
@@ -175,6 +181,7 @@ def in_third_bit(node: Node) -> Clock:
 @pytest.mark.parametrize("transmitting", [False, True])
 @pytest.mark.parametrize("overload", [False, True])
 @pytest.mark.parametrize("disturbed", range(1, 7))
+@pytest.mark.finding("wire 6")
 def test_a_bit_error_in_a_flag_begins_another(transmitting: bool, overload: bool, disturbed: int) -> None:
     node = Recorder()
     station = Station(node, Tally())
@@ -186,6 +193,7 @@ def test_a_bit_error_in_a_flag_begins_another(transmitting: bool, overload: bool
     assert levels == [0] * flag + [1] * (20 - flag)
 
 
+@pytest.mark.finding("wire 6")
 def test_a_passive_node_begins_a_passive_flag_where_its_overload_flag_was_disturbed() -> None:
     node = Recorder()
     node.passive = True
@@ -215,6 +223,7 @@ def drive(station: Station, level: int) -> int:
 
 
 @pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.finding("wire 5")
 def test_rec_goes_down_at_the_ack_slot(lab: Lab, can_bus: LabBus, bitwise: bool) -> None:
     can_bus.wire.bitwise = bitwise
     a, b = can_bus.node("a"), can_bus.node("b")
@@ -226,6 +235,7 @@ def test_rec_goes_down_at_the_ack_slot(lab: Lab, can_bus: LabBus, bitwise: bool)
     assert b.rec == 71
 
 
+@pytest.mark.finding("wire 5")
 def test_rec_after_an_error_at_the_ack_delimiter(lab: Lab, can_bus: LabBus) -> None:
     a, b, _ = can_bus.node("a"), can_bus.node("b"), can_bus.node("c")
     start_with_counters(b, 0, 72)
@@ -252,6 +262,7 @@ def clock_in_frame() -> Clock:
     return clock
 
 
+@pytest.mark.finding("wire 7")
 def test_an_edge_without_phase_error_is_the_synchronisation_of_its_bit() -> None:
     clock = clock_in_frame()
     clock.edge(0)
@@ -259,6 +270,7 @@ def test_an_edge_without_phase_error_is_the_synchronisation_of_its_bit() -> None
     assert clock.due_ps == 1_500_000
 
 
+@pytest.mark.finding("wire 7")
 def test_an_early_edge_is_the_only_one_up_to_the_next_sample_point() -> None:
     clock = clock_in_frame()
     clock.sampled(1_500_000)

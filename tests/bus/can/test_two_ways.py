@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from canwire import Frame, Lab, LabBus, LabNode
+from canwire import ControllerOptions, DelayCompensation, Frame, Lab, LabBus, LabNode
 
 pytestmark = pytest.mark.core
 
@@ -50,7 +50,17 @@ def test_noise_hits_the_same_bits_either_way(first: int) -> None:
         assert one == other, f"seed {seed}"
 
 
-def outcome(seed: int, *, bitwise: bool | None, flips: bool = False, noise: float = 0.0) -> dict[str, Any]:
+@pytest.mark.parametrize("first", range(0, 60, SEEDS_A_TEST))
+def test_controllers_with_options_agree_too(first: int) -> None:
+    """Loop delays, compensated or not; second sample points at bad places; tolerant and restricted controllers."""
+    for seed in range(first, first + SEEDS_A_TEST):
+        one, other = (outcome(seed, bitwise=bitwise, options=True) for bitwise in (False, True))
+        assert one == other, f"seed {seed}"
+
+
+def outcome(
+    seed: int, *, bitwise: bool | None, flips: bool = False, noise: float = 0.0, options: bool = False
+) -> dict[str, Any]:
     """What everybody saw in the scenario of this seed; None changes the way again and again."""
     chance = random.Random(seed)
     fd = chance.random() < 0.4
@@ -60,7 +70,7 @@ def outcome(seed: int, *, bitwise: bool | None, flips: bool = False, noise: floa
             data_bit_rate=chance.choice([1_000_000, 2_000_000, 4_000_000]) if fd else None,
             iso_fd=chance.random() < 0.8,
         )
-        nodes = some_nodes(bus, chance)
+        nodes = some_nodes(bus, chance) if not options else nodes_with_options(bus, chance)
         if bitwise is None:
             keep_changing(lab, bus, random.Random(seed))
         else:
@@ -92,14 +102,43 @@ def some_nodes(bus: LabBus, chance: random.Random) -> list[LabNode]:
     return nodes
 
 
+def nodes_with_options(bus: LabBus, chance: random.Random) -> list[LabNode]:
+    """The first two can send; nobody's loop delay is that long that classic frames fail."""
+    nodes = []
+    for k in range(chance.randrange(2, 6)):
+        fd = k < 2 or chance.random() < 0.7
+        options = random_options(chance, restricted=k > 1 and chance.random() < 0.3)
+        nodes.append(bus.node(f"n{k}", fd=fd, options=options))
+        nodes[-1].events()
+    return nodes
+
+
+def random_options(chance: random.Random, *, restricted: bool) -> ControllerOptions:
+    compensation = None
+    if chance.random() < 0.6:
+        offset_ns = chance.choice([100, 190, 350, 700])
+        filter_ns = chance.choice([0, 0, 150, 400])
+        measured = chance.random() < 0.7
+        compensation = DelayCompensation(offset_ns, filter_ns if measured else 0, measured)
+    exception = chance.random() < 0.8
+    return ControllerOptions(
+        chance.choice([0, 0, 50, 120, 190, 200, 450]),
+        compensation,
+        edge_filter=chance.random() < 0.3,
+        restricted=restricted,
+        protocol_exception=exception,
+        fd_tolerant=exception and chance.random() < 0.7,
+    )
+
+
 def plan_a_frame(lab: Lab, nodes: list[LabNode], chance: random.Random, fd: bool) -> None:
     """A frame of one of the nodes at some time; its identifier ends in the node's number."""
     at_ns = chance.randrange(SPAN_NS)
     number = chance.randrange(len(nodes))
-    frame = random_frame(chance, number, fd)
-    single_shot, high_priority = chance.random() < 0.15, chance.random() < 0.15
     node = nodes[number]
-    if not node.settings.listen_only:
+    frame = random_frame(chance, number, fd and node.settings.data_timing is not None)
+    single_shot, high_priority = chance.random() < 0.15, chance.random() < 0.15
+    if not (node.settings.listen_only or node.settings.options.restricted):
         lab.at(at_ns, lambda: node.send(frame, single_shot=single_shot, high_priority=high_priority))
 
 

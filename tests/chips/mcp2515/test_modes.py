@@ -259,6 +259,7 @@ def test_bus_off_ends_in_listen_only_mode(bench: Bench) -> None:
 # three corners: docs/mcp2515.md
 
 
+@pytest.mark.finding("linux 5")
 def test_in_bus_off_a_frame_to_send_holds_the_mode_until_it_is_aborted(bench: Bench) -> None:
     bench.partner()
     chip = off_the_bus(bench)
@@ -269,6 +270,7 @@ def test_in_bus_off_a_frame_to_send_holds_the_mode_until_it_is_aborted(bench: Be
     assert (mode_of(chip), chip.read(m.TXBCTRL[0])) == (m.SLEEP, m.TX_ABTF | m.TX_TXERR)
 
 
+@pytest.mark.finding("linux 5")
 def test_in_bus_off_a_mode_that_was_asked_for_comes_when_the_frame_has_gone_out_after_recovery(
     bench: Bench,
 ) -> None:
@@ -290,6 +292,7 @@ def off_the_bus(bench: Bench) -> Mcp2515:
     return chip
 
 
+@pytest.mark.finding("linux 5")
 def test_a_chip_that_falls_asleep_with_wakif_set_wakes_at_once(bench: Bench) -> None:
     """Closed in the middle of a frame and opened again before it ends: sleep is entered after WAKIF was set."""
     partner, chip = bench.partner(), bench.chip(enabled=m.INT_WAK)
@@ -302,6 +305,7 @@ def test_a_chip_that_falls_asleep_with_wakif_set_wakes_at_once(bench: Bench) -> 
     assert (mode_of(chip), chip.asleep) == (m.LISTEN_ONLY, False)
 
 
+@pytest.mark.finding("linux 5")
 def test_wakie_written_after_wakif_wakes_too(bench: Bench) -> None:
     bench.partner()
     chip = bench.chip(m.SLEEP, enabled=0)
@@ -311,6 +315,7 @@ def test_wakie_written_after_wakif_wakes_too(bench: Bench) -> None:
     assert (mode_of(chip), chip.interrupt) == (m.LISTEN_ONLY, True)
 
 
+@pytest.mark.finding("linux 5")
 def test_errif_of_an_overflow_can_be_cleared_once_rxnovr_is(bench: Bench) -> None:
     partner, chip = bench.partner(), bench.chip()
     for _ in range(2):

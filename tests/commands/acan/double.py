@@ -35,6 +35,7 @@ class Driver:
 
     version = (1, 0)
     controller = 0
+    bus = ""  # nobody else is there
 
     def __init__(self, wire: Wire, config: acan.HardConfig | None, on_bus: bool) -> None:
         self.done: list[str] = []

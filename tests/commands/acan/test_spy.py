@@ -430,6 +430,7 @@ def test_trace_is_paused_and_resumed() -> None:
     ]
 
 
+@pytest.mark.finding("acan A15.8")
 def test_what_the_bus_does() -> None:
     driver = Wire().driver()
     spy, shown = spying(driver)

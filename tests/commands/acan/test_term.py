@@ -116,7 +116,7 @@ def test_what_does_not_fit_is_told() -> None:
     local, remark = set_up(driver, 2)
     assert local == 2
     assert remark == (
-        "the controller was set up before and lets in nothing for machine 2; /I sets it up anew"
+        "the controller was set up before and lets in nothing for machine 2; /I sets it up again"
     )
     deaf = acan.HardConfig(acan.acan_word(0x4A), acan.acan_word(0x7FF), acan.acan_word(1), acan.acan_word(1))
     assert "for all" in set_up(Wire().driver(deaf), 2)[1]
@@ -154,6 +154,7 @@ def test_local_0_without_a_number(config: acan.HardConfig | None, why: str) -> N
 
 
 @pytest.mark.conforms("AT-11")
+@pytest.mark.finding("acan A15.9")
 def test_a_spy_does_not_let_it_set_its_filter_up() -> None:
     driver = Wire().driver(config_of(1), on_bus=True)
     driver.holder = "canwire acan spy"
@@ -428,7 +429,7 @@ def test_numbers_setting_up_and_loop_on_a_bus(bench: Bench) -> None:
     forced.wait("CANTERM: machine 3 to machine 1")
     status, _, told = bench.run("term", TWO, "2", "1", "-T", "0")
     assert told.splitlines()[0] == (
-        "canwire: the controller was set up before and lets in nothing for machine 2; /I sets it up anew"
+        "canwire: the controller was set up before and lets in nothing for machine 2; /I sets it up again"
     )
 
 

@@ -125,7 +125,7 @@ def test_udp_multicast(hub: Hub) -> None:
 
 
 @pytest.mark.realtime
-@pytest.mark.finding("python-can 10")
+@pytest.mark.finding("python-can 10.7")
 def test_what_an_interface_echoes_is_not_received(
     hub: Hub, peer: Any, channel: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,7 +15,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from canwire import BadMessage, BadValue, BitTiming, LinSchedule, LinSlot
+from canwire import (
+    BadMessage,
+    BadValue,
+    BitTiming,
+    ControllerOptions,
+    DelayCompensation,
+    LinSchedule,
+    LinSlot,
+)
 from canwire.hub.protocol import messages as m
 
 SERIALS = st.integers(0, 2**64 - 1)
@@ -40,6 +48,15 @@ SLOTS = st.one_of(
     st.builds(LinSlot.request, st.none() | st.binary(min_size=8, max_size=8), delay_ns=DELAYS),
     st.builds(LinSlot.response, delay_ns=DELAYS),
 )
+COMPENSATIONS = st.builds(DelayCompensation, st.none() | st.floats(0, 100_000), st.floats(0, 100_000))
+OPTIONS = st.builds(
+    ControllerOptions,
+    st.floats(0, 2_000),
+    st.none() | COMPENSATIONS,
+    st.booleans(),
+    st.booleans(),
+    fd_tolerant=st.booleans(),
+)
 SIMPLE = {
     int: st.integers(-(2**63), 2**64 - 1),
     str: st.text(max_size=40),
@@ -48,6 +65,7 @@ SIMPLE = {
     float: st.floats(allow_nan=False),
     type(None): st.none(),
     BitTiming: st.sampled_from(TIMINGS),
+    ControllerOptions: OPTIONS,
     LinSchedule: st.builds(LinSchedule.of, st.lists(SLOTS, min_size=1, max_size=4), st.text(max_size=10)),
 }
 REQUESTS = typing.get_args(m.Request)

@@ -1,4 +1,4 @@
-"""`canwire dump` and `canwire send` on one line, and `canwire line`: what the verbs do once they have a hub."""
+"""`canwire dump` and `send` on one line, `stop` and `recover`: what the verbs do once they have a hub."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import canwire
 from canwire import ChannelMode, Frame, LinePlace, Siblings, WantedMode
 from canwire.commands.can_line import bring_up
 from canwire.commands.devices import line_cells
-from canwire.commands.line import act
+from canwire.commands.recover import recover
+from canwire.commands.stop import stop
 from tests.together.players.player import RATE, Player
 
 
@@ -43,13 +44,13 @@ class Verbs(Player):
         return self.tell(lambda: bring_up(self.hub, self._place, WantedMode(rate)))
 
     def stop(self) -> str:
-        return self.tell(lambda: act(self.hub, self._place, "stop"))
+        return self.tell(lambda: stop(self.hub, self._place))
 
     def reset(self) -> str:
-        return self.tell(lambda: act(self.hub, self._place, "reset"))
+        return self.tell(lambda: stop(self.hub, self._place, reset=True))
 
     def recover(self) -> str:
-        return self.tell(lambda: act(self.hub, self._place, "recover"))
+        return self.tell(lambda: recover(self.hub, self._place))
 
     def send(self, identifier: int) -> str:
         return self.tell(lambda: self._channel.send(Frame(identifier)))

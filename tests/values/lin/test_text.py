@@ -59,7 +59,7 @@ BAD = [
     ("10#1", "pairs of hex digits"),
     ("10#0g", "pairs of hex digits"),
     ("10#010203040506070809", "at most 8"),
-    ("10#R9", "behind R"),
+    ("10#R9", "after R"),
     ("10#01_X", "_C or _E"),
     ("3C#01_E", "classic checksum"),
     ("ERROR#", "ERROR has no 'kind'"),

@@ -141,7 +141,7 @@ def test_initialising_again_makes_everything_new(program: Program) -> None:
     assert receiver.message().msg_id == 1
     receiver.channel.initialize(100, 100, 0, vci.CAN_FILTER_PASS)
     assert not receiver.channel.get_status().activated
-    with pytest.raises(vci.VciError, match="initialised anew") as raised:
+    with pytest.raises(vci.VciError, match="initialised again") as raised:
         receiver.reader.get_fill_count()
     assert raised.value.code == vci.VCI_E_INVHANDLE
     with receiver.channel.get_reader() as reader:

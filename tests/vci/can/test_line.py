@@ -289,6 +289,7 @@ def test_eight_and_two_allow_a_jump_of_one() -> None:
 
 
 @pytest.mark.conforms("X4-20")
+@pytest.mark.finding("vci F12.5")
 def test_only_a_can_fd_controller_may_jump_as_far_as_tseg2_is_long() -> None:
     timing = can_timing.timing_of_btp(vci.CAN_BTP_ABR_SL_500KB, USB_TO_CAN_FD, data=False)
     assert timing.sjw == timing.tseg2

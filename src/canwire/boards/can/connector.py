@@ -9,6 +9,7 @@ from functools import partial
 from canwire.boards.board import BoardLine
 from canwire.boards.can.abilities import LOW_SPEED_LIMIT, check_mode, check_search, filter_of
 from canwire.boards.can.bounds import bounds
+from canwire.boards.can.crystal import Crystal
 from canwire.boards.can.detection import Detection
 from canwire.boards.can.message_filter import FormatFilter, MessageFilter
 from canwire.boards.can.modes import LineMode
@@ -36,6 +37,8 @@ class CanLine:
         self.info = slot.info
         self.line = slot.line
         self.bus = slot.bus
+        self.crystal = Crystal()
+        self._options = slot.options
         self.mode: LineMode | None = None
         self.filter: MessageFilter | None = None
         self._after_reset: MessageFilter | None = None
@@ -72,7 +75,7 @@ class CanLine:
         """
         check_mode(self.line.name, self.info, mode)
         if mode.timing is not None:
-            self.line.driver.check(_settings(mode, mode.timing))
+            self.line.driver.check(self._settings(mode, mode.timing))
             self._begin_anew()
             self._set_up(mode, mode.timing)
             done(0)
@@ -81,7 +84,7 @@ class CanLine:
         rates = sorted((rate for rate in BTR_OF_BIT_RATE if rate <= limit), reverse=True)
         candidates = [(BitTiming.from_btr(*BTR_OF_BIT_RATE[rate]), None) for rate in rates]
         check_search(self.line.name, self.info, candidates, mode.timeout_ms, mode.iso_fd, mode.low_speed)
-        self.line.driver.check(_settings(mode, candidates[0][0]))
+        self.line.driver.check(self._settings(mode, candidates[0][0]))
         self._begin_anew()
 
         def found(result: int | CanwireError) -> None:
@@ -242,7 +245,8 @@ class CanLine:
         self._clear()
 
     def _set_up(self, mode: LineMode, timing: BitTiming) -> None:
-        self.line.driver.configure(_settings(mode, timing))
+        self.line.driver.configure(self._settings(mode, timing))
+        self.crystal.configured(self.line.controller)
         self._bit_ps = timing.bit_time_ps
         line = self.line
         line.standard, line.extended = mode.standard, mode.extended
@@ -301,14 +305,14 @@ class CanLine:
     def _info(self, code: InfoCode, at_ns: int) -> BusEvent:
         return self.line.happening(EventKind.INFO, at_ns, code)
 
-
-def _settings(mode: LineMode, timing: BitTiming) -> LineSettings:
-    fd_timing = mode.data_timing or (timing if mode.long_data else None)
-    return LineSettings(
-        timing,
-        fd_timing,
-        mode.iso_fd,
-        mode.listen_only,
-        registers=mode.registers,
-        loop_back=mode.loop_back,
-    )
+    def _settings(self, mode: LineMode, timing: BitTiming) -> LineSettings:
+        fd_timing = mode.data_timing or (timing if mode.long_data else None)
+        return LineSettings(
+            timing,
+            fd_timing,
+            mode.iso_fd,
+            mode.listen_only,
+            registers=mode.registers,
+            loop_back=mode.loop_back,
+            options=self._options if mode.options is None else mode.options.on_board(self._options),
+        )

@@ -6,16 +6,16 @@ Source: VCI V4 manual (seed 004) 7.3.17; rulings.md 9.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 from canwire.boards.can.channel import Channel
 from canwire.errors import BadValue
 from canwire.values.frame import Frame, frame_of_record, record_of_frame
+from canwire.values.named import NamedInt
 
 _ID_AT, _DATA_AT = 8, 16  # in a record
 
 
-class Increment(IntEnum):
+class Increment(NamedInt):
     """What of a frame grows by one after each transmission; the numbers are CAN_CTXMSG_INC_*."""
 
     NONE = 0
@@ -24,7 +24,7 @@ class Increment(IntEnum):
     WORD = 3
 
 
-class CyclicState(IntEnum):
+class CyclicState(NamedInt):
     """What an index of the list is up to; the numbers are CAN_CTXMSG_STAT_*."""
 
     EMPTY = 0

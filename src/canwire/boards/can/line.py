@@ -476,7 +476,7 @@ class Line(Host):
 
     def _check_sends(self, channel: Channel) -> None:
         if self.driver.listen_only:
-            raise LineError(f"{self.name}: a listen-only line sends nothing")
+            raise LineError(f"{self.name}: a listen-only line, or one in restricted operation, sends nothing")
         if not channel.sends:
             raise LineError(f"{self.name}: this channel was opened without a transmit queue")
 

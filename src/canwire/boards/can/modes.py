@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
+from canwire.values.controller_options import ControllerOptions
+from canwire.values.named import NamedInt
 from canwire.values.timing.bit_timing import BitTiming
 
 
-class FilterMode(IntEnum):
+class FilterMode(NamedInt):
     """VCI's CAN_FILTER_ modes: what a message filter does with data frames."""
 
     VOID = 0
@@ -18,7 +19,7 @@ class FilterMode(IntEnum):
     EXCLUSIVE = 4
 
 
-class Siblings(IntEnum):
+class Siblings(NamedInt):
     """Which frames sent by its own line a channel gets back (source: VCI V4 manual 5.2.2, self-reception).
 
     OWN_FILTERED: all with self-reception asked for, through the filter (the lab's). ALL: likewise, past the
@@ -68,6 +69,7 @@ class LineMode:
     With `loop_back` the controller hears only itself. When its last user goes a line is reset; one that `keeps`
     leaves the bus and stays set up, one that is `persistent` goes on until it is reset. Programs of the same `kin`,
     those of one vendor's interface, may set each other's running lines up at another rate ("": nobody may).
+    `options` are what else an FD controller has; None: what the board was given in canwire.toml.
     """
 
     timing: BitTiming | None
@@ -88,6 +90,7 @@ class LineMode:
     loop_back: bool = False
     keeps: bool = False
     kin: str = ""
+    options: ControllerOptions | None = None
 
 
 @dataclass(frozen=True, slots=True)

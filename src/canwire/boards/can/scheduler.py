@@ -283,7 +283,9 @@ class CyclicList:
     def _check_sendable(self, frame: Frame) -> None:
         """Refuse here what `Line.send` would refuse in every tick."""
         if self._line.driver.listen_only:
-            raise LineError(f"{self._line.name}: a listen-only line sends nothing")
+            raise LineError(
+                f"{self._line.name}: a listen-only line, or one in restricted operation, sends nothing"
+            )
         if frame.fd and self._line.driver.fd == 0:
             raise LineError(f"{self._line.name}: the line is not set up for FD frames; give it a data timing")
         self._line.check(frame)

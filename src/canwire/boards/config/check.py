@@ -22,6 +22,7 @@ from canwire.values.timing.limits import FD_DATA, FD_NOMINAL
 if TYPE_CHECKING:
     from canwire.boards.config.tables import BoardConfig, BusConfig
 
+_IDEAL_ONLY = ("loop_delay_ns", "delay_compensation", "edge_filter", "protocol_exception", "fd_tolerant")
 _INDUCAN104_ONLY = ("base", "irq", "shared_irq", "access")
 
 
@@ -42,6 +43,7 @@ class Check:
             self._board(f"board[{index}]", board)
             self._isa(index, board)
             self._port(index, board)
+            self._options(f"board[{index}]", board)
 
     def _bus(self, place: str, bus: BusConfig) -> None:
         self._accept(f"{place}.name", checked_bus_name, bus.name)
@@ -80,9 +82,9 @@ class Check:
     def _isa(self, index: int, board: BoardConfig) -> None:
         """What the jumpers of an inducan104 say, and whether the boards before it leave that free."""
         if board.kind != INDUCAN104:
-            for field in msgspec.structs.fields(board):
-                if field.name in _INDUCAN104_ONLY and getattr(board, field.name) != field.default:
-                    self._refuse(f"board[{index}].{field.name}", f"{board.kind} has none; {INDUCAN104} has")
+            self._default(
+                f"board[{index}]", board, _INDUCAN104_ONLY, f"{board.kind} has none; {INDUCAN104} has"
+            )
             return
         if board.base is not None:
             self._accept(f"board[{index}].base", checked_base, board.base)
@@ -97,6 +99,17 @@ class Check:
         for number, other in enumerate(self._boards[:index]):
             if board.port and other.port == board.port:
                 self._refuse(f"board[{index}].port", f"{board.port!r} twice; board[{number}] has it too")
+
+    def _options(self, place: str, board: BoardConfig) -> None:
+        """What ideal controllers have, and chips and adapters do not."""
+        if not catalogue.kind(board.kind).ideal:
+            self._default(place, board, _IDEAL_ONLY, f"{board.kind} has none; USB-to-CAN boards have")
+        self._accept(f"{place}.fd_tolerant", lambda _: board.options, board.fd_tolerant)
+
+    def _default(self, place: str, board: BoardConfig, names: Sequence[str], why: str) -> None:
+        for field in msgspec.structs.fields(board):
+            if field.name in names and getattr(board, field.name) != field.default:
+                self._refuse(f"{place}.{field.name}", why)
 
     def _apart(self, index: int, before: int) -> None:
         """Neither board is in the other's way."""

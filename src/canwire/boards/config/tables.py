@@ -10,6 +10,7 @@ from msgspec import Meta
 from canwire.boards.inducan104 import KIND as INDUCAN104
 from canwire.boards.inducan104 import checked_place
 from canwire.boards.isa import IsaPlace
+from canwire.values.controller_options import LONGEST_LOOP_NS, ControllerOptions, DelayCompensation
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -79,7 +80,8 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         | None
     ) = None
     shared_irq: Annotated[
-        bool, Meta(description="inducan104: others that say so too may use its interrupt line")
+        bool,
+        Meta(description="inducan104: share its interrupt line with boards that have this too"),
     ] = False
     access: Annotated[
         str,
@@ -92,6 +94,40 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         str,
         Meta(description="slcan: /dev/ttyUSB0, COM3 or socket://host:port; python-can: interface/channel"),
     ] = ""
+
+    loop_delay_ns: Annotated[
+        float,
+        Meta(
+            ge=0,
+            le=LONGEST_LOOP_NS,
+            description="its transceivers' loop delay in ns, usual are 50 to 255; 0: ideal",
+        ),
+    ] = 0.0
+    delay_compensation: Annotated[
+        bool,
+        Meta(description="it makes up for that delay in the data phase, unless a program says otherwise"),
+    ] = False
+    edge_filter: Annotated[
+        bool, Meta(description="while it looks for an idle bus, it ignores dominant time under two quanta")
+    ] = False
+    protocol_exception: Annotated[
+        bool,
+        Meta(description="an FD line leaves frames of an unknown format alone; else they are form errors"),
+    ] = True
+    fd_tolerant: Annotated[
+        bool, Meta(description="set up for classic CAN, it leaves FD frames alone; else it destroys them")
+    ] = False
+
+    @property
+    def options(self) -> ControllerOptions:
+        """What its controllers have unless a program says otherwise; raises BadValue for what contradicts itself."""
+        return ControllerOptions(
+            self.loop_delay_ns,
+            DelayCompensation() if self.delay_compensation else None,
+            self.edge_filter,
+            protocol_exception=self.protocol_exception,
+            fd_tolerant=self.fd_tolerant,
+        )
 
     @property
     def place(self) -> IsaPlace | None:

@@ -15,6 +15,9 @@ from canwire.bus.can.bits import (
     NON_ISO,
     STUFF_COUNT_CODE,
 )
+from canwire.errors import BadValue
+from canwire.values.arguments import SignatureOf
+from canwire.values.checks import instance, shown
 from canwire.values.dlc import dlc_to_length
 from canwire.values.frame import Frame
 
@@ -26,6 +29,10 @@ _INDEX = {name: index for index, name in enumerate(FIELDS)}
 DOMINANT, RECESSIVE = 0, 1
 
 
+def _prototype(frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
+    """How BitLayout is called, for help()."""
+
+
 class BitLayout:
     """Every bit of one frame from SOF to the last EOF bit; the ACK slot is recessive, as a sender drives it.
 
@@ -34,7 +41,10 @@ class BitLayout:
     from the one after BRS to the last CRC bit, `crc` is the value sent.
     """
 
+    __signature__ = SignatureOf(_prototype)
+
     def __init__(self, frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
+        instance("frame", frame, Frame)
         self.levels = bytearray()
         self.fields = bytearray()
         self.stuffed = bytearray()
@@ -55,13 +65,21 @@ class BitLayout:
         self.data_bits = len(self.levels) - after_brs
         self._tail()
 
+    def __repr__(self) -> str:
+        return f"<{len(self.levels)} bits on the wire, {sum(self.stuffed)} of them stuff bits, CRC {self.crc:#x}>"
+
     def ack_slot(self) -> int:
         """Index of the ACK slot."""
         return self.fields.index(_INDEX["ACK"])
 
     def find(self, field: str) -> int:
-        """Index of the first bit of a field that is no stuff bit, or -1 if this frame has none."""
-        wanted = _INDEX[field]
+        """Index of the first bit of a field that is no stuff bit, or -1 if this frame has none.
+
+        Raises BadValue for what no frame has.
+        """
+        wanted = _INDEX.get(field) if isinstance(field, str) else None
+        if wanted is None:
+            raise BadValue(f"field {shown(field)}: one of {', '.join(FIELDS)}")
         found = [k for k, name in enumerate(self.fields) if name == wanted and not self.stuffed[k]]
         return found[0] if found else -1
 

@@ -1,5 +1,6 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
+from canwire.bus.can.echo cimport Echo
 from canwire.bus.can.node cimport Mailbox, Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
@@ -8,26 +9,23 @@ from canwire.bus.can.stimulus cimport Stimulus
 cdef int _FRAME, _QUIET, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
 cdef long long _NEVER
 cdef int _FREE
-cdef int _RES_FIELD, _HISTORY, _MARGIN_BITS
+cdef int _RES_FIELD, _MARGIN_BITS
 
 @cython.final
 cdef class Clock:
     cdef public Station station
     cdef public Node node
-    cdef public long long start_ps, due_ps, edge_ps
+    cdef public long long start_ps, due_ps, edge_ps, check_ps
     cdef public int forced, seen
     cdef public bint sampling, synchronised, data_rate, free
-    cdef public list times, levels
-    cdef public long long changes
+    cdef public Echo echo
 
     cdef long long bit_ps(self) noexcept
     cdef long long sample_ps(self) noexcept
-    @cython.locals(before=int)
     cpdef int begin_bit(self, long long at_ps) except -1
-    @cython.locals(slot="long long")
-    cpdef int note(self, long long at_ps) except -1
-    @cython.locals(newest="long long", oldest="long long")
-    cpdef int level_at(self, long long at_ps) except -1
+    cdef int _compensate(self, long long at_ps) except -1
+    cpdef int found(self, int level) except -1
+    cpdef void check(self, int level, long long at_ps) except *
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1
     @cython.locals(station=Station, state=int, idle=bint, third_bit=bint)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from canwire.bus.can.echo import Echo
 from canwire.bus.can.frame_reader import RES
 from canwire.bus.can.node import QUIET, Mailbox, Node
 from canwire.bus.can.station import (
@@ -33,7 +34,6 @@ _KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
 _NEVER, _QUIET = NEVER, QUIET
 _FREE = FREE
 _RES_FIELD = RES
-_HISTORY = 64
 _MARGIN_BITS = 16
 
 # who sees a disturbed bit
@@ -51,13 +51,12 @@ class Clock:
         self.sampling = False
         self.synchronised = False
         self.edge_ps = _NEVER  # of an edge still on its way
+        self.check_ps = _NEVER  # of a second sample point, or of the end of what an edge has to last
         self.forced = _FREE  # a stimulus puts this level in front of its receiver
         self.free = True  # none did so up to now
         self.seen = 1
         self.data_rate = False
-        self.times = [0] * _HISTORY
-        self.levels = [1] * _HISTORY
-        self.changes = 0
+        self.echo = Echo(self.node)
 
     def bit_ps(self) -> int:
         return self.node.data_bit_ps if self.data_rate else self.node.bit_ps
@@ -70,27 +69,33 @@ class Clock:
         self.start_ps = at_ps
         self.sampling = True
         self.due_ps = at_ps + self.sample_ps()
-        before = self.station.out
         self.station.begin_bit()
-        if self.station.out != before:
-            self.note(at_ps)
+        self.echo.drive(self.station.out, at_ps)
+        if self.node.compensates and self.station.transmitting:
+            self._compensate(at_ps)
 
-    def note(self, at_ps: int) -> None:
-        """Remember a change of `out`, for those who see it later."""
-        slot = self.changes % _HISTORY
-        self.times[slot] = at_ps
-        self.levels[slot] = self.station.out
-        self.changes += 1
+    def _compensate(self, at_ps: int) -> None:
+        if self.data_rate:
+            self.check_ps = self.echo.look_later(self.station.out, at_ps)
+        elif self.station.state == _FRAME and self.station.reader.field == _RES_FIELD:
+            self.edge_ps = min(self.edge_ps, self.echo.measure_from(at_ps))
 
-    def level_at(self, at_ps: int) -> int:
-        """What this station drove at an earlier time."""
-        newest = self.changes
-        oldest = newest - _HISTORY if newest > _HISTORY else 0
-        while newest > oldest:
-            newest -= 1
-            if self.times[newest % _HISTORY] <= at_ps:
-                return self.levels[newest % _HISTORY]
-        return 1
+    def found(self, level: int) -> int:
+        """What a sample of this level says to the station: a compensating sender has looked at its bits elsewhere."""
+        if self.data_rate and self.node.compensates and self.station.transmitting:
+            return self.echo.outcome(self.station.out)
+        return level
+
+    def check(self, level: int, at_ps: int) -> None:
+        """A second sample point; or the node looks for the bus and an edge came two quanta ago."""
+        if self.station.state != _WAITING:
+            self.check_ps = self.echo.check(level)
+            return
+        self.check_ps = _NEVER
+        if level == 0:
+            self.station.run = 0
+            self.sampling = True  # nothing else waits for the bit that began with the edge
+            self._restart_bit(at_ps - 2 * self.node.quantum_ps)
 
     def sampled(self, at_ps: int) -> None:
         """The sample is taken: the rest of the bit runs at the rate that holds from here on."""
@@ -99,6 +104,7 @@ class Clock:
         change = self.station.rate_change
         if change != _KEEP_RATE:
             self.data_rate = change == _TO_DATA_RATE
+            self.check_ps = self.echo.forget_checks()
         self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
 
     def edge(self, at_ps: int) -> None:
@@ -106,10 +112,13 @@ class Clock:
         station = self.station
         state = station.state
         if state == _WAITING:  # whoever looks for the bus follows every edge, and is no nearer to an idle one
+            if self.node.edge_filter and not station.rejoined:
+                self.check_ps = at_ps + 2 * self.node.quantum_ps
+                return
             station.run = 0
             self._restart_bit(at_ps)
             return
-        if self.synchronised or station.last_sample == 0:
+        if self.echo.takes(at_ps) or self.synchronised or station.last_sample == 0:
             return
         idle = state == _IDLE or state == _SUSPEND
         third_bit = state == _INTERMISSION and self.sampling and station.left == 1
@@ -238,9 +247,10 @@ class BitLevel:
             if not node.on_bus and station.state != _WAITING:
                 station.wait_for_bus()
                 clock.data_rate = False
+                clock.check_ps = clock.echo.forget_checks()
                 if not self._stepping:
                     station.out = 1
-                    clock.note(self.now_ps)
+                    clock.echo.drive(1, self.now_ps)
             if node.waiting and node.waiting_from_ns == self.at_ns(self.now_ps):
                 station.run = 0
         for node in nodes:
@@ -272,7 +282,7 @@ class BitLevel:
     def next_ps(self) -> int:
         soonest = self._change_ps
         for clock in self.clocks:
-            soonest = min(soonest, clock.due_ps, clock.edge_ps)
+            soonest = min(soonest, clock.due_ps, clock.edge_ps, clock.check_ps)
         return soonest
 
     def request(self, node: Node, at_ps: int) -> None:
@@ -334,8 +344,10 @@ class BitLevel:
                     clock.edge_ps = _NEVER
                     clock.edge(at_ps)
         for clock in self.clocks:
+            if clock.check_ps <= at_ps:
+                clock.check(self._undisturbed_level(clock, at_ps), at_ps)
             if clock.due_ps == at_ps and clock.sampling:
-                clock.station.sample(self._seen_by(clock, at_ps))
+                clock.station.sample(clock.found(self._seen_by(clock, at_ps)))
                 clock.sampled(at_ps)
 
     def _begin_bits(self, at_ps: int) -> None:
@@ -394,11 +406,7 @@ class BitLevel:
 
     def _send_edges(self, at_ps: int) -> None:
         for driver in self.clocks:
-            fell = (
-                driver.station.out == 0
-                and driver.changes
-                and driver.times[(driver.changes - 1) % _HISTORY] == at_ps
-            )
+            fell = driver.station.out == 0 and driver.echo.changed_at(at_ps)
             if not fell and not self.shorted:
                 continue
             for clock in self.clocks:
@@ -454,13 +462,12 @@ class BitLevel:
             return clock.forced
         if self.shorted:
             return 0
-        if self.delay_ps == 0:
-            level = self._wire
-        else:
-            level = clock.station.out
-            for other in self.clocks:
-                if other is not clock:
-                    level &= other.level_at(at_ps - self.delay_ps)
+        if self.delay_ps == 0 and clock.node.loop_ps == 0:
+            return self._wire
+        level = clock.echo.level_at(at_ps - clock.node.loop_ps)
+        for other in self.clocks:
+            if other is not clock:
+                level &= other.echo.level_at(at_ps - self.delay_ps)
         return level
 
     def _flipped_for(self, clock: Clock) -> bool:
@@ -480,6 +487,8 @@ class BitLevel:
         elif sender.start_ps == self.now_ps:
             self._flip_sender = sender
             self._flip = self.disturb(sender.node, sender.station.index)
+            if self._flip >= 0 and self._flipped_for(sender) and sender.forced == _FREE:
+                sender.echo.invert()
 
     def _first_sender(self) -> Clock | None:
         found = None

@@ -84,7 +84,7 @@ class CanBus(BusState):
         """Work out anew who takes part and whether whole frames can be skipped over."""
         members = []
         self._acknowledgers = self._listeners = 0
-        self._waiting = self._sleeping = False
+        self._waiting = self._sleeping = filters = False
         for node in self.nodes:
             if node.on_bus:
                 members.append(node)
@@ -94,11 +94,14 @@ class CanBus(BusState):
                     self._acknowledgers += 1
             elif node.waiting:
                 self._waiting = True
+                filters = filters or node.edge_filter
             elif node.asleep:
                 self._sleeping = True
         self._link(members)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
         self._alike, self._alike_fd = all_follow(members, self.delay_ps)
+        if filters:  # short bits pass such a node by: it may join in the midst of a frame
+            self._alike_fd = False
         if self._state == _BITWISE:
             self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True

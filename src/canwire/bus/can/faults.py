@@ -10,32 +10,25 @@ import math
 import random
 from dataclasses import dataclass
 
+from canwire.bus.can.aim import INJECTED, PLACES, place
 from canwire.bus.can.bit_layout import BitLayout
 from canwire.bus.can.bit_level import EVERYBODY, ONE_NODE, RECEIVERS, SENDER
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.forcing import Forcing
 from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue
 from canwire.values.frame import Frame, frame_of_record
 
 SEEN_BY = {"all": EVERYBODY, "receivers": RECEIVERS, "sender": SENDER}
-_PLACES = {
-    "ack": "ACK",
-    "crc delimiter": "CRC DEL",
-    "ack delimiter": "ACK DEL",
-    "eof": "EOF",
-    "dlc": "DLC",
-    "data": "DATA",
-}
-INJECTED = ("stuff", "form", "crc", "bit", "ack")
 
 
-@dataclass(slots=True)
-class Fault:
-    """One scripted disturbance.
+@dataclass(slots=True, eq=False)
+class Fault(Scripted):
+    """One bit inverted on purpose; `times` counts frames.
 
     `frame_id` and `extended` choose frames (None: any); `bit` is an index from SOF, stuff bits included, or a name
-    that `place` resolves in each frame; `times` counts down with each frame disturbed (None: for ever).
+    that `place` resolves in each frame.
     """
 
     frame_id: int | None
@@ -43,13 +36,19 @@ class Fault:
     bit: int | str
     seen_by: int
     victim: Node | None
-    times: int | None
 
     def matches(self, frame: Frame) -> bool:
         if self.times == 0:
             return False
         wanted_id = self.frame_id is None or self.frame_id == frame.id
         return wanted_id and (self.extended is None or self.extended == frame.extended)
+
+
+@dataclass(slots=True, eq=False)
+class Noise(Scripted):
+    """Bits read wrong by chance; it counts those that it inverted."""
+
+    rate: float
 
 
 class Faults(Forcing):
@@ -59,9 +58,14 @@ class Faults(Forcing):
         super().__init__(bus)
         self._random = random.Random(seed)
         self._faults: list[Fault] = []
+        self._noises: list[Noise] = []
         self._noise = 0.0
         self._active: tuple[Fault, int] | None = None
         bus.bits.disturb = self._disturb
+
+    def __repr__(self) -> str:
+        scripted = sum(fault.times != 0 for fault in self._faults)
+        return f"<faults of a CAN bus: {scripted} scripted, bit error rate {self._noise:g}>"
 
     def flip(
         self,
@@ -81,7 +85,7 @@ class Faults(Forcing):
         self._check(bit, frame_id, extended, times, seen_by)
         victim = None if isinstance(seen_by, str) else seen_by
         viewers = SEEN_BY[seen_by] if isinstance(seen_by, str) else ONE_NODE
-        fault = Fault(frame_id, extended, bit, viewers, victim, times)
+        fault = Fault(frame_id, extended, bit, viewers, victim, times=times, remove=self._forget)
         self._faults.append(fault)
         self._choose_frames()
         return fault
@@ -91,8 +95,8 @@ class Faults(Forcing):
     ) -> None:
         """Raise BadValue for what no fault can be."""
         if isinstance(bit, str):
-            if bit not in _PLACES and bit not in INJECTED:
-                raise BadValue(f"bit {bit!r}: a number from 0, or one of {', '.join([*_PLACES, *INJECTED])}")
+            if bit not in PLACES and bit not in INJECTED:
+                raise BadValue(f"bit {bit!r}: a number from 0, or one of {', '.join([*PLACES, *INJECTED])}")
         elif not isinstance(bit, int) or bit < 0:
             raise BadValue(f"bit {bit!r}: bits count from 0 (SOF), or have a name")
         if times is not None and times < 1:
@@ -117,12 +121,43 @@ class Faults(Forcing):
         seen_by = "sender" if error in ("bit", "ack") else "receivers"
         return self.flip(bit=error, frame_id=frame_id, extended=extended, times=times, seen_by=seen_by)
 
-    def noise(self, bit_error_rate: float) -> None:
+    def noise(self, bit_error_rate: float) -> Scripted:
         """From now on, everybody reads each bit of a frame wrong with this probability (0 ends it)."""
+        self._check_rate(bit_error_rate)
+        for noise in [*self._noises]:
+            noise.cancel()
+        return self.add_noise(bit_error_rate)
+
+    def add_noise(self, bit_error_rate: float) -> Scripted:
+        """Noise beside what there is already."""
+        self._check_rate(bit_error_rate)
+        noise = Noise(bit_error_rate, times=None if bit_error_rate else 0, remove=self._silence)
+        with self._touch():
+            if bit_error_rate:
+                self._noises.append(noise)
+            self._mix_noises()
+        return noise
+
+    def _check_rate(self, bit_error_rate: float) -> None:
         if not 0 <= bit_error_rate < 1:
             raise BadValue(f"bit_error_rate {bit_error_rate}: from 0 up to, not including, 1")
-        self._noise = bit_error_rate
+
+    def _silence(self, noise: Noise) -> None:
+        with self._touch():
+            self._noises = [each for each in self._noises if each is not noise]
+            self._mix_noises()
+
+    def _mix_noises(self) -> None:
+        self._bus.interrupt()  # what has passed of a frame has passed with the noise before
+        self._noise = 1.0 - math.prod(1.0 - noise.rate for noise in self._noises)
         self._bus.noise_left = self._next_noise()
+
+    def _strike_by_noise(self) -> None:
+        """One of the noises inverts a bit."""
+        rates = [noise.rate for noise in self._noises]
+        self._bus.noise_left = self._next_noise()
+        noises = self._noises if len(rates) < 2 else self._random.choices(self._noises, rates)
+        noises[0].strike()
 
     def short(self) -> None:
         """Short the wires: the bus is dominant until `clear_short`."""
@@ -133,8 +168,8 @@ class Faults(Forcing):
 
     def clear(self) -> None:
         """No more scripted faults, noise or short; nodes cut off stay cut off, and what is forced at a time comes."""
-        self._faults.clear()
-        self.noise(0.0)
+        for fault in [*self._faults, *self._noises]:
+            fault.cancel()
         self.forget_placed()
         if self._bus.bits.shorted:
             self.clear_short()
@@ -158,7 +193,7 @@ class Faults(Forcing):
         if bus.noise_left >= 0:
             bus.noise_left -= 1
             if bus.noise_left < 0:
-                bus.noise_left = self._next_noise()
+                self._strike_by_noise()
                 return EVERYBODY
         if bus.bits.undisturbed:
             self._active = None
@@ -171,13 +206,20 @@ class Faults(Forcing):
         if self._active is None or self._active[1] != index:
             return -1
         fault = self._active[0]
-        if fault.times is not None:
-            fault.times -= 1
+        fault.strike()
         if not any(other.times != 0 for other in self._faults):
             self._faults.clear()
             self._choose_frames()
         bus.bits.victim = fault.victim
         return fault.seen_by
+
+    def _forget(self, fault: Fault) -> None:
+        """It was cancelled, perhaps in the middle of a frame that it was to meet."""
+        with self._touch():
+            self._faults = [each for each in self._faults if each is not fault]
+            if self._active is not None and self._active[0] is fault:
+                self._active = None
+            self._choose_frames()
 
     def _choose(self, node: Node) -> None:
         """The first fault that meets the frame which begins now, and the bit where it will."""
@@ -192,64 +234,6 @@ class Faults(Forcing):
                 if 0 <= at < len(layout.levels):
                     self._active = (fault, at)
                     return
-
-
-def place(layout: BitLayout, name: str) -> int:
-    """The bit to invert for a named place or error; -1 where this frame has none."""
-    if name in _PLACES:
-        return layout.find(_PLACES[name])
-    if name == "stuff":
-        return stuff_error_bit(layout)
-    if name == "form":
-        return layout.find("CRC DEL")
-    if name == "ack":
-        return layout.ack_slot()
-    if name == "bit":
-        return next(k for k in range(layout.find("DLC"), len(layout.levels)) if layout.levels[k] == 0)
-    return quiet_crc_bit(layout)
-
-
-def stuff_error_bit(layout: BitLayout) -> int:
-    """A bit whose inversion makes six equal bits: a stuff bit, or one that breaks up a long run."""
-    fixed = layout.first_fixed_stuff_bit()
-    levels = layout.levels[: fixed if fixed >= 0 else layout.find("CRC DEL")]
-    for k in range(len(levels)):
-        if layout.stuffed[k]:
-            return k
-    for k in range(1, len(levels)):
-        changed = bytearray(levels)
-        changed[k] ^= 1
-        if -1 in stuff_positions(changed):
-            return k
-    return -1
-
-
-def quiet_crc_bit(layout: BitLayout) -> int:
-    """A CRC bit whose inversion changes no stuffing, so that only the check value is wrong."""
-    start, end = layout.find("CRC"), layout.find("CRC DEL")
-    fixed = layout.first_fixed_stuff_bit() >= 0
-    before = stuff_positions(layout.levels[:end])
-    for k in range(end - 1, start - 1, -1):
-        if layout.stuffed[k]:
-            continue
-        changed = bytearray(layout.levels[:end])
-        changed[k] ^= 1
-        if (fixed and not layout.stuffed[k + 1]) or (not fixed and stuff_positions(changed) == before):
-            return k
-    return -1
-
-
-def stuff_positions(levels: bytes | bytearray) -> list[int]:
-    """Where a receiver expects stuff bits from SOF on; -1 in place of one that is no inverse of its run."""
-    positions = []
-    run = 0
-    for k, level in enumerate(levels):
-        if run == 5:
-            positions.append(k if level != levels[k - 1] else -1)
-            run = 1
-        else:
-            run = run + 1 if k and level == levels[k - 1] else 1
-    return [*positions, -2] if run == 5 else positions
 
 
 def frame_at_box(box: Mailbox) -> Frame:

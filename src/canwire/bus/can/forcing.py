@@ -8,31 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 
 from canwire.bus.can import station
 from canwire.bus.can.bit_layout import BitLayout
 from canwire.bus.can.bit_level import Clock
 from canwire.bus.can.bus import CanBus
+from canwire.bus.can.disturbance import Changes, Disturbance, Timed, stimulus_of
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.places import FRAME, Place, Progress
 from canwire.bus.can.stimulus import FREE, Stimulus
+from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue
+from canwire.values.checks import LONGEST_NS, whole
 from canwire.values.frame import Frame, frame_of_record
 
 LEVELS = {"dominant": 0, "recessive": 1}
 _SIGNS = {"0": 0, "1": 1, "-": FREE}
-Changes = list[tuple[int, int]]  # (ps from the place, level)
-
-
-@dataclass(slots=True)
-class Disturbance:
-    """What is to happen at a place: `shape` gives the changes for a node's bit and quantum (ps) there."""
-
-    place: Place
-    shape: Callable[[int, int], Changes]
-    seen_by: str | list[Node]
-    times: int | None
+_FOREVER = 1 << 36  # bits: years at any rate
+When = Place | int | None
 
 
 class Forcing:
@@ -63,39 +56,51 @@ class Forcing:
         return Place(part, bit, frame_id, extended, None if node is None else self._controller(node))
 
     def hold(
-        self, level: str, *, at: Place | int, bits: int = 1, seen_by: object = "all", times: int | None = 1
-    ) -> None:
-        """Hold the bus "dominant" or "recessive" for so many bits, from a place or a time in ns on.
+        self,
+        level: str,
+        *,
+        at: When = None,
+        bits: int | None = 1,
+        seen_by: object = "all",
+        times: int | None = 1,
+    ) -> Scripted:
+        """Hold the bus "dominant" or "recessive" for so many bits, from a place or a time in ns on (None: from now).
 
-        `seen_by`: "all" (it is on the wire then, and in a trace), "receivers", "sender", one node or several.
-        `times`: as often as the place comes (None: for ever).
+        `bits` None: until it is cancelled. `seen_by`: "all" (it is on the wire then, and in a trace), "receivers",
+        "sender", one node or several. `times`: as often as the place comes (None: for ever).
         """
-        if not isinstance(bits, int) or bits < 1:
-            raise BadValue(f"bits {bits!r}: at least 1")
-        held = _level(level)
-        self._add(at, lambda bit, _: [(0, held), (bits * bit, FREE)], seen_by, times)
+        if bits is not None and (not isinstance(bits, int) or bits < 1):
+            raise BadValue(f"bits {bits!r}: at least 1, or None until it is cancelled")
+        held, span = _level(level), _FOREVER if bits is None else bits
+        often = None if bits is None else times
+        return self._add(at, lambda bit, _: [(0, held), (span * bit, FREE)], seen_by, often)
 
-    def play(self, levels: str, *, at: Place | int, seen_by: object = "all", times: int | None = 1) -> None:
+    def play(
+        self, levels: str, *, at: When = None, seen_by: object = "all", times: int | None = 1
+    ) -> Scripted:
         """Force one level a bit: "0" dominant, "1" recessive, "-" what the bus has by itself."""
         if not levels or set(levels) - set(_SIGNS):
             raise BadValue(f"levels {levels!r}: 0, 1 or - for each bit")
         signs = [_SIGNS[sign] for sign in levels]
-        self._add(at, lambda bit, _: [*((k * bit, sign) for k, sign in enumerate(signs)), (len(signs) * bit, FREE)],
-                  seen_by, times)  # fmt: skip
+
+        def shape(bit: int, _: int) -> Changes:
+            return [*((k * bit, sign) for k, sign in enumerate(signs)), (len(signs) * bit, FREE)]
+
+        return self._add(at, shape, seen_by, times)
 
     def glitch(
-        self, level: str, *, at: Place | int, from_ns: float = 0.0, width_ns: float, seen_by: object = "all",
+        self, level: str, *, at: When = None, from_ns: float = 0.0, width_ns: float, seen_by: object = "all",
         times: int | None = 1,
-    ) -> None:  # fmt: skip
+    ) -> Scripted:  # fmt: skip
         """Force a level for less (or more) than a bit: so long, `from_ns` behind the place or time."""
         if from_ns < 0 or not width_ns > 0:
             raise BadValue(f"from_ns {from_ns}, width_ns {width_ns}: not negative, and wider than 0")
         forced, start_ps, width_ps = _level(level), round(from_ns * 1000), round(width_ns * 1000)
-        self._add(at, lambda *_: [(start_ps, forced), (start_ps + width_ps, FREE)], seen_by, times)
+        return self._add(at, lambda *_: [(start_ps, forced), (start_ps + width_ps, FREE)], seen_by, times)
 
     def move_edge(
         self, quanta: int, *, at: Place, to: str = "dominant", seen_by: object = "all", times: int | None = 1
-    ) -> None:
+    ) -> Scripted:
         """Move the edge at the start of a frame's bit, which leads `to` this level, so many quanta back (< 0: forward).
 
         The bit must have such an edge: what lies between the old place and the new one is forced, nothing else.
@@ -112,17 +117,16 @@ class Forcing:
             )
         new = _level(to)
         if quanta > 0:
-            self._add(at, lambda _, quantum: [(0, 1 - new), (quanta * quantum, FREE)], seen_by, times)
-        else:
-            before = Place(FRAME, at.bit - 1, at.frame_id, at.extended, at.node)
-            self._add(
-                before, lambda bit, quantum: [(bit + quanta * quantum, new), (bit, FREE)], seen_by, times
-            )
+            return self._add(at, lambda _, quantum: [(0, 1 - new), (quanta * quantum, FREE)], seen_by, times)
+        before = Place(FRAME, at.bit - 1, at.frame_id, at.extended, at.node)
+        return self._add(
+            before, lambda bit, quantum: [(bit + quanta * quantum, new), (bit, FREE)], seen_by, times
+        )
 
     def forget_placed(self) -> None:
         """Nothing more is to happen at places."""
-        self._placed.clear()
-        self._arm()
+        for placed in [*self._placed]:
+            placed.cancel()
 
     # what the lab overrides
 
@@ -147,30 +151,57 @@ class Forcing:
         return [self._controller(node) for node in nodes]
 
     def _add(
-        self, at: Place | int, shape: Callable[[int, int], Changes], seen_by: object, times: int | None
-    ) -> None:
+        self, at: When, shape: Callable[[int, int], Changes], seen_by: object, times: int | None
+    ) -> Scripted:
         viewers = self._viewers(seen_by)
         if times is not None and times < 1:
             raise BadValue(f"times {times}: at least 1, or None for ever")
         with self._touch():
             if isinstance(at, Place):
-                self._placed.append(Disturbance(at, shape, viewers, times))
+                placed = Disturbance(at, shape, viewers, times=times, remove=self._forget_place)
+                self._placed.append(placed)
                 self._arm()
-            else:
-                self._at_time(at, shape, viewers)
+                return placed
+            at_ns = self._bus.timeline.now_ns if at is None else at
+            return self._at_time(at_ns, shape, viewers, None if times is None else 1)
 
-    def _at_time(self, at_ns: int, shape: Callable[[int, int], Changes], viewers: str | list[Node]) -> None:
+    def _at_time(
+        self, at_ns: int, shape: Callable[[int, int], Changes], viewers: str | list[Node], times: int | None
+    ) -> Timed:
         """Bits and quanta are those of the first node on the bus."""
         timeline = self._bus.timeline
+        at_ns = whole("at", at_ns, 0, LONGEST_NS)
         if at_ns < timeline.now_ns:
             raise BadValue(f"at {at_ns} ns: the bus's time is {timeline.now_ns} ns already")
         if viewers != "all" and isinstance(viewers, str):
             raise BadValue(f"seen_by {viewers!r} at a time: nodes or all; only at a place somebody sends")
         clock = self._bus.nodes[0] if self._bus.nodes else Node()
         changes = shape(clock.bit_ps, clock.quantum_ps)
-        nodes = None if isinstance(viewers, str) else viewers
-        first_ns = at_ns + changes[0][0] // 1000
-        timeline.at(first_ns, lambda: self._bus.stimulate(_stimulus(at_ns * 1000, changes, nodes)))
+        timed = Timed(times=times, remove=self._end)
+
+        def begin() -> None:
+            timed.stimulus = stimulus_of(at_ns * 1000, changes, None if isinstance(viewers, str) else viewers)
+            self._bus.stimulate(timed.stimulus)
+            timed.strike()
+
+        timed.timer = timeline.at(at_ns + changes[0][0] // 1000, begin)
+        return timed
+
+    def _end(self, timed: Timed) -> None:
+        """It was cancelled, before it came or while it lasts."""
+        with self._touch():
+            if timed.timer is not None:
+                timed.timer.cancel()
+            stimuli = self._bus.bits.stimuli
+            if timed.stimulus in stimuli:
+                stimuli.remove(timed.stimulus)
+                now_ps = self._bus.timeline.now_ns * 1000
+                self._bus.stimulate(Stimulus([now_ps], [FREE], timed.stimulus.nodes))
+
+    def _forget_place(self, placed: Disturbance) -> None:
+        with self._touch():
+            self._placed = [each for each in self._placed if each is not placed]
+            self._arm()
 
     def _arm(self) -> None:
         bits = self._bus.bits
@@ -244,15 +275,14 @@ class Forcing:
             (node.data_bit_ps, node.data_quantum_ps) if clock.data_rate else (node.bit_ps, node.quantum_ps)
         )
         bits = self._bus.bits
-        stimulus = _stimulus(at_ps, disturbance.shape(bit_ps, quantum_ps), self._seen(disturbance.seen_by))
+        stimulus = stimulus_of(at_ps, disturbance.shape(bit_ps, quantum_ps), self._seen(disturbance.seen_by))
         bits.stimulate(stimulus, at_ps - bits.offset_ps())
-        if disturbance.times is not None:
-            disturbance.times -= 1
-            if disturbance.times == 0:
-                self._placed.remove(disturbance)
-                if not self._placed:
-                    bits.watch = None
-                self._choose_frames()
+        disturbance.strike()
+        if disturbance.times == 0:
+            self._placed.remove(disturbance)
+            if not self._placed:
+                bits.watch = None
+            self._choose_frames()
 
     def _seen(self, seen_by: str | list[Node]) -> list[Node] | None:
         if isinstance(seen_by, list):
@@ -266,7 +296,3 @@ def _level(name: str) -> int:
     if name not in LEVELS:
         raise BadValue(f"level {name!r}: dominant or recessive")
     return LEVELS[name]
-
-
-def _stimulus(start_ps: int, changes: Changes, nodes: list[Node] | None) -> Stimulus:
-    return Stimulus([start_ps + at for at, _ in changes], [level for _, level in changes], nodes)

@@ -1,5 +1,6 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
+from canwire.bus.can.node cimport Node
 
 cdef int _SOF, _BASE, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA
 cdef int _FD_CRC, _CRC, _CRC_DELIMITER
@@ -11,9 +12,10 @@ cdef class FrameReader:
     cdef public int fd_mode, field, left, same, last, stuff_count, dlc, crc_width, crc_position
     cdef public object value
     cdef public bytes data
-    cdef public bint stuffing, extended, remote, fd, switch, esi, crc_ok
+    cdef public bint stuffing, extended, remote, fd, switch, esi, crc_ok, protocol_exception
     cdef public unsigned int crc15, crc17, crc21, identifier
 
+    cpdef int begin_for(self, Node node) except -1
     cpdef int begin(self) except -1
     @cython.locals(field=int, left=int)
     cpdef int part(self) except -1

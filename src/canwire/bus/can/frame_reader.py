@@ -17,6 +17,7 @@ from canwire.bus.can.bits import (
     NON_ISO,
     STUFF_COUNT_CODE,
 )
+from canwire.bus.can.node import Node
 from canwire.values.dlc import dlc_to_length
 from canwire.values.frame import Frame
 
@@ -45,15 +46,22 @@ _PARTS = bytes((
 class FrameReader:
     """Reads one frame after another; `begin` before each.
 
-    `fd_mode` is Node.fd: a classic reader takes FDF for the reserved bit r0. `field` is the one that the next
-    bit belongs to, unless that is a stuff bit; `left` its bits still to come.
+    `fd_mode` is Node.fd: a classic reader takes FDF for the reserved bit r0, unless it knows `protocol_exception`.
+    `field` is the one that the next bit belongs to, unless that is a stuff bit; `left` its bits still to come.
     """
 
     def __init__(self, fd_mode: int) -> None:
         self.fd_mode = fd_mode
+        self.protocol_exception = fd_mode != 0
         self.data = b""
         self.crc_width = 0
         self.crc_position = 0
+        self.begin()
+
+    def begin_for(self, node: Node) -> None:
+        """The next bit is an SOF, read by this node."""
+        self.fd_mode = node.fd
+        self.protocol_exception = node.protocol_exception
         self.begin()
 
     def begin(self) -> None:
@@ -170,6 +178,8 @@ class FrameReader:
     def _control_done(self, field: int, value: int) -> int:
         if field == _FDF:
             self.fd = value == 1 and self.fd_mode != 0
+            if value == 1 and self.fd_mode == 0 and self.protocol_exception:
+                return _PROTOCOL_EXCEPTION
             if self.fd:
                 self.remote = False
                 self.go_on(_RES, 1)
@@ -179,7 +189,7 @@ class FrameReader:
             self.go_on(_DLC, 4)
         elif field == _RES:
             if value:
-                return _PROTOCOL_EXCEPTION
+                return _PROTOCOL_EXCEPTION if self.protocol_exception else _FORM_ERROR
             self.go_on(_BRS, 1)
         elif field == _BRS:
             self.switch = value == 1

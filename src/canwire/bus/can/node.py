@@ -78,7 +78,12 @@ class Node:
     `passive`, `fd`, `offer` (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF
     of its own before), `waiting` and `sequences` (how many runs of 11 recessive bits it needs to join, and has seen),
     `asleep` (neither on the bus nor waiting: it is only told when the bus comes to life), and the timing in
-    picoseconds, by its own oscillator.
+    picoseconds, by its own oscillator. What it reads back of its own levels is `loop_ps` late. One that `compensates`
+    looks at its own bits of the data phase `second_sample_ps` behind the delay that it `measures_delay`, and
+    `least_second_ps` behind their start at the least; if it measures none, `second_sample_ps` behind their start.
+    While it waits for the bus an `edge_filter` ignores dominant time of less than two quanta. In `restricted` operation
+    it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
+    know: at a recessive res bit, a classic node at FDF.
 
     It writes only `contending` (the node's mailbox on the wire, until it loses), `arbitration_losses`, `sequences`,
     `suspended_ns`, `waiting_from_ns`, `counted_ns` (SOF of the last frame that was counted as received while it went
@@ -124,6 +129,14 @@ class Node:
         self.data_sample_ps = 400_000
         self.data_quantum_ps = 12_500
         self.data_jump_ps = 12_500
+        self.loop_ps = 0
+        self.compensates = False
+        self.measures_delay = True
+        self.second_sample_ps = 0
+        self.least_second_ps = 0
+        self.edge_filter = False
+        self.restricted = False
+        self.protocol_exception = False
 
     def timing(self) -> tuple[int, ...]:
         """Everything about this node's bit times; equal tuples follow each other without fail."""

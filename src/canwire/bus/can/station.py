@@ -209,8 +209,7 @@ class Station:
         self.state = _FRAME
 
     def _begin_frame(self) -> None:
-        self.reader.fd_mode = self.node.fd
-        self.reader.begin()
+        self.reader.begin_for(self.node)
         self.index = 0
         self.acknowledging = self.acknowledged = self.second_ack = False
         self.fast = self.flagged = False
@@ -420,7 +419,7 @@ class Station:
         self._leave_if_off()
 
     def _begin_error_flag(self, passive: bool) -> None:
-        if not self.tally.erring:
+        if not self.tally.erring and not self.node.restricted:
             self.tally.erring = True
             self.tally.error_frames += 1
         self.overload = False
@@ -431,7 +430,7 @@ class Station:
         self._begin_flag(_PASSIVE_FLAG if self.node.listen_only else _OVERLOAD_FLAG)
 
     def _begin_flag(self, state: int) -> None:
-        self.state = state
+        self.state = _WAITING if self.node.restricted else state
         self.flagged = True
         self.left = 6
         self.run = 0

@@ -13,6 +13,7 @@ from canwire.bus.lin.bits import DATA, Field, byte_levels, header_fields, respon
 from canwire.bus.lin.bus import FREE, LinBus
 from canwire.bus.lin.node import LinNode, LinResponse
 from canwire.bus.lin.wire import LinDisturber, Outgoing, plain, plain_header
+from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue
 from canwire.values.lin.frame import LARGEST_ID, LARGEST_LENGTH, lin_checksum, protected_id
 from canwire.values.lin.timing import SYNC_BYTE
@@ -24,24 +25,16 @@ InHeader = Callable[[LinNode, int], Outgoing]
 InResponse = Callable[[LinResponse], Outgoing | None]
 
 
-@dataclass(slots=True)
-class LinFault:
-    """One scripted disturbance of a header or of a response.
-
-    `frame_id` chooses frames (None: any); `times` counts down with each one disturbed (None: for ever).
-    """
+@dataclass(slots=True, eq=False)
+class LinFault(Scripted):
+    """One scripted disturbance of a header or of a response; `frame_id` chooses frames (None: any)."""
 
     frame_id: int | None
-    times: int | None
     in_header: InHeader | None = None
     in_response: InResponse | None = None
 
     def matches(self, id: int) -> bool:
         return self.times != 0 and (self.frame_id is None or self.frame_id == id)
-
-    def take(self) -> None:
-        if self.times is not None:
-            self.times -= 1
 
 
 class LinFaults(LinDisturber):
@@ -50,6 +43,9 @@ class LinFaults(LinDisturber):
     def __init__(self, bus: LinBus) -> None:
         self._bus = bus
         self._faults: list[LinFault] = []
+
+    def __repr__(self) -> str:
+        return f"<faults of a LIN bus: {sum(fault.times != 0 for fault in self._faults)} scripted>"
 
     def checksum(self, frame_id: int | None = None, *, times: int | None = 1) -> LinFault:
         """Whoever answers sends a checksum that fits neither model."""
@@ -102,6 +98,8 @@ class LinFaults(LinDisturber):
 
     def clear(self) -> None:
         """No more scripted faults, and no short."""
+        for fault in self._faults:
+            fault.cancel()
         self._faults.clear()
         self._bus.wire.disturber = None
         if self._bus.bits.shorted != FREE:
@@ -115,14 +113,14 @@ class LinFaults(LinDisturber):
     def header(self, node: LinNode, id: int) -> Outgoing:
         for fault in self._faults:
             if fault.in_header is not None and fault.matches(id):
-                fault.take()
+                fault.strike()
                 return fault.in_header(node, id)
         return plain_header(node, id)
 
     def response(self, response: LinResponse) -> Outgoing | None:
         for fault in self._faults:
             if fault.in_response is not None and fault.matches(response.id):
-                fault.take()
+                fault.strike()
                 return fault.in_response(response)
         return plain(response)
 
@@ -138,7 +136,7 @@ class LinFaults(LinDisturber):
             _check("frame_id", frame_id, 0, LARGEST_ID)
         if times is not None and times < 1:
             raise BadValue(f"times {times}: at least 1, or None for every frame")
-        fault = LinFault(frame_id, times, in_header, in_response)
+        fault = LinFault(frame_id, in_header, in_response, times=times)
         self._faults = [*(each for each in self._faults if each.times != 0), fault]
         self._bus.wire.disturber = self
         return fault

@@ -20,6 +20,7 @@ cdef class CanFdController(Node):
     cpdef bint abort(self, Mailbox box, unsigned long long at_ns) except -1
 
     cdef void _make_offer(self) noexcept
+    cdef int _take_options(self, object options) except -1
     cdef int _give_up(self, Mailbox box, unsigned long long at_ns) except -1
     cdef int _state_changed(self, unsigned long long at_ns) except -1
     cdef void _take_state(self) noexcept

@@ -10,6 +10,7 @@ from canwire.bus.can import bits as can_bits
 from canwire.bus.can.node import Mailbox, Node
 from canwire.chips.confinement import Confinement
 from canwire.chips.host import Host
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.event import ErrorState, EventKind
 
 _PASSIVE, _BUS_OFF = 2, 3
@@ -37,7 +38,12 @@ class CanFdController(Node):
     # the host's side
 
     def configure(
-        self, nominal: tuple[int, ...], data: tuple[int, ...] | None, fd: int, listen_only: bool
+        self,
+        nominal: tuple[int, ...],
+        data: tuple[int, ...] | None,
+        fd: int,
+        listen_only: bool,
+        options: ControllerOptions = USUAL,
     ) -> None:
         """Bit times in ps: bit, sample point, quantum, PHASE1, jump; `fd` as Node.fd; effective at once."""
         self._interrupt()
@@ -51,9 +57,11 @@ class CanFdController(Node):
         )
         self.fd = fd
         self.listen_only = listen_only
+        self._take_options(options)
         for box in (self.normal, self.high):
             if box.occupied:
                 can_bits.measure(box, fd)
+        self._make_offer()
         self._changed()
 
     def counters(self) -> tuple[int, ...]:
@@ -90,6 +98,7 @@ class CanFdController(Node):
         """A classic controller again that takes part, once it is configured."""
         self.listen_only = False
         self.fd = 0
+        self._take_options(USUAL)
 
     def start(self, at_ns: int, *, integrated: bool = False) -> None:
         """Come on the bus with clean counters: after 11 recessive bits, or at once if it was there all along."""
@@ -154,7 +163,7 @@ class CanFdController(Node):
     def error(self, kind: int, bit: int, transmitting: bool, rule: int, at_ns: int) -> None:
         self.errors += 1
         self.last_error = kind
-        changed = self.confinement.apply(rule)
+        changed = not self.restricted and self.confinement.apply(rule)
         self.tainted = self.confinement.rec > 0
         self.host.event(_ERROR, kind, bit, transmitting, at_ns, 0)
         if changed:
@@ -164,7 +173,7 @@ class CanFdController(Node):
             self._give_up(box, at_ns)
 
     def count(self, rule: int, at_ns: int) -> None:
-        changed = self.confinement.apply(rule)
+        changed = not self.restricted and self.confinement.apply(rule)
         self.tainted = self.confinement.rec > 0
         if changed:
             self._state_changed(at_ns)
@@ -183,8 +192,23 @@ class CanFdController(Node):
 
     # between the two
 
+    def _take_options(self, options: ControllerOptions) -> None:
+        self.loop_ps = round(options.loop_delay_ns * 1000)
+        self.edge_filter = options.edge_filter
+        self.restricted = options.restricted
+        self.protocol_exception = options.protocol_exception if self.fd else options.fd_tolerant
+        compensation = options.compensation
+        self.compensates = compensation is not None
+        if compensation is not None:
+            offset_ns = compensation.offset_ns
+            self.second_sample_ps = self.data_sample_ps if offset_ns is None else round(offset_ns * 1000)
+            self.least_second_ps = round(compensation.filter_ns * 1000)
+            self.measures_delay = compensation.measured
+
     def _make_offer(self) -> None:
-        if self.high.occupied:
+        if self.restricted:
+            self.offer = None
+        elif self.high.occupied:
             self.offer = self.high
         elif self.normal.occupied:
             self.offer = self.normal

@@ -11,6 +11,7 @@ cdef class Modes(BusSide):
     cdef public long long oscillator_hz
     cdef public double oscillator_ppm
     cdef public int power_up_cdr
+    cdef public object transceiver
     cdef public unsigned long long asleep_from_ns
     cdef bytearray _reads, _writes
     cdef bint _resetting, _forced_off, _told_off

@@ -11,6 +11,8 @@ Interpretations [INT] where the data sheet is silent:
 
 from __future__ import annotations
 
+from typing import Any
+
 from canwire.chips.registers import after_reset
 from canwire.chips.sja1000 import register_map as names
 from canwire.chips.sja1000.cells import CONTROL_CELL, view
@@ -40,6 +42,7 @@ class Modes(BusSide):
         self.oscillator_ppm = 0.0
         self.power_up_cdr = power_up_cdr
         self.asleep_from_ns = 0
+        self.transceiver: Any = None  # its look() is called when reset mode is left
         self._resetting = True
         self._forced_off = False  # TXERR was written 255
         self._told_off = False  # BS was cleared by a write
@@ -127,6 +130,8 @@ class Modes(BusSide):
         self.cells[_CONTROL] &= ~_RM
         self._look()
         self._take_settings()
+        if self.transceiver is not None:
+            self.transceiver.look()
         if self._told_off:
             self._told_off = False
             self.interrupts.request(_EI)

@@ -1,7 +1,8 @@
 """What the SJA1000's two output pins do, by the output control register.
 
 Source: data sheet 6.5.3, tables 45 to 48; reference/sja1000.md section 8. What a transceiver makes of them is the
-board's business: on the bus of this package a chip's dominant bit is dominant whatever OCR says [INT].
+board's business (boards/transceiver.py): where none is wired, a chip's dominant bit is dominant whatever OCR says
+[INT].
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, InUse, acan
+from canwire import BadValue, InUse, acan, conflicts_on
 from canwire.commands.acan.words import CLOCK_KHZ, RATE_KBPS
 
 if TYPE_CHECKING:
@@ -73,9 +73,14 @@ def set_up(
         configure(driver, config_of(machine, clock_khz, rate_kbps))
     elif not before.accepts(identifier(machine)):
         remark = (
-            f"the controller was set up before and lets in nothing for machine {machine}; /I sets it up anew"
+            f"the controller was set up before and lets in nothing for machine {machine}; /I sets it up again"
         )
     elif not before.accepts(identifier(acan.BROADCAST)):
         remark = "the controller was set up before and lets in nothing that is for all; /I sets it up anew"
     driver.bus_on()
     return machine, remark
+
+
+def rate_remarks(driver: Driver) -> list[str]:
+    """Other controllers of its bus at other rates: which, and who set them."""
+    return [f"! {conflict}" for conflict in conflicts_on(driver.hub, driver.bus)] if driver.bus else []

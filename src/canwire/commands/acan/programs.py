@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, ExtraMissing
 from canwire.commands.acan.words import CLOCK_KHZ, RATE_KBPS, Words, machine, parsed
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def term(arguments: argparse.Namespace) -> int:
         bell = closing.enter_context(ringing())
         driver = _opened(arguments, "term", closing)
         local, remark = set_up(driver, local, *rates, force="I" in words.switches)
+        _remark(driver)
         if remark:
             complain(remark)
         echo, loop = "E" in words.switches, "L" in words.switches
@@ -68,9 +69,11 @@ def wct(arguments: argparse.Namespace) -> int:
         from canwire.commands.acan.wct import Wct
 
         bell = closing.enter_context(ringing())
-        running = Wct(_opened(arguments, "wct", closing), settings, bell.ring)
+        driver = _opened(arguments, "wct", closing)
+        running = Wct(driver, settings, bell.ring)
         closing.callback(running.stop)
         running.start()
+        _remark(driver)
         greeting = f"WCT: machine {settings.local} to {_whom(settings.target)}"
         copy(running.terminal, bell, greeting, arguments.timeout)
     return 0
@@ -102,10 +105,12 @@ def _spy_in_lines(arguments: argparse.Namespace, rates: tuple[int, int], closing
 
     bell = closing.enter_context(ringing())
     trace = Trace(clock, print)
-    running = Spy(_opened(arguments, "spy", closing), trace, bell.ring)
+    driver = _opened(arguments, "spy", closing)
+    running = Spy(driver, trace, bell.ring)
     closing.callback(running.stop)
     trace.redirect(arguments.redirect)
     running.start(*rates)
+    _remark(driver)
     for message in arguments.send:
         running.send(message)
     follow(running, bell, arguments.count)
@@ -131,11 +136,17 @@ def _opened(arguments: argparse.Namespace, program: str, closing: ExitStack) -> 
     """The driver on a shared hub; raises DriverAbsent, HubError."""
     from canwire import acan
 
-    let_terminate(closing)
     hub = connected(arguments, f"acan {program}", closing)
     if arguments.board is None:
         return closing.enter_context(acan.open(hub))
     return closing.enter_context(acan.open(hub, board=arguments.board))
+
+
+def _remark(driver: Driver) -> None:
+    from canwire.commands.acan.machines import rate_remarks
+
+    for line in rate_remarks(driver):
+        complain(line)
 
 
 def _rates(words: Words) -> tuple[int, int]:

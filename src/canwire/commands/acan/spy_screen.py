@@ -13,6 +13,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Log, Static
 
+from canwire.commands.acan.machines import rate_remarks
 from canwire.commands.acan.spy import MESSAGES, Spy, Trace, clock
 from canwire.commands.acan.window import Dialog, Field, Menu, Window
 
@@ -44,6 +45,7 @@ class SpyScreen(Window):
     ) -> None:
         super().__init__()
         self._rates = rates
+        self._acan = driver
         self._file = file
         self._messages = messages
         self.spy = Spy(driver, Trace(clock, self._show), self.wake)
@@ -60,6 +62,8 @@ class SpyScreen(Window):
         for message in self._messages:
             self.spy.send(message)
         self._tell()
+        for line in rate_remarks(self._acan):
+            self.spy.trace.write(line)
 
     def end(self) -> None:
         self.spy.stop()

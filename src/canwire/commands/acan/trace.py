@@ -69,7 +69,7 @@ def _requested(text: str, tail: str) -> int:
     if not wanted:
         return 0
     if not re.fullmatch("[0-8]", wanted):
-        raise BadText(f"{text!r}: behind R stands nothing, or how many bytes are asked for: 0 to 8")
+        raise BadText(f"{text!r}: after R comes nothing, or the number of bytes asked for, 0 to 8")
     return int(wanted)
 
 

@@ -24,7 +24,7 @@ from canwire.commands.acan import programs
 from canwire.commands.acan.ini import ini_text
 from canwire.commands.shared_hub import add_hub_argument
 
-_TIMEOUT = "end after so much silence once stdin is at its end, where stdin or stdout is no terminal"
+_TIMEOUT = "once stdin has ended, exit after this much silence; only where stdin or stdout is no terminal"
 _SEND = "send this first, written as the trace shows it: '00001001000 - 61 62'"
 _BOARD = "this board instead of the installed one: its hardware id or kind"
 _DIRECTORY = Path("ACAN")
@@ -87,7 +87,7 @@ def _wct_options(sub: argparse.ArgumentParser) -> None:
 
 def _spy_options(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
-        "-n", "--count", type=int, metavar="COUNT", help="plain lines; end after so many messages"
+        "-n", "--count", type=int, metavar="COUNT", help="plain lines; end after this many messages"
     )
     sub.add_argument("--send", action="append", default=[], metavar="MESSAGE", help=_SEND)
     sub.add_argument(

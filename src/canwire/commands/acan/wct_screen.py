@@ -13,6 +13,7 @@ from textual import events
 from textual.app import ComposeResult
 from textual.widgets import Log, Static
 
+from canwire.commands.acan.machines import rate_remarks
 from canwire.commands.acan.term import CTRL_T, CTRL_U, Printable
 from canwire.commands.acan.wct import Settings, Wct, write_settings
 from canwire.commands.acan.window import Dialog, Field, Menu, Window
@@ -55,6 +56,7 @@ class WctScreen(Window):
     def __init__(self, driver: Driver, settings: Settings, path: Path) -> None:
         super().__init__()
         self._path = path
+        self._acan = driver
         self._printable = Printable()
         self.wct = Wct(driver, settings, self.wake)
 
@@ -67,6 +69,8 @@ class WctScreen(Window):
         self.query_one("#characters", Log).focus()
         self.wct.start()
         self._tell()
+        for line in rate_remarks(self._acan):
+            self.tell(line)
 
     def end(self) -> None:
         self.wct.stop()

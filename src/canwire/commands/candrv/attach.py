@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from canwire import BadValue, CanwireError, Unsupported
+from canwire.commands.can_line import point_out_rates
 from canwire.commands.candrv.work import work
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
@@ -41,9 +42,9 @@ def attach(arguments: argparse.Namespace) -> int:
     if sys.platform == "win32":
         raise Unsupported("attach: there are no pseudo terminals on Windows")
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "candrv attach", closing)
         handle = closing.enter_context(candrv.open(arguments.device, read=True, write=True, hub=hub))
+        point_out_rates(hub, handle.device.line.bus)
         settings = handle.device.settings
         if not settings.acceptance_code and not settings.acceptance_mask:
             handle.accept_all()

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from canwire import CanwireError
+from canwire.commands.can_line import point_out_rates
 from canwire.commands.candrv.switches import Switches
 from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected
@@ -74,6 +75,11 @@ def set_rate(switches: Switches, handle: Handle) -> int:
         return handle.device.state().rate
     except CanwireError as error:
         raise failed(f"Can't set baudrate {switches.rate}, error", error) from error
+
+
+def point_out(handle: Handle) -> None:
+    """Other controllers of the device's bus at other rates, on stderr."""
+    point_out_rates(handle.device.hub, handle.device.line.bus)
 
 
 @contextmanager

@@ -14,7 +14,17 @@ from contextlib import ExitStack
 from typing import IO, TYPE_CHECKING
 
 from canwire import CanwireError
-from canwire.commands.candrv.opening import MESSAGES, OK, failed, hub_of, log_file, open_device, say, set_rate
+from canwire.commands.candrv.opening import (
+    MESSAGES,
+    OK,
+    failed,
+    hub_of,
+    log_file,
+    open_device,
+    point_out,
+    say,
+    set_rate,
+)
 from canwire.commands.candrv.switches import Switches
 from canwire.commands.candrv.work import work
 
@@ -31,6 +41,7 @@ def can_write(switches: Switches, closing: ExitStack) -> int:
     with open_device(switches, hub) as query:
         rate = set_rate(switches, query)
     with open_device(switches, hub, read=True, write=True) as device, log_file(switches) as log:
+        point_out(device)
         start = f"Start sending {MESSAGES} messages to {switches.device}, baudrate={rate} Hz"
         try:
             work(lambda: _write_all(device, start, log), device.close)
@@ -63,6 +74,7 @@ def _receive(switches: Switches, closing: ExitStack, read: Callable[[Handle], by
     with open_device(switches, hub, read=True) as device:
         rate = set_rate(switches, device)
         device.accept_all()
+        point_out(device)
         with log_file(switches) as log:
             start = f"Start receiving events from {switches.device}, baudrate={rate} Hz"
             try:

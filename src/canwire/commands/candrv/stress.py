@@ -23,6 +23,7 @@ from canwire.commands.candrv.opening import (
     hub_of,
     log_file,
     open_device,
+    point_out,
     say,
     set_rate,
 )
@@ -49,6 +50,7 @@ def can_send(switches: Switches, closing: ExitStack) -> int:
     hub = hub_of(switches, closing)
     handles = [closing.enter_context(open_device(switches, hub, write=True)) for _ in range(channels)]
     rate = set_rate(switches, handles[0])
+    point_out(handles[0])
     with log_file(switches) as log:
         total = counts * channels * threads
         start = (

@@ -14,7 +14,6 @@ from canwire.commands.candrv.opening import DEVICE_ERROR, MESSAGES, USAGE, Failu
 from canwire.commands.candrv.programs import can_mon, can_read, can_write
 from canwire.commands.candrv.stress import can_send
 from canwire.commands.candrv.switches import Program, Usage, parse
-from canwire.commands.console import let_terminate
 
 _COMMON = (
     ("d", "<dev>", "Device name (CID1:)"),
@@ -46,7 +45,6 @@ def run(arguments: argparse.Namespace) -> int:
         say("\n".join(filter(None, (str(wrong), program.usage))))
         return USAGE
     with ExitStack() as closing:
-        let_terminate(closing)
         try:
             return program.body(switches, closing)
         except Failure as failure:

@@ -15,6 +15,7 @@ from typing import BinaryIO
 
 from canwire import BadText, Frame, LogLine, parse_log_line
 from canwire.commands.console import complain
+from canwire.commands.lab.trace_cost import bits_of
 
 _WIDEST = 200
 _SHOWN = 10  # broken lines of a log, one by one
@@ -26,7 +27,7 @@ class Survey:
     """What a log holds.
 
     `keys` are (extended, identifier) in order of appearance; `first_ns` is the first time stamp;
-    `fd_line` is the number of the first line with a CAN FD frame, or None.
+    `fd_line` is the number of the first line with a CAN FD frame, or None; `bits` is about what the frames take.
     """
 
     lines: int = 0
@@ -35,6 +36,7 @@ class Survey:
     error_frames: int = 0
     first_ns: int = 0
     fd_line: int | None = None
+    bits: int = 0
     keys: dict[tuple[bool, int], None] = field(default_factory=dict)
 
 
@@ -140,6 +142,7 @@ def _note(found: Survey, number: int, line: LogLine) -> None:
     if not found.frames:
         found.first_ns = line.timestamp_ns
     found.frames += 1
+    found.bits += bits_of(frame)
     found.keys[frame.extended, frame.id] = None
     if frame.fd and found.fd_line is None:
         found.fd_line = number

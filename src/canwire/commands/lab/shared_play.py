@@ -9,7 +9,7 @@ from contextlib import ExitStack
 
 from canwire import BadValue, ChannelMode
 from canwire.commands.can_line import bring_up, wanted_by
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.lab.candump_log import CandumpLog, Survey
 from canwire.commands.lab.progress import Progress
 from canwire.commands.send import Sending
@@ -30,7 +30,6 @@ def play_shared(arguments: argparse.Namespace, log: CandumpLog, found: Survey) -
         if not value >= 0:
             raise BadValue(f"--{name} {value}: 0 or more")
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "play", closing)
         place = find_line(hub, arguments.line, to_send=True)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))

@@ -6,7 +6,7 @@ import argparse
 from contextlib import ExitStack
 
 from canwire import BadValue
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.lin.line import Wish, add_lin_arguments, begin_listening, find_lin_line, lin_status_of
 from canwire.commands.lin.show import Shown, loaded_network, opened_monitor
 from canwire.commands.shared_hub import connected
@@ -18,9 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--master", action="store_true", help="start a line that nobody started as master, not as slave"
     )
-    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after so many lines")
-    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after so much silence")
-    parser.add_argument("-e", "--errors", action="store_true", help="show errors and changes of state, too")
+    parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many lines")
+    parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after this much silence")
+    parser.add_argument("-e", "--errors", action="store_true", help="show errors and state changes as well")
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
     parser.add_argument("--ldf", metavar="FILE", help="show the signals, as this description has them")
 
@@ -33,7 +33,6 @@ def run(arguments: argparse.Namespace) -> int:
             raise BadValue(f"--{option} {value}: {least} or more")
     network = loaded_network(arguments.ldf)
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "lin dump", closing)
         place = find_lin_line(hub, arguments.line)
         monitor = opened_monitor(hub, place, closing, events=arguments.errors)

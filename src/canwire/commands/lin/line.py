@@ -9,7 +9,8 @@ import argparse
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import BadValue, CanwireError, InUse, LinePlace, LinLineStatus, LinMode
+from canwire import BadValue, CanwireError, InUse, LinePlace, LinLineStatus, LinMode, find_lines
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument, find_line
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def begin_listening(hub: Hub, place: LinePlace, wish: Wish) -> str:
                 return f"{place.address} on {_bus(place)} does not run yet ({error}); listening"
     status = lin_status_of(hub, place)
     _check_agreement(place, status, wish)
+    point_out_rates(hub, place)
     return f"{place.address} on {_bus(place)}: {mode_text(status)}; listening"
 
 
@@ -91,7 +93,23 @@ def become_master(hub: Hub, place: LinePlace, bit_rate: int | None, closing: Exi
     if status.mode is None or not (status.mode.master and status.mode.errors and _suits(status, wish)):
         control.initialise(wish.mode)
     control.start()
+    point_out_rates(hub, place)
     return control
+
+
+def point_out_rates(hub: Hub, place: LinePlace) -> None:
+    """Say on stderr that lines of one bus run at different bit rates, if they do: which ones, and who holds them."""
+    found = [
+        (one, hub.lin_status(one.board.id, one.line))
+        for one in find_lines(hub, place.info.bus or place.address)
+    ]
+    running = [(one, use) for one, use in found if use.status.running and use.status.bit_rate]
+    if len({use.status.bit_rate for _, use in running}) > 1:
+        told = "; ".join(
+            f"{one.address} at {use.status.bit_rate} bit/s, control {use.control_holder or 'free'}"
+            for one, use in running
+        )
+        complain(f"! {place.info.bus}: different bit rates on one bus: {told}")
 
 
 def end_schedule(control: LinControl) -> None:

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import BadValue
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.lin.line import (
     add_lin_arguments,
     become_master,
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "slots", nargs="*", metavar="SLOT", help="10, 11:4@10ms (bytes asked for, time to the next), 12#0102"
     )
     parser.add_argument(
-        "--rounds", type=int, default=0, metavar="N", help="end after so many (default: Ctrl-C)"
+        "--rounds", type=int, default=0, metavar="N", help="end after this many (default: at Ctrl-C)"
     )
     parser.add_argument("--ldf", metavar="FILE", help="take a table and the master's frames from it instead")
     parser.add_argument("--table", metavar="NAME", help="which one of its schedules (default: the first)")
@@ -47,7 +47,6 @@ def run(arguments: argparse.Namespace) -> int:
     network = loaded_network(arguments.ldf)
     table, frames = described(network, arguments.table) if network else parsed(arguments.slots)
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "lin schedule", closing)
         place = find_lin_line(hub, arguments.line, to_send=True)
         monitor = opened_monitor(hub, place, closing, events=True)

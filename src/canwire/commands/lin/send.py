@@ -17,7 +17,7 @@ from canwire import (
     format_lin_frame,
     parse_lin_frame,
 )
-from canwire.commands.console import complain, let_terminate
+from canwire.commands.console import complain
 from canwire.commands.lin.line import add_lin_arguments, become_master, find_lin_line
 from canwire.commands.lin.show import Shown, opened_monitor
 from canwire.commands.shared_hub import connected
@@ -35,10 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "frames", nargs="+", metavar="FRAME", help="10#0102, 10#0102_C; a header: 10#R, 10#R4"
     )
     parser.add_argument(
-        "-n", "--count", type=int, default=1, metavar="COUNT", help="send all of them so often"
+        "-n", "--count", type=int, default=1, metavar="COUNT", help="send the whole list COUNT times (1)"
     )
     parser.add_argument(
-        "--timeout", type=float, default=1.0, metavar="SECONDS", help="give a frame up after so long (1)"
+        "--timeout", type=float, default=1.0, metavar="SECONDS", help="give up on a frame after this long (1)"
     )
 
 
@@ -49,7 +49,6 @@ def run(arguments: argparse.Namespace) -> int:
         if not getattr(arguments, option) >= least:
             raise BadValue(f"--{option} {getattr(arguments, option)}: {least} or more")
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "lin send", closing)
         place = find_lin_line(hub, arguments.line, to_send=True)
         monitor = opened_monitor(hub, place, closing, events=True)

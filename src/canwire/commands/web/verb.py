@@ -16,8 +16,8 @@ import webbrowser
 from contextlib import ExitStack
 
 from canwire import BadValue, ExtraMissing
-from canwire.commands.console import let_terminate
 from canwire.commands.shared_hub import add_hub_argument, connected
+from canwire.commands.shell.ending import signals_call
 from canwire.commands.wall_clock import epoch_ns
 
 
@@ -44,10 +44,10 @@ def run(arguments: argparse.Namespace) -> int:
     except ModuleNotFoundError as error:
         raise ExtraMissing(str(error.name), "web") from None
     with ExitStack() as closing:
-        let_terminate(closing)
         hub = connected(arguments, "web", closing)
         site = Site(hub, epoch_ns, port=arguments.port, database=arguments.db)
         closing.callback(site.close)
+        closing.enter_context(signals_call(site.stop))
         print(f"canwire web: {site.address}", flush=True)
         if arguments.open:
             webbrowser.open(site.address)

@@ -26,6 +26,7 @@ def set_up(settings: LineSettings, oscillator_hz: int) -> tuple[dict[int, int], 
     cnf = cnf_of(settings.timing, oscillator_hz)
     if settings.data_timing is not None:
         raise Unsupported("an MCP2515 knows classic CAN only: no data bit rate, no long frames")
+    settings.refuse_options("an MCP2515")
     if settings.oscillator_ppm:
         raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
     if settings.loop_back and settings.listen_only:

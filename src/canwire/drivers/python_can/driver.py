@@ -47,6 +47,7 @@ class PythonCanDriver(OutsideDriver, User):
     # settings
 
     def check(self, settings: LineSettings) -> None:
+        settings.refuse_options("an adapter of python-can")
         if settings.loop_back or settings.registers:
             raise Unsupported("an adapter of python-can has no loop-back and no registers")
         if settings.listen_only and self._kind.listen_only is None:

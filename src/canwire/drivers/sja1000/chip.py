@@ -52,6 +52,7 @@ class Chip:
         btr = self._timing_registers(settings.timing)
         if settings.data_timing is not None:
             raise Unsupported("an SJA1000 knows classic CAN only: no data bit rate, no long frames")
+        settings.refuse_options("an SJA1000")
         if settings.oscillator_ppm:
             raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
         wanted = {m.BTR0: btr[0], m.BTR1: btr[1], **_USUAL, m.IER: USUAL_IER}
@@ -123,10 +124,14 @@ class Chip:
         return ErrorState.ERROR_WARNING if status & m.SR_ES else ErrorState.ERROR_ACTIVE
 
     def registers(self) -> list[RegisterValue]:
-        """Those of the present mode, as far as they can be read without side effects; not the RAM."""
+        """Those of the present mode, as far as they can be read without side effects; not the RAM.
+
+        A chip that nobody has set up is in BasicCAN mode, with the reset request at the same place.
+        """
         resetting = bool(self.read(m.MOD) & m.MOD_RM)
+        file = m.PELICAN if self.read(m.CDR) & m.CDR_PELICAN else m.BASIC
         values = []
-        for register in m.PELICAN.readable(resetting):
+        for register in file.readable(resetting):
             if register.address >= m.RX_FIFO or (self._peek is None and register.address in _SIDE_EFFECTS):
                 continue
             value = (self._peek or self.read)(register.address)

@@ -76,9 +76,11 @@ class SlcanDriver(OutsideDriver):
 
     def check(self, settings: LineSettings) -> None:
         """Whether this very adapter can is seen once it is told."""
+        settings.refuse_options("a serial adapter")
         setup_of(settings)
 
     def configure(self, settings: LineSettings) -> None:
+        self.check(settings)
         self._setup = setup_of(settings)
         self.listen_only = settings.listen_only
         self.fd = 1 if settings.data_timing is not None else 0

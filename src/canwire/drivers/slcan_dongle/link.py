@@ -122,7 +122,7 @@ class Link:
                 return device
         if url:
             if dict(listed).get(url):
-                raise FileNotFoundError(f"at {url} is another adapter than {wanted}")
+                raise FileNotFoundError(f"{url} is not the adapter {wanted}, but another one")
             return url
         if not listed:
             raise FileNotFoundError(f"no port with the serial number {wanted}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING
 
 from canwire.boards.can.modes import ChannelMode, ChannelStatus, FilterContent
@@ -11,8 +12,10 @@ from canwire.hub.handles.filtered import Filtered
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor, close_descriptors
 from canwire.ring import Ring
+from canwire.values.checks import LONGEST_NS, instance, whole
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame, frame_of_record, record_to_send
+from canwire.values.records import check_dtype
 
 if TYPE_CHECKING:
     import numpy
@@ -36,21 +39,25 @@ class HubChannel(Filtered):
         self.line = line
         self._reading: RingEnd | None = None
         self._writing: RingEnd | None = None
+        self._making = threading.Lock()  # ends are made and dropped by one thread at a time
 
     def set_up(self, mode: ChannelMode) -> None:
         """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
         self.check()
         reply, descriptors = self.hub.ask(m.SetUpChannel(self._handle, mode))
-        self._drop_ends()
-        receive = Ring.over(descriptors[0], reply.receive, exact=True)
-        receive.free_event = self.hub.doorbell
-        self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
-        close_descriptors(descriptors[0])
-        if reply.transmit:
-            transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
-            transmit.event = self.hub.doorbell
-            self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
-            close_descriptors(descriptors[2])
+        with self._making:
+            self._drop_ends()
+            receive = Ring.over(descriptors[0], reply.receive, exact=True)
+            receive.free_event = self.hub.doorbell
+            self._reading = RingEnd(self, receive, EventDescriptor.adopt(descriptors[1]), reads=True)
+            close_descriptors(descriptors[0])
+            if reply.transmit:
+                transmit = Ring.over(descriptors[2], reply.transmit, exact=True)
+                transmit.event = self.hub.doorbell
+                self._writing = RingEnd(self, transmit, EventDescriptor.adopt(descriptors[3]), reads=False)
+                close_descriptors(descriptors[2])
+            if self._closed:  # meanwhile, and what was there then has been dropped
+                self._drop_ends()
 
     @property
     def reading(self) -> RingEnd:
@@ -100,13 +107,16 @@ class HubChannel(Filtered):
         self.ask(m.PassOn(self._handle, record))
 
     def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0, priority: int = 0) -> None:
-        """Queue a frame; `flags` are request bits of its info word. Raises QueueFull if no room comes in time.
+        """Queue a frame; `flags` are request bits of its info word.
 
+        Raises QueueFull if no room comes in `timeout` seconds (None: it waits for ever).
         `priority` (0..255, 0 goes first) is for channels that were set up `prioritised`.
         """
         end = self.writing
         self.check()
-        record = record_to_send(frame, flags, priority << _PRIORITY_SHIFT)
+        instance("frame", frame, Frame)
+        urgency = whole("priority", priority, 0, 255) << _PRIORITY_SHIFT
+        record = record_to_send(frame, whole("flags", flags, 0, 0xFFFF_FFFF), urgency)
         if not end.ring.free() and not (timeout != 0 and end.wait(timeout)):
             raise QueueFull(self.name, end.ring.capacity)
         end.ring.put_bytes(record)
@@ -116,6 +126,7 @@ class HubChannel(Filtered):
         """Queue as many records (record_dtype(), time_ns 0 or a delay) as fit; returns how many."""
         end = self.writing
         self.check()
+        check_dtype(records)
         count = end.ring.put_array(records)
         end.touched()
         return count
@@ -133,26 +144,28 @@ class HubChannel(Filtered):
     def receive_many(self, limit: int, timeout: float | None = 0) -> list[Frame]:
         """Up to `limit` frames, waiting `timeout` seconds for the first."""
         end = self._waited(timeout)
-        frames = end.ring.take_frames(limit)
+        frames = end.ring.take_frames(whole("limit", limit, 0, LONGEST_NS))
         end.touched()
         return frames
 
     def receive_array(self, limit: int | None = None, timeout: float | None = 0) -> numpy.ndarray:
         """Up to `limit` records (None: all), waiting `timeout` seconds for the first. Needs canwire[arrays]."""
         end = self._waited(timeout)
-        records = end.ring.take_array(end.ring.capacity if limit is None else limit)
+        records = end.ring.take_array(
+            end.ring.capacity if limit is None else whole("limit", limit, 0, LONGEST_NS)
+        )
         end.touched()
         return records
 
     def receive_record(self, timeout: float | None = 0) -> bytes | None:
-        """The oldest record, frame or event, as 80 bytes; None when none comes in time."""
+        """The oldest record, frame or event, as 80 bytes; None when none comes in `timeout` seconds."""
         end = self._waited(timeout)
         record = end.ring.take_bytes()
         end.touched()
         return record
 
     def receive_any(self, timeout: float | None = 0) -> Frame | BusEvent | None:
-        """The oldest frame or event, for a channel that was set up to take both; None when none comes in time."""
+        """The oldest frame or event, where the channel takes both; None when none comes in `timeout` seconds."""
         record = self.receive_record(timeout)
         if record is None:
             return None
@@ -166,13 +179,22 @@ class HubChannel(Filtered):
 
     def leave_to_parent(self, why: Exception) -> None:
         super().leave_to_parent(why)
+        self._making = threading.Lock()  # the thread that may have held it is not here
         for end in (self._reading, self._writing):
             if end is not None:
                 end.leave_to_parent()
 
     def close(self) -> None:
         super().close()
-        self._drop_ends()
+        with self._making:
+            self._drop_ends()
+
+    def _state(self) -> str:
+        if self.over:
+            return super()._state()
+        if self._reading is None:
+            return "not set up"
+        return ", ".join(end.contents() for end in (self._reading, self._writing) if end is not None)
 
     def _waited(self, timeout: float | None) -> RingEnd:
         end = self.reading

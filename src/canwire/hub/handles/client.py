@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 import threading
 import weakref
 from collections.abc import Callable
@@ -13,13 +14,12 @@ from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor
+from canwire.values.checks import LONGEST_NS, nanoseconds
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from canwire.hub.protocol.link import Answer, Link
-
-_FOREVER_NS = 1 << 62
+    from canwire.hub.protocol.link import Answer, Link, Listener
 
 
 class Holding(Protocol):
@@ -45,14 +45,23 @@ class Client:
     """What leases need of their hub. Calls may come from any thread; once the hub is gone they raise HubLost."""
 
     def __init__(self, link: Link) -> None:
+        self._closed = True  # until there is something to close
         self._link = link
         self._lock = threading.Lock()
         self._holdings: dict[int, Holding] = {}
-        self._closed = False
         self._forked = False
         self.doorbell = EventDescriptor.adopt(link.doorbell)
-        link.listen(self._notice)
+        self._closed = False
+        link.listen(weakly(self._notice))
         _OPEN.add(self)
+
+    def __del__(self) -> None:
+        """Nobody holds it any more, nor anything of it: it is given back, by a thread that may wait for the hub."""
+        if not getattr(self, "_closed", True) and not self._forked and not sys.is_finalizing():
+            with contextlib.suppress(
+                RuntimeError
+            ):  # no thread can be had: the process ends, or has none left
+                threading.Thread(target=self.close, name="canwire gives back", daemon=True).start()
 
     @property
     def address(self) -> str:
@@ -110,7 +119,7 @@ class Client:
     def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
         """Virtual time: let it pass until `ready()` or until `timeout` seconds of it are over; was it ready?"""
         now_ns = self.now_ns()
-        end_ns = now_ns + (_FOREVER_NS if timeout is None else round(timeout * 1e9))
+        end_ns = now_ns + (LONGEST_NS if timeout is None else nanoseconds("timeout", timeout))
         while not ready() and now_ns < end_ns:
             now_ns = int(self.call(m.Advance(end_ns - now_ns)).value)
         return ready()
@@ -173,7 +182,19 @@ class Client:
                 holding.end(HubLost(f"{holding.name}: the hub is gone"))
 
 
-_FORKED = "this connection belongs to the process that was forked; connect anew in this one"
+def weakly(method: Listener) -> Listener:
+    """For a link, which must not keep who listens when nobody else holds that any more."""
+    found = weakref.WeakMethod(method)
+
+    def heard(notice: m.Message | None) -> None:
+        listener = found()
+        if listener is not None:
+            listener(notice)
+
+    return heard
+
+
+_FORKED = "this connection belongs to the process that was forked; connect again in this one"
 _OPEN: weakref.WeakSet[Client] = weakref.WeakSet()
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from canwire.hub.handles.lease import Lease
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring
+from canwire.values.checks import nanoseconds
 
 if TYPE_CHECKING:
     from canwire.hub.handles.event import Event
@@ -92,6 +93,8 @@ class RingEnd:
 
     def wait(self, timeout: float | None) -> bool:
         """Block until the threshold is met, at most `timeout` seconds (None: for ever); raises if the lease ends."""
+        if timeout is not None:
+            timeout = nanoseconds("timeout", timeout) / 1e9
         self.lease.check()
         with self._lock:
             if self._closed:
@@ -133,6 +136,14 @@ class RingEnd:
         """Take the signal back that told of the lease's end."""
         with self._lock:
             self._own.clear()
+
+    def contents(self) -> str:
+        """How full the ring is, in words."""
+        ring = self.ring
+        return f"{ring.contents()} of {ring.capacity} {'received' if self.reads else 'to send'}"
+
+    def __repr__(self) -> str:
+        return f"<end of {self.lease.name}'s queue: {'closed' if self._closed else self.contents()}>"
 
     def leave_to_parent(self) -> None:
         """In a fork: an empty and full ring of this process's own from now on. Without locks, see Client."""

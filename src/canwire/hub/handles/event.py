@@ -47,6 +47,7 @@ class Event:
         self._signals: list[Signal] = []
         self._lock = threading.RLock()  # over which signals there are, and taking them
         self._poll: select.epoll | None = None
+        self._closed = False
 
     def set(self) -> None:
         """Signal the event."""
@@ -100,8 +101,20 @@ class Event:
 
     def close(self) -> None:
         """Let go of the descriptors; a second time does nothing."""
+        self._closed = True
         self._forget_poll()
         self._own.close()
+
+    def __repr__(self) -> str:
+        kind = "manual-reset" if self.manual_reset else "auto-reset"
+        if self._closed:
+            return f"<{kind} event, closed>"
+        return f"<{kind} event, {'signalled' if self.is_set() else 'not signalled'}, {len(self._signals)} assigned>"
+
+    def __del__(self) -> None:
+        """One that nobody holds any more can signal nobody: its descriptors go with it."""
+        if hasattr(self, "_poll"):  # made without failure
+            self.close()
 
     def bind(self, signal: Signal) -> None:
         """For queues and lists: let this signal the event."""

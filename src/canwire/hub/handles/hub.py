@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.description import BoardInfo
 from canwire.errors import NoSuchBoard
+from canwire.hub.handles.bus.bus import HubBus, HubLinBus
 from canwire.hub.handles.channel import HubChannel
-from canwire.hub.handles.client import Client
+from canwire.hub.handles.client import Client, weakly
 from canwire.hub.handles.control import Control
 from canwire.hub.handles.fifo import Fifo
 from canwire.hub.handles.lease import Lease
-from canwire.hub.handles.lin import LinControl, Monitor
 from canwire.hub.handles.scheduler import Scheduler
 from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
@@ -20,6 +20,7 @@ from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:
     from canwire.hub.handles.event import Event
+    from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.protocol.link import Link
 
 
@@ -32,7 +33,7 @@ class Hub(Client):
     def __init__(self, link: Link) -> None:
         super().__init__(link)
         self._watch = BoardWatch(self)
-        link.listen(self._watch.notice)
+        link.listen(weakly(self._watch.notice))
 
     def close(self) -> None:
         super().close()
@@ -120,10 +121,14 @@ class Hub(Client):
 
     def open_lin_control(self, board: int, line: int) -> LinControl:
         """The one lease that configures a LIN line and sends on it; raises InUse naming its holder."""
+        from canwire.hub.handles.lin import LinControl
+
         return LinControl(self, self.call(m.OpenControl(board, line)).handle, board, line)
 
     def open_monitor(self, board: int, line: int, *, exclusive: bool = False) -> Monitor:
         """A monitor on a LIN line; an exclusive one has to be the only one, else InUse."""
+        from canwire.hub.handles.lin import Monitor
+
         return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
 
     def keep_settings(self, board: int, line: int) -> Lease:
@@ -158,8 +163,16 @@ class Hub(Client):
         """A fault: keep the line's driver from serving its chip, which then overruns; or let it again."""
         self.call(m.HoldInterrupts(board, line, held))
 
+    def bus(self, name: str) -> HubBus:
+        """A CAN bus by its name; raises NoSuchBoard, or Unsupported for a LIN bus and for a real adapter's."""
+        return HubBus(self, name)
+
+    def lin_bus(self, name: str) -> HubLinBus:
+        """A LIN bus by its name; raises NoSuchBoard, or Unsupported for a CAN bus."""
+        return HubLinBus(self, name)
+
     def short(self, bus: str, shorted: bool = True) -> None:
-        """Short a bus's two wires, or take the short away; raises NoSuchBoard."""
+        """Short a bus's two wires, or take this short away; raises NoSuchBoard. It outlives this connection."""
         self.call(m.Disturb(bus, shorted))
 
     def registers(self, board: int, line: int) -> tuple[RegisterValue, ...]:

@@ -71,6 +71,16 @@ class Lease:
     ) -> None:
         self.close()
 
+    def __repr__(self) -> str:
+        return f"<{self.name}, {self._state()}>"
+
+    def _state(self) -> str:
+        if self._closed:
+            return "closed"
+        if self._gone is not None:
+            return str(self._gone)
+        return "the hub is gone" if self.hub.lost else "open"
+
     def ask(self, request: m.Message) -> Any:
         """Ask the hub about this lease."""
         self.check()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING
 
 from canwire.boards.lin.modes import LinMode, LinMonitorMode, LinMonitorStatus
@@ -86,15 +87,19 @@ class Monitor(Lease):
         self.board = board
         self.line = line
         self._reading: RingEnd | None = None
+        self._making = threading.Lock()  # the end is made and dropped by one thread at a time
 
     def set_up(self, mode: LinMonitorMode) -> None:
         """Make the queue, or make it anew (what was in it is gone); the monitor is inactive then."""
         self.check()
         reply, (memory, event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
-        self._drop_end()
-        ring = Ring.over(memory, reply.receive, exact=True)
-        close_descriptors(memory)
-        self._reading = RingEnd(self, ring, EventDescriptor.adopt(event), reads=True)
+        with self._making:
+            self._drop_end()
+            ring = Ring.over(memory, reply.receive, exact=True)
+            close_descriptors(memory)
+            self._reading = RingEnd(self, ring, EventDescriptor.adopt(event), reads=True)
+            if self._closed:  # meanwhile, and what was there then has been dropped
+                self._drop_end()
 
     @property
     def reading(self) -> RingEnd:
@@ -134,12 +139,14 @@ class Monitor(Lease):
 
     def leave_to_parent(self, why: Exception) -> None:
         super().leave_to_parent(why)
+        self._making = threading.Lock()  # the thread that may have held it is not here
         if self._reading is not None:
             self._reading.leave_to_parent()
 
     def close(self) -> None:
         super().close()
-        self._drop_end()
+        with self._making:
+            self._drop_end()
 
     def _drop_end(self) -> None:
         if self._reading is not None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
+from canwire.hub.handles.event import Event
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor
+from canwire.values.checks import instance
 
 if TYPE_CHECKING:
     from canwire.hub.handles.client import Client
-    from canwire.hub.handles.event import Event
 
 
 class BoardWatch:
@@ -24,6 +25,7 @@ class BoardWatch:
 
     def assign(self, event: Event) -> None:
         """Signal this event from now on; one that is signalled already counts once."""
+        instance("event", event, Event)
         if not self._asked:
             self._asked = True
             self._client.call(m.Watch())

@@ -37,7 +37,7 @@ class Engine:
     `failures`; the engine goes on.
     """
 
-    def __init__(self, world: World, time: str = REAL) -> None:
+    def __init__(self, world: World, time: str = REAL, pace: RealPace | None = None) -> None:
         if time not in (*_PACES, VIRTUAL):
             raise BadValue(f"time {time!r}: one of real, fast, virtual")
         self.world = world
@@ -50,7 +50,7 @@ class Engine:
         self._pid = os.getpid()
         self._lock = threading.RLock()  # in virtual time whoever has the world holds it
         self._calls = 0
-        self._loop = None if time == VIRTUAL else _Loop(self, _PACES[time](world))
+        self._loop = None if time == VIRTUAL else _Loop(self, pace or _PACES[time](world))
         if self._loop is not None:
             if world.reactor is not None:
                 world.reactor.attach(self)
@@ -193,7 +193,7 @@ class Engine:
 
     def _check(self) -> None:
         if self._pid != os.getpid():
-            raise CanwireError("this hub belongs to the process that was forked; connect anew in this one")
+            raise CanwireError("this hub belongs to the process that was forked; connect again in this one")
         if self._closed:
             raise HubLost("the hub in this process was closed")
 
@@ -249,15 +249,19 @@ class _Loop:
             while not self.stopping:
                 timeout = self._turn(timeout)
         finally:
-            self._engine.finish()
+            with self.pace.holding():
+                self._engine.finish()
             self._poller.close()
             self.wake.close()
 
     def _turn(self, timeout: float | None) -> float | None:
         """Wait for input for so many seconds, handle it, let time go on; how long to wait next."""
+        found = self._poller.wait(0 if self._engine.busy else timeout)
+        with self.pace.holding():
+            return self._work([(self._watched[descriptor], events) for descriptor, events in found])
+
+    def _work(self, ready: list[tuple[_Watched, int]]) -> float | None:
         engine = self._engine
-        found = self._poller.wait(0 if engine.busy else timeout)
-        ready = [(self._watched[descriptor], events) for descriptor, events in found]
         try:
             if ready or engine.busy:
                 self.pace.catch_up()

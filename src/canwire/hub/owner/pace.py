@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
     from canwire.hub.owner.world import World
+    from canwire.pacing import Pacer
 
 REST_NS = 400_000  # on average happenings closer together than this share a wake-up ...
 BURST_NS = 4_000_000  # ... once they have been so for this long
@@ -37,6 +40,10 @@ class RealPace:
         self._timeline = world.timeline
         self._origin_ns = time.monotonic_ns() - self._timeline.now_ns
         self._rest_until_ns = 0
+
+    def holding(self) -> AbstractContextManager[object]:
+        """While something is asked of the world nobody else lets time pass."""
+        return nullcontext()
 
     def catch_up(self) -> None:
         """Let everything happen that is due; what is asked of the world next gets the time that it is now."""
@@ -129,3 +136,26 @@ class FastPace(RealPace):
         """From now on the clock counts from the timeline's time, which so never goes back."""
         self._origin_ns = time.monotonic_ns() - self._timeline.now_ns
         self._rest_until_ns = 0
+
+
+class BenchPace(RealPace):
+    """The bench lets its time pass itself, in a thread of its own; the engine takes its turns in between."""
+
+    def __init__(self, world: World, pacer: Pacer) -> None:
+        super().__init__(world)
+        self._pacer = pacer
+
+    def holding(self) -> AbstractContextManager[object]:
+        return self._locked()
+
+    def catch_up(self) -> None:
+        self._pacer.catch_up()
+
+    def run(self) -> float | None:
+        return None
+
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        with self._pacer.lock:
+            yield
+            self._pacer.wake()

@@ -16,10 +16,11 @@ from canwire.boards.description import BoardInfo
 from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.boards.outside import check_unused, identified, when_identified
 from canwire.bus.can.bus import CanBus
-from canwire.bus.lin.bit_level import FREE
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.medium import one_way_delay_ps
 from canwire.errors import BadValue, NoSuchBoard, Unplugged, Unsupported
+from canwire.hub.owner.bench import Bench
+from canwire.hub.owner.faults.book import FaultBook
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.lin import LinSlot
 from canwire.hub.owner.held.line import LineSlot
@@ -28,6 +29,7 @@ from canwire.hub.owner.reactor import LaterReactor
 from canwire.hub.owner.session import Session
 from canwire.hub.protocol.messages import BoardsChanged
 from canwire.timeline import NEVER, Timeline
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:
@@ -43,8 +45,9 @@ _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up
 class World:
     """What all sessions share."""
 
-    def __init__(self, config: Config, *, virtual: bool = False) -> None:
-        self.timeline = Timeline()
+    def __init__(self, config: Config, *, virtual: bool = False, bench: Bench | None = None) -> None:
+        self._bench = bench or Bench(Timeline(), {}, {})
+        self.timeline = self._bench.timeline
         self.virtual = virtual
         self.buses: dict[str, CanBus | LinBus] = {}
         self.reactor = None if virtual else LaterReactor()
@@ -53,6 +56,8 @@ class World:
         self.sessions: list[Session] = []
         self.boards: dict[int, Board] = {}
         self.slots: dict[tuple[int, int], CanSlot | LinSlot] = {}
+        rates = {bus.name: bus.usual_rate for bus in config.bus}
+        self.faults = FaultBook(self.timeline, self.buses, self.boards, self.slots, rates, self._bench.faults)
         self.pipes = Pipes()
         self.warn: Callable[[str], object] | None = None  # gets what people should know, in sentences
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
@@ -70,6 +75,7 @@ class World:
                 board.place,
                 real=board.access == "port",
                 port=board.port,
+                options=board.options,
             )
 
     # sessions
@@ -108,11 +114,12 @@ class World:
         *,
         real: bool = False,
         port: str = "",
+        options: ControllerOptions = USUAL,
     ) -> BoardInfo:
         """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken.
 
-        `place` and `real` are for ISA boards, `port` is for adapters (catalogue.build); raises InUse where another
-        board is.
+        `place` and `real` are for ISA boards, `port` is for adapters, `options` for those with ideal controllers
+        (catalogue.build); raises InUse where another board is.
         """
         if port:
             check_unused(port, self.boards.values())
@@ -124,7 +131,15 @@ class World:
             numbers = (f"HW{number:06}" for number in range(1, len(taken) + 2))
             serial = next(number for number in numbers if number not in taken)
         built = catalogue.build(
-            catalogue.kind(kind), self.next_luid(), serial, buses, self.machine, place, real=real, port=port
+            catalogue.kind(kind),
+            self.next_luid(),
+            serial,
+            buses,
+            self.machine,
+            place,
+            real=real,
+            port=port,
+            options=options,
         )
         self.boards[built.info.id] = built
         for number, slot in enumerate(built.lines):
@@ -143,6 +158,7 @@ class World:
         if board is None:
             there = ", ".join(info.hardware_id for info in self.infos()) or "none"
             raise NoSuchBoard(f"no board {hardware_id!r} to unplug; plugged in: {there}")
+        self.faults.board_gone(board)
         del self.boards[board.info.id]
         text = f"board {hardware_id} ({board.info.kind}) was unplugged"
         catalogue.pull(board, self.machine)
@@ -181,17 +197,11 @@ class World:
         return found
 
     def short(self, name: str, shorted: bool) -> None:
-        """Short a CAN bus's two wires, or a LIN bus's one to ground; or take the short away. Raises NoSuchBoard."""
-        bus = self.buses.get(name)
-        if isinstance(bus, CanBus):
-            bus.short(shorted)
-            for slot in self.slots.values():
-                if isinstance(slot, CanSlot) and slot.can.bus is bus:
-                    slot.can.coupling_changed()
-        elif isinstance(bus, LinBus):
-            bus.short(0 if shorted else FREE)
+        """Short a CAN bus's two wires, or a LIN bus's one to ground; or take this short away. Raises NoSuchBoard."""
+        if shorted:
+            self.faults.shorts.put(name, self)
         else:
-            raise NoSuchBoard(f"no bus {name!r}; there are {', '.join(self.buses) or 'none'}")
+            self.faults.shorts.take(name, self)
 
     def set_note(self, name: str, value: bytes) -> None:
         """Keep a note for other programs, or take it away; raises BadValue for more than a hub keeps."""
@@ -230,8 +240,10 @@ class World:
         self.clear_until_ns = 0
 
     def healthy(self) -> bool:
-        """No bus spends its time repeating what nobody acknowledges: fast time may run ahead of the clock."""
-        for bus in self._can_buses:
+        """No bus repeats what nobody acknowledges, and no node babbles: fast time may run ahead of the clock."""
+        if self.faults.babbled():
+            return False
+        for bus in (*self._can_buses, *self.faults.stubs()):
             if bus.busy():
                 last_ns = max(bus.tally.last_success_ns, bus.busy_since_ns())
                 if self.timeline.now_ns - last_ns >= _UNHEALTHY_NS:
@@ -258,6 +270,11 @@ class World:
         return max(1, min(room)) * _SHORTEST_BITS * quickest // 1000
 
     def _add_bus(self, config: BusConfig) -> None:
+        given = self._bench.buses.get(config.name)
+        if given is not None:
+            self.buses[config.name] = given
+            self._can_buses += [given] if isinstance(given, CanBus) else []
+            return
         if config.type == "lin":
             self.buses[config.name] = LinBus(self.timeline, config.name)
             return

@@ -42,6 +42,16 @@ from canwire.hub.protocol.cyclic_messages import RunScheduler as RunScheduler
 from canwire.hub.protocol.cyclic_messages import StartCyclic as StartCyclic
 from canwire.hub.protocol.cyclic_messages import StartInTurn as StartInTurn
 from canwire.hub.protocol.cyclic_messages import StopCyclic as StopCyclic
+from canwire.hub.protocol.fault_messages import AwaitFault as AwaitFault
+from canwire.hub.protocol.fault_messages import BusFound as BusFound
+from canwire.hub.protocol.fault_messages import CancelFault as CancelFault
+from canwire.hub.protocol.fault_messages import ClearFaults as ClearFaults
+from canwire.hub.protocol.fault_messages import FaultList as FaultList
+from canwire.hub.protocol.fault_messages import FaultState as FaultState
+from canwire.hub.protocol.fault_messages import GetBus as GetBus
+from canwire.hub.protocol.fault_messages import GetFault as GetFault
+from canwire.hub.protocol.fault_messages import ListFaults as ListFaults
+from canwire.hub.protocol.fault_messages import SetFault as SetFault
 from canwire.hub.protocol.lin_messages import GetLinStatus as GetLinStatus
 from canwire.hub.protocol.lin_messages import GetMonitorStatus as GetMonitorStatus
 from canwire.hub.protocol.lin_messages import InitialiseLin as InitialiseLin
@@ -296,7 +306,8 @@ Request = (
     | ResetScheduler | GetSchedulerStatus | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule
     | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
     | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
-    | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes
+    | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes | GetBus | SetFault | GetFault | AwaitFault
+    | CancelFault | ListFaults | ClearFaults
 )  # fmt: skip
 
 # the hub's replies
@@ -379,7 +390,7 @@ class Gone(Message):
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
     | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
-    | Gone
+    | Gone | BusFound | FaultState | FaultList
 )  # fmt: skip
 
 
@@ -393,7 +404,7 @@ def encode_request(serial: int, request: Message) -> bytes:
     try:
         message = _framed((serial, request), LARGEST_REQUEST)
         decode_request(message[LENGTH.size :])
-    except (BadMessage, TypeError, OverflowError, RecursionError) as error:
+    except (BadMessage, BufferError, TypeError, OverflowError, RecursionError) as error:
         raise BadValue(f"{type(request).__name__}: {error}") from None
     return message
 

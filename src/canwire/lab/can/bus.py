@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from types import NoneType
+from typing import Never, Protocol
 
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line
 from canwire.bus.can.bus import CanBus
@@ -15,11 +16,15 @@ from canwire.errors import BadValue
 from canwire.lab.bus import BenchBus
 from canwire.lab.can.faults import LabFaults
 from canwire.lab.can.node import CanBenchNode
-from canwire.lab.recent import Recent
+from canwire.lab.recent import MOST_KEPT, Recent
 from canwire.lab.time import LabTime
 from canwire.values.acceptance import Acceptance
+from canwire.values.arguments import unknown_argument
+from canwire.values.checks import instance, shown, whole
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.frame import Frame, frame_of_record
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.limits import check_data_rate
 
 Filters = Iterable[Sequence[int]] | Acceptance
 
@@ -74,6 +79,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         receive_queue: int = 16_384,
         transmit_queue: int = 16_384,
         controller: str = "fd",
+        options: ControllerOptions = USUAL,
+        **unknown: Never,
     ) -> LabNode:
         """A new node, started, on the bus since before its first frame.
 
@@ -83,21 +90,35 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         `filters` are (code, mask) pairs for 11-bit frames, (code, mask, True) for 29-bit ones; a mask bit of 1
         must match; without filters everything arrives. `self_reception` returns its own frames to it.
         `receives=False` makes a node that acknowledges but keeps nothing. Timing is the bus's unless given; `fd=False`
-        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames.
+        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames. `options` are what
+        else FD controllers have, and the transceiver's delay: see ControllerOptions.
         `script` is the node's behaviour: see NodeScript.
         """
+        if unknown:
+            raise unknown_argument("node()", unknown, LabBus.node)
         self._check_new(name)
+        for part, wanted in (("timing", timing), ("data_timing", data_timing)):
+            instance(part, wanted, BitTiming, NoneType)
+        instance("options", options, ControllerOptions)
+        if (script is not None and not callable(getattr(script, "run_on", None))) or isinstance(script, type):
+            raise TypeError(
+                f"script {shown(script)}: must be an object such as MyScript(), of a class made from NodeScript"
+            )
         nominal = timing or self.timing
         if bit_rate is not None:
             nominal = BitTiming.for_bit_rate(bit_rate, clock_hz=self.timing.clock_hz)
         data = (data_timing or self.data_timing) if fd else None
+        if data is not None:
+            check_data_rate(nominal.bit_rate, data.bit_rate)
         iso = self.iso_fd if iso_fd is None else iso_fd
         if controller not in ("fd", "sja1000"):
             raise BadValue(f"controller {controller!r}: 'fd' or 'sja1000'")
         chip = controller == "sja1000"
         settings = LineSettings(
-            nominal, None if chip else data, iso, listen_only, 0.0 if chip else oscillator_ppm
+            nominal, None if chip else data, iso, bool(listen_only), 0.0 if chip else oscillator_ppm
         )
+        ppm = 0.0 if chip else oscillator_ppm
+        settings = LineSettings(nominal, None if chip else data, iso, listen_only, ppm, options=options)
         acceptance = None
         if filters is not None:
             acceptance = filters if isinstance(filters, Acceptance) else Acceptance.from_filters(filters)
@@ -125,6 +146,12 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
             script.run_on(node)
         return node
 
+    def __repr__(self) -> str:
+        data = "" if self.data_timing is None else f", {self.data_timing.bit_rate} after BRS"
+        nodes = ", ".join(self.nodes) or "no node"
+        counts = f"{self.frames} frames, {self.error_frames} error frames"
+        return f"<CAN bus {self.name}, {self.timing.bit_rate} bit/s{data}: {nodes}; {counts}>"
+
     @property
     def frames(self) -> int:
         """Frames that went through."""
@@ -136,7 +163,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""
-        self._tap = self.wire.tally.tap = RecentFrames(limit)
+        self._tap = self.wire.tally.tap = RecentFrames(whole("limit", limit, 0, MOST_KEPT))
 
     def stalled(self, after_ns: int) -> str | None:
         """Why this bus has got no frame through for `after_ns` although it is busy, or None."""

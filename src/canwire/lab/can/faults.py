@@ -7,12 +7,13 @@ from typing import Any
 
 from canwire.boards.can.line import Line
 from canwire.boards.catalogue import plug, unplug
+from canwire.boards.islands import Islands
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.faults import Fault, Faults
 from canwire.bus.can.node import Node
 from canwire.lab.can.node import CanBenchNode
-from canwire.lab.islands import Islands
 from canwire.lab.time import LabTime
+from canwire.values.checks import instance
 
 
 class LabFaults(Faults):
@@ -22,7 +23,7 @@ class LabFaults(Faults):
         super().__init__(bus, seed)
         self._time = time
         self._home = bus
-        self._islands: Islands[Line, CanBus] = Islands(time, CanBus, plug, unplug)
+        self._islands: Islands[Line, CanBus] = Islands(time.timeline, CanBus, plug, unplug)
 
     def flip(
         self,
@@ -53,11 +54,15 @@ class LabFaults(Faults):
 
     def disconnect(self, node: CanBenchNode[Any]) -> None:
         """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
-        self._islands.pull(node.line, node.name)
+        instance("node", node, CanBenchNode)
+        with self._time.touch():
+            self._islands.pull(node.line, node.name)
 
     def reconnect(self, node: CanBenchNode[Any]) -> None:
         """Put the plug back; the node waits for 11 recessive bits, as after a start."""
-        self._islands.put_back(node.line, self._go_home)
+        instance("node", node, CanBenchNode)
+        with self._time.touch():
+            self._islands.put_back(node.line, self._go_home)
 
     def short(self) -> None:
         """Short the wires: the bus is dominant until `clear_short`."""

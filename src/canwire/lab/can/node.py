@@ -10,13 +10,14 @@ from canwire.boards.can.line import Line
 from canwire.drivers.driver import Counters, Driver, LineSettings
 from canwire.errors import BadValue, BusOff, Closed, NotTransmitted
 from canwire.lab.node import BenchNode
-from canwire.lab.spans import LONGEST_NS
 from canwire.lab.time import LabTime
 from canwire.timeline import NEVER
 from canwire.values.acceptance import Acceptance
+from canwire.values.checks import LONGEST_NS, instance, whole
 from canwire.values.event import BusEvent, ErrorState, EventKind
 from canwire.values.frame import Frame
 from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
+from canwire.values.records import check_dtype
 
 if TYPE_CHECKING:
     import numpy
@@ -70,6 +71,8 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         waits in the controller. `delay_ns`: not before this long after the node's previous frame.
         Raises QueueFull, LineError (an FD frame on a classic line, a listen-only node), Closed.
         """
+        if frame.__class__ is not Frame:
+            instance("frame", frame, Frame)
         flags = self._flags
         if single_shot:
             flags |= SINGLE_SHOT
@@ -101,6 +104,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         Returns how many fitted into the queue. Raises BadFrame for a record that is no frame of this line.
         """
         self._check_open()
+        check_dtype(records)
         with self.time.touch():
             count = self.line.send_records(self._channel, records, self._flags)
         self.time.active()
@@ -149,14 +153,19 @@ class CanBenchNode(BenchNode[Frame, BusT]):
 
     def receive_many(self, limit: int) -> list[Frame]:
         """Up to `limit` frames, oldest first; takes only what is there."""
-        return self._ring.take_frames(limit)  # at once: several times as quick as one by one
+        most = whole("limit", limit, 0, LONGEST_NS)
+        return self._ring.take_frames(most)  # at once: several times as quick as one by one
 
     def receive_array(self, limit: int | None = None) -> numpy.ndarray:
-        """Up to `limit` frames (None: all) as numpy records: time_ns, id, info, data. Needs canwire[arrays]."""
-        return self._ring.take_array(self._ring.capacity if limit is None else limit)
+        """Up to `limit` frames (None: all) as numpy records: see `record_dtype`. Needs canwire[arrays]."""
+        most = self._ring.capacity if limit is None else whole("limit", limit, 0, LONGEST_NS)
+        return self._ring.take_array(most)
 
     def expect(self, id: int, *, within: float, extended: bool = False, data: bytes | None = None) -> Frame:
-        """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
+        """Let at most `within` seconds pass until this frame arrives, dropping others.
+
+        Raises NotReceived, saying what came instead.
+        """
 
         def wanted(frame: Frame) -> bool:
             return frame.id == id and frame.extended == extended and (data is None or frame.data == data)
@@ -249,6 +258,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
 
     def reconfigure(self, settings: LineSettings) -> None:
         """New timing or mode, effective at once."""
+        instance("settings", settings, LineSettings)
         with self.time.touch():
             self._driver.configure(settings)
             self.settings = settings

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabNode
-from canwire.lab.spans import nanoseconds
 from canwire.timeline import Timer
+from canwire.values.checks import nanoseconds
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame
 
@@ -53,7 +53,7 @@ class NodeScript:
         return Periodic(self.node, period_ns, callback or self.on_timer)
 
     def after(self, seconds: float, callback: Callable[[], None] | None = None) -> Timer:
-        """Call `callback` (or on_timer) once."""
+        """Call `callback` (or on_timer) once, so many seconds from now."""
         time = self.node.time
         return time.at(time.timeline.now_ns + nanoseconds("after", seconds), callback or self.on_timer)
 
@@ -66,6 +66,10 @@ class NodeScript:
             node.events()
             node.on_events(self._schedule)
         self.on_start()
+
+    def __repr__(self) -> str:
+        node = getattr(self, "node", None)
+        return f"<{type(self).__name__} on {'no node yet' if node is None else node.line.name}>"
 
     def _schedule(self) -> None:
         if not self._pump_due:
@@ -96,6 +100,9 @@ class Periodic:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+
+    def __repr__(self) -> str:
+        return f"<every {self._period_ns} ns, {'cancelled' if self._timer is None else f'next at {self._next_ns} ns'}>"
 
     def _arm(self) -> None:
         self._next_ns += self._period_ns

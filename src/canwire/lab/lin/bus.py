@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import NoneType
 
 from canwire.boards.catalogue import ideal_lin_line, plug_lin
 from canwire.bus.lin.bus import LinBus
@@ -14,9 +15,9 @@ from canwire.lab.bus import BenchBus
 from canwire.lab.lin.faults import LabLinFaults
 from canwire.lab.lin.node import LinBenchNode, Responses
 from canwire.lab.lin.schedule import Table, tables_of
-from canwire.lab.recent import Recent
-from canwire.lab.spans import nanoseconds
+from canwire.lab.recent import MOST_KEPT, Recent
 from canwire.lab.time import LabTime
+from canwire.values.checks import instance, nanoseconds, whole
 from canwire.values.lin.frame import LinFrame
 from canwire.values.lin.record import TIME_SIZE, lin_frame_of_record
 from canwire.values.lin.timing import checked_rate
@@ -81,6 +82,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             response_space_bits=response_space_bits,
             byte_space_bits=byte_space_bits,
         )
+        _check_mapping("responses", responses)
         tables = {} if schedule is None else tables_of(schedule)
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
         if tables:
@@ -111,9 +113,11 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         `subscribes` gives lengths of frames whose absence is an error to it. `events` gives for event-triggered
         identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its error bit.
         `bit_rate` 0 finds the rate on the bus; a slave that `synchronises` follows the master within 14 %, by an
-        oscillator that is off by `oscillator_ppm`. `start_up` (0 to 0.1 s) is how long it is deaf once
+        oscillator that is off by `oscillator_ppm`. `start_up` (seconds, 0 to 0.1) is how long it is deaf once
         started or woken. Raises BadValue, BadTiming, BadFrame.
         """
+        for what, mapping in (("responses", responses), ("subscribes", subscribes), ("events", events)):
+            _check_mapping(what, mapping)
         settings = LinSettings(
             master=False,
             bit_rate=self.bit_rate if bit_rate is None else bit_rate,
@@ -127,6 +131,10 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         node.set_up(subscribes or {}, events or {}, response_error)
         return node
 
+    def __repr__(self) -> str:
+        nodes = ", ".join(self.nodes) or "no node"
+        return f"<LIN bus {self.name}, {self.bit_rate} bit/s: {nodes}; {self.frames} frames>"
+
     @property
     def frames(self) -> int:
         """Responses that went through."""
@@ -134,7 +142,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
 
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""
-        self._tap = self.wire.wire.tap = RecentLinFrames(limit)
+        self._tap = self.wire.wire.tap = RecentLinFrames(whole("limit", limit, 0, MOST_KEPT))
 
     def _node(
         self,
@@ -156,6 +164,10 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             line.start()
         self.nodes[name] = node
         return node
+
+
+def _check_mapping(name: str, mapping: object) -> None:
+    instance(name, mapping, Mapping, NoneType)
 
 
 class RecentLinFrames(Recent[LinFrame], LinTap):

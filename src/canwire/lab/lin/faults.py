@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from canwire.boards.catalogue import plug_lin, unplug_lin
+from canwire.boards.islands import Islands
 from canwire.boards.lin.line import LinLine
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
-from canwire.lab.islands import Islands
 from canwire.lab.lin.node import LinBenchNode
 from canwire.lab.time import LabTime
 
@@ -22,15 +22,17 @@ class LabLinFaults(LinFaults):
     def __init__(self, time: LabTime, bus: LinBus) -> None:
         super().__init__(bus)
         self._time = time
-        self._islands: Islands[LinLine, LinBus] = Islands(time, LinBus, plug_lin, unplug_lin)
+        self._islands: Islands[LinLine, LinBus] = Islands(time.timeline, LinBus, plug_lin, unplug_lin)
 
     def disconnect(self, node: LinBenchNode[Any]) -> None:
         """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
-        self._islands.pull(node.line, node.name)
+        with self._time.touch():
+            self._islands.pull(node.line, node.name)
 
     def reconnect(self, node: LinBenchNode[Any]) -> None:
         """Put the plug back."""
-        self._islands.put_back(node.line, self._go_home)
+        with self._time.touch():
+            self._islands.put_back(node.line, self._go_home)
 
     def short(self, to: str = "ground") -> None:
         """Short the wire to "ground" (dominant) or to the "supply" (recessive), until `clear_short`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from types import NoneType
 from typing import TypeVar
 
 from canwire.boards.lin.line import LinLine
@@ -14,6 +15,7 @@ from canwire.errors import BadValue, QueueFull, WrongState
 from canwire.lab.lin.schedule import LabSchedule
 from canwire.lab.node import BenchNode
 from canwire.lab.time import LabTime
+from canwire.values.checks import instance
 from canwire.values.lin.event import LinEvent, LinEventKind, LinState
 from canwire.values.lin.frame import LinFrame, go_to_sleep_frame
 
@@ -55,6 +57,7 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         Raises WrongState for a slave, which only answers, QueueFull, Closed.
         """
         self._check_open()
+        instance("frame", frame, LinFrame)
         if not self.settings.master:
             raise WrongState(f"{self.line.name}: a slave sends nothing by itself; use respond, or wake")
         self._enqueue(frame)
@@ -94,7 +97,7 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         """Answer this header no more."""
         self._check_open()
         with self.time.touch():
-            self.line.driver.withdraw(id)
+            self.line.driver.withdraw(LinFrame(id).id)
 
     def subscribe(self, id: int, length: int) -> None:
         """Expect a frame of this length (1..8) behind this header; its absence is an error from now on."""
@@ -110,7 +113,10 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
     # receiving
 
     def expect(self, id: int, *, within: float, data: bytes | None = None) -> LinFrame:
-        """Let time pass until this frame arrives, dropping others; raises NotReceived, saying what came instead."""
+        """Let at most `within` seconds pass until this frame arrives, dropping others.
+
+        Raises NotReceived, saying what came instead.
+        """
 
         def wanted(frame: LinFrame) -> bool:
             return frame.id == id and (data is None or frame.data == data)
@@ -178,6 +184,9 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         response_error: tuple[int, int] | None,
     ) -> None:
         """What `LabLinBus.slave` says of these; raises BadFrame for identifiers and lengths that cannot be."""
+        instance("subscribes", subscribes, Mapping)
+        instance("events", events, Mapping)
+        instance("response_error", response_error, tuple, NoneType)
         with self.time.touch():
             for id, length in subscribes.items():
                 self.subscribe(id, length)

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 
 from canwire.boards.lin.line import LinLine
 from canwire.boards.lin.schedule import LinScheduler
-from canwire.lab.spans import nanoseconds
 from canwire.lab.time import LabTime
+from canwire.values.checks import nanoseconds
 from canwire.values.lin.schedule import LinSchedule, LinSlot
 
 Slot = int | LinSlot | tuple[int, float]

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from enum import IntEnum
 
 from canwire.values.lin.record import NO_PID
+from canwire.values.named import NamedInt
 from canwire.values.record import RECORD_SIZE
 
 
-class LinEventKind(IntEnum):
+class LinEventKind(NamedInt):
     """Message type of a record: VCI's LIN_MSGTYPE_ values."""
 
     INFO = 1
@@ -24,7 +24,7 @@ class LinEventKind(IntEnum):
     TIME_OVERRUN = 6
 
 
-class LinErrorKind(IntEnum):
+class LinErrorKind(NamedInt):
     """What went wrong: VCI's LIN_ERROR_ values.
 
     BIT: the bus had another level than was sent. CHKSUM: neither checksum fits the data. PARITY: of the
@@ -44,7 +44,7 @@ class LinErrorKind(IntEnum):
     WAKEUP = 8
 
 
-class LinState(IntEnum):
+class LinState(NamedInt):
     """What a LIN controller is up to."""
 
     OPERATIONAL = 0
@@ -53,7 +53,7 @@ class LinState(IntEnum):
     STOPPED = 4
 
 
-class LinOutcome(IntEnum):
+class LinOutcome(NamedInt):
     """What became of a header or a wake-up pulse that a controller put on the bus."""
 
     ANSWERED = 0

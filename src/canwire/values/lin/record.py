@@ -18,6 +18,7 @@ from __future__ import annotations
 import struct
 
 from canwire.errors import BadFrame
+from canwire.values.checks import octets
 from canwire.values.lin.frame import LARGEST_LENGTH, LinFrame, checked_id
 from canwire.values.record import RECORD_SIZE, STRUCT_LINMSG
 
@@ -55,20 +56,22 @@ def lin_frame_of_record(record: bytes | bytearray | memoryview) -> LinFrame:
 
     An identifier may come without its parity bits.
     """
-    if len(record) != RECORD_SIZE:
-        raise BadFrame(f"a record has {RECORD_SIZE} bytes, not {len(record)}")
-    time_ns, _, info, data = _HEAD.unpack_from(record)
+    time_ns, _, info, data = _HEAD.unpack_from(_record("record", record))
     return _frame(time_ns, info, data)
 
 
 def linmsg_of_record(record: bytes | bytearray | memoryview) -> bytes:
-    """VCI's LINMSG of a record, frame or event; its time is the record's time word, cut to 32 bits."""
-    time, _, info, data = _HEAD.unpack_from(record)
+    """VCI's LINMSG of a record, frame or event; its time is the record's time word, cut to 32 bits.
+
+    Raises BadFrame for what is no record of 80 bytes.
+    """
+    time, _, info, data = _HEAD.unpack_from(_record("record", record))
     return _LINMSG.pack(time & _M32, info, data)
 
 
 def record_of_linmsg(message: bytes | bytearray | memoryview) -> bytes:
     """A LINMSG as a record; raises BadFrame for another size. What it says is checked where it is used."""
+    message = octets("message", message)
     if len(message) != _LINMSG.size:
         raise BadFrame(f"a LINMSG has {_LINMSG.size} bytes, not {len(message)}")
     time, info, data = _LINMSG.unpack(message)
@@ -78,6 +81,13 @@ def record_of_linmsg(message: bytes | bytearray | memoryview) -> bytes:
 def message_type(record: bytes | bytearray | memoryview) -> int:
     """0 for a frame, else the LinEventKind, as far as the record says something known."""
     return record[13]
+
+
+def _record(name: str, record: bytes | bytearray | memoryview) -> bytes:
+    content = octets(name, record)
+    if len(content) != RECORD_SIZE:
+        raise BadFrame(f"a record has {RECORD_SIZE} bytes, not {len(content)}")
+    return content
 
 
 def _frame(time_ns: int, info: int, data: bytes) -> LinFrame:

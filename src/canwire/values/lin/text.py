@@ -25,6 +25,7 @@ import re
 from typing import NamedTuple
 
 from canwire.errors import BadFrame, BadText
+from canwire.values.checks import instance
 from canwire.values.event import InfoCode
 from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinState
 from canwire.values.lin.frame import MASTER_REQUEST, LinFrame
@@ -49,6 +50,11 @@ class LinLogLine(NamedTuple):
     interface: str
     content: LinFrame | LinEvent
     direction: str | None = None
+
+    @property
+    def frame(self) -> LinFrame | None:
+        """The frame; None for a line about an event, which is the `content` then."""
+        return self.content if isinstance(self.content, LinFrame) else None
 
 
 def parse_lin_frame(text: str) -> LinFrame:
@@ -75,6 +81,7 @@ def parse_lin_content(text: str, timestamp_ns: int = 0, *, sent: bool = False) -
 
 def format_lin_frame(frame: LinFrame) -> str:
     """The text form; upper-case hex, no dots."""
+    instance("frame", frame, LinFrame)
     if frame.header_only:
         return f"{frame.id:02X}#R{frame.length or ''}"
     return f"{frame.id:02X}#{frame.data.hex().upper()}{_mark(frame)}"
@@ -93,7 +100,7 @@ def parse_lin_log_line(line: str) -> LinLogLine:
     match = _LINE.fullmatch(line)
     if match is None:
         raise BadText(
-            f"{_shown(line)} is no log line: (seconds.decimals) interface frame, with R or T after it or not"
+            f"{_shown(line)} is no log line; expected: (seconds.decimals) interface frame, and perhaps R or T"
         )
     seconds, decimals, interface, text, direction = match.groups()
     timestamp_ns = parse_time(seconds, decimals)
@@ -103,6 +110,7 @@ def parse_lin_log_line(line: str) -> LinLogLine:
 
 def format_lin_log_line(line: LinLogLine) -> str:
     """The line of a log, without the line end; with its direction where that is known."""
+    instance("line", line, LinLogLine)
     micros = str(line.timestamp_ns // 1000).zfill(16)  # ten digits of seconds at least
     direction = f" {line.direction}" if line.direction else ""
     return f"({micros[:-6]}.{micros[-6:]}) {line.interface} {format_lin_content(line.content)}{direction}"
@@ -166,7 +174,7 @@ def _complaint(text: str) -> str:
     if not re.fullmatch(r"[0-9A-Fa-f]{2}", head, re.ASCII):
         return f"{shown}: {_shown(head)} is neither an identifier of 2 hex digits nor an event"
     if rest[:1] in ("R", "r"):
-        return f"{shown}: behind R stands nothing, or the number of bytes 0..8"
+        return f"{shown}: after R comes nothing, or the number of bytes, 0 to 8"
     return f"{shown}: data {_shown(rest)} must be pairs of hex digits, _C or _E (the checksum) behind them or not"
 
 

@@ -184,3 +184,11 @@ def check_proportions(ts1: int, ts2: int, sjw: int, tdo: int) -> None:
     for name, value, least in (("ts1", ts1, 1), ("ts2", ts2, 1), ("sjw", sjw, 0), ("tdo", tdo, 0)):
         if not isinstance(value, int) or not least <= value <= 0xFFFF:
             raise BadTiming(f"{name} {value!r}: a proportion from {least} to 65535")
+
+
+def check_data_rate(bit_rate: int, data_bit_rate: int) -> None:
+    """Raise BadTiming for a data phase slower than the rest of the frame (source: ISO 11898-1, CAN FD)."""
+    if data_bit_rate < bit_rate:
+        raise BadTiming(
+            f"data bit rate {data_bit_rate} bit/s: not below the bit rate, {bit_rate}; leave it out for classic CAN"
+        )

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from canwire.web.lines import Line
 
 _INTERRUPTS = ("IR", "CANINTF")  # of SJA1000 and MCP2515
+_BASIC_CAN_SOURCES = 0x1F
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,9 @@ def leds_of(hub: Hub, line: Line) -> Leds:
 
 
 def _yellow(hub: Hub, line: Line) -> str | None:
-    registers = hub.registers(line.place.board.id, line.place.line)
-    waiting = [register.value for register in registers if register.name in _INTERRUPTS]
-    return None if not waiting else "lit" if any(waiting) else "off"
+    registers = {one.name: one.value for one in hub.registers(line.place.board.id, line.place.line)}
+    waiting = [registers[name] for name in _INTERRUPTS if name in registers]
+    if not waiting:
+        return None
+    basic_can = "CR" in registers  # there the reserved bits of IR read as 1 (SJA1000 data sheet 6.3.6)
+    return "lit" if waiting[0] & (_BASIC_CAN_SOURCES if basic_can else 0xFF) else "off"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from starlette.responses import JSONResponse, Response
@@ -12,7 +11,7 @@ from canwire import HubLost
 from canwire.web.actions import Call, action
 from canwire.web.desk import View
 from canwire.web.lines import can_lines
-from canwire.web.statistics.faults import Faults
+from canwire.web.statistics.faults import KINDS, Faults
 from canwire.web.statistics.sampler import Sampler
 
 if TYPE_CHECKING:
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
     from canwire.web.desk import Desk
 
-_ADDRESSES = 80  # characters
+_ADDRESS = 80  # characters
 
 
 class Statistics:
@@ -30,7 +29,6 @@ class Statistics:
         self._desk = desk
         self._faults = Faults()
         self._sampler = Sampler(lambda: desk.link.hub)
-        desk.closing.callback(self._end)
         desk.closing.callback(self._sampler.close)
         desk.link.subscribe(lambda _: None, self._faults.forget)
 
@@ -44,18 +42,13 @@ class Statistics:
             Route("/statistics/cancel", action(self._desk, self._cancel), methods=["POST"]),
         ]
 
-    def _end(self) -> None:
-        with suppress(HubLost):
-            self._faults.end(self._desk.link.hub)
-
     def _page(self, request: Request) -> Response:
         try:
-            hub = self._desk.link.hub
-            lines, kinds = can_lines(hub), self._faults.kinds(hub)
+            lines = can_lines(self._desk.link.hub)
         except HubLost:
-            lines, kinds = [], []
+            lines = []
         buses = sorted({line.place.info.bus for line in lines} - {""})
-        return self._desk.page(request, VIEW, lines=lines, buses=buses, kinds=kinds)
+        return self._desk.page(request, VIEW, lines=lines, buses=buses, kinds=list(KINDS))
 
     def _table(self, request: Request) -> Response:
         lines = can_lines(self._desk.link.hub)
@@ -65,7 +58,7 @@ class Statistics:
 
     def _samples(self, request: Request) -> Response:
         """Columns of numbers: those of Sample, each a list."""
-        address = request.query_params.get("line", "")[:_ADDRESSES]
+        address = request.query_params.get("line", "")[:_ADDRESS]
         after = request.query_params.get("after", "0")
         if not after.isdecimal() or len(after) > 12:
             return JSONResponse({"message": "after"}, 422)
@@ -77,17 +70,16 @@ class Statistics:
         return self._desk.part(request, "statistics/faults.jinja", faults=faults)
 
     def _put(self, call: Call) -> str:
-        hub = self._desk.link.hub
-        kind = call.fields.choice("kind", self._faults.kinds(hub))
+        kind = call.fields.choice("kind", KINDS)
         bus = call.fields.text("bus", empty=False)
         call.fields.check()
-        self._faults.put(hub, bus, kind, call.fields)
+        self._faults.put(self._desk.link.hub, bus, kind, call.fields)
         return call.word("statistics.fault-set", kind=call.word(f"statistics.kind-{kind}"), bus=bus)
 
     def _cancel(self, call: Call) -> str:
         number = call.fields.whole("number", 1, 1_000_000)
         call.fields.check()
-        self._faults.cancel(self._desk.link.hub, number)
+        self._faults.cancel(number)
         return call.word("statistics.fault-gone")
 
 

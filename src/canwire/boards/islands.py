@@ -1,17 +1,14 @@
-"""Nodes whose plug is pulled: each alone on a stub of its own, where it is as lonely as it would be."""
+"""Lines whose plug is pulled: each alone on a stub of its own, where it is as lonely as it would be."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from canwire.bus.can.bus import CanBus
-from canwire.bus.lin.bus import LinBus
-from canwire.lab.time import LabTime
-from canwire.timeline import Timeline
+from canwire.timeline import Source, Timeline
 
 LineT = TypeVar("LineT")
-WireT = TypeVar("WireT", bound=CanBus | LinBus)
+WireT = TypeVar("WireT", bound=Source)
 
 
 class Islands(Generic[LineT, WireT]):
@@ -19,12 +16,12 @@ class Islands(Generic[LineT, WireT]):
 
     def __init__(
         self,
-        time: LabTime,
+        timeline: Timeline,
         stub: Callable[[Timeline, str], WireT],
         plug: Callable[[LineT, WireT], None],
         unplug: Callable[[LineT], None],
     ) -> None:
-        self._time = time
+        self._timeline = timeline
         self._stub = stub
         self._plug = plug
         self._unplug = unplug
@@ -33,18 +30,17 @@ class Islands(Generic[LineT, WireT]):
     def stubs(self) -> list[WireT]:
         return list(self._stubs.values())
 
-    def pull(self, line: LineT, name: str) -> None:
-        """At once, in the middle of a frame if need be; nothing happens if it is pulled already."""
+    def pull(self, line: LineT, name: str) -> WireT:
+        """At once, in the middle of a frame if need be; its stub. Nothing happens if it is pulled already."""
         if line not in self._stubs:
-            with self._time.touch():
-                self._unplug(line)
-                stub = self._stubs[line] = self._stub(self._time.timeline, f"{name} (disconnected)")
-                self._plug(line, stub)
+            self._unplug(line)
+            stub = self._stubs[line] = self._stub(self._timeline, f"{name} (disconnected)")
+            self._plug(line, stub)
+        return self._stubs[line]
 
     def put_back(self, line: LineT, go_home: Callable[[LineT], None]) -> None:
         """`go_home` plugs it where it belongs; nothing happens if it is not pulled."""
         if line in self._stubs:
-            with self._time.touch():
-                self._unplug(line)
-                self._time.timeline.remove(self._stubs.pop(line))
-                go_home(line)
+            self._unplug(line)
+            self._timeline.remove(self._stubs.pop(line))
+            go_home(line)

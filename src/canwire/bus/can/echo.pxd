@@ -1,0 +1,32 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+from canwire.bus.can.node cimport Node
+
+cdef long long _NEVER
+cdef int _HISTORY
+
+@cython.final
+cdef class Echo:
+    cdef public Node node
+    cdef public list times, levels
+    cdef public long long changes, measuring_ps, measured_ps
+    cdef public int last
+    cdef public bint failed
+    cdef list _checks, _expected
+
+    @cython.locals(slot="long long")
+    cpdef void drive(self, int level, long long at_ps) except *
+    cpdef bint changed_at(self, long long at_ps) except -1
+    @cython.locals(newest="long long", oldest="long long")
+    cpdef int level_at(self, long long at_ps) except -1
+    cpdef bint takes(self, long long at_ps) except -1
+    cpdef long long measure_from(self, long long at_ps) noexcept
+    @cython.locals(delay_ps="long long")
+    cdef bint _measured(self, long long at_ps) noexcept
+    @cython.locals(node=Node, after_ps="long long")
+    cpdef long long look_later(self, int level, long long at_ps) except? 0
+    cpdef int invert(self) except -1
+    cpdef long long check(self, int level) except? 0
+    @cython.locals(failed=bint)
+    cpdef int outcome(self, int level) noexcept
+    cpdef long long forget_checks(self) except? 0

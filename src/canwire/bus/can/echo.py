@@ -1,0 +1,121 @@
+"""What one node drives, as others and it itself see it later; and a sender's second look at its own bits.
+
+With transmitter delay compensation a sender measures in the res bit how late its own edge comes back. A bit of the
+data phase is then looked at that long, and an offset, behind its start; one that was wrong is an error at the next
+ordinary sample point.
+
+Source: ISO 11898-1:2015 chapter 11.3.3; Bosch M_CAN user's manual, transmitter delay compensation.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can.node import Node
+from canwire.timeline import NEVER
+
+_NEVER = NEVER
+_HISTORY = 64
+
+
+class Echo:
+    """The changes of one node's level; times are bit_level.py's picoseconds.
+
+    `measuring_ps` is when its res bit began, until that edge has come back, `measured_ps` how long that took.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self.times = [0] * _HISTORY
+        self.levels = [1] * _HISTORY
+        self.changes = 0
+        self.last = 1
+        self.measuring_ps = _NEVER
+        self.measured_ps = 0
+        self.failed = False
+        self._checks: list[int] = []
+        self._expected: list[int] = []
+
+    def drive(self, level: int, at_ps: int) -> None:
+        """The node drives this from now on."""
+        if level == self.last:
+            return
+        slot = self.changes % _HISTORY
+        self.times[slot] = at_ps
+        self.levels[slot] = self.last = level
+        self.changes += 1
+
+    def changed_at(self, at_ps: int) -> bool:
+        """Its last change was then."""
+        return self.changes > 0 and self.times[(self.changes - 1) % _HISTORY] == at_ps
+
+    def level_at(self, at_ps: int) -> int:
+        """What the node drove at an earlier time."""
+        newest = self.changes
+        oldest = newest - _HISTORY if newest > _HISTORY else 0
+        while newest > oldest:
+            newest -= 1
+            if self.times[newest % _HISTORY] <= at_ps:
+                return self.levels[newest % _HISTORY]
+        return 1
+
+    def takes(self, at_ps: int) -> bool:
+        """No clock is set by the edge that arrives: it is measured, or drowned by the node's own dominant level."""
+        if self._measured(at_ps):
+            return True
+        return self.node.loop_ps > 0 and self.level_at(at_ps - self.node.loop_ps) == 0
+
+    def measure_from(self, at_ps: int) -> int:
+        """The res bit begins; returns when its edge will be back."""
+        self.measuring_ps = at_ps
+        self.measured_ps = 0
+        return at_ps + self.node.loop_ps
+
+    def _measured(self, at_ps: int) -> bool:
+        """An edge came while the res bit is sent: its delay, unless that is shorter than the filter allows."""
+        if self.measuring_ps == _NEVER:
+            return False
+        delay_ps = at_ps - self.measuring_ps
+        if delay_ps >= self.node.bit_ps:
+            self.measuring_ps = _NEVER
+            return False
+        if delay_ps + self.node.second_sample_ps >= self.node.least_second_ps:
+            self.measured_ps = delay_ps
+            self.measuring_ps = _NEVER
+        return True
+
+    def look_later(self, level: int, at_ps: int) -> int:
+        """A bit of the data phase begins; returns when the next bit is to be checked."""
+        node = self.node
+        after_ps = node.second_sample_ps
+        if node.measures_delay:
+            after_ps += self.measured_ps
+            if after_ps < node.least_second_ps:
+                after_ps = node.least_second_ps
+        self._checks.append(at_ps + after_ps)
+        self._expected.append(level)
+        return self._checks[0]
+
+    def invert(self) -> None:
+        """The bit just begun will be read wrong."""
+        if self._expected:
+            self._expected.append(self._expected.pop() ^ 1)
+
+    def check(self, level: int) -> int:
+        """The second sample point of the oldest bit; returns when the next one is."""
+        if self._checks:
+            self._checks.pop(0)
+            if self._expected.pop(0) != level:
+                self.failed = True
+        return self._checks[0] if self._checks else _NEVER
+
+    def outcome(self, level: int) -> int:
+        """What an ordinary sample point finds of this level: the opposite if a second one has found an error."""
+        failed = self.failed
+        self.failed = False
+        return level ^ 1 if failed else level
+
+    def forget_checks(self) -> int:
+        """The data phase is over: no second sample point comes any more (NEVER)."""
+        self._checks.clear()
+        self._expected.clear()
+        self.failed = False
+        return _NEVER

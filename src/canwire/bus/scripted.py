@@ -1,0 +1,45 @@
+"""What a script has set up to go wrong: how often it struck, how often it still will, and its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(slots=True, eq=False, kw_only=True)
+class Scripted:
+    """One disturbance on a bus. `times` counts down each time it strikes (None: for ever), `struck` counts up.
+
+    `listener` is called at each strike, in the midst of the bus's step, and when it is `cancelled`: it may set timers
+    and nothing else.
+    """
+
+    times: int | None = 1
+    struck: int = 0
+    listener: Callable[[], object] | None = None
+    remove: Callable[[Any], object] | None = field(default=None, repr=False)
+    cancelled: bool = False
+
+    @property
+    def times_left(self) -> int | None:
+        """How often it will still strike; None: without end."""
+        return self.times
+
+    def strike(self) -> None:
+        """For the bus: it has happened."""
+        self.struck += 1
+        if self.times is not None:
+            self.times -= 1
+        if self.listener is not None:
+            self.listener()
+
+    def cancel(self) -> None:
+        """It strikes no more; a second time does nothing."""
+        if self.cancelled:
+            return
+        self.cancelled, self.times = True, 0
+        if self.remove is not None:
+            self.remove(self)
+        if self.listener is not None:
+            self.listener()

@@ -1,0 +1,91 @@
+"""How a command ends: by itself, by a signal, or because whoever read its output has gone. The status tells which."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+FAILED, GONE = 2, 141  # a mistake; 128 + SIGPIPE
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+class Signalled(KeyboardInterrupt):
+    """A signal that asks the command to end: everything is given back as after Ctrl-C."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number
+
+
+def ended_by(error: KeyboardInterrupt) -> int:
+    """The exit status: 128 and the number of the signal, as shells show it."""
+    return 128 + (error.number if isinstance(error, Signalled) else signal.SIGINT)
+
+
+@contextmanager
+def signals_raise() -> Iterator[None]:
+    """SIGTERM and SIGHUP end as Ctrl-C does: with the numbers, with everything given back."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise Signalled(number)
+
+    with _handled(end, _ENDING[1:]):
+        yield
+
+
+@contextmanager
+def signals_call(stop: Callable[[], object]) -> Iterator[None]:
+    """For verbs that work until they are told to stop: each of these signals is their regular end."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        stop()
+
+    with _handled(end, _ENDING):
+        yield
+
+
+@contextmanager
+def _handled(
+    handler: Callable[[int, FrameType | None], object], numbers: tuple[signal.Signals, ...]
+) -> Iterator[None]:
+    before = {}
+    try:
+        for number in numbers:
+            if signal.getsignal(number) is not signal.SIG_IGN:  # nohup: to be left alone
+                before[number] = signal.signal(number, handler)
+    except ValueError:  # no main thread: signals are somebody else's
+        pass
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
+
+
+def is_full(error: Exception) -> bool:
+    """There is no room for what was written, to what has no name: standard output."""
+    return isinstance(error, OSError) and error.errno in _FULL and error.filename is None
+
+
+def have_streams() -> None:
+    """Started with standard output or error closed: what would be printed there goes nowhere."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - until the process ends
+
+
+def forget_output() -> None:
+    """Point stdout at nothing: the interpreter flushes it once more on exit, and the pipe is gone."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, sys.stdout.fileno())
+    except (OSError, ValueError):  # stdout was replaced by something without a descriptor
+        pass
+    finally:
+        os.close(nowhere)

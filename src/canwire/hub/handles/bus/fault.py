@@ -1,0 +1,63 @@
+"""A fault that a program has set on a bus of its hub."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from canwire.errors import BadValue
+from canwire.hub.handles.lease import Lease
+from canwire.hub.protocol import messages as m
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.client import Client
+    from canwire.hub.protocol.fault_messages import FaultInfo
+
+
+class HubFault(Lease):
+    """It ends when it is used up, when its time is over, at `cancel`, and with this connection to the hub.
+
+    A persistent one outlives the connection, and stays until somebody clears it.
+    """
+
+    def __init__(self, hub: Client, handle: int, bus: str) -> None:
+        super().__init__(hub, handle, f"fault on {bus}")
+        self._last: FaultInfo | None = None
+
+    def info(self) -> FaultInfo:
+        """What it is, and what it did so far; after `cancel` what it had done by then."""
+        return self._last or self._told(m.GetFault(self._handle))
+
+    @property
+    def struck(self) -> int:
+        """How often it has struck."""
+        return self.info().struck
+
+    @property
+    def times_left(self) -> int | None:
+        """How often it still will; 0 when it is over, None: without end."""
+        return self.info().times_left
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until it is over, at most `timeout` seconds of the hub's time (None: for ever); False if it is not.
+
+        In virtual time, waiting lets that time pass.
+        """
+        if timeout is not None and not timeout >= 0:
+            raise BadValue(f"timeout {timeout!r}: seconds from 0 up, or None")
+        if self._last is not None:
+            return True
+        span_ns = None if timeout is None else round(timeout * 1e9)
+        return bool(self._told(m.AwaitFault(self._handle, span_ns)).over)
+
+    def cancel(self) -> None:
+        """Take it back, also a persistent one; a second time does nothing."""
+        if self._last is None:
+            self._last = self._told(m.CancelFault(self._handle))
+            self.close()
+
+    def __repr__(self) -> str:
+        return f"<{self.name}{': ' + self._last.text if self._last else ''}>"
+
+    def _told(self, request: m.Message) -> FaultInfo:
+        info: FaultInfo = self.ask(request).info
+        return info

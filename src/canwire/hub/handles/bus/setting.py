@@ -1,0 +1,54 @@
+"""What setting faults on CAN and on LIN buses has in common."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypedDict
+
+from canwire.errors import BadValue
+from canwire.hub.handles.bus.fault import HubFault
+from canwire.hub.protocol import fault_messages as f
+from canwire.hub.protocol import messages as m
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.client import Client
+
+
+class FaultStay(TypedDict, total=False):
+    """How long a fault stays: `lasting` seconds of the hub's time, else until it is cancelled, used up, or its program
+    ends; with `persistent` also after that."""
+
+    lasting: float | None
+    persistent: bool
+
+
+class BusFaults:
+    """Faults on one bus of a hub, everybody's. Methods raise BadValue, NoSuchBoard for what no fault can be."""
+
+    def __init__(self, hub: Client, bus: str) -> None:
+        self._hub = hub
+        self._bus = bus
+
+    def __repr__(self) -> str:
+        return f"<faults of {self._bus}>"
+
+    def list(self) -> tuple[f.FaultInfo, ...]:
+        """All programs' faults here, in the order in which they were set, with who set them."""
+        faults: tuple[f.FaultInfo, ...] = self._hub.call(m.ListFaults(self._bus)).faults
+        return faults
+
+    def clear(self, *, left: bool = False, everybody: bool = False) -> int:
+        """End this program's faults; with `left` all persistent ones too, with `everybody` all; how many ended."""
+        whose = "all" if everybody else "left" if left else "mine"
+        return int(self._hub.call(m.ClearFaults(self._bus, whose)).value)
+
+    def disconnect(self, line: str, *, lasting: float | None = None, persistent: bool = False) -> HubFault:
+        """Pull a line's plug: it is alone on its own stub, at once, in mid-frame if need be; `cancel` puts it back."""
+        return self._set(f.Disconnect(line), {"lasting": lasting, "persistent": persistent})
+
+    def _set(self, fault: f.Fault, stay: FaultStay) -> HubFault:
+        lasting = stay.get("lasting")
+        if lasting is not None and not 0 < lasting < 1e9:
+            raise BadValue(f"lasting {lasting!r}: seconds, more than 0")
+        span_ns = None if lasting is None else max(1, round(lasting * 1e9))
+        request = m.SetFault(self._bus, fault, span_ns, stay.get("persistent", False))
+        return HubFault(self._hub, self._hub.call(request).handle, self._bus)

@@ -1,0 +1,57 @@
+"""Shorted wires: as long as anybody wants them so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from canwire.bus.can.bus import CanBus
+from canwire.bus.lin.bit_level import FREE
+from canwire.bus.lin.bus import LinBus
+from canwire.errors import BadValue, NoSuchBoard
+from canwire.hub.owner.held.can import CanSlot
+from canwire.hub.owner.held.line import LineSlot
+
+_LEVELS = {"ground": 0, "supply": 1}
+
+
+class Shorts:
+    """Who shorts which bus; the wires are free again when the last one has let go."""
+
+    def __init__(
+        self, buses: Mapping[str, CanBus | LinBus], slots: Mapping[tuple[int, int], LineSlot]
+    ) -> None:
+        self._buses = buses
+        self._slots = slots
+        self._by: dict[str, dict[object, int]] = {}
+
+    def put(self, name: str, by: object, to: str = "ground") -> None:
+        """Short it; a LIN bus `to` the "supply" too. Raises NoSuchBoard, BadValue."""
+        if to not in _LEVELS:
+            raise BadValue(f"to {to!r}: 'ground' or 'supply'")
+        if to != "ground" and isinstance(self._buses.get(name), CanBus):
+            raise BadValue(f"to {to!r}: a CAN bus's two wires are shorted to each other")
+        self._by.setdefault(name, {})[by] = _LEVELS[to]
+        self._show(name)
+
+    def take(self, name: str, by: object) -> None:
+        """This one shorts it no longer; raises NoSuchBoard."""
+        self._by.get(name, {}).pop(by, None)
+        self._show(name)
+
+    def _show(self, name: str) -> None:
+        bus, levels = self._buses.get(name), list(self._by.get(name, {}).values())
+        if isinstance(bus, CanBus):
+            if bool(levels) != bool(bus.bits.shorted):
+                bus.short(bool(levels))
+                _tell(self._slots.values(), bus)
+        elif isinstance(bus, LinBus):
+            bus.short(levels[-1] if levels else FREE)
+        else:
+            raise NoSuchBoard(f"no bus {name!r}; there are {', '.join(self._buses) or 'none'}")
+
+
+def _tell(slots: Iterable[LineSlot], bus: CanBus) -> None:
+    """Transceivers that can tell do."""
+    for slot in slots:
+        if isinstance(slot, CanSlot) and slot.can.bus is bus:
+            slot.can.coupling_changed()

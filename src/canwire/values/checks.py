@@ -1,0 +1,69 @@
+"""What a public call makes sure of before it hands a value on to code that would believe it."""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+
+from canwire.errors import BadValue
+
+LONGEST_NS = 1 << 62  # 146 years
+_LONGEST_S = LONGEST_NS // 1_000_000_000
+_SHOWN = 60  # characters of a value in an error
+
+
+def instance(name: str, value: object, *kinds: type) -> None:
+    """Raise TypeError, naming what is wanted and what came, unless it is of one of these types."""
+    if not isinstance(value, kinds):
+        wanted = " or ".join(kind.__name__ for kind in kinds)
+        came = f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__
+        raise TypeError(f"{name} {shown(value)}: must be {wanted}, not {came}")
+
+
+def whole(name: str, value: int, lowest: int, highest: int) -> int:
+    """An integer within bounds, both included; raises BadValue, or TypeError for what is no integer."""
+    try:
+        number = value.__index__()
+    except (AttributeError, TypeError):
+        instance(name, value, int)
+        raise
+    if not lowest <= number <= highest:
+        raise BadValue(f"{name} {shown(value)}: from {lowest} to {highest}")
+    return number
+
+
+def finite(name: str, value: float, lowest: float, highest: float) -> float:
+    """A number within bounds, both included; raises BadValue, or TypeError for what is no number."""
+    _number(name, value)
+    if not lowest <= value <= highest:
+        raise BadValue(f"{name} {shown(value)}: from {lowest:g} to {highest:g}")
+    return float(value)
+
+
+def nanoseconds(name: str, seconds: float) -> int:
+    """A span in whole nanoseconds; raises BadValue naming what is negative, not finite or beyond 146 years."""
+    _number(name, seconds)
+    if not 0 <= seconds <= _LONGEST_S:
+        raise BadValue(f"{name} {shown(seconds)}: a finite time, not negative, of at most 146 years")
+    return round(seconds * 1e9)
+
+
+def shown(value: object) -> str:
+    """A value as an error shows it: short, whatever it is."""
+    if isinstance(value, int) and not -(1 << 128) < value < 1 << 128:
+        return f"of {math.ceil(value.bit_length() / 3.3219)} digits"
+    text = repr(value)
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+
+
+def _number(name: str, value: object) -> None:
+    if not isinstance(
+        value, (int, float, Real)
+    ):  # the first two are what nearly everybody hands in, and quick
+        instance(name, value, int, float)
+
+
+def octets(name: str, value: bytes | bytearray | memoryview) -> bytes:
+    """What a buffer holds, whatever its shape; raises TypeError for what is none."""
+    instance(name, value, bytes, bytearray, memoryview)
+    return bytes(value)

@@ -1,0 +1,1 @@
+"""How the command is towards shells and terminals."""

@@ -1,0 +1,41 @@
+"""What this process has open: nothing is left behind by programs that ended, or that nobody holds any more."""
+
+from __future__ import annotations
+
+import gc
+import os
+import threading
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from tests.hubs import LONG_S
+
+_OPEN = Path("/proc/self/fd")
+_STANDARD = 2
+GIVES_BACK = "canwire gives back"  # the thread that closes a hub which nobody holds
+
+
+def open_descriptors() -> Counter[str]:
+    """By what they are; empty where the system does not tell."""
+    gc.collect()
+    for thread in threading.enumerate():
+        if thread.name == GIVES_BACK:
+            thread.join(LONG_S)
+    gc.collect()
+    found: Counter[str] = Counter()
+    for name in os.listdir(_OPEN) if _OPEN.exists() else ():
+        if int(name) <= _STANDARD:  # pytest's capturing changes what these are
+            continue
+        with suppress(OSError):  # the listing's own
+            found[os.readlink(_OPEN / name).partition(":[")[0]] += 1
+    return found
+
+
+@contextmanager
+def nothing_left_open() -> Iterator[None]:
+    before = open_descriptors()
+    yield
+    left = open_descriptors() - before
+    assert not left, f"left open: {dict(left)}"

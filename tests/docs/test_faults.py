@@ -1,0 +1,81 @@
+"""What docs/faults.md shows of shared boards runs as it stands there, and so do the tutorial's lines about them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import canwire
+from tests.hubs import connected, embedded
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+RUN = re.compile(
+    r"^<!-- run: (\S+) -->\n```python\n(.*?)^```\n\n```text\n(.*?)^```", re.MULTILINE | re.DOTALL
+)
+FILE = re.compile(r"^<!-- file: (\S+) -->\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+CALL = re.compile(r"^\| `(\w+)\(", re.MULTILINE)
+CONFIG = '[[bus]]\nname = "can0"\n[[board]]\nkind = "usb-to-can"\nserial = "HW000001"\n'
+
+
+def page() -> str:
+    return (DOCS / "faults.md").read_text(encoding="utf-8")
+
+
+def samples() -> dict[str, tuple[str, str]]:
+    found = {name: (code, shown) for name, code, shown in RUN.findall(page())}
+    assert set(found) == {"hub", "lab"}
+    return found
+
+
+def printed(code: str) -> str:
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
+        exec(compile(code, "<faults.md>", "exec"), {"__name__": "sample"})
+    return output.getvalue()
+
+
+def test_the_sample_on_a_hub_prints_what_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    code, shown = samples()["hub"]
+    with embedded(CONFIG, time="fast") as engine, contextlib.ExitStack() as closing:
+        monkeypatch.setattr(canwire, "connect", lambda: closing.enter_context(connected(engine)))
+        assert printed(code) == shown
+
+
+def test_the_sample_of_a_lab_prints_what_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("can")
+    monkeypatch.chdir(tmp_path)
+    code, shown = samples()["lab"]
+    assert printed(code) == shown
+
+
+def test_the_tests_pass(tmp_path: Path) -> None:
+    files = dict(FILE.findall(page()))
+    assert set(files) == {"test_reader.py", "test_bus_off.py"}
+    for name, code in files.items():
+        (tmp_path / name).write_text(code)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."]
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert "2 passed" in ended.stdout
+
+
+def test_every_call_of_the_tables_exists() -> None:
+    calls = set(CALL.findall(page()))
+    assert calls >= {
+        "flip",
+        "inject",
+        "noise",
+        "hold",
+        "disconnect",
+        "drift",
+        "wrong_rate",
+        "cable",
+        "babble",
+    }
+    assert {name for name in calls if not hasattr(canwire.CanBusFaults, name)} == set()

@@ -1,0 +1,44 @@
+"""The how-to pages do what they say: their Python prints what stands below it, their commands succeed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.docs.blocks import ROOT, blocks, run_console, run_python
+
+PAGES = sorted((ROOT / "docs" / "how-to").glob("*.md"))
+needs = {"lin": "ldfparser", "virtual-time": "can", "ci": "can"}
+
+
+def has(page: Path, language: str) -> bool:
+    return any(block.language == language for block in blocks(page))
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if has(page, "python")], ids=lambda page: page.stem)
+def test_python(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if page.stem in needs:
+        pytest.importorskip(needs[page.stem])
+    monkeypatch.chdir(ROOT)
+    whole_files = [block for block in blocks(page) if block.mark.startswith("file: ")]
+    assert run_python(page) + len(whole_files) >= 1
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if has(page, "console")], ids=lambda page: page.stem)
+def test_commands(page: Path, tmp_path: Path) -> None:
+    assert run_console(page, tmp_path)
+
+
+def test_the_tests_of_the_ci_page(tmp_path: Path) -> None:
+    pytest.importorskip("can")
+    page = ROOT / "docs" / "how-to" / "ci.md"
+    for block in blocks(page):
+        if block.mark.startswith("file: "):
+            (tmp_path / block.mark.removeprefix("file: ")).write_text(block.text)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 passed" in done.stdout

@@ -1,0 +1,35 @@
+"""Whatever programs do together, they leave nothing open in this process."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+import pytest
+
+from tests.descriptors import open_descriptors
+
+BEFORE = pytest.StashKey[Counter[str]]()
+FIRST = pytest.StashKey[Counter[str]]()  # what was open before the first of these tests
+MEMORY = "/memfd:canwire (deleted)"
+LINGERING = 8  # rings' memory that an exception's traceback may keep until the next exception
+
+
+@pytest.fixture(autouse=True)
+def _look_what_is_open(request: pytest.FixtureRequest) -> None:
+    """Behind the fixtures of modules, in front of the test's own."""
+    found = request.node.stash[BEFORE] = open_descriptors()
+    request.session.stash.setdefault(FIRST, found)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+    """When all of its fixtures are gone."""
+    yield
+    if BEFORE in item.stash and isinstance(item, pytest.Function):
+        item.funcargs.clear()
+        found = open_descriptors()
+        left = found - item.stash[BEFORE]
+        if found[MEMORY] - item.session.stash[FIRST][MEMORY] <= LINGERING:
+            del left[MEMORY]
+        assert not left, f"left open: {dict(left)}"
