@@ -119,7 +119,7 @@ def test_the_examples_on_the_bus(program: Program, bench: Bench) -> None:
         "10 21 33",
     ]
     assert data[60:] == data[:52]
-    assert [row[0] for row in window.generator_rows()] == [PAUSED, PAUSED]
+    assert [window.generator_row(row)[0] for row in window.generators.rows()] == [PAUSED, PAUSED]
     rows = window.list.rows()
     assert len(rows) == 112
     assert rows[17][1:] == ("0", "EXT", "025E0235", "0", "3", "11 22 22")
@@ -132,7 +132,7 @@ def test_generator_rows_show_the_time_and_the_next_message(program: Program) -> 
     window.generators.add(recipe(0x123, b"\x01", delay_ms=1000), active=True)
     window.generators.add(recipe(0x124), active=False)
     program.run(0.5)
-    first, second = window.generator_rows()
+    first, second = map(window.generator_row, window.generators.rows())
     assert first[1:] == ("0", "STD", "00000123", "0", "1", "01")
     assert 0 < int(first[0], 16) - window.handle.time() <= 1000
     assert second[:4] == (PAUSED, "1", "STD", "00000124")

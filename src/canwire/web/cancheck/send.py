@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from canwire.candrv import COMMTIMEOUTS, INFINITE, CandrvError, Command, FrameFormat, Win32Error
 from canwire.candrv.filters import aligned
 from canwire.web.cancheck.generators import MS, Generators
+from canwire.web.cancheck.generators import Row as Generator
 from canwire.web.cancheck.listing import PAUSED, Listing, Row, message_row, shown_time
 from canwire.web.cancheck.recipe import Outgoing
 
@@ -98,17 +99,11 @@ class SendWindow:
         self._changed()
         return count
 
-    def generator_rows(self) -> list[Row]:
+    def generator_row(self, generator: Generator) -> Row:
         """Like the messages: Time is when the next message is due, or -Paused-."""
-        return [
-            message_row(
-                PAUSED if row.due_ns is None else shown_time(row.due_ns // MS),
-                row.number,
-                row.message,
-                self.align,
-            )
-            for row in self.generators.rows()
-        ]
+        due_ns = generator.due_ns
+        time = PAUSED if due_ns is None else shown_time(due_ns // MS)
+        return message_row(time, generator.number, generator.message, self.align)
 
     def close(self) -> None:
         """What is in the send buffer still goes out, as with every handle. A second time does nothing."""

@@ -68,18 +68,17 @@ def _told_receive(window: ReceiveWindow) -> dict[str, Any]:
 
 
 def _told_send(window: SendWindow) -> dict[str, Any]:
-    shown = zip(window.generators.rows(), window.generator_rows(), strict=False)
     return {
         "given_up": window.given_up,
         "lost": window.echoes.lost,
         "generators": [
             {
-                "row": cells,
+                "row": window.generator_row(row),
                 "active": row.due_ns is not None,
                 "waits": row.waits,
                 "trouble": row.trouble,
                 "fields": shown_recipe(window.generators.recipe(row.number), window.align),
             }
-            for row, cells in shown
+            for row in window.generators.rows()
         ],
     }
