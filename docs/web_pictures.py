@@ -98,6 +98,10 @@ def arranged(page: Page, name: str) -> None:
         page.locator(".wire svg").wait_for()
     elif name == "send":
         page.locator("tr[data-row]").nth(len(ROWS) - 1).wait_for()
+    elif name == "cancheck":
+        page.locator(".window [data-generators] tr[data-index]").click()
+        page.locator("[data-kind=send] [data-list] tr").nth(8).wait_for()
+        page.locator("[data-kind=receive] [data-list] tr").nth(8).wait_for()
     elif name == "statistics":
         page.locator(".uplot").nth(3).wait_for()
         page.locator("#table td").first.wait_for()
@@ -145,7 +149,8 @@ def main() -> None:
         browser = started.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
         closing.callback(browser.close)
         fill_list(browser, url, address)
-        for name in sys.argv[1:] or ("boards", "trace", "send", "statistics"):
+        start_cancheck(browser, url, address)
+        for name in sys.argv[1:] or ("boards", "trace", "send", "cancheck", "statistics"):
             for theme in THEMES:
                 for width in WIDTHS:
                     take(browser, url, address, name, theme, width)
@@ -163,6 +168,23 @@ def fill_list(browser: Browser, url: str, address: str) -> None:
         context.request.post(f"{url}send/start", form={"number": "1"})
         page.goto(f"{url}trace")
         page.locator("#shown", has_text=re.compile(r"\d{3}")).wait_for()
+
+
+def start_cancheck(browser: Browser, url: str, address: str) -> None:
+    """A pair of windows, and the range generator of the manual's first example."""
+    with browser.new_context() as context:
+        page = context.new_page()
+        page.goto(address)
+        bytes_ = {"b0": "00", "t0": "11", "b1": "11", "t1": "22", "b2": "33", "t2": "00"}
+        identifiers = {"id": "025E0235", "idto": "025E0235", "dlc": "3", "ext": "on", "delay": "150"}
+        ranging = {"range": "on", "wrap": "on", "repeat": "on", "state": "active"}
+        for name, form in (
+            ("start", {"port": "CID1:"}),
+            ("open", {"kind": "both"}),
+            ("filter", {"number": "100", "code": "0", "mask": "FFFFFFFF"}),
+            ("generator", {"number": "100", **bytes_, **identifiers, **ranging}),
+        ):
+            assert context.request.post(f"{url}cancheck/{name}", form=form).ok, name
 
 
 if __name__ == "__main__":

@@ -143,6 +143,14 @@ class Filter:
         places = range(28 if extended else 10, -1, -1)
         return "".join(str(code >> place & 1) if care >> place & 1 else "+" for place in places)
 
+    @property
+    def data_bits(self) -> str:
+        """Likewise the first two data bytes of a standard frame; "" with Align 1, which has none."""
+        if self.align == 1:
+            return ""
+        care, code = self._data_care, self._data
+        return "".join(str(code >> at & 1) if care >> at & 1 else "+" for at in range(15, -1, -1))
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Filter) and self._key() == other._key()
 

@@ -1,0 +1,75 @@
+"""What the view keeps: the program, the threads of its windows, and the viewers who want to know of changes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canwire import CanwireError
+from canwire.web.cancheck.program import CanCheck
+from canwire.web.cancheck.running import Runner
+
+if TYPE_CHECKING:
+    from canwire import Hub
+    from canwire.web.cancheck.program import Window
+
+
+class Checking:
+    """Windows with threads. Ends with `leave`, or when the hub is lost."""
+
+    def __init__(self) -> None:
+        self.program = CanCheck(self._tell)
+        self._lock = threading.RLock()
+        self._listeners: list[Callable[[], None]] = []
+        self._runners: dict[Window, Runner] = {}
+
+    def listen(self, changed: Callable[[], None]) -> None:
+        """Call this after every change, from any thread."""
+        with self._lock:
+            self._listeners.append(changed)
+
+    def unlisten(self, changed: Callable[[], None]) -> None:
+        with self._lock:
+            self._listeners.remove(changed)
+
+    def start(self, hub: Hub, port: str) -> None:
+        self.program.start(hub, port)
+
+    def open(self, *, receive: bool, send: bool) -> list[Window]:
+        """Windows on a handle of their own, at work; raises CandrvError where the channels have run out."""
+        with self._lock:
+            windows = self.program.open(receive=receive, send=send)
+            for window in windows:
+                self._runners[window] = Runner(window, self.program.changed)
+            return windows
+
+    def close(self, number: int) -> None:
+        """The windows of this handle."""
+        with self._lock:
+            closing = [window for window in self._runners if window.number == number]
+            runners = [self._runners.pop(window) for window in closing]
+        for runner in runners:
+            runner.stop()
+        self.program.close(number)
+        for runner in runners:
+            runner.join()
+
+    def leave(self) -> None:
+        """Close everything; a second time does nothing."""
+        for number in {window.number for window in self.program.windows}:
+            self.close(number)
+        self.program.leave()
+
+    def hub_lost(self) -> None:
+        """The handles are gone with the hub, and the program with them."""
+        try:
+            self.leave()
+        except CanwireError:  # each of them says so of itself; what they held went with the hub
+            self.program.leave()
+
+    def _tell(self) -> None:
+        with self._lock:
+            listeners = list(self._listeners)
+        for changed in listeners:
+            changed()

@@ -1,0 +1,55 @@
+"""What a line has sent, heard on a channel of the page's own that takes none of the driver's virtual channels.
+
+So a send-only window knows what was sent, and when, though its handle gets no TRANSMITTED events.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from canwire import CanwireError, ChannelMode, Siblings
+from canwire.web.cancheck.recipe import Outgoing
+
+if TYPE_CHECKING:
+    from canwire import Frame
+    from canwire.candrv.device.device import Device
+
+QUEUE = 8192  # frames
+_AT_ONCE = 512
+
+
+class Echoes:
+    """The frames that a device's line sends, from now until `close`. `take` never waits; `wait` may."""
+
+    def __init__(self, device: Device) -> None:
+        self._channel = device.hub.open_channel(device.board.id, device.number)
+        try:
+            self._channel.set_up(ChannelMode(QUEUE, 0, siblings=Siblings.EVERY, filter_size=0, fd=False))
+            self._channel.activate()
+        except CanwireError:
+            self._channel.close()
+            raise
+
+    def take(self) -> list[tuple[Outgoing, int]]:
+        """Messages and the end of each on the bus in ns, oldest first."""
+        frames: list[Frame] = []
+        while more := self._channel.receive_many(_AT_ONCE, 0):
+            frames += more
+        return [(_message(frame), frame.timestamp_ns) for frame in frames if frame.self_received]
+
+    def wait(self) -> None:
+        """Until there is a frame to take; raises CanwireError when the channel is over."""
+        self._channel.reading.wait(None)
+
+    @property
+    def lost(self) -> int:
+        """Frames that found the queue full."""
+        return self._channel.status().lost
+
+    def close(self) -> None:
+        """Whoever waits leaves; a second time does nothing."""
+        self._channel.close()
+
+
+def _message(frame: Frame) -> Outgoing:
+    return Outgoing(frame.id, frame.extended, frame.remote, frame.dlc, bytes(frame.data))

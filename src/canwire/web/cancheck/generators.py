@@ -1,0 +1,193 @@
+"""Message generators: which of them is due, what it sends, and which are paused.
+
+No thread and no clock of its own: `fire` is called when the time has come, and tells when it will come again.
+Source: CANDRV manual (seed 000), 10.4, send dialog; rulings.md 35.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from canwire import BadValue, CanwireError
+from canwire.web.cancheck.recipe import Outgoing, Recipe
+
+MS = 1_000_000  # ns
+RETRY_NS = 5 * MS  # before looking again for room in the send buffer
+BURST = 64  # messages of one `fire`, so that others get their turn
+MOST = 256
+
+
+class Row(NamedTuple):
+    """A generator as the list shows it. `due_ns` None: paused. `message` is what comes next.
+
+    `waits`: it is due, and the send buffer is full. `trouble`: why it was paused, "" if nobody was to blame.
+    """
+
+    number: int
+    due_ns: int | None
+    message: Outgoing
+    waits: bool
+    trouble: str
+
+
+@dataclass
+class _Generator:
+    recipe: Recipe
+    active: bool = False
+    due_ns: int = 0
+    step: int = 0
+    turn: int = 0  # of those that are due at one time, who sent longest ago is the next
+    waits: bool = False
+    trouble: str = ""
+    before: tuple[bool, int] | None = None  # state and time from which it was taken for editing
+
+
+class Generators:
+    """Any thread may use it. `send(index, message)` tells whether there was room, or raises CanwireError."""
+
+    def __init__(self, send: Callable[[int, Outgoing], bool], clock_ns: Callable[[], int]) -> None:
+        self._send = send
+        self._clock_ns = clock_ns
+        self._changed = threading.Condition(threading.RLock())
+        self._all: list[_Generator] = []
+        self._turns = 0
+
+    def rows(self) -> list[Row]:
+        with self._changed:
+            return [
+                Row(
+                    number,
+                    one.due_ns if one.active else None,
+                    one.recipe.message(one.step),
+                    one.active and one.waits,
+                    one.trouble,
+                )
+                for number, one in enumerate(self._all)
+            ]
+
+    def recipe(self, index: int) -> Recipe:
+        """What was entered for it; raises BadValue for a generator that is not there, as all that take an index."""
+        with self._changed:
+            return self._one(index).recipe
+
+    def add(self, recipe: Recipe, *, active: bool) -> int:
+        """New: its index. Raises BadValue where the list is full."""
+        with self._changed:
+            if len(self._all) >= MOST:
+                raise BadValue(f"there are {MOST} generators already")
+            self._all.append(_Generator(recipe))
+            index = len(self._all) - 1
+            if active:
+                self.activate(index)
+            return index
+
+    def begin_edit(self, index: int) -> Recipe:
+        """Edit: it is paused until `cancel_edit` or `change`."""
+        with self._changed:
+            one = self._one(index)
+            if one.before is None:
+                one.before = one.active, one.due_ns
+            one.active = False
+            return one.recipe
+
+    def cancel_edit(self, index: int) -> None:
+        """As it was before `begin_edit`; nothing if it was activated, paused or changed since."""
+        with self._changed:
+            one = self._one(index)
+            if one.before is not None:
+                one.active, one.due_ns = one.before
+                one.before = None
+                self._changed.notify_all()
+
+    def change(self, index: int, recipe: Recipe, *, active: bool) -> None:
+        """The new settings; its values begin at From."""
+        with self._changed:
+            one = self._one(index)
+            one.recipe, one.step = recipe, 0
+            if active:
+                self.activate(index)
+            else:
+                self.pause(index)
+
+    def activate(self, index: int) -> None:
+        """Its next message is due at once; one that is active already keeps its time."""
+        with self._changed:
+            one = self._one(index)
+            one.before, one.trouble = None, ""
+            if not one.active:
+                one.active, one.due_ns = True, self._clock_ns()
+                self._changed.notify_all()
+
+    def pause(self, index: int) -> None:
+        """It keeps its values: activated again, it goes on where it stood."""
+        with self._changed:
+            one = self._one(index)
+            one.before, one.trouble, one.active = None, "", False
+
+    def activate_all(self) -> None:
+        with self._changed:
+            for index in range(len(self._all)):
+                self.activate(index)
+
+    def pause_all(self) -> None:
+        with self._changed:
+            for index in range(len(self._all)):
+                self.pause(index)
+
+    def fire(self) -> int | None:
+        """Send what is due; nanoseconds until the next message is, None while all are paused."""
+        with self._changed:
+            if not any(one.active for one in self._all):
+                return None
+            now_ns = self._clock_ns()
+            full = False
+            for _ in range(BURST):
+                due = [one for one in self._all if one.active and one.due_ns <= now_ns]
+                if full or not due:
+                    break
+                full = not self._fire(min(due, key=lambda one: (one.due_ns, one.turn)), now_ns)
+            if full:
+                return RETRY_NS
+            left = [one.due_ns - now_ns for one in self._all if one.active]
+            return max(0, min(left)) if left else None
+
+    def wait(self, pause_ns: int | None) -> None:
+        """Until so much of the clock's time is over, or a generator was activated."""
+        with self._changed:
+            if pause_ns is not None or not any(one.active for one in self._all):
+                self._changed.wait(None if pause_ns is None else pause_ns / 1e9)
+
+    def wake(self) -> None:
+        """End a `wait`."""
+        with self._changed:
+            self._changed.notify_all()
+
+    def _fire(self, one: _Generator, now_ns: int) -> bool:
+        """One message of it; was there room?"""
+        try:
+            room = self._send(self._all.index(one), one.recipe.message(one.step))
+        except CanwireError as error:
+            one.active, one.waits, one.trouble = False, False, str(error)
+            return True
+        one.waits = not room
+        if room:
+            self._sent(one, now_ns)
+        return room
+
+    def _sent(self, one: _Generator, now_ns: int) -> None:
+        self._turns += 1
+        one.turn = self._turns
+        one.step += 1
+        delay_ns = one.recipe.delay_ms * MS
+        # one that was late, or waited for room, makes no burst of what it missed
+        one.due_ns = one.due_ns + delay_ns if one.due_ns + delay_ns > now_ns else now_ns + delay_ns
+        if one.recipe.ends and one.step >= one.recipe.cycle:
+            one.active, one.step = False, 0
+
+    def _one(self, index: int) -> _Generator:
+        if not 0 <= index < len(self._all):
+            raise BadValue(f"generator {index:X}: there are {len(self._all)}")
+        return self._all[index]

@@ -1,0 +1,88 @@
+"""The main window's CAN port: a handle that only queries the device, and takes none of its virtual channels.
+
+Source: CANDRV manual (seed 000), 10.4, main dialog.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from canwire import candrv
+from canwire.candrv import CanMode, Command, FrameFormat
+from canwire.candrv.errors import translated
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the main window shows, as the device is now, whoever set it up. `rates` in bit/s."""
+
+    port: str
+    rate: int
+    mode: int
+    format: int
+    rates: tuple[int, ...]
+    commands: tuple[tuple[int, str], ...]
+    lowest: int
+    highest: int
+    driver: str
+
+
+class Port:
+    """Raises CandrvError; a setting that is refused leaves the device as it was."""
+
+    def __init__(self, hub: Hub, name: str) -> None:
+        self._handle = candrv.open(name, read=False, write=False, hub=hub)
+
+    @property
+    def name(self) -> str:
+        return self._handle.name
+
+    @property
+    def align(self) -> int:
+        """That which the driver was loaded with."""
+        return self._handle.device.settings.align
+
+    @property
+    def extended(self) -> bool:
+        """The device is in CAN2.0B."""
+        return self._handle.can_mode == CanMode.CAN_2_0_B
+
+    def shown(self) -> Shown:
+        """Asked of the device anew each time: another program may have changed it, and commands go with the mode."""
+        handle = self._handle
+        with translated(opened=True):
+            state = handle.device.state()
+        properties = handle.properties()
+        return Shown(
+            handle.name,
+            state.rate,
+            int(state.mode),
+            int(state.format),
+            tuple(properties.baudrates[: properties.nBaudrates]),
+            tuple((one, Command(one).name) for one in properties.commands[: properties.nCommands]),
+            properties.min,
+            properties.max,
+            properties.device_name,
+        )
+
+    def set_rate(self, rate: int) -> None:
+        """bit/s."""
+        self._handle.baud_rate = rate
+
+    def set_mode(self, mode: int) -> None:
+        self._handle.can_mode = CanMode(mode)
+
+    def set_format(self, format: int) -> None:
+        self._handle.frame_format = FrameFormat(format)
+
+    def command(self, number: int) -> None:
+        """One of the special commands."""
+        self._handle.command(number)
+
+    def close(self) -> None:
+        """A second time does nothing."""
+        self._handle.close()

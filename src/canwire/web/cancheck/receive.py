@@ -1,0 +1,115 @@
+"""The receive window: the events of one handle, its event mask and its acceptance filter.
+
+Source: CANDRV manual (seed 000), 10.4, receive dialog; rulings.md 31 and 33.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire import BadValue
+from canwire.candrv import (
+    CAN_ACCEPTANCE_FILTER,
+    EVERY_EVENT,
+    CanbusEvent,
+    CanMode,
+    Command,
+    Filter,
+)
+from canwire.web.cancheck.listing import Listing, event_row
+
+if TYPE_CHECKING:
+    from canwire.candrv import Handle
+
+KINDS = (
+    CanbusEvent.RECEIVED,
+    CanbusEvent.TRANSMITTED,
+    CanbusEvent.ENTERING_STANDBY,
+    CanbusEvent.LEAVING_STANDBY,
+    CanbusEvent.OVERRUN,
+    CanbusEvent.ABORTED,
+    CanbusEvent.WARNING,
+    CanbusEvent.BUS_ERROR,
+    CanbusEvent.PASSIVE,
+    CanbusEvent.ARBITRATION_LOST,
+    CanbusEvent.DEVICE_CHANGED,
+)
+"""In the order of the manual's table of icons."""
+
+
+class FilterRows(NamedTuple):
+    """Per bit 0, 1 or +: identifier, then a space and the first two data bytes. `extended` "" in CAN2.0A."""
+
+    standard: str
+    extended: str
+
+
+class ReceiveWindow:
+    """`take` moves what has come from the handle into the list; nothing here waits. Raises CandrvError."""
+
+    kind = "receive"
+
+    def __init__(self, number: int, handle: Handle, changed: Callable[[], None] = lambda: None) -> None:
+        self.number = number
+        self.handle = handle
+        self.list = Listing(changed)
+        self.trouble = ""
+        self._changed = changed
+        self._filter = Filter.registered(handle.device.settings)
+
+    def take(self) -> int:
+        """How many events came."""
+        count = self.handle.waiting
+        self.list.append(*(event_row(self.handle.read_event()) for _ in range(count)))
+        return count
+
+    def wait(self) -> None:
+        """Until there is an event to take, or the handle is closed."""
+        self.handle.wait_comm_event()
+
+    def clear_overrun(self) -> None:
+        """CANBUS_CMD_CLEAR_OVERRUN."""
+        self.handle.command(Command.CLEAR_OVERRUN)
+
+    @property
+    def mask(self) -> int:
+        return self.handle.mask
+
+    @mask.setter
+    def mask(self, mask: int) -> None:
+        """Acts at once; events that wait and are no longer wanted are gone, and count as lost."""
+        if mask & ~int(EVERY_EVENT):  # ~ of a flag would leave out the bits that it has no name for
+            raise BadValue(f"event mask {mask:X}: {int(EVERY_EVENT):X} has all types")
+        self.handle.mask = mask
+        self._changed()
+
+    def toggle(self, kind: int) -> None:
+        """Switch one type on or off; raises BadValue for what is no type of event."""
+        if kind not in [int(one) for one in KINDS]:
+            raise BadValue(f"event type {kind:X}: one of {', '.join(f'{int(one):X}' for one in KINDS)}")
+        self.mask = self.mask ^ kind
+
+    @property
+    def filter(self) -> Filter:
+        return self._filter
+
+    def set_filter(self, code: int, mask: int) -> None:
+        settings = self.handle.device.settings
+        chosen = Filter(code, mask, settings.align, settings.mask_active)
+        self.handle.filter = CAN_ACCEPTANCE_FILTER(code, mask)
+        self._filter = chosen
+        self._changed()
+
+    def filter_rows(self) -> FilterRows:
+        """As the filter works now, under the Align and MaskActive that the driver was loaded with."""
+        standard = self._filter.bits(False)
+        if self._filter.data_bits:
+            standard += " " + self._filter.data_bits
+        extended = self._filter.bits(True) if self.handle.can_mode == CanMode.CAN_2_0_B else ""
+        return FilterRows(standard, extended)
+
+    def close(self) -> None:
+        """A second time does nothing."""
+        self.list.close_log()
+        self.handle.close()
