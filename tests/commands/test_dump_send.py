@@ -39,10 +39,10 @@ from canwire import (
 )
 from canwire.boards import catalogue
 from canwire.boards.config.configuration import Config
-from canwire.commands import dump as dump_module
 from canwire.commands import main
 from canwire.commands import send as send_module
 from canwire.commands.can_line import bring_up, line_mode
+from canwire.commands.dump import verb as dump_module
 from canwire.commands.send import Sending, format_text
 from canwire.commands.shared_hub import find_line
 from tests.hubs import serving
@@ -586,14 +586,16 @@ def channel_on(hub: Hub, address: str, closing: ExitStack, mode: ChannelMode) ->
 def test_frames_that_dump_did_not_read_in_time_are_counted(
     virtual: Hub, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = Namespace(line="can0", log=False, count=4, timeout=None, errors=False, bus_name=False)
+    arguments = Namespace(
+        line="can0", log=False, count=4, timeout=None, errors=False, bus_name=False, stamps=None, json=False
+    )
     with ExitStack() as closing:
         receiving, place = channel_on(virtual, "HW000001:0", closing, ChannelMode(receive=4, transmit=0))
         sending, _ = channel_on(virtual, "HW000001:1", closing, ChannelMode(receive=1, transmit=16))
         for id in range(10):
             sending.send(Frame(id))
         virtual.run_for(0.1)
-        showing = dump_module.Dump(arguments, virtual, place, receiving)
+        showing = dump_module.Dump(arguments, virtual, place, receiving, [])
         showing.run()
         assert showing.summary() == "4 shown, 6 lost"
     assert capsys.readouterr().out.count("\n") == 4

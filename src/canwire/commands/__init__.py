@@ -43,7 +43,7 @@ VERBS = {
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
     "up": Verb("canwire.commands.up", "start a line of the hub, and leave it running"),
     "stop": Verb("canwire.commands.stop", "take a line of the hub off its bus"),
-    "dump": Verb("canwire.commands.dump", "show what happens on a line of the hub"),
+    "dump": Verb("canwire.commands.dump.verb", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
     "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),

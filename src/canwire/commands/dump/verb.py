@@ -4,6 +4,9 @@ canwire dump can0                     the first line on that bus; it is started 
 canwire dump HW000001:0 -e            error frames and state changes as well
 canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 frames
 canwire dump can0 -T 2                until nothing has been heard for two seconds
+canwire dump can0 -t d                each line with the time since the one before
+canwire dump can0 --filter 123:7FF    frame 123 only; 700:700 is 700 to 7FF, 123~7FF all but 123
+canwire dump can0 --json -e           an object a line, for programs
 
 Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, a line on stderr says how many frames
 were shown, and how many were lost because they were not read in time.
@@ -13,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -34,6 +38,9 @@ from canwire import (
 )
 from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.dump.as_json import format_json
+from canwire.commands.dump.filters import Filter, accepts, parse_filters
+from canwire.commands.dump.stamps import KINDS, Stamps
 from canwire.commands.shared_hub import connected, find_line
 from canwire.commands.shell.colour import RED, has_colours, painted
 from canwire.commands.wall_clock import epoch_ns
@@ -55,6 +62,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-e", "--errors", action="store_true", help="show error frames and state changes as well"
     )
+    parser.add_argument(
+        "-t",
+        "--stamps",
+        choices=KINDS,
+        help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
+    )
+    parser.add_argument(
+        "--filter",
+        action="append",
+        default=[],
+        metavar="ID:MASK",
+        help="show these frames only, ID~MASK all others; again, or with commas: any of them; 8 digits: extended",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON, one object a line")
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
 
 
@@ -64,6 +85,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValue(f"-n {arguments.count}: 1 or more")
     if arguments.timeout is not None and not arguments.timeout >= 0:
         raise BadValue(f"-T {arguments.timeout}: seconds from 0 up")
+    if arguments.json and (arguments.log or arguments.stamps):
+        raise BadValue("--json: without -l and -t; its time_s is absolute")
+    if arguments.log and arguments.stamps:
+        raise BadValue("-t: without -l, whose lines have absolute times")
+    filters = parse_filters(arguments.filter)
     with ExitStack() as closing:
         hub = connected(arguments, "dump", closing)
         place = find_line(hub, arguments.line)
@@ -73,7 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
         told = _begun(hub, place, wanted_by(arguments))
         channel.activate()
         complain(told)
-        dump = Dump(arguments, hub, place, channel)
+        dump = Dump(arguments, hub, place, channel, filters)
         try:
             dump.run()
         finally:
@@ -85,16 +111,27 @@ class Dump:
     """Lines of one channel on stdout."""
 
     def __init__(
-        self, arguments: argparse.Namespace, hub: Hub, place: LinePlace, channel: HubChannel
+        self,
+        arguments: argparse.Namespace,
+        hub: Hub,
+        place: LinePlace,
+        channel: HubChannel,
+        filters: Sequence[Filter],
     ) -> None:
         self._channel = channel
         self._left: int | None = arguments.count
         self._timeout: float | None = arguments.timeout
         self._name = place.info.bus if arguments.bus_name else arguments.line
-        self._format = format_log_line if arguments.log else format_candump_line
+        self._filters = filters
+        absolute = arguments.log or arguments.json
+        self._format = (
+            format_log_line if arguments.log else format_json if arguments.json else format_candump_line
+        )
+        epoch = epoch_ns(hub) if absolute or arguments.stamps in ("a", "A") else 0
+        self._stamps = Stamps(arguments.stamps, epoch) if arguments.stamps else None
         self._next = self._contents if arguments.errors else self._frames
-        self._epoch_ns = epoch_ns(hub) if arguments.log else 0
-        self._coloured = has_colours() and not arguments.log
+        self._epoch_ns = epoch if absolute else 0
+        self._coloured = has_colours() and not absolute
         self._shown = 0
 
     def run(self) -> None:
@@ -103,16 +140,19 @@ class Dump:
             contents = self._next(_BATCH if self._left is None else min(_BATCH, self._left))
             if not contents:
                 return
-            for content in contents:
-                stamp_ns = self._epoch_ns + content.timestamp_ns
-                line = self._format(LogLine(stamp_ns, self._name, content))
-                if self._coloured and isinstance(content, BusEvent):
-                    line = painted(line, RED)
-                sys.stdout.write(f"{line}\n")
+            shown = [content for content in contents if accepts(self._filters, content)]
+            for content in shown:
+                sys.stdout.write(f"{self._line(content)}\n")
             sys.stdout.flush()
-            self._shown += len(contents)
+            self._shown += len(shown)
             if self._left is not None:
-                self._left -= len(contents)
+                self._left -= len(shown)
+
+    def _line(self, content: Frame | BusEvent) -> str:
+        line = self._format(LogLine(self._epoch_ns + content.timestamp_ns, self._name, content))
+        if self._coloured and isinstance(content, BusEvent):
+            line = painted(line, RED)
+        return line if self._stamps is None else f" {self._stamps.text(content.timestamp_ns)}{line}"
 
     def summary(self) -> str:
         """The numbers; without the lost ones where the hub cannot be asked any more."""
