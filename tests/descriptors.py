@@ -14,7 +14,7 @@ from tests.hubs import LONG_S
 
 _OPEN = Path("/proc/self/fd")
 _STANDARD = 2
-GIVES_BACK = "canwire gives back"  # the thread that closes a hub which nobody holds
+GIVES_BACK = "canwire-forgotten"  # the thread that closes a hub which nobody holds
 
 
 def open_descriptors() -> Counter[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections import Counter
 from collections.abc import Iterator
 
@@ -18,6 +19,9 @@ LINGERING = 8  # rings' memory that an exception's traceback may keep until the 
 @pytest.fixture(autouse=True)
 def _look_what_is_open(request: pytest.FixtureRequest) -> None:
     """Behind the fixtures of modules, in front of the test's own."""
+    if FIRST not in request.session.stash:
+        gc.collect()
+        gc.freeze()  # what is there by now stays; else each collection walks through all tests of the session
     found = request.node.stash[BEFORE] = open_descriptors()
     request.session.stash.setdefault(FIRST, found)
 

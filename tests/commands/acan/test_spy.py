@@ -122,8 +122,8 @@ def test_what_may_be_sent(text: str, frame: Frame) -> None:
         ("00001001000 - 01 02 03 04 05 06 07 08 09", "9 bytes; a message has 8 at most"),
         ("00001001000 - | 123456789", "9 bytes; a message has 8 at most"),
         ("00001001000 - | €", "not all of these characters are bytes"),
-        ("00001001000 R 9", "how many bytes are asked for: 0 to 8"),
-        ("00001001000 R 61 62", "how many bytes are asked for: 0 to 8"),
+        ("00001001000 R 9", "the number of bytes asked for, 0 to 8"),
+        ("00001001000 R 61 62", "the number of bytes asked for, 0 to 8"),
     ],
 )
 def test_what_is_no_message(text: str, why: str) -> None:
