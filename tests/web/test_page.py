@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
+from urllib.parse import urljoin, urlsplit
 
 import pytest
 
@@ -16,7 +16,7 @@ from tests.web.conftest import tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Route
 
 pytestmark = pytest.mark.conforms("PG-13")
 
@@ -149,3 +149,15 @@ def test_every_file_of_the_page_is_in_the_package() -> None:
     packed = {path for pattern in patterns for path in HERE.parent.glob(pattern)}
     files = {path for path in HERE.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")}
     assert sorted(files - packed) == []
+
+
+def test_nothing_can_be_pressed_before_its_script_is_there(page: Page) -> None:
+    """A click that came too early would send a form as browsers do by themselves, and nothing would be done."""
+    held: list[Route] = []
+    page.route("**/forms.js", lambda route: held.append(route))
+    with page.expect_request("**/forms.js"):
+        page.goto(urljoin(page.url, "/send"), wait_until="commit")
+    page.locator("main[inert]").wait_for()
+    assert page.locator("main[inert]").count() == 1
+    held[0].continue_()
+    page.locator("main:not([inert])").wait_for()

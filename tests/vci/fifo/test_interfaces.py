@@ -60,7 +60,7 @@ def test_a_channels_fifos_can_be_looked_at(program: Program) -> None:
     reader = whole.query_interface(READER)
     assert isinstance(reader, vci.FifoReader)
     channel.initialize(100, 100)
-    with pytest.raises(vci.VciError, match="anew") as raised:
+    with pytest.raises(vci.VciError, match="initialised again") as raised:
         whole.get_fill_level()
     assert raised.value.code == vci.VCI_E_INVHANDLE
     for one in (whole, reader, writer):
