@@ -15,10 +15,13 @@ if TYPE_CHECKING:
 _VERBS = {"CAN": "`canwire dump` or `canwire send`", "LIN": "`canwire lin dump` or `canwire lin send`"}
 
 
-def add_hub_argument(parser: argparse._ActionsContainer) -> None:
-    """--hub, as every command has it that uses shared boards."""
+def add_hub_argument(parser: argparse._ActionsContainer, *, again: bool = False) -> None:
+    """--hub, as every command has it that uses shared boards; `again` for a sub-verb whose verb has it, too."""
     parser.add_argument(
-        "--hub", metavar="ADDRESS", help="the hub's socket (default: CANWIRE_HUB, or this user's)"
+        "--hub",
+        metavar="ADDRESS",
+        default=argparse.SUPPRESS if again else None,
+        help="the hub's socket (default: CANWIRE_HUB, or this user's)",
     )
 
 

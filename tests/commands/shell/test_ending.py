@@ -44,7 +44,7 @@ LASTING = [
     Lasting("candrv read", "Start receiving", regular=True),  # the manual's programs end with 0
     Lasting("candrv mon", "Start receiving", regular=True),
     Lasting("candrv attach CID1: {folder}/cid1", "CID1: is", regular=True),
-    Lasting("fault can0 noise --rate 1e-9", "noise"),
+    Lasting("fault can0 noise --rate 1e-9", ": set"),
     Lasting("slcan --pty {folder}/pty", "dongle", regular=True),
     Lasting("serve --socket {folder}/own.sock", "canwire hub on", regular=True),
 ]

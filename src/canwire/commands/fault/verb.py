@@ -54,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         sub.add_argument(
             "--json", action="store_true", default=argparse.SUPPRESS, help="print JSON, one object a line"
         )
+        add_hub_argument(sub, again=True)
 
 
 def run(arguments: argparse.Namespace) -> int:
