@@ -9,40 +9,50 @@ Result = TypeVar("Result")
 
 
 class Pending(Generic[Result]):
-    """One thread waits in `result`, another one settles it: with a result or an exception, and the first counts."""
+    """One thread waits in `result`, another one settles it: with a result or an exception, and the first counts.
+
+    The wait is for a bare lock: a signal that raises in the middle of a threading.Event's wait may leave that locked,
+    and whoever settles it would never come back.
+    """
 
     def __init__(self) -> None:
-        self._settled = threading.Event()
+        self._gate = threading.Lock()  # locked until it is settled
+        self._gate.acquire()
+        self._done = False
         self._lock = threading.Lock()
         self._error: BaseException | None = None
         self._result: Result
 
     @property
     def settled(self) -> bool:
-        return self._settled.is_set()
+        return self._done
 
     def settle(self, result: Result) -> bool:
         """False if it was settled before: the result is still the caller's then."""
         with self._lock:
-            if self._settled.is_set():
+            if self._done:
                 return False
             self._result = result
-            self._settled.set()
-            return True
+            self._done = True
+        self._gate.release()
+        return True
 
     def fail(self, error: BaseException) -> bool:
         """False if it was settled before."""
         with self._lock:
-            if self._settled.is_set():
+            if self._done:
                 return False
             self._error = error
-            self._settled.set()
-            return True
+            self._done = True
+        self._gate.release()
+        return True
 
     def result(self, timeout: float | None = None) -> Result:
         """Wait for it; raises the exception it failed with, or TimeoutError after `timeout` seconds (None: never)."""
-        if not self._settled.wait(timeout):
-            raise TimeoutError
+        if not self._done:
+            if not self._gate.acquire(timeout=-1 if timeout is None else timeout):
+                raise TimeoutError
+            self._gate.release()
         if self._error is not None:
             raise self._error
         return self._result
