@@ -114,9 +114,12 @@ def viewer(site: Site) -> Iterator[httpx.Client]:
         yield made
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """Debian's chromium; tests that need it are skipped where it or playwright is missing."""
+    """Debian's chromium; tests that need it are skipped where it or playwright is missing.
+
+    While it is open there is an event loop, which asyncio.run in tests elsewhere would meet.
+    """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     if CHROMIUM is None:
         pytest.skip("chromium is not installed (apt-get install chromium)")
