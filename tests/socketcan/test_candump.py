@@ -92,10 +92,13 @@ def test_filters(bench: Bench, filters: str, passing: list[str]) -> None:
     dump = bench.listening("candump", "-L", f"can0,{filters}", "can0,7AA:7FF")
     send(bench, "123#01", "123#R", "00000123#02", "124#03", "00000124#04", "7AA#")
     assert dump.stdout is not None
-    seen = []
-    while not seen or seen[-1] != "7AA#":
-        seen.append(dump.stdout.readline().split()[2])
-    assert seen == [*passing, "7AA#"]
+    seen: list[str] = []
+    for _ in range(2):  # candump looks at its sockets in turn: one mark may overtake what waits in the other
+        marks = seen.count("7AA#")
+        while seen.count("7AA#") == marks or len(seen) - seen.count("7AA#") < len(passing):
+            seen.append(dump.stdout.readline().split()[2])
+        send(bench, "7AA#")
+    assert [text for text in seen if text != "7AA#"] == passing
 
 
 @pytest.mark.conforms("PC-02", "PC-03", "N-22")
