@@ -100,7 +100,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
-    from canwire.hub.finding import LinePlace, every_line, find_lines
+    from canwire.hub.finding import LinePlace, every_line, find_lines, lines_now
     from canwire.hub.handles.bus.bus import HubBus, HubLinBus
     from canwire.hub.handles.bus.can import CanBusFaults
     from canwire.hub.handles.bus.fault import HubFault
@@ -203,7 +203,7 @@ _NAMES = {
     "hub.bring_up": "bring_up start_line",
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
-    "hub.finding": "LinePlace every_line find_lines",
+    "hub.finding": "LinePlace every_line find_lines lines_now",
     "hub.handles.bus.bus": "HubBus HubLinBus",
     "hub.handles.bus.can": "CanBusFaults",
     "hub.handles.bus.fault": "HubFault",
@@ -451,6 +451,7 @@ __all__ = [
     "kind_names",
     "length_to_dlc",
     "lin_checksum",
+    "lines_now",
     "linmsg_of_record",
     "parse_candump_line",
     "parse_frame",

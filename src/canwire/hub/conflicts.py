@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from canwire.boards.can.rates import RateConflict, RunningLine, rate_conflicts
-from canwire.errors import NoSuchBoard, Unplugged
-from canwire.hub.finding import every_line
+from canwire.hub.finding import every_line, lines_now
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,8 +19,5 @@ def conflicts_on(hub: Hub, bus: str | None = None) -> list[RateConflict]:
 
 
 def _lines(hub: Hub) -> Iterator[RunningLine]:
-    for place in every_line(hub, "CAN"):
-        try:
-            yield RunningLine(place.address, place.info.bus, place.status(hub))
-        except (NoSuchBoard, Unplugged):  # pulled out meanwhile
-            continue
+    for place, status in lines_now(hub, every_line(hub, "CAN")):
+        yield RunningLine(place.address, place.info.bus, status)

@@ -8,10 +8,12 @@ can0, lin0        every line on that bus
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire.boards.description import BoardInfo, LineInfo
-from canwire.errors import NoSuchBoard
+from canwire.errors import NoSuchBoard, Unplugged
 
 if TYPE_CHECKING:
     from canwire.boards.can.modes import LineStatus
@@ -44,6 +46,15 @@ def every_line(hub: Hub, bus_type: str | None = None) -> list[LinePlace]:
     """All lines there are, or only "CAN" or "LIN" ones, in the order of the boards."""
     places = [LinePlace(board, line) for board in hub.boards() for line in range(len(board.lines))]
     return [place for place in places if bus_type in (None, place.info.bus_type)]
+
+
+def lines_now(hub: Hub, places: Iterable[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
+    """How these CAN lines are now; those of a board that was pulled out meanwhile are left out. Raises HubLost."""
+    found = []
+    for place in places:
+        with suppress(NoSuchBoard, Unplugged):
+            found.append((place, place.status(hub)))
+    return found
 
 
 def find_lines(hub: Hub, name: str, bus_type: str | None = None) -> list[LinePlace]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from canwire.boards.can.modes import LineMode
+from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.boards.can.rates import data_rate
 from canwire.boards.description import Capabilities, Feature
 from canwire.errors import BadTiming
@@ -86,6 +87,14 @@ class WantedMode:
             bit_rate=self.bit_rate or mode.timing.bit_rate,
             data_bit_rate=self.data_bit_rate or data_rate(mode),
         )
+
+    def at_rates_on_bus(self, statuses: Iterable[LineStatus]) -> WantedMode:
+        """The same with the rates of a bus's running lines, unless the line is to find its own."""
+        wanted = self
+        for status in statuses:
+            if status.running and not self.find_rate:
+                wanted = wanted.at_rates_of(status.mode)
+        return wanted
 
 
 def _at_clock(timing: BitTiming | None, clock_hz: int) -> BitTiming | None:

@@ -31,6 +31,7 @@ from canwire import (
     find_lines,
     format_rates,
     format_setter,
+    lines_now,
     start_line,
 )
 
@@ -55,7 +56,7 @@ def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePla
         return _on_bus(hub, channel, found, wanted)
     _check_able(place, wanted)
     neighbours = [other for other in can_places(hub) if place.info.bus and other.info.bus == place.info.bus]
-    return place, _brought_up(hub, place, _as_others(_running(hub, neighbours), wanted))
+    return place, _brought_up(hub, place, _as_others(hub, neighbours, wanted))
 
 
 def set_listening(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
@@ -82,16 +83,16 @@ def _on_bus(
     able = [place for place in places if place.info.capabilities.data is not None or not wanted.fd]
     if not able:
         raise BadValue(f"{bus}: all its lines know classic CAN only; leave fd out")
-    wanted = _as_others(_running(hub, places), wanted)
-    for place, status in _there(hub, able):
-        if not (status.running or status.channels or status.control_holder):
+    wanted = _as_others(hub, places, wanted)
+    for place, status in lines_now(hub, able):
+        if status.unused:
             with suppress(InUse, NoSuchBoard, Unplugged):  # somebody was quicker
                 return place, start_line(hub, place, wanted.mode(place.info.capabilities))
     return _shared(hub, able, wanted)
 
 
 def _shared(hub: Hub, able: list[LinePlace], wanted: WantedMode) -> tuple[LinePlace, Control | None]:
-    shared = _there(hub, able)
+    shared = lines_now(hub, able)
     shared.sort(key=lambda pair: (not pair[1].running, pair[1].channels))
     failure: CanwireError = NoSuchBoard(f"{able[0].info.bus}: all its boards have just been pulled out")
     for place, _ in shared:
@@ -114,25 +115,9 @@ def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | Non
     )
 
 
-def _running(hub: Hub, places: list[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
-    return [(place, status) for place, status in _there(hub, places) if status.running]
-
-
-def _there(hub: Hub, places: list[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
-    """How lines are now, but for those whose board was pulled out meanwhile."""
-    found = []
-    for place in places:
-        with suppress(NoSuchBoard, Unplugged):
-            found.append((place, place.status(hub)))
-    return found
-
-
-def _as_others(running: list[tuple[LinePlace, LineStatus]], wanted: WantedMode) -> WantedMode:
+def _as_others(hub: Hub, places: list[LinePlace], wanted: WantedMode) -> WantedMode:
     """Rates that are left open are those of the bus."""
-    if not wanted.find_rate:
-        for _, status in running:
-            wanted = wanted.at_rates_of(status.mode)
-    return wanted
+    return wanted.at_rates_on_bus(status for _, status in lines_now(hub, places))
 
 
 def _check_able(place: LinePlace, wanted: WantedMode) -> None:

@@ -20,6 +20,7 @@ from canwire import (
     find_lines,
     format_rates,
     format_setter,
+    lines_now,
     start_line,
 )
 
@@ -40,24 +41,26 @@ def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Contr
     if by_bus:
         able = [place for place in places if place.info.capabilities.data is not None]
         places = able or places  # where a bus has lines that know CAN FD, its interface does
-        for place in places:
-            if _unused(place.status(hub)):
+        there = lines_now(hub, places)
+        for place, status in there:
+            if status.unused:
                 with suppress(InUse):  # somebody was quicker
                     return place, start_line(hub, place, wanted.mode(place.info.capabilities))
-        places = sorted(places, key=lambda place: place.status(hub).channels)
+        there.sort(key=lambda pair: pair[1].channels)
+        places = [place for place, _ in there] or places
     return _shared(hub, places, wanted)
 
 
 def company_for(hub: Hub, own: LinePlace, wanted: WantedMode) -> tuple[LinePlace, Lease] | None:
     """Start another line of the bus, for as long as the lease is open; None where one runs, or there is no other."""
     others = [place for place in _on_bus(hub, own.info.bus) if place.address != own.address]
-    if not own.info.bus or any(place.status(hub).running for place in others):
+    if not own.info.bus or any(status.running for _, status in lines_now(hub, others)):
         return None
     wanted = _at_rates_there(hub, own.info.bus, wanted)
     fd = own.info.capabilities.data is not None
     others.sort(key=lambda place: (place.info.capabilities.data is None) == fd)
-    for place in others:
-        if _unused(place.status(hub)):
+    for place, status in lines_now(hub, others):
+        if status.unused:
             with suppress(InUse, LineError, BadValue):
                 return place, _kept_running(hub, place, wanted)
     return None
@@ -72,17 +75,10 @@ def _on_bus(hub: Hub, bus: str) -> list[LinePlace]:
     return [place for place in every_line(hub, "CAN") if place.info.bus == bus]
 
 
-def _unused(status: LineStatus) -> bool:
-    return not (status.running or status.channels or status.control_holder)
-
-
 def _at_rates_there(hub: Hub, bus: str, wanted: WantedMode) -> WantedMode:
     """Rates that nobody asked for are those of the bus."""
-    for place in _on_bus(hub, bus) if bus else ():
-        status = place.status(hub)
-        if status.running:
-            wanted = wanted.at_rates_of(status.mode)
-    return wanted
+    places = _on_bus(hub, bus) if bus else []
+    return wanted.at_rates_on_bus(status for _, status in lines_now(hub, places))
 
 
 def _shared(hub: Hub, places: list[LinePlace], wanted: WantedMode) -> tuple[LinePlace, Control | None]:

@@ -133,6 +133,11 @@ class LineStatus:
     skipped_ns: int = 0
 
     @property
+    def unused(self) -> bool:
+        """It does not run, and nobody has a channel or the control."""
+        return not (self.running or self.channels or self.control_holder)
+
+    @property
     def lateness(self) -> str:
         """What people should know of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
         return lateness_text(self.behind_ns, self.skipped_ns)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.errors import BadValue
 from canwire.hub.handles.lease import Lease
 from canwire.hub.protocol import messages as m
+from canwire.values.checks import nanoseconds
 
 if TYPE_CHECKING:
     from canwire.hub.handles.client import Client
@@ -42,11 +42,9 @@ class HubFault(Lease):
 
         In virtual time, waiting lets that time pass.
         """
-        if timeout is not None and not timeout >= 0:
-            raise BadValue(f"timeout {timeout!r}: seconds from 0 up, or None")
+        span_ns = None if timeout is None else nanoseconds("timeout", timeout)
         if self._last is not None:
             return True
-        span_ns = None if timeout is None else round(timeout * 1e9)
         return bool(self._told(m.AwaitFault(self._handle, span_ns)).over)
 
     def cancel(self) -> None:

@@ -1,0 +1,28 @@
+"""Which line an interface is, while boards come and go."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import canwire
+from canwire import NoSuchBoard, Unplugged, WantedMode, every_line
+from canwire.socketcan.lines import company_for, line_of
+from tests.python_can.test_unplugged_meanwhile import Pulled
+
+
+@pytest.mark.finding("faults 8")
+@pytest.mark.parametrize("error", [NoSuchBoard, Unplugged])
+def test_another_boards_end_is_not_ours(error: type[Exception]) -> None:
+    with canwire.connect(time="virtual") as hub:
+        boards = sorted({place.board.id for place in every_line(hub, "CAN")})
+        pulled: Any = Pulled(hub, {boards[-1]}, error)
+        place, control = line_of(pulled, "can0", WantedMode())
+        assert place.board.id in boards[:-1]
+        assert control is not None
+        with control:
+            company = company_for(pulled, place, WantedMode())
+        assert company is not None
+        assert company[0].board.id in boards[:-1]
+        company[1].close()
