@@ -53,7 +53,7 @@ class SlcanReader:
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Frame | bytes]:
         """The frames and lines that these bytes complete."""
-        text = self._rest + octets("data", data)
+        text = self._rest + (data if data.__class__ is bytes else octets("data", data))
         found: list[Frame | bytes] = []
         start = 0
         end = text.find(b"\r")
@@ -183,8 +183,9 @@ def parse_slcan_frame(line: bytes, *, fd: bool = False) -> Frame | None:
 
 def format_slcan_frame(frame: Frame, stamp: int = -1) -> bytes:
     """The line, CR included; with a `stamp` (0..0xFFFF) behind the data if that is not -1. Raises BadValue."""
-    instance("frame", frame, Frame)
-    if stamp != -1:
+    if frame.__class__ is not Frame:
+        instance("frame", frame, Frame)
+    if stamp != -1 and not 0 <= stamp <= 0xFFFF:
         whole("stamp", stamp, 0, 0xFFFF)
     info = frame._info
     code = info >> _DLC_SHIFT & 15

@@ -118,9 +118,13 @@ class HubChannel(Filtered):
         """
         end = self.writing
         self.check()
-        instance("frame", frame, Frame)
-        urgency = whole("priority", priority, 0, 255) << _PRIORITY_SHIFT
-        record = record_to_send(frame, whole("flags", flags, 0, 0xFFFF_FFFF), urgency)
+        if frame.__class__ is not Frame:
+            instance("frame", frame, Frame)
+        urgency = 0
+        if flags != 0 or priority != 0:  # what hardly any frame has
+            flags = whole("flags", flags, 0, 0xFFFF_FFFF)
+            urgency = whole("priority", priority, 0, 255) << _PRIORITY_SHIFT
+        record = record_to_send(frame, flags, urgency)
         if not end.ring.free() and not (timeout != 0 and end.wait(timeout)):
             raise QueueFull(self.name, end.ring.capacity)
         end.ring.put_bytes(record)
