@@ -33,6 +33,7 @@ ROOMS = [
     "boards",
     "hub",
     "lab",
+    "campaigns",
     "core",
     DOOR,
 ]
@@ -73,7 +74,17 @@ OUTSIDE_MAY = {
 # clocks, threads and sockets
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
-MAY_HAVE_CLOCKS = {"pacing", "platform", "hub", "commands", "pytest_plugin", "python_can", "socketcan", "web"}
+MAY_HAVE_CLOCKS = {
+    "pacing",
+    "platform",
+    "hub",
+    "commands",
+    "campaigns",
+    "pytest_plugin",
+    "python_can",
+    "socketcan",
+    "web",
+}
 SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
 MAY_LOCK = {
     "vci.fifo.fifo",

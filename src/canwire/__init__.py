@@ -93,6 +93,10 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.bus.can.wire_fields import WireField, wire_fields
     from canwire.bus.lin.faults import LinFault
     from canwire.bus.scripted import Scripted
+    from canwire.campaigns.campaign import Campaign, campaign
+    from canwire.campaigns.parameters import Draw
+    from canwire.campaigns.playing import CampaignRun
+    from canwire.campaigns.running import repeat_run, run_campaign
     from canwire.core import core_mode
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
@@ -197,6 +201,10 @@ _NAMES = {
     "bus.can.wire_fields": "WireField wire_fields",
     "bus.lin.faults": "LinFault",
     "bus.scripted": "Scripted",
+    "campaigns.campaign": "Campaign campaign",
+    "campaigns.parameters": "Draw",
+    "campaigns.playing": "CampaignRun",
+    "campaigns.running": "repeat_run run_campaign",
     "core": "core_mode",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
@@ -321,6 +329,8 @@ __all__ = [
     "BusEvent",
     "BusOff",
     "Busy",
+    "Campaign",
+    "CampaignRun",
     "CanBusFaults",
     "CanwireError",
     "Capabilities",
@@ -333,6 +343,7 @@ __all__ = [
     "Counters",
     "CyclicStatus",
     "DelayCompensation",
+    "Draw",
     "ErrorKind",
     "ErrorState",
     "Event",
@@ -429,6 +440,7 @@ __all__ = [
     "WrongState",
     "__version__",
     "bring_up",
+    "campaign",
     "conflicts_on",
     "connect",
     "core_mode",
@@ -463,6 +475,8 @@ __all__ = [
     "rate_conflicts",
     "record_dtype",
     "record_of_linmsg",
+    "repeat_run",
+    "run_campaign",
     "serve",
     "start_line",
     "state_directory",

@@ -55,6 +55,7 @@ VERBS = {
         "CanTestSuite of F&S boards, the registry of their driver, devices as terminals",
     ),
     "fault": Verb("canwire.commands.fault.verb", "have something go wrong on a bus of the hub"),
+    "campaign": Verb("canwire.commands.campaign.verb", "play a function with a lab thousands of times"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
     "run": Verb("canwire.commands.socketcan.run", "run a program that speaks SocketCAN on buses of the hub"),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import NoneType, TracebackType
-from typing import TYPE_CHECKING, Never
+from typing import TYPE_CHECKING, Any, Never
 
 from canwire.errors import BadValue
+from canwire.lab.bus import BenchBus
 from canwire.lab.can.bus import LabBus
 from canwire.lab.lin.bus import LabLinBus
 from canwire.lab.time import LabTime
@@ -82,6 +83,7 @@ class Lab(LabTime):
         with self.touch():
             bus = LabBus(self, name, nominal, data, iso_fd, length_m, node_delay_ns, self.seed)
         self.buses[name] = bus
+        self._made(bus)
         return bus
 
     def lin_bus(
@@ -95,6 +97,7 @@ class Lab(LabTime):
         with self.touch():
             bus = LabLinBus(self, name, bit_rate, sleep_after)
         self.lin_buses[name] = bus
+        self._made(bus)
         return bus
 
     def serve(self, address: str | None = None, *, boards: Sequence[str] = ("usb-to-can-fd",)) -> str:
@@ -127,6 +130,9 @@ class Lab(LabTime):
         names = ", ".join([*self.buses, *self.lin_buses]) or "no bus"
         kind = "virtual" if self.pacer is None else "real"
         return f"<lab in {kind} time, {'closed' if self.closed else f'{self.now_ns} ns'}: {names}>"
+
+    def _made(self, bus: BenchBus[Any, Any, Any]) -> None:
+        """A bus is there; for labs that look at all of theirs."""
 
     def _stalled(self) -> str | None:
         for bus in self.buses.values():

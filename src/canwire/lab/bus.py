@@ -10,7 +10,7 @@ from canwire.bus.lin.bus import LinBus
 from canwire.bus.vcd import VcdTrace
 from canwire.errors import BadValue
 from canwire.lab.node import BenchNode
-from canwire.lab.recent import Recent
+from canwire.lab.recent import Recent, Witness
 from canwire.lab.time import LabTime
 from canwire.lab.trace_file import TraceFile
 
@@ -62,6 +62,22 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
     def recent(self) -> list[tuple[str, FrameT]]:
         """Sender and frame of the last frames, as far as `remember` asked for them."""
         return [] if self._tap is None else self._tap.frames()
+
+    def remember(self, limit: int) -> None:
+        """Keep the last `limit` frames of the wire for `recent`."""
+        raise NotImplementedError
+
+    def tell(self, witness: Witness) -> None:
+        """Call `witness(sender, record, time in ns)` for each frame that goes through, beside what is remembered."""
+        if self._tap is None:
+            self.remember(0)
+        if self._tap is not None:
+            self._tap.witness = witness
+
+    def _keep_in(self, tap: Recent[FrameT]) -> None:
+        if self._tap is not None:
+            tap.witness = self._tap.witness
+        self._tap = tap
 
     def close(self) -> None:
         with self.time.touch():

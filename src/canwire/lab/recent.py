@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 FrameT = TypeVar("FrameT")
+Witness = Callable[[str, bytes, int], None]
 MOST_KEPT = 1 << 24  # frames
 
 
@@ -14,9 +16,12 @@ class Recent(Generic[FrameT]):
 
     def __init__(self, limit: int) -> None:
         self._kept: deque[tuple[str, bytes, int]] = deque(maxlen=limit)
+        self.witness: Witness | None = None
 
     def keep(self, sender: str, data: bytes, at_ns: int) -> None:
         self._kept.append((sender, data, at_ns))
+        if self.witness is not None:
+            self.witness(sender, data, at_ns)
 
     def frames(self) -> list[tuple[str, FrameT]]:
         """Sender and frame, oldest first."""

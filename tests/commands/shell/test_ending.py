@@ -53,6 +53,7 @@ AT_ONCE = {
     "acan",
     "bits",
     "bridge",
+    "campaign",
     "completion",
     "devices",
     "plug",

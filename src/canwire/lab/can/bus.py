@@ -163,7 +163,9 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""
-        self._tap = self.wire.tally.tap = RecentFrames(whole("limit", limit, 0, MOST_KEPT))
+        tap = RecentFrames(whole("limit", limit, 0, MOST_KEPT))
+        self._keep_in(tap)
+        self.wire.tally.tap = tap
 
     def stalled(self, after_ns: int) -> str | None:
         """Why this bus has got no frame through for `after_ns` although it is busy, or None."""

@@ -142,7 +142,9 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
 
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""
-        self._tap = self.wire.wire.tap = RecentLinFrames(whole("limit", limit, 0, MOST_KEPT))
+        tap = RecentLinFrames(whole("limit", limit, 0, MOST_KEPT))
+        self._keep_in(tap)
+        self.wire.wire.tap = tap
 
     def _node(
         self,

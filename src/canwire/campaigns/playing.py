@@ -1,0 +1,125 @@
+"""One run: a lab, the function, a verdict, and a digest of all that went over its buses."""
+
+from __future__ import annotations
+
+import hashlib
+import traceback
+from dataclasses import dataclass, field
+from typing import Any
+
+from canwire.campaigns.campaign import Campaign, Figures
+from canwire.campaigns.parameters import Value
+from canwire.errors import BadValue, NotReceived, NotTransmitted
+from canwire.lab.bench import Lab
+from canwire.lab.bus import BenchBus
+from canwire.lab.can.bus import LabBus
+from canwire.values.checks import shown
+from canwire.values.text import LogLine, format_log_line
+
+_VERDICTS_OF_TESTS = (AssertionError, NotReceived, NotTransmitted)
+
+
+@dataclass(frozen=True)
+class CampaignRun:
+    """What came of one run.
+
+    `verdict` is "passed", "failed" (an assertion or an expectation), "error" (any other exception) or "crashed"
+    (its process ended); `reason` says why. `digest` is of every frame on every bus with its time, in hexadecimal:
+    two runs with one digest were the same. `trace` is the traceback, not part of the table.
+    """
+
+    number: int
+    seed: int
+    parameters: dict[str, Value]
+    verdict: str
+    reason: str = ""
+    figures: dict[str, Value] = field(default_factory=dict)
+    frames: int = 0
+    error_frames: int = 0
+    bus_time_ns: int = 0
+    digest: str = ""
+    trace: str = field(default="", compare=False)
+
+    @property
+    def passed(self) -> bool:
+        return self.verdict == "passed"
+
+
+class _Watched(Lab):
+    """A lab that keeps a digest of what goes over its buses, and the lines of a log where they are wanted."""
+
+    def __init__(self, seed: int, log: bool) -> None:
+        super().__init__(seed=seed)
+        self.digest = hashlib.sha256()
+        self.lines: list[tuple[int, str]] | None = [] if log else None
+
+    def _made(self, bus: BenchBus[Any, Any, Any]) -> None:
+        name = bus.name.encode()
+
+        def witness(sender: str, record: bytes, at_ns: int) -> None:
+            self.digest.update(b"%b %b %d " % (name, sender.encode(), at_ns))
+            self.digest.update(record)
+
+        bus.tell(witness)
+        if self.lines is not None and isinstance(bus, LabBus):
+            bus.remember(1 << 24)
+
+    def log(self) -> list[str]:
+        """All frames of the CAN buses, in the order of their ends, as lines of a candump log."""
+        heard = [
+            LogLine(frame.timestamp_ns, name, frame)
+            for name, bus in self.buses.items()
+            for _, frame in bus.recent()
+        ]
+        heard.sort(key=lambda line: line[:2])
+        return [format_log_line(line) for line in heard]
+
+
+def play(campaign: Campaign, number: int, seed: int, *, log: list[str] | None = None) -> CampaignRun:
+    """Run number `number` of a campaign that was started with `seed`.
+
+    Its frames go into `log` as lines of a candump log.
+    """
+    own_seed = campaign.seed_of(number, seed)
+    parameters = campaign.space.at(number, own_seed)
+    lab = _Watched(own_seed, log is not None)
+    figures: dict[str, Value] = {}
+    verdict, reason, trace = "passed", "", ""
+    try:
+        figures = _checked(campaign(lab, **parameters), parameters)
+    except Exception as error:
+        verdict = "failed" if isinstance(error, _VERDICTS_OF_TESTS) else "error"
+        words = str(error).strip() or "no reason given"
+        reason = words.splitlines()[0] if verdict == "failed" else f"{type(error).__name__}: {words}"
+        trace = "".join(traceback.format_exception(error))
+    if log is not None:
+        log += lab.log()
+    run = CampaignRun(
+        number,
+        own_seed,
+        parameters,
+        verdict,
+        reason,
+        figures,
+        sum(bus.frames for bus in lab.buses.values()) + sum(bus.frames for bus in lab.lin_buses.values()),
+        sum(bus.error_frames for bus in lab.buses.values()),
+        lab.now_ns,
+        lab.digest.hexdigest()[:32],
+        trace,
+    )
+    lab.close()
+    return run
+
+
+def _checked(figures: Figures | None, parameters: dict[str, Value]) -> dict[str, Value]:
+    found = dict(figures or {})
+    for name, value in found.items():
+        if not isinstance(name, str) or name in parameters or name in TABLE:
+            raise BadValue(f"figure {name!r}: the table has a column of that name already")
+        if not isinstance(value, bool | int | float | str):
+            raise TypeError(f"figure {name}: {shown(value)} must be a number, a string, True or False")
+    return found
+
+
+TABLE = ("run", "seed", "verdict", "reason", "frames", "error_frames", "bus_time_ns", "digest")
+"""The columns that every table has, beside the parameters (after `seed`) and the figures (after `reason`)."""

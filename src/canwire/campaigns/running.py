@@ -1,0 +1,81 @@
+"""A whole campaign: many runs on processes of this machine or on a cluster, or one of them once more."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from canwire.campaigns.campaign import MOST_RUNS, Campaign
+from canwire.campaigns.cluster import in_cluster
+from canwire.campaigns.loading import Script
+from canwire.campaigns.playing import CampaignRun, play
+from canwire.campaigns.table import check_table, write
+from canwire.campaigns.workers import in_processes
+from canwire.values.checks import whole
+
+_MOST_WORKERS = 4096
+_MOST_SEED = 1 << 63
+
+
+def script_of(campaign: Campaign | str | Path, name: str = "") -> Script:
+    """The file a campaign stands in. Raises OSError, BadValue."""
+    if isinstance(campaign, Campaign):
+        return Script.read(campaign.source, campaign.name)
+    return Script.read(campaign, name)
+
+
+def run_campaign(
+    campaign: Campaign | str | Path,
+    *,
+    runs: int | None = None,
+    seed: int = 1,
+    workers: int | None = None,
+    cluster: str | None = None,
+    results: str | Path | None = None,
+    told: Callable[[CampaignRun], object] | None = None,
+) -> list[CampaignRun]:
+    """Play a campaign, or the only one in a file; what came of each run, in the order of their numbers.
+
+    `runs` is how many (None: the grid of its lists once), `workers` how many processes (None: one a processor), or
+    `cluster` the address of a Dask scheduler, "dask://host:8786". `results` is a Parquet or CSV file for the table,
+    which is written in any case: after Ctrl-C with the runs that were done. `told` is called with each run as it
+    comes, in any order. Each worker reads the file anew: a script that calls this guards it by
+    `if __name__ == "__main__"`.
+
+    Raises BadValue, ExtraMissing, HubError (no cluster), OSError; a run's own exceptions are in its row.
+    """
+    script = script_of(campaign)
+    size = script.load().space.size
+    count = whole("runs", size if runs is None else runs, 1, MOST_RUNS)
+    if results is not None:
+        check_table(results)
+    done: list[CampaignRun] = []
+    try:
+        for batch in _batches(script, range(count), whole("seed", seed, 0, _MOST_SEED), workers, cluster):
+            for run in batch:
+                done.append(run)
+                if told is not None:
+                    told(run)
+    finally:
+        if results is not None:
+            write(results, done)
+    return sorted(done, key=lambda run: run.number)
+
+
+def repeat_run(
+    campaign: Campaign | str | Path, number: int, *, seed: int = 1, name: str = ""
+) -> tuple[CampaignRun, list[str]]:
+    """Run number `number` once more, in this process: what came of it, and its frames as lines of a candump log."""
+    log: list[str] = []
+    run = play(script_of(campaign, name).load(), number, whole("seed", seed, 0, _MOST_SEED), log=log)
+    return run, log
+
+
+def _batches(
+    script: Script, numbers: range, seed: int, workers: int | None, cluster: str | None
+) -> Iterator[list[CampaignRun]]:
+    if cluster is not None:
+        return in_cluster(script, numbers, seed, cluster)
+    processes = min(len(numbers), whole("workers", workers or os.cpu_count() or 1, 1, _MOST_WORKERS))
+    return in_processes(script, numbers, seed, processes)

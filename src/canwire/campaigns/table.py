@@ -1,0 +1,80 @@
+"""What came of a campaign, as a table: one row a run, in the order of their numbers."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from pathlib import Path
+
+from canwire.campaigns.parameters import Value
+from canwire.campaigns.playing import CampaignRun
+from canwire.errors import BadValue, ExtraMissing
+
+_ENDINGS = (".parquet", ".csv")
+
+
+def rows(runs: Iterable[CampaignRun]) -> list[dict[str, Value | None]]:
+    """One row a run in the order of their numbers, all with the same columns."""
+    ordered = sorted(runs, key=lambda run: run.number)
+    parameters = list(dict.fromkeys(name for run in ordered for name in run.parameters))
+    figures = list(dict.fromkeys(name for run in ordered for name in run.figures))
+    return [
+        {
+            "run": run.number,
+            "seed": run.seed,
+            **{name: run.parameters.get(name) for name in parameters},
+            "verdict": run.verdict,
+            "reason": run.reason,
+            **{name: run.figures.get(name) for name in figures},
+            "frames": run.frames,
+            "error_frames": run.error_frames,
+            "bus_time_ns": run.bus_time_ns,
+            "digest": run.digest,
+        }
+        for run in ordered
+    ]
+
+
+def check_table(path: str | Path) -> Path:
+    """`path`, if `write` will be able to write there. Raises BadValue for another ending, ExtraMissing, OSError."""
+    path = Path(path)
+    if path.suffix not in _ENDINGS:
+        raise BadValue(f"{path}: results are written to a file whose name ends in {' or '.join(_ENDINGS)}")
+    if path.suffix == ".parquet":
+        try:
+            import pyarrow.parquet  # type: ignore[import-untyped]  # noqa: F401
+        except ImportError:
+            raise ExtraMissing("pyarrow", "cluster") from None
+    if not path.parent.is_dir():
+        raise FileNotFoundError(2, "there is no such folder", str(path.parent))
+    return path
+
+
+def write(path: str | Path, runs: Iterable[CampaignRun]) -> None:
+    """Write the table, whole or not at all, to a Parquet or CSV file. Raises as `check_table` does."""
+    path = check_table(path)
+    table = rows(runs)
+    part = path.with_name(path.name + ".part")
+    if path.suffix == ".csv":
+        with part.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(table[0]) if table else [])
+            writer.writeheader()
+            writer.writerows(table)
+    else:
+        import pyarrow
+        import pyarrow.parquet
+
+        pyarrow.parquet.write_table(pyarrow.table(_columns(table)), part)
+    part.replace(path)
+
+
+def _columns(table: list[dict[str, Value | None]]) -> dict[str, list[Value | None]]:
+    """By column; one that has numbers of both kinds has floats, one of mixed types text."""
+    columns = {name: [row[name] for row in table] for name in (table[0] if table else ())}
+    for name, values in columns.items():
+        kinds = {type(one) for one in values if one is not None}
+        if kinds == {int, float}:
+            columns[name] = [None if one is None else float(one) for one in values]
+        elif len(kinds) > 1:
+            columns[name] = [None if one is None else str(one) for one in values]
+    return columns

@@ -1,0 +1,1 @@
+"""`canwire campaign`: thousands of labs by number."""

@@ -1,0 +1,39 @@
+"""The same campaign on a Dask cluster of two workers in processes gives the same table."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from canwire import HubError, run_campaign
+from tests.campaigns.scripts import FLIPS, written
+
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[str]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+        ) as cluster:
+            yield cluster.scheduler_address.replace("tcp://", "dask://")
+
+
+@pytest.mark.conforms("N-38")
+def test_the_same_table(cluster: str, tmp_path: Path) -> None:
+    flips = written(tmp_path, "flips.py", FLIPS)
+    here = run_campaign(flips, runs=24, seed=3, workers=2, results=tmp_path / "here.csv")
+    assert run_campaign(flips, runs=24, seed=3, cluster=cluster, results=tmp_path / "there.csv") == here
+    assert (tmp_path / "there.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()
+
+
+def test_no_cluster_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("canwire.campaigns.cluster._PATIENCE_S", 0.5)
+    with pytest.raises(HubError, match=r"cluster dask://127\.0\.0\.1:9"):
+        run_campaign(written(tmp_path, "flips.py", FLIPS), cluster="dask://127.0.0.1:9")

@@ -1,0 +1,149 @@
+"""Campaigns on processes of this machine: alike whatever the workers, repeated by number, whole after a crash."""
+
+from __future__ import annotations
+
+import csv
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from canwire import BadValue, CampaignRun, repeat_run, run_campaign
+from tests.campaigns.scripts import ENDS, FLIPS, written
+
+
+@pytest.fixture
+def flips(tmp_path: Path) -> Path:
+    return written(tmp_path, "flips.py", FLIPS)
+
+
+@pytest.mark.conforms("N-37")
+def test_workers_change_nothing_and_a_number_is_enough_to_repeat(flips: Path) -> None:
+    told: list[CampaignRun] = []
+    alone = run_campaign(flips, runs=24, seed=3, workers=1, told=told.append)
+    assert [run.number for run in alone] == list(range(24))
+    assert sorted(told, key=lambda run: run.number) == alone
+    assert {run.verdict for run in alone} == {"passed", "failed"}
+    assert run_campaign(flips, runs=24, seed=3, workers=2) == alone
+    failed = next(run for run in alone if not run.passed)
+    assert failed.reason.endswith("errors")
+    assert failed.error_frames >= 3
+    again, log = repeat_run(flips, failed.number, seed=3)
+    assert again == failed
+    assert "AssertionError" in again.trace
+    assert repeat_run(flips, failed.number, seed=3)[1] == log
+    assert len(log) == failed.frames == 20
+    other, other_log = repeat_run(flips, failed.number, seed=4)
+    assert other.digest != again.digest
+    assert other_log != log
+
+
+def test_without_a_number_the_grid_is_gone_through_once(flips: Path) -> None:
+    runs = run_campaign(flips, workers=1)
+    assert len(runs) == 12
+    assert {(run.parameters["bit_rate"], run.parameters["bit"]) for run in runs} == {
+        (rate, bit) for rate in (250_000, 500_000) for bit in range(20, 26)
+    }
+
+
+@pytest.mark.conforms("N-37")
+def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tmp_path: Path) -> None:
+    runs = run_campaign(written(tmp_path, "ends.py", ENDS), workers=2)
+    verdicts = {run.number: run.verdict for run in runs}
+    assert verdicts == dict.fromkeys(range(12), "passed") | {5: "crashed", 7: "error"}
+    assert runs[5].reason == "its process ended by itself"
+    assert runs[7].reason == "KeyError: 'seven'"
+    assert [run.figures for run in runs if run.passed] == [
+        {"square": number * number} for number in range(12) if number not in (5, 7)
+    ]
+
+
+def test_a_pool_that_breaks_while_batches_are_handed_out_loses_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = ProcessPoolExecutor.submit
+    handed = 0
+
+    def submit(self: ProcessPoolExecutor, *arguments: Any) -> Any:
+        nonlocal handed
+        handed += 1
+        if handed == 3:
+            raise BrokenProcessPool("a worker has ended meanwhile")
+        return real(self, *arguments)
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", submit)
+    text = ENDS.replace("os._exit(9)", "pass")
+    runs = run_campaign(written(tmp_path, "ends.py", text), workers=1)
+    assert [run.number for run in runs] == list(range(12))
+
+
+def test_the_table_as_parquet(flips: Path, tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow.parquet")
+    runs = run_campaign(flips, workers=1, results=tmp_path / "flips.parquet")
+    table = pyarrow.read_table(tmp_path / "flips.parquet")
+    assert table.num_rows == 12
+    assert table.column_names == [
+        "run", "seed", "bit_rate", "bit", "noise", "verdict", "reason", "errors", "seconds", "frames",
+        "error_frames", "bus_time_ns", "digest",
+    ]  # fmt: skip
+    assert table["digest"].to_pylist() == [run.digest for run in runs]
+    assert table["errors"].to_pylist() == [run.figures.get("errors") for run in runs]
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_the_table_as_csv(tmp_path: Path) -> None:
+    path = written(tmp_path, "ends.py", ENDS)
+    run_campaign(path, workers=2, results=tmp_path / "ends.csv")
+    with (tmp_path / "ends.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["verdict"] for row in rows].count("passed") == 10
+    assert rows[3]["square"] == "9"
+    assert rows[5]["square"] == ""
+
+
+def test_what_was_done_is_written_when_it_is_interrupted(flips: Path, tmp_path: Path) -> None:
+    seen: list[CampaignRun] = []
+
+    def interrupt(run: CampaignRun) -> None:
+        seen.append(run)
+        if len(seen) == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(flips, workers=1, results=tmp_path / "part.csv", told=interrupt)
+    with (tmp_path / "part.csv").open(newline="") as file:
+        assert len(list(csv.DictReader(file))) == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x = 1\n", "it has none; a campaign is a function under @campaign"),
+        ("def broken(:\n", r"line 1: "),
+        (FLIPS + FLIPS.replace("flips", "others"), "several campaigns, say which: it has flips, others"),
+    ],
+)
+def test_files_without_a_campaign(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(BadValue, match=said):
+        run_campaign(written(tmp_path, "some.py", text))
+
+
+def test_numbers_out_of_range(flips: Path, tmp_path: Path) -> None:
+    for wrong in ({"runs": 0}, {"workers": 1 << 20}, {"seed": -1}):
+        with pytest.raises(BadValue):
+            run_campaign(flips, **wrong)  # type: ignore[arg-type]
+    with pytest.raises(BadValue, match=r"ends in \.parquet or \.csv"):
+        run_campaign(flips, results=tmp_path / "x.txt")
+    with pytest.raises(FileNotFoundError):
+        run_campaign(flips, results=tmp_path / "nowhere" / "x.csv")
+    with pytest.raises(BadValue, match="such as dask://"):
+        run_campaign(flips, cluster="host:8786")
+
+
+def test_a_figure_must_not_hide_a_column(tmp_path: Path) -> None:
+    text = "from canwire import campaign\n@campaign(bit=[1])\ndef some(lab, bit):\n    return {'bit': 2}\n"
+    run, _ = repeat_run(written(tmp_path, "some.py", text), 0)
+    assert run.verdict == "error"
+    assert "figure 'bit'" in run.reason
