@@ -15,6 +15,7 @@ import canwire
 
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
+Gateway GatewayCounts GatewayRules
 Campaign CampaignRun Draw campaign repeat_run run_campaign
 lines_now
 LimitsConfig

@@ -34,6 +34,7 @@ ROOMS = [
     "hub",
     "lab",
     "campaigns",
+    "gateway",
     "core",
     DOOR,
 ]
@@ -80,6 +81,7 @@ MAY_HAVE_CLOCKS = {
     "hub",
     "commands",
     "campaigns",
+    "gateway",
     "pytest_plugin",
     "python_can",
     "socketcan",

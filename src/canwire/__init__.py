@@ -101,6 +101,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
     from canwire.errors import LimitReached
+    from canwire.gateway.gateway import Gateway
+    from canwire.gateway.rules import GatewayCounts, GatewayRules
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
@@ -208,6 +210,8 @@ _NAMES = {
     "core": "core_mode",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
+    "gateway.gateway": "Gateway",
+    "gateway.rules": "GatewayCounts GatewayRules",
     "hub.bring_up": "bring_up start_line",
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
@@ -360,6 +364,9 @@ __all__ = [
     "FilterSetup",
     "Filtered",
     "Frame",
+    "Gateway",
+    "GatewayCounts",
+    "GatewayRules",
     "Hub",
     "HubBus",
     "HubChannel",

@@ -60,7 +60,7 @@ VERBS = {
     "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
     "run": Verb("canwire.commands.socketcan.run", "run a program that speaks SocketCAN on buses of the hub"),
     "bridge": Verb(
-        "canwire.commands.socketcan.bridge", "join a bus of the hub and a CAN interface of the kernel"
+        "canwire.commands.gateway.verb", "pass frames on between two buses, or a bus and the kernel's"
     ),
     "slcan": Verb(
         "canwire.commands.slcan", "play a CANBUS dongle, for programs that use serial CAN adapters"

@@ -192,6 +192,9 @@ class Hub(Client):
         """All notes whose names begin so."""
         return dict(self.call(m.ListNotes(prefix)).values)
 
-    def set_note(self, name: str, value: bytes) -> None:
-        """Leave a note for other programs, in place of the one before; b"" takes it away."""
-        self.call(m.SetNote(name, value))
+    def set_note(self, name: str, value: bytes, *, leaves: bool = False) -> None:
+        """Leave a note for other programs, in place of the one before; b"" takes it away.
+
+        One that `leaves` is gone as soon as this program is.
+        """
+        self.call(m.SetNote(name, value, leaves))

@@ -23,6 +23,7 @@ class Notes:
         self._values: dict[
             str, tuple[bytes, Session | None]
         ] = {}  # with who wrote it, as long as it is there
+        self._leaving: set[str] = set()  # names of those that go with their writer
         self._left: dict[str, None] = {}  # names of those whose writer has left, the oldest first
 
     def get(self, name: str) -> bytes:
@@ -33,8 +34,11 @@ class Notes:
         """Names that begin so, and their values."""
         return tuple((name, value) for name, (value, _) in self._values.items() if name.startswith(prefix))
 
-    def set(self, name: str, value: bytes, writer: Session) -> None:
-        """Keep it, or take it away where it is empty; raises BadValue for a large one, LimitReached for too many."""
+    def set(self, name: str, value: bytes, writer: Session, *, leaves: bool = False) -> None:
+        """Keep it, or take it away where it is empty; raises BadValue for a large one, LimitReached for too many.
+
+        One that `leaves` goes with its writer.
+        """
         if len(name) > _LONGEST_NAME or len(value) > _LONGEST_NOTE:
             raise BadValue(
                 f"note {name[:20]!r}: names up to {_LONGEST_NAME} characters, {_LONGEST_NOTE} bytes each"
@@ -44,13 +48,19 @@ class Notes:
             check_room(self._limits, "notes", own, writer.name)
         self._values.pop(name, None)
         self._left.pop(name, None)
+        self._leaving.discard(name)
         if value:
             self._values[name] = value, writer
+            if leaves:
+                self._leaving.add(name)
 
     def leave(self, writer: Session) -> None:
         """This client has left."""
         for name, (value, other) in list(self._values.items()):
-            if other is writer:
+            if other is writer and name in self._leaving:
+                del self._values[name]
+                self._leaving.discard(name)
+            elif other is writer:
                 self._values[name] = value, None
                 self._left[name] = None
         while len(self._left) > _LEFT * self._limits.notes:

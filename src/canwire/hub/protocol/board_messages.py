@@ -77,10 +77,11 @@ class PassOn(Message):
 
 
 class SetNote(Message):
-    """-> None. A note lies at the hub until another takes its place; an empty one is taken away."""
+    """-> None. It lies there until another takes its place, or its writer `leaves`; an empty one is taken away."""
 
     name: str
     value: bytes
+    leaves: bool = False
 
 
 class GetNote(Message):

@@ -28,5 +28,5 @@ def _list_notes(request: m.ListNotes, session: Session, world: World) -> Answer:
 
 @answers.to(m.SetNote)
 def _set_note(request: m.SetNote, session: Session, world: World) -> Answer:
-    world.notes.set(request.name, request.value, session)
+    world.notes.set(request.name, request.value, session, leaves=request.leaves)
     return DONE

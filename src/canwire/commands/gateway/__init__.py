@@ -1,0 +1,1 @@
+"""`canwire bridge`: two buses, and what passes between them."""

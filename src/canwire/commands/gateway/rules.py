@@ -1,0 +1,98 @@
+"""Rules of a gateway as they are typed: --filter, --map, --change, --rate."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Sequence
+
+from canwire import BadValue, Frame, GatewayRules
+from canwire.commands.dump.filters import accepts, parse_filters
+
+_MAP = re.compile(r"([0-9A-Fa-f]{1,8})=([0-9A-Fa-f]{1,8})")
+_CHANGE = re.compile(r"([0-9A-Fa-f]{1,8}):(\d{1,2})=([0-9A-Fa-f]{2})(?:/([0-9A-Fa-f]{2}))?")
+_Ids = dict[int | tuple[int, bool], int | tuple[int, bool]]
+_Change = tuple[tuple[int, bool], int, int, int]  # frame, byte, value, mask
+
+
+def add_rule_arguments(parser: argparse.ArgumentParser) -> None:
+    """--filter, --map, --change, --rate, --one-way."""
+    parser.add_argument(
+        "--filter",
+        action="append",
+        default=[],
+        metavar="ID:MASK",
+        help="frames that pass, as `canwire dump` has it",
+    )
+    parser.add_argument(
+        "--map",
+        action="append",
+        default=[],
+        metavar="ID=ID",
+        help="another identifier; back again on the way back",
+    )
+    parser.add_argument(
+        "--change",
+        action="append",
+        default=[],
+        metavar="ID:BYTE=VALUE[/MASK]",
+        help="these bits of a data byte (0 is the first) of a frame, by its new identifier; on the way there",
+    )
+    parser.add_argument("--rate", type=float, metavar="N", help="frames in any one second, each way")
+    parser.add_argument("--one-way", action="store_true", help="from the first to the second only")
+
+
+def rules_by(arguments: argparse.Namespace) -> tuple[GatewayRules, GatewayRules | None]:
+    """Those there and those back; raises BadValue for what cannot be read."""
+    ids: _Ids = dict(_mapping(text) for text in arguments.map)
+    filters = parse_filters(arguments.filter)
+    changes = [_change(text) for text in arguments.change]
+
+    names: _Ids = {new: old for old, new in ids.items()}
+    if len(names) != len(ids):
+        raise BadValue(
+            "--map: two identifiers would become one; a gateway could not tell them apart on the way back"
+        )
+    wanted = (lambda frame: accepts(filters, frame)) if filters else None
+    change = (lambda frame: _applied(frame, changes)) if changes else None
+    there = GatewayRules(wanted, ids, change, arguments.rate)
+    return there, None if arguments.one_way else GatewayRules(wanted, names, rate=arguments.rate)
+
+
+def _applied(frame: Frame, changes: Sequence[_Change]) -> Frame:
+    data = bytearray(frame.data)
+    for which, place, value, mask in changes:
+        if which == (frame.id, frame.extended) and place < len(data):
+            data[place] = (data[place] & ~mask) | (value & mask)
+    if data == frame.data:
+        return frame
+    return Frame(
+        frame.id,
+        bytes(data),
+        extended=frame.extended,
+        fd=frame.fd,
+        bit_rate_switch=frame.bit_rate_switch,
+        timestamp_ns=frame.timestamp_ns,
+    )
+
+
+def _mapping(text: str) -> tuple[tuple[int, bool], tuple[int, bool]]:
+    found = _MAP.fullmatch(text)
+    if found is None:
+        raise BadValue(f"--map {text!r}: two identifiers in hex: 100=200, or 18FEF100=18FEF200")
+    return _identifier(found[1]), _identifier(found[2])
+
+
+def _change(text: str) -> _Change:
+    found = _CHANGE.fullmatch(text)
+    if found is None:
+        raise BadValue(
+            f"--change {text!r}: identifier, byte and value in hex: 123:2=FF, or 123:2=01/0F for these bits only"
+        )
+    return _identifier(found[1]), int(found[2]), int(found[3], 16), int(found[4] or "FF", 16)
+
+
+def _identifier(digits: str) -> tuple[int, bool]:
+    """Eight digits, or a number above 7FF, are 29 bits, as in candump's texts."""
+    number = int(digits, 16)
+    return number, len(digits) == 8 or number > 0x7FF

@@ -1,0 +1,78 @@
+"""`canwire bridge`: pass frames on between two buses of the hub, of two hubs, or a bus and an interface of the kernel.
+
+canwire bridge can0 can1                                both ways, everything
+canwire bridge can0 can1 --filter 100:700 --map 100=200  some frames, one under another identifier
+canwire bridge can0 can1 --one-way --rate 100           at most 100 frames in any second
+canwire bridge can0 can1 --change 123:0=80/80           bit 7 of byte 0 of frame 123 is set
+canwire bridge can0 can0 --to-hub /run/other.sock       can0 here and can0 of another hub
+canwire bridge can0 vcan0                               an interface of the kernel, which has to be there and up
+
+A name that is both is the hub's: `kernel:can0` is the kernel's. Ctrl-C ends it; lines on stderr then tell what became
+of the frames of each direction. Gateways that would pass frames round and round are refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+
+import canwire
+from canwire import Gateway, Hub, LinePlace, NoSuchBoard, find_lines
+from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
+from canwire.commands.console import complain
+from canwire.commands.gateway.rules import add_rule_arguments, rules_by
+from canwire.commands.shared_hub import connected, find_line
+
+_KERNEL = "kernel:"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_line_arguments(parser)
+    parser.add_argument("other", metavar="OTHER", help="another line or bus, or an interface of the kernel")
+    parser.add_argument("--to-hub", metavar="ADDRESS", help="OTHER is a line of this hub")
+    add_rule_arguments(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Pass frames on until Ctrl-C; HubError without a hub or an interface, OSError once that goes down."""
+    with ExitStack() as closing:
+        hub = connected(arguments, "bridge", closing)
+        other_hub = hub
+        if arguments.to_hub is not None:
+            other_hub = closing.enter_context(canwire.connect(arguments.to_hub, name="canwire bridge"))
+        elif _is_kernels(hub, arguments.other):
+            from canwire.commands.gateway.kernel import join
+
+            return join(arguments, hub, arguments.other.removeprefix(_KERNEL))
+        there, back = rules_by(arguments)
+        first = find_line(hub, arguments.line, to_send=True)
+        second = find_line(other_hub, arguments.other, to_send=True)
+        _start(hub, first, arguments)
+        _start(other_hub, second, arguments)
+        gateway = closing.enter_context(
+            Gateway(first, second, there=there, back=back, hub=hub, other_hub=other_hub)
+        )
+        names = [f"{place.address} on {place.info.bus or 'no bus'}" for place in (first, second)]
+        complain(f"{names[0]} {'to' if arguments.one_way else 'and'} {names[1]}: passing on")
+        try:
+            gateway.wait()
+        finally:
+            complain(f"there: {gateway.there}" + ("" if arguments.one_way else f"; back: {gateway.back}"))
+    return 0
+
+
+def _start(hub: Hub, place: LinePlace, arguments: argparse.Namespace) -> None:
+    """At the rates asked for, where some are; else the gateway takes those of the bus."""
+    if arguments.bit_rate is not None or arguments.data_bit_rate is not None:
+        bring_up(hub, place, wanted_by(arguments))
+
+
+def _is_kernels(hub: Hub, name: str) -> bool:
+    if name.startswith(_KERNEL):
+        return True
+    try:
+        find_lines(hub, name)
+    except NoSuchBoard:
+        return True
+    return False

@@ -1,0 +1,213 @@
+"""A gateway between two lines, of one hub or of two."""
+
+from __future__ import annotations
+
+import threading
+import uuid
+from contextlib import ExitStack, suppress
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from canwire.boards.can.modes import ChannelMode, LineMode, LineStatus, Siblings
+from canwire.errors import BadValue, Closed, HubError
+from canwire.gateway.loops import PREFIX, Way, as_note, circle, identity, ways_at
+from canwire.gateway.rules import GatewayCounts, GatewayRules, Passage
+from canwire.hub.bring_up import bring_up
+from canwire.hub.connect import connect
+from canwire.hub.finding import LinePlace, find_lines, lines_now
+from canwire.hub.wanted_mode import WantedMode
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.channel import HubChannel
+    from canwire.hub.handles.hub import Hub
+
+_QUEUE = 16_384  # frames
+_AT_ONCE = 256
+_PASS = GatewayRules()
+
+
+class Gateway:
+    """Passes frames on between two lines, from the moment it is made until it is closed.
+
+    `line` and `other` are names of lines or buses of `hub` and `other_hub` (None: this user's hub, and the same one).
+    A bus's name means a line of it that nobody uses, else a shared one. `there` are the rules from `line` to `other`,
+    `back` those the other way; None: nothing goes that way. A line that does not run is started at the bit rate of its
+    bus, else at 500 kbit/s. Frames that a gateway has sent are not passed back; gateways that would pass them round
+    in a circle are refused.
+
+    ::
+
+        with Gateway("can0", "can1", there=GatewayRules(ids={0x100: 0x200}), back=None) as gateway:
+            gateway.wait(10)
+            print(gateway.there)
+
+    Raises NoSuchBoard, BadValue (a circle, both on one bus), HubError, and what starting a line raises.
+    """
+
+    def __init__(
+        self,
+        line: str | LinePlace,
+        other: str | LinePlace,
+        *,
+        there: GatewayRules | None = _PASS,
+        back: GatewayRules | None = _PASS,
+        hub: Hub | None = None,
+        other_hub: Hub | None = None,
+    ) -> None:
+        if there is None and back is None:
+            raise BadValue("a gateway needs rules for one direction at least")
+        self._closing = ExitStack()
+        self._failure: BaseException | None = None
+        self._over = threading.Event()
+        try:
+            first = hub or self._closing.enter_context(connect(name="gateway"))
+            second = other_hub or first
+            ends = [_End(first, line), _End(second, other)]
+            self._claim(ends, there is not None, back is not None)
+            for end in ends:
+                end.open(self._closing)
+            self._there = Passage(there or _PASS, ends[1].fd)
+            self._back = Passage(back or _PASS, ends[0].fd)
+            self.name = f"{ends[0].place.address} and {ends[1].place.address}"
+            ways = [(ends[0], ends[1], self._there)] * (there is not None)
+            ways += [(ends[1], ends[0], self._back)] * (back is not None)
+            self._threads = [threading.Thread(target=self._carry, args=way, daemon=True) for way in ways]
+        except BaseException:
+            self._closing.close()
+            raise
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def there(self) -> GatewayCounts:
+        """What became of frames from `line` to `other`."""
+        return self._there.counts
+
+    @property
+    def back(self) -> GatewayCounts:
+        """The same the other way."""
+        return self._back.counts
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Wait until the gateway is over, at most so long; whether it is. Raises what ended it: HubLost, Unplugged."""
+        over = self._over.wait(timeout_s)
+        if self._failure is not None:
+            raise self._failure
+        return over
+
+    def close(self) -> None:
+        """Pass nothing on any more. Closing twice is harmless."""
+        self._over.set()
+        self._closing.close()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join()
+
+    def __enter__(self) -> Gateway:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "over" if self._over.is_set() else "running"
+        return f"<gateway between {self.name}, {state}: there {self.there}; back {self.back}>"
+
+    def _claim(self, ends: list[_End], there: bool, back: bool) -> None:
+        """Leave the note that others look for; refuse a circle."""
+        note = PREFIX + uuid.uuid4().hex[:16]
+        source, target = (end.known_as() for end in ends)
+        if source == target:
+            raise BadValue(f"both lines are on {ends[0].bus}: a gateway joins two buses")
+        ways = [Way(note, source, target)] * there + [Way(note, target, source)] * back
+        others: set[Way] = set()
+        for end in ends:
+            end.hub.set_note(note, as_note(ways), leaves=True)
+            self._closing.callback(_forget, end.hub, note)
+            others |= ways_at(end.hub)
+        path = circle(ways, others - set(ways))
+        if path is not None:
+            around = " > ".join(name.partition("/")[2] for name in path)
+            raise BadValue(
+                f"gateways would pass frames round and round: {around}; another one joins these buses already"
+            )
+
+    def _carry(self, source: _End, target: _End, passage: Passage) -> None:
+        try:
+            while not self._over.is_set():
+                _pass_on(source, target, passage)
+        except Closed as error:
+            if not self._over.is_set():
+                self._failure = error
+        except Exception as error:  # the function that changes frames is somebody else's; `wait` raises it
+            self._failure = error
+        self._over.set()
+
+
+class _End:
+    """A line that a gateway is on."""
+
+    channel: HubChannel
+
+    def __init__(self, hub: Hub, line: str | LinePlace) -> None:
+        self.hub = hub
+        self.place = line if isinstance(line, LinePlace) else _unused(hub, line)
+        self.bus = self.place.info.bus or self.place.address
+        self.fd = False
+        self._lost = 0
+
+    def known_as(self) -> str:
+        return f"{identity(self.hub, uuid.uuid4().hex[:8])}/{self.bus}"
+
+    def open(self, closing: ExitStack) -> None:
+        """A channel on it, running."""
+        self.channel = closing.enter_context(self.hub.open_channel(self.place.board.id, self.place.line))
+        self.channel.set_up(ChannelMode(receive=_QUEUE, transmit=_QUEUE, siblings=Siblings.OTHERS))
+        control = bring_up(self.hub, self.place, self._mode, lambda status: None)
+        if control is not None:
+            control.close()
+        mode = self.place.status(self.hub).mode
+        self.fd = mode is not None and mode.long_data
+        self.channel.activate()
+
+    def newly_lost(self) -> int:
+        """Frames that found this program's receive queue full since the last call."""
+        lost = self.channel.status().lost
+        fresh, self._lost = lost - self._lost, lost
+        return fresh
+
+    def _mode(self, status: LineStatus) -> LineMode:
+        others = [place for place in find_lines(self.hub, self.bus, "CAN") if place != self.place]
+        running = [other for _, other in lines_now(self.hub, others)]
+        return WantedMode().at_rates_on_bus(running).mode(self.place.info.capabilities)
+
+
+def _pass_on(source: _End, target: _End, passage: Passage) -> None:
+    """What waits, or the next frame; Closed once the gateway is."""
+    frames = source.channel.receive_many(_AT_ONCE, None)
+    counts = passage.counts
+    for frame in frames:
+        new = passage.through(frame)
+        if new is None:
+            continue
+        if target.channel.writing.ring.free():
+            target.channel.send(new)
+            counts.passed += 1
+        else:
+            counts.lost += 1
+    if len(frames) == _AT_ONCE:  # behind: some may have found no room
+        lost = source.newly_lost()
+        counts.heard += lost
+        counts.lost += lost
+
+
+def _unused(hub: Hub, name: str) -> LinePlace:
+    places = find_lines(hub, name, "CAN")
+    return next((place for place, status in lines_now(hub, places) if status.unused), places[0])
+
+
+def _forget(hub: Hub, note: str) -> None:
+    with suppress(HubError, Closed):  # then the note has gone with its hub, or with this program
+        hub.set_note(note, b"")
