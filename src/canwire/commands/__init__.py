@@ -62,6 +62,10 @@ VERBS = {
     "bridge": Verb(
         "canwire.commands.gateway.verb", "pass frames on between two buses, or a bus and the kernel's"
     ),
+    "socketcand": Verb(
+        "canwire.commands.socketcan.socketcand",
+        "serve buses of the hub to programs that speak socketcand's protocol",
+    ),
     "slcan": Verb(
         "canwire.commands.slcan", "play a CANBUS dongle, for programs that use serial CAN adapters"
     ),

@@ -4,6 +4,7 @@ canwire serve                                   on this user's usual socket, whe
 canwire serve --socket ./bench --time fast      on a socket of its own; the buses do not wait for the clock
 canwire serve --config canwire.toml             these buses and boards
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
+canwire serve --socketcand                      for Kayak, SavvyCAN and python-can's socketcand, too
 
 One line says when it is ready; before that, stderr has a line for everything unusual about the buses, such as a cable
 that is too long. SIGTERM, SIGHUP and Ctrl-C end it: the socket is removed, and every client gets HubLost.
@@ -46,6 +47,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LINK",
         help=f"plug in a CANBUS dongle, too, found by this link (default: {USUAL_LINK} where canwire slcan has it)",
     )
+    parser.add_argument(
+        "--socketcand",
+        nargs="?",
+        const="",
+        metavar="HOST:PORT",
+        help="serve socketcand's protocol, too (default: 127.0.0.1:29536)",
+    )
     add_time_argument(parser, ("real", "fast"), "programs that share a hub wait for each other by the clock")
 
 
@@ -57,12 +65,15 @@ def run(arguments: argparse.Namespace) -> int:
         _tell_systemd("STOPPING=1")
         stop.set()
 
-    dongle = contextlib.ExitStack()
+    beside = contextlib.ExitStack()
 
     def ready(introduction: str) -> None:
         _ready(introduction)
         if arguments.dongle is not None:
-            dongle.enter_context(_dongle(arguments.dongle, arguments.socket))
+            beside.enter_context(_dongle(arguments.dongle, arguments.socket))
+        if arguments.socketcand is not None:
+            listen = ["--listen", arguments.socketcand] * bool(arguments.socketcand)
+            beside.enter_context(_verb("socketcand", *listen, hub=arguments.socket))
 
     try:
         with signals_call(end):
@@ -75,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
                 warn=complain,
             )
     finally:
-        dongle.close()
+        beside.close()
         stop.close()
     return 0
 
@@ -88,13 +99,16 @@ def _ready(introduction: str) -> None:
     _tell_systemd("READY=1")
 
 
-@contextlib.contextmanager
-def _dongle(link: str, address: str | None) -> Iterator[None]:
-    """A process of its own serves it: what it parses takes no time from the buses."""
-    hub = address or canwire.default_address()
+def _dongle(link: str, address: str | None) -> contextlib.AbstractContextManager[None]:
     link = os.path.expanduser(link) if link else os.path.join(canwire.state_directory(), USUAL_LINK)
-    command = [sys.executable, "-m", "canwire", "slcan", "--pty", link, "--hub", hub]
-    with subprocess.Popen(command) as process:
+    return _verb("slcan", "--pty", link, hub=address)
+
+
+@contextlib.contextmanager
+def _verb(name: str, *words: str, hub: str | None) -> Iterator[None]:
+    """A process of its own runs it: what it parses takes no time from the buses."""
+    address = hub or canwire.default_address()
+    with subprocess.Popen([sys.executable, "-m", "canwire", name, *words, "--hub", address]) as process:
         yield
         process.terminate()
 

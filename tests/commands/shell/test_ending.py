@@ -46,6 +46,7 @@ LASTING = [
     Lasting("candrv attach CID1: {folder}/cid1", "CID1: is", regular=True),
     Lasting("fault can0 noise --rate 1e-9", ": set"),
     Lasting("slcan --pty {folder}/pty", "dongle", regular=True),
+    Lasting("socketcand --listen 127.0.0.1:0", "socketcand on", regular=True),
     Lasting("serve --socket {folder}/own.sock", "canwire hub on", regular=True),
 ]
 WITHOUT_HUB = ("demo", "serve")

@@ -1,0 +1,154 @@
+"""The server: connections, interfaces, and a beacon for whoever looks for one."""
+
+from __future__ import annotations
+
+import errno
+import itertools
+import os
+import socket
+import tempfile
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import quoteattr
+
+from canwire import BadValue, Event, HubError
+from canwire.socketcan.daemon.client import Client
+from canwire.socketcan.interfaces import Interfaces
+from canwire.socketcan.loop import READABLE, Loop
+from canwire.socketcan.ports import Ports, refuse
+from canwire.socketcan.setting import Setting
+from canwire.socketcan.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from canwire import Hub, WantedMode
+    from canwire.socketcan.port import Port
+
+PORT = 29536
+_BEACON_PORT = 42000
+_BEACON_S = 2.0
+_MOST_CLIENTS = 256
+_FIRST_SLOT = 1 << 16  # numbers of clients, apart from those of the table
+
+
+def parse_address(text: str) -> tuple[str, int]:
+    """Host and port of "127.0.0.1:29536"; either may be left out. Raises BadValue."""
+    host, colon, port = text.rpartition(":")
+    if not colon:
+        host, port = (text, "") if not text.isdecimal() else ("", text)
+    if port and not (port.isdecimal() and int(port) < 1 << 16):
+        raise BadValue(f"{text}: HOST:PORT such as 127.0.0.1:{PORT}")
+    return host.strip("[]") or "127.0.0.1", int(port or PORT)
+
+
+class Daemon:
+    """Serves the hub's buses until `stop` is signalled or the hub is gone. `say` puts one line in front of people."""
+
+    def __init__(
+        self,
+        hub: Hub,
+        address: tuple[str, int],
+        wanted: WantedMode,
+        epoch_ns: int,
+        say: Callable[[str], object],
+        *,
+        mappings: dict[str, str] | None = None,
+        beacon: str = "",
+    ) -> None:
+        """`beacon`: an address to which it says every 2 s that it is there, "" for none. Raises OSError, HubError."""
+        self._directory = tempfile.TemporaryDirectory(prefix="canwire-socketcand-")
+        self._listener = socket.create_server(
+            address, family=socket.AF_INET6 if ":" in address[0] else socket.AF_INET
+        )
+        self._listener.setblocking(False)
+        self.address: tuple[str, int] = self._listener.getsockname()[:2]
+        self._loop = Loop()
+        table = Table(os.path.join(self._directory.name, "table"), b"socketcand")
+        interfaces = Interfaces(hub, table, mappings or {})
+        self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
+        self._ports = Ports(self._setting)
+        self._clients: set[Client] = set()
+        self._slots = itertools.count(_FIRST_SLOT)
+        self._boards = Event()
+        hub.watch(self._boards)
+        self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
+        self._loop.watch(self._listener.fileno(), READABLE, self._accept)
+        self._beacon = beacon
+        self._announcer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        if beacon:
+            self._announcer.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            self._announce()
+
+    def run(self, stop: Event) -> None:
+        """Until then; the clients' connections end with it."""
+        self._loop.watch(stop.fileno(), READABLE, lambda _: self._loop.stop())
+        try:
+            self._loop.run()
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        for client in list(self._clients):
+            client.close()
+        self._ports.close()
+        self._listener.close()
+        self._announcer.close()
+        self._boards.close()
+        self._setting.table.close()
+        self._loop.close()
+        self._directory.cleanup()
+
+    def _accept(self, _: int) -> None:
+        try:
+            end, peer = self._listener.accept()
+        except (
+            OSError
+        ) as error:  # it went away meanwhile, or there are no descriptors left: one connection less
+            self._setting.say(f"a connection was refused: {error.strerror}")
+            return
+        if len(self._clients) >= _MOST_CLIENTS:
+            self._setting.say(f"{peer[0]}: refused, there are {_MOST_CLIENTS} clients")
+            end.close()
+            return
+        end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._clients.add(Client(self._setting, self._find, next(self._slots), end, self._gone))
+
+    def _gone(self, client: Client) -> None:
+        self._clients.discard(client)
+        if client.lost:
+            self._setting.say(f"a client has left; {client.lost} frames were lost, it did not read")
+
+    def _find(self, name: str) -> Port:
+        for interface in self._setting.interfaces.by_index.values():
+            if interface.name == name:
+                return self._ports.port(interface.index)
+        raise refuse(errno.ENODEV)
+
+    def _boards_changed(self, _: int) -> None:
+        self._boards.wait(0)
+        if self._setting.hub.lost:
+            self._loop.stop()
+            return
+        try:
+            gone = self._setting.interfaces.refresh()
+        except HubError:
+            self._loop.stop()
+            return
+        for interface in gone:
+            if self._ports.known(interface.index) is None:
+                self._setting.interfaces.remove(interface)
+
+    def _announce(self) -> None:
+        """One datagram of the beacon, as doc/protocol.md has it."""
+        names = [one.name for one in self._setting.interfaces.of_all()]
+        buses = "".join(f"<Bus name={quoteattr(name)}/>" for name in names)
+        host = socket.gethostname()
+        text = (
+            f'<CANBeacon name={quoteattr(host)} type="SocketCAN" description="canwire">'
+            f"<URL>can://{self.address[0]}:{self.address[1]}</URL>{buses}</CANBeacon>"
+        )
+        try:
+            self._announcer.sendto(text.encode(), (self._beacon, _BEACON_PORT))
+        except OSError as error:
+            self._setting.say(f"beacon to {self._beacon}: {error.strerror}")
+        self._loop.call_in(_BEACON_S, self._announce)
