@@ -158,3 +158,25 @@ def test_the_trace_ends_with_the_bit_that_was_read_wrong() -> None:
     levels = on_the_bench(scenario, bitwise=True).levels
     assert levels is not None
     assert levels[-1] == (23 * BIT_NS, RECESSIVE)
+
+
+# flags
+
+
+def test_what_spares_a_missing_acknowledge_ends_with_its_flag() -> None:
+    """Rule 3, exception A: a dominant bit in a later passive flag is not the one that would have cost 8 more."""
+    schedule = scene(PASSIVE, end_ns=200_000)
+    schedule.members.append(Member(True, True, 0, 0))
+    schedule.sends.append((0, 0, classic(0x100)))
+    ack_slot = 53
+    delimiter = ack_slot + 1 + 6
+    overload_flag = delimiter + 8
+    for bit, level, node in (
+        (delimiter + 7, DOMINANT, None),
+        (overload_flag, RECESSIVE, 0),
+        (overload_flag + 2, DOMINANT, None),
+    ):
+        schedule.holds.append((bit * BIT_NS, 1, level, node))
+    schedule.looks = [(ack_slot + 1) * BIT_NS, (overload_flag + 6) * BIT_NS]
+    outcome = agreed(schedule)
+    assert [seen[1][1] for seen in outcome.seen] == [PASSIVE, PASSIVE + 8]

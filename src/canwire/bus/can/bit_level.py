@@ -327,7 +327,8 @@ class BitLevel:
 
     def _begin_bit(self, clock: Clock, at_ps: int) -> None:
         station = clock.station
-        idle = (station.state == _IDLE or station.rejoined) and not clock.joins and not station.sof_seen
+        idle = station.state == _IDLE or station.rejoined or (station.state == _SUSPEND and station.left == 0)
+        idle = idle and not clock.joins and not station.sof_seen
         if idle and self._dominant_before(clock, at_ps):
             station.sof_seen = True  # whatever became of the edge: no SOF onto a dominant wire
             clock.begin_bit(at_ps)

@@ -93,6 +93,8 @@ class Station:
             self.state = _IDLE
             if self.node.waiting:
                 self.node.joined(self.now_ns)
+        if self.state == _SUSPEND and self.left == 0:
+            self.state = _IDLE
         if self.state == _IDLE and not self.sof_seen:
             self._offer()
         self.just_free = False
@@ -229,8 +231,6 @@ class Station:
         self.sof_seen = False
         if self.state == _SUSPEND:
             self.left -= 1
-            if self.left == 0:
-                self.state = _IDLE
 
     def _intermission_bit(self, level: int) -> None:
         self.left -= 1
@@ -469,11 +469,12 @@ class Station:
         """Complete once six equal bits have been seen; `run` counts them, `flag_level` is their level."""
         self.run = self.run + 1 if self.run and level == self.flag_level else 1
         self.flag_level = level
-        if self.run == 6:
-            self.state = _FLAG_WAIT
         if level == 0 and self.tec_due:
             self.tec_due = False
             self._count(_TRANSMIT_ERROR)
+        if self.run == 6 and self.state == _PASSIVE_FLAG:
+            self.state = _FLAG_WAIT
+            self.tec_due = False  # later flags are not the missing acknowledge's
 
     def _after_flag_bit(self, level: int) -> None:
         if level == 1:

@@ -41,3 +41,12 @@ def test_bits_that_the_sender_or_all_receivers_read_wrong(first: int) -> None:
 )  # fmt: skip
 def test_schedules_that_once_differed_agree(seed: int, frames: int, faults: int) -> None:
     assert differences(schedule_of(seed, frames=frames, faults=faults)) == []
+
+
+# of the long run's first million frames: a spared acknowledge error that was remembered too long, and a suspended node
+# that did not wait for the end of its last bit; 1005 and 26295 made the reference say when a request in a bit that
+# began with a glitch is served
+@pytest.mark.parametrize("seed", [68, 1005, 5352, 15164, 17356, 26295])
+def test_schedules_of_the_long_run_that_once_differed_agree(seed: int) -> None:
+    faults = 8 if seed % 4 == 0 else 0
+    assert differences(schedule_of(seed, frames=30, faults=faults, roles=True)) == []

@@ -43,6 +43,7 @@ class Clock:
         self.start = self.due = now
         self.sampling = False
         self.synchronised = False
+        self.wanted = False
         self.last_sample = RECESSIVE
         self.seen = RECESSIVE
         self.out = RECESSIVE
@@ -66,6 +67,9 @@ class Clock:
         assert self.machine.send(level) == NEXT_BIT
         self.rate = DATA if self.node.pending_rate else NOMINAL
         self.due = now + self.rate.bit - self.rate.sample
+        if self.wanted and self.node.where == "idle" and level == RECESSIVE:
+            self.due = now  # the edge in this bit was no SOF
+        self.wanted = False
 
     def edge(self, now: int) -> None:
         """Recessive to dominant: one synchronisation between two samples, behind a recessive one."""
@@ -100,6 +104,7 @@ class Clock:
 
     def request(self, now: int) -> None:
         """There is something to send, and this node may be idle."""
+        self.wanted = self.node.where == "idle" and self.synchronised
         if self.node.where == "idle" and not self.synchronised and self.start != now:
             if self.sampling:  # the idle bit is cut short
                 self.machine.send(RECESSIVE)
