@@ -133,7 +133,7 @@ def scene(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Scene]:
         else:
             peer = stack.enter_context(closing(OnPythonCan(request.node.name)))
             hub.plug(PYTHON_CAN, BOARD, port=f"virtual/{request.node.name}")
-        made = Scene(lambda name: stack.enter_context(connected(engine, name)), request.param, engine, peer)
+        made = Scene(lambda name: stack.enter_context(connected(engine, name)), request.param, peer)
         stack.callback(made.close)
         yield made
 
@@ -192,7 +192,7 @@ def on_dongle(tmp_path: Path) -> Iterator[Scene]:
 
 def _scene_on(hub: canwire.Hub, kind: str, peer: OnCopper, stack: ExitStack) -> Scene:
     engine = hub._link._engine  # type: ignore[attr-defined]
-    made = Scene(lambda name: stack.enter_context(connected(engine, name)), kind, engine, peer)
+    made = Scene(lambda name: stack.enter_context(connected(engine, name)), kind, peer)
     stack.callback(made.close)
     return made
 

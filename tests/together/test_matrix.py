@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from tests.together.players.vci_v3 import VciV3
 from tests.together.players.vci_v4 import VciV4
 from tests.together.players.verbs import Verbs
 from tests.together.scene import Scene, virtual_scene
-from tests.together.table import CELLS, REFUSES, SEES, Cell, Line
+from tests.together.table import CELLS, REFUSES, SEES, SPREAD, Cell, Line
 
 PLAYERS: dict[str, type[Player]] = {
     made.kind: made
@@ -56,6 +57,20 @@ def test_the_table_is_whole() -> None:
     for event, rows in table.EVENTS.items():
         assert set(rows) >= set(table.KINDS) - {table.DONGLE}, event
     assert len(set(CELLS)) == len(CELLS)
+
+
+def test_no_cell_is_empty() -> None:
+    """On every board every program starts, and acts, in everything that happens; or the table says why it cannot."""
+    assert set(SPREAD) <= set(CELLS)
+    for board, event in itertools.product(table.BOARDS, table.EVENTS):
+        found = [cell for cell in SPREAD if (cell.board, cell.event) == (board, event)]
+        kinds = {kind for kind in table.KINDS if (kind, board) not in REFUSES}
+        first = {table.DONGLE} if board == table.DONGLES_OWN else kinds - {table.DONGLE}
+        if event == table.JOIN_STOPPED:
+            first &= table.CAN_STOP
+        assert {cell.starter for cell in found} == first
+        guests = kinds if board == table.DONGLES_OWN else kinds - {table.DONGLE}
+        assert {cell.actor for cell in found} == (guests & set(table.EVENTS[event]) if first else set())
 
 
 @pytest.mark.parametrize("cell", CELLS, ids=str)
