@@ -16,6 +16,7 @@ from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from tests.hubs import LONG_S, connected
 from tests.together.players.player import Player
+from tests.together.table import Line
 
 BOARD, PEER_BOARD = "HW000001", "HW000002"
 PEER_ID, PROVOKED = 0x700, 0x7FE
@@ -146,6 +147,9 @@ class Scene:
             assert self.until(lambda: self.status().state == ErrorState.BUS_OFF)
             fault.cancel()
             channel.cancel()
+
+    def settle(self, line: Line) -> None:
+        """Return once the line is so, where that takes a while after the call."""
 
     def kill(self, program: Player) -> None:
         """The program is gone without a word."""

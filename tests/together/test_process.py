@@ -19,10 +19,12 @@ import canwire
 from canwire import NoSuchBoard
 from tests.hubs import LONG_S, serving
 from tests.together import table
+from tests.together.happenings import HAPPENINGS
+from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE
 from tests.together.scene import BOARD, Scene, config_of
 from tests.together.table import CELLS, SPREAD, Cell
-from tests.together.test_matrix import HAPPENINGS, PLAYERS, program_settings
+from tests.together.test_matrix import program_settings
 
 __all__ = ["program_settings"]  # pytest finds the fixture by its name here
 
