@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from tests.together import table
 from tests.together.players.every import PLAYERS
-from tests.together.players.player import DONE, OTHER_RATE, Player
+from tests.together.players.player import DONE, OTHER_RATE, RATE, Player
 from tests.together.scene import Scene
 from tests.together.table import SEES, Cell, Line
 
@@ -35,6 +35,10 @@ def _join_stopped(scene: Scene, cell: Cell, starter: Player, actor: Player) -> N
     assert told == cell.told
     _sees(scene, cell, cell.after, starter, actor if told == DONE else None)
     assert scene.status().running == (cell.after is Line.ON)
+    mode = scene.status().mode
+    assert mode is not None
+    assert mode.timing is not None
+    assert mode.timing.bit_rate == RATE
 
 
 def _act(call: Callable[[Player], str]) -> Callable[[Scene, Cell, Player, Player], None]:
