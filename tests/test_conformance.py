@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import pytest
+
 from docs import conformance
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -52,3 +54,27 @@ def test_where_a_finding_is_decided_there_is_a_place() -> None:
 def _anchors(text: str) -> set[str]:
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+
+
+EXAMINATIONS = {
+    "vci": ("vci.md", r"^### (F\d+) "),
+    "candrv": ("candrv.md", r"^([AB]\d+)\. "),
+    "acan": ("acan-dongle.md", r"^### (A\d+) "),
+    "linux": ("linux.md", r"^### (\d)\. "),
+    "python-can": ("python-can.md", r"^### (\d+)\.? "),
+}
+SMALL_ONES = {"vci": "F12", "acan": "A15", "python-can": "10"}  # points with a list of their own
+
+
+@pytest.mark.parametrize("name", EXAMINATIONS)
+def test_no_finding_is_left_out(name: str) -> None:
+    file, numbered = EXAMINATIONS[name]
+    text = (ROOT / "docs" / "reference" / "findings" / file).read_text(encoding="utf-8")
+    numbers = re.findall(numbered, text, re.MULTILINE)
+    assert numbers
+    listed = [point.name.partition(" ")[2] for point in POINTS if point.name.partition(" ")[0] == name]
+    assert set(numbers) <= {number.partition(".")[0] for number in listed}
+    if small := SMALL_ONES.get(name):
+        section = re.split(rf"^### {small}\b.*$", text, flags=re.MULTILINE)[1].partition("\n## ")[0]
+        bullets = re.findall(r"^- ", section, re.MULTILINE)
+        assert len([number for number in listed if number.startswith(f"{small}.")]) == len(bullets)

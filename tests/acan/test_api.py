@@ -32,6 +32,7 @@ from canwire.acan.constants import (
 )
 from canwire.acan.structures import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB
 from tests.acan.bench import Peer, Virtual
+from tests.descriptors import nothing_left_open
 
 LONG = 30  # seconds after which something that should happen never will
 USUAL = {"hi_clk": 16_000, "hi_rat": 250, "hi_ts1": 11, "hi_ts2": 5, "hi_sjw": 3, "hi_msi": 1}
@@ -197,6 +198,19 @@ def test_register_fills_the_event_in(on_bus: Any, peer: Peer) -> None:
     assert on_bus.ACAN_Register(tb)
     peer.send(Frame(1))
     assert tb.hEvent.wait(LONG)
+
+
+def test_the_event_that_register_made_goes_with_its_block(on_bus: Any) -> None:
+    """And not before: a block that is registered again has the same one."""
+    with nothing_left_open():
+        tb = block(hEvent=None)
+        assert on_bus.ACAN_Register(tb)
+        made = tb.hEvent
+        assert on_bus.ACAN_Deregister(tb)
+        assert on_bus.ACAN_Register(tb)
+        assert tb.hEvent is made
+        assert on_bus.ACAN_Deregister(tb)
+        del tb, made
 
 
 @pytest.mark.conforms("AC-25")

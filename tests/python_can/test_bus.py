@@ -71,6 +71,23 @@ def test_who_comes_first_sets_the_rate(open_bus: Open, channel: str) -> None:
     assert open_bus(channel, bitrate=250_000).state is can.BusState.ACTIVE
 
 
+@pytest.mark.conforms("PL-13", "N-03")
+@pytest.mark.parametrize(("asked", "bit_rate"), [(None, 125_000), (125_000, 125_000), (500_000, 500_000)])
+def test_a_line_that_was_set_up_and_stopped_goes_on_as_it_is(
+    hub: canwire.Hub, asked: int | None, bit_rate: int
+) -> None:
+    """Unless another rate is asked for; nobody else is on the bus, so that there is no rate to be taken over."""
+    board = hub.board("HW000001")
+    with hub.open_channel(board.id, 0):
+        with hub.open_control(board.id, 0) as control:
+            control.initialise(LineMode(board.lines[0].capabilities.timing(125_000)))
+        with CanwireBus("HW000001:0", hub=hub, bitrate=asked) as bus:
+            status = bus.line_status()
+            assert status.running
+            assert status.mode.timing.bit_rate == bit_rate
+            assert (status.mode.data_timing is None) == (bit_rate == 125_000)
+
+
 @pytest.mark.conforms("N-03")
 def test_a_line_of_its_own_at_another_rate_is_allowed_and_pointed_out(
     open_bus: Open, caplog: pytest.LogCaptureFixture

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue, BusEvent, ErrorState, EventKind, Frame, LineError
-from canwire.slcan import CANABLE, DIALECTS, FileEeprom, MemoryEeprom, Settings, State
+from canwire.slcan import CANABLE, DIALECTS, Dongle, FileEeprom, MemoryEeprom, Settings, State
 from tests.slcan.bench import Bench
 
 FULL = Frame(0x100, bytes(8))
@@ -122,6 +122,24 @@ def test_the_ninth_frame_is_refused(opened: Bench) -> None:
     assert opened.dongle.waiting == 0
     assert opened.dongle.counters.refused == 2
     assert len(opened.can.sent) == 9
+
+
+@pytest.mark.finding("linux 2")
+def test_before_a_frame_is_refused_the_hub_comes_up_to_now(bench: Bench) -> None:
+    """A hub looks at its buses some thousand times a second, and whenever it is asked something."""
+
+    went = 0
+
+    def asked() -> int:
+        nonlocal went
+        bench.can.frames += [Frame(0, self_received=True)] * (len(bench.can.sent) - went)
+        went = len(bench.can.sent)
+        return bench.now_ns
+
+    bench.dongle = Dongle(bench.can, asked)
+    bench.ask(b"S4\rO\r")
+    assert bench.ask(b"t1000\r" * 20) == b"z\r" * 20
+    assert bench.dongle.counters.refused == 0
 
 
 @pytest.mark.finding("linux 2")

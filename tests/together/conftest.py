@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import pytest
 
@@ -12,6 +12,7 @@ from tests.descriptors import open_descriptors
 
 BEFORE = pytest.StashKey[Counter[str]]()
 FIRST = pytest.StashKey[Counter[str]]()  # what was open before the first of these tests
+FAILED = pytest.StashKey[bool]()
 MEMORY = "/memfd:canwire (deleted)"
 LINGERING = 8  # rings' memory that an exception's traceback may keep until the next exception
 
@@ -26,11 +27,21 @@ def _look_what_is_open(request: pytest.FixtureRequest) -> None:
     request.session.stash.setdefault(FIRST, found)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    item.stash[FAILED] = item.stash.get(FAILED, False) or report.failed
+    return report
+
+
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
-    """When all of its fixtures are gone."""
+    """When all of its fixtures are gone. A test that failed is held by its traceback, and so is what its programs had
+    made, such as the event of an ACAN program's task block: nothing is said about it."""
     yield
-    if BEFORE in item.stash and isinstance(item, pytest.Function):
+    if BEFORE in item.stash and isinstance(item, pytest.Function) and not item.stash[FAILED]:
         item.funcargs.clear()
         found = open_descriptors()
         left = found - item.stash[BEFORE]

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.together.table import EVENTS, KINDS, REFUSES, SEES, Line
+from tests.together.adapter_table import (
+    ADAPTER_REFUSES,
+    ADAPTERS,
+    HOST_STAYS_AWAY,
+    NOT_APPLICABLE,
+    programs,
+)
+from tests.together.table import DONGLE, EVENTS, KINDS, REFUSES, SEES, Line
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "sharing.md"
 _MARK = "<!-- {} -->"
@@ -12,7 +19,7 @@ _MARK = "<!-- {} -->"
 
 def tables() -> dict[str, str]:
     """Their text by the name in the page's marks."""
-    return {"answers": _answers(), "sees": _sees(), "refuses": _refuses()}
+    return {"answers": _answers(), "sees": _sees(), "refuses": _refuses(), "adapters": _adapters()}
 
 
 def written(text: str) -> str:
@@ -51,6 +58,21 @@ def _refuses() -> str:
     for (kind, board), told in REFUSES.items():
         same.setdefault((kind, told), []).append(board)
     rows += [f"| {kind} | {', '.join(boards)} | {told} |" for (kind, told), boards in same.items()]
+    return "\n".join(rows) + "\n"
+
+
+def _adapters() -> str:
+    rows = ["| adapter | what happens | program | is told |", "|---" * 4 + "|"]
+    for adapter in ADAPTERS:
+        never = {event: why for (on, event), why in NOT_APPLICABLE.items() if on == adapter}
+        there = ", ".join(programs(adapter))
+        rows.append(
+            f"| {adapter} | {', '.join(event for event in EVENTS if event not in never)} | {there} | as above |"
+        )
+        rows += [f"| {adapter} | {event} | {there} | not applicable: {why} |" for event, why in never.items()]
+        refused = {kind: told for (kind, on), told in ADAPTER_REFUSES.items() if on == adapter}
+        rows += [f"| {adapter} | anything | {kind} | {told} |" for kind, told in refused.items()]
+    rows.append(f"| {', '.join(ADAPTERS)} | anything | {DONGLE} | {HOST_STAYS_AWAY} |")
     return "\n".join(rows) + "\n"
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import sys
 
 import canwire
+from tests.together.players.every import PLAYERS
 from tests.together.scene import BOARD
-from tests.together.test_matrix import PLAYERS
 
 
 def main(kind: str, address: str) -> None:

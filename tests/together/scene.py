@@ -10,13 +10,13 @@ from functools import cache
 from typing import Protocol
 
 import canwire
-from canwire import BitTiming, ChannelMode, ErrorState, Frame, LineMode, LineStatus
+from canwire import BitTiming, ChannelMode, ErrorState, Event, Frame, LineMode, LineStatus
 from canwire.boards.config.configuration import Config
-from canwire.bus.can.faults.faults import Faults
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
-from tests.hubs import connected
+from tests.hubs import LONG_S, connected
 from tests.together.players.player import Player
+from tests.together.table import Line
 
 BOARD, PEER_BOARD = "HW000001", "HW000002"
 PEER_ID, PROVOKED = 0x700, 0x7FE
@@ -79,18 +79,16 @@ class Peer:
 
 
 class Scene:
-    """`connect` makes a program's own connection; without an `engine` the hub is a process of its own."""
+    """`connect` makes a program's own connection to the hub, which may be in this process or in one of its own."""
 
     def __init__(
         self,
         connect: Callable[[str], canwire.Hub],
         kind: str,
-        engine: Engine | None = None,
         peer: OtherMachine | None = None,
     ) -> None:
         self.connect = connect
         self.kind = kind
-        self.engine = engine
         self.hub = connect("bench")
         self.peer = peer or Peer(connect("another machine"))
         self.players: list[Player] = []
@@ -141,23 +139,28 @@ class Scene:
 
     def bus_off(self) -> None:
         """Disturb what the line sends until it leaves the bus."""
-        assert self.engine is not None
-        faults = Faults(self.engine.world.buses["can0"], 1)  # type: ignore[arg-type]
-        faults.inject("bit", frame_id=PROVOKED, times=None)
+        fault = self.hub.bus("can0").faults.inject("bit", frame_id=PROVOKED, times=None)
         with self.hub.open_channel(self.board.id, 0) as channel:
             channel.set_up(ChannelMode(1, 8, frames=False))
             channel.activate()
             channel.send(Frame(PROVOKED))
             assert self.until(lambda: self.status().state == ErrorState.BUS_OFF)
-            faults.clear()
+            fault.cancel()
             channel.cancel()
+
+    def settle(self, line: Line) -> None:
+        """Return once the line is so, where that takes a while after the call."""
 
     def kill(self, program: Player) -> None:
         """The program is gone without a word."""
         program.hub._link.close()
 
     def pull(self) -> None:
-        self.hub.unplug(BOARD)
+        """The board is gone, and every program's connection has told it so: the list's change comes behind that."""
+        with ExitStack() as stack:
+            told = [stack.enter_context(_watched(program.hub)) for program in self.players]
+            self.hub.unplug(BOARD)
+            assert all(event.wait(LONG_S) for event in told)
 
     def plug(self) -> None:
         buses = ("can0", "") if self.kind.startswith("usb") else ("can0",)
@@ -172,10 +175,19 @@ class Scene:
 
 
 @contextmanager
+def _watched(hub: canwire.Hub) -> Iterator[Event]:
+    """Signalled when the hub has told this connection that its list of boards changed."""
+    with closing(Event()) as event:
+        hub.watch(event)
+        yield event
+        hub.unwatch(event)
+
+
+@contextmanager
 def virtual_scene(kind: str) -> Iterator[Scene]:
     """In this process, in virtual time."""
     with ExitStack() as stack:
         engine = stack.enter_context(closing(Engine(World(parsed(kind), virtual=True), "virtual")))
-        scene = Scene(lambda name: stack.enter_context(connected(engine, name)), kind, engine)
+        scene = Scene(lambda name: stack.enter_context(connected(engine, name)), kind)
         stack.callback(scene.close)
         yield scene

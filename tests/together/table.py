@@ -32,7 +32,7 @@ FD, PLAIN, DONGLES_OWN = "usb-to-can-fd", "usb-to-can", "canbus-dongle"
 SJA1000_BOARDS = ("inducan104", "pc-i04", "netdcu", DONGLES_OWN)
 BOARDS = (FD, PLAIN, *SJA1000_BOARDS[:3], "picocom1", DONGLES_OWN)
 EVERY_PAIR = (FD, "inducan104", "picocom1", DONGLES_OWN)
-"""One board for each kind of controller has every pair of programs; on the others each starter meets the next kind."""
+"""One board for each kind of controller has every pair of programs; on the others each program starts and acts once."""
 
 
 class Line(Enum):
@@ -226,24 +226,39 @@ def _starters(board: str) -> list[str]:
     return [kind for kind in KINDS if kind != DONGLE and (kind, board) not in REFUSES]
 
 
-def _actors(board: str, starter: str, event: str) -> list[str]:
-    kinds = [kind for kind in KINDS if kind in EVENTS[event]]
-    if board != DONGLES_OWN:
-        kinds = [kind for kind in kinds if kind != DONGLE]
-    there = [kind for kind in kinds if (kind, board) not in REFUSES]
-    if board in EVERY_PAIR:
-        return there
-    return [there[(KINDS.index(starter) + 1) % len(there)]]
+def _actors(board: str, event: str) -> list[str]:
+    """Who can act there."""
+    kinds = [kind for kind in KINDS if kind in EVENTS[event] and (kind, board) not in REFUSES]
+    return kinds if board == DONGLES_OWN else [kind for kind in kinds if kind != DONGLE]
 
 
 CAN_STOP = frozenset({V4, V3, ACAN, INT2D, VERBS})
 """Who can leave a line set up and stopped; a dongle that closes its channel leaves nothing set up."""
 
-CELLS = [
-    Cell(board, starter, actor, event)
-    for board in BOARDS
-    for event in EVENTS
-    for starter in _starters(board)
-    if event != JOIN_STOPPED or starter in CAN_STOP
-    for actor in _actors(board, starter, event)
-]
+
+def spread(starters: list[str], actors: list[str], turn: int) -> list[tuple[str, str]]:
+    """As few pairs as will do for each of them to be in one; another `turn` makes others."""
+    longest = max(len(starters), len(actors)) if starters else 0
+    return [(starters[k % len(starters)], actors[(k + turn) % len(actors)]) for k in range(longest)]
+
+
+def _pairs(board: str, event: str, every: bool) -> list[tuple[str, str]]:
+    starters = [kind for kind in _starters(board) if event != JOIN_STOPPED or kind in CAN_STOP]
+    actors = _actors(board, event)
+    if every:
+        return [(starter, actor) for starter in starters for actor in actors]
+    return spread(starters, actors, BOARDS.index(board) + list(EVENTS).index(event))
+
+
+def _cells(every_pair: tuple[str, ...]) -> list[Cell]:
+    return [
+        Cell(board, starter, actor, event)
+        for board in BOARDS
+        for event in EVENTS
+        for starter, actor in _pairs(board, event, board in every_pair)
+    ]
+
+
+CELLS = _cells(EVERY_PAIR)
+SPREAD = _cells(())
+"""A part of CELLS in which every program starts, and acts, in everything that happens, on every board."""

@@ -1,6 +1,7 @@
 """table.py on a hub in a process of its own: what goes over its socket, and a connection that breaks.
 
-A part of it each time; all of it with CANWIRE_WHOLE_MATRIX=1.
+Each time as much of it as has every program start and act in everything that happens on every board; every pair of
+programs with CANWIRE_WHOLE_MATRIX=1.
 """
 
 from __future__ import annotations
@@ -18,19 +19,17 @@ import canwire
 from canwire import NoSuchBoard
 from tests.hubs import LONG_S, serving
 from tests.together import table
+from tests.together.happenings import HAPPENINGS
+from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE
 from tests.together.scene import BOARD, Scene, config_of
-from tests.together.table import CELLS, FD, Cell
-from tests.together.test_matrix import HAPPENINGS, PLAYERS, program_settings
+from tests.together.table import CELLS, SPREAD, Cell
+from tests.together.test_matrix import program_settings
 
 __all__ = ["program_settings"]  # pytest finds the fixture by its name here
 
-EVENTS = (table.JOIN_RUNNING, table.SET_RATE, table.STOP, table.KILLED, table.PULLED)
-STARTERS = {FD: (table.V4, table.PYTHON), "inducan104": (table.V3, table.ACAN, table.CANDRV, table.VERBS)}
 WHOLE = os.environ.get("CANWIRE_WHOLE_MATRIX") == "1"
-PROCESS_CELLS = [
-    cell for cell in CELLS if WHOLE or (cell.event in EVENTS and cell.starter in STARTERS.get(cell.board, ()))
-]
+PROCESS_CELLS = CELLS if WHOLE else SPREAD
 BOARDS = sorted({cell.board for cell in PROCESS_CELLS})
 
 

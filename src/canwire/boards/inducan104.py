@@ -24,8 +24,6 @@ KIND = "inducan104"
 IRQS = (3, 4, 5, 7, 9, 10, 11)
 USUAL_IRQ = 5
 OSCILLATOR_HZ = 16_000_000
-COUPLER_DELAY_NS = 75.0
-"""One 6N137 of the opto-isolated form, of which a level passes one on its way out, and one on its way in."""
 _FIRST_LINE = 5  # E20 is compared with A5
 _WORDS = {"P": True, "NP": False}
 

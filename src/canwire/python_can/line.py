@@ -21,6 +21,7 @@ from canwire import (
     Hub,
     InUse,
     LineError,
+    LineMode,
     LinePlace,
     LineStatus,
     NoSuchBoard,
@@ -106,10 +107,19 @@ def _shared(hub: Hub, able: list[LinePlace], wanted: WantedMode) -> tuple[LinePl
 
 
 def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | None:
+    """One that was set up in such a way, and stopped, goes on as it is."""
+
+    def mode_for(status: LineStatus) -> LineMode | None:
+        if status.initialised and status.mode is not None and status.mode.timing is not None:
+            with suppress(BadValue, InUse):
+                _check_agreement(place, status, wanted)
+                return None
+        return wanted.mode(place.info.capabilities)
+
     return bring_up(
         hub,
         place,
-        lambda _: wanted.mode(place.info.capabilities),
+        mode_for,
         lambda status: _check_agreement(place, status, wanted),
         patience_s=_PATIENCE_S,
     )

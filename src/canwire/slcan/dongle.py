@@ -165,14 +165,13 @@ class Dongle:
             self._refuse()
             return
         self._waiting += 1
-        if self.settings.tx_reply == "cr":
-            self._answer(OK)
-        else:
-            self._answer(b"Z\r" if frame.extended else b"z\r")
+        queued = b"Z\r" if frame.extended else b"z\r"
+        self._answer(OK if self.settings.tx_reply == "cr" else queued)
 
     def _room_to_send(self) -> bool:
         if self._waiting >= TRANSMIT_QUEUE:
-            self.pump()  # some may be through by now
+            self._now_ns()  # whoever is asked the time comes up to it: some may be through by now
+            self.pump()
             if self._waiting >= TRANSMIT_QUEUE:
                 self.counters.refused += 1
                 self._refusals.one()

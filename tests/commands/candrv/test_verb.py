@@ -470,6 +470,16 @@ def test_install_and_remove(
     assert "[candrv.CID1]" in (tmp_path / "canwire.toml").read_text()
 
 
+@pytest.mark.finding("candrv C4")
+def test_a_list_names_nothing_of_the_source(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(tmp_path / "r.toml")
+    assert main(["candrv", "install", "CID1:", "--config", file]) == 0
+    capsys.readouterr()
+    listed = registry(capsys, "registry", "list", "CID1:", "--config", file)
+    assert "AcceptanceMask" in listed
+    assert ".py" not in listed
+
+
 @pytest.mark.conforms("FS-04")
 def test_entries(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "r.toml")

@@ -516,6 +516,18 @@ def test_errors(virtual: Virtual) -> None:
 
 
 @pytest.mark.conforms("X4-45")
+@pytest.mark.finding("vci F3")
+def test_an_error_carries_the_low_byte_of_the_status(virtual: Virtual) -> None:
+    """As it was at that moment: the line was still asking."""
+    port, master = virtual.program.monitor(), virtual.program.lin(op_mode=MASTER | ERRORS)
+    master.write_message(True, header(2, 4))
+    assert master.get_line_status().status == vci.LIN_STATUS_TXPEND
+    error = port.message(vci.LIN_MSGTYPE_ERROR)
+    assert (error.ab_data[0], error.ab_data[1]) == (vci.LIN_ERROR_SLNORE, vci.LIN_STATUS_TXPEND)
+    assert master.get_line_status().status == 0
+
+
+@pytest.mark.conforms("X4-45")
 def test_errors_are_reported_to_those_who_asked(virtual: Virtual) -> None:
     port, master = virtual.program.monitor(), virtual.program.lin(op_mode=MASTER)
     master.write_message(True, header(2, 4))
