@@ -17,6 +17,7 @@ import canwire
 EXPORTED = """
 lines_now
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
+DecodedMessages MessagePort OutgoingMessage Simulation
 LimitsConfig
 LimitReached
 ControllerOptions DelayCompensation

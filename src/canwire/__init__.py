@@ -100,6 +100,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.databases.decoded import DecodedMessage
     from canwire.databases.description import MessageDescription, SignalDescription
     from canwire.databases.loading import load_database
+    from canwire.databases.port import DecodedMessages, MessagePort
+    from canwire.databases.simulation import OutgoingMessage, Simulation
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
     from canwire.errors import LimitReached
@@ -209,6 +211,8 @@ _NAMES = {
     "databases.decoded": "DecodedMessage",
     "databases.description": "MessageDescription SignalDescription",
     "databases.loading": "load_database",
+    "databases.port": "DecodedMessages MessagePort",
+    "databases.simulation": "OutgoingMessage Simulation",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
     "hub.bring_up": "bring_up start_line",
@@ -346,6 +350,7 @@ __all__ = [
     "CyclicStatus",
     "Database",
     "DecodedMessage",
+    "DecodedMessages",
     "DelayCompensation",
     "ErrorKind",
     "ErrorState",
@@ -411,6 +416,7 @@ __all__ = [
     "LineStatus",
     "LogLine",
     "MessageDescription",
+    "MessagePort",
     "Monitor",
     "NoChannel",
     "NoSuchBoard",
@@ -420,6 +426,7 @@ __all__ = [
     "NotReceived",
     "NotTransmitted",
     "NothingHeard",
+    "OutgoingMessage",
     "Periodic",
     "Place",
     "QueueFull",
@@ -433,6 +440,7 @@ __all__ = [
     "Siblings",
     "SignalColumns",
     "SignalDescription",
+    "Simulation",
     "SlcanReader",
     "SlotKind",
     "Ticks",

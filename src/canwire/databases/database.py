@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from canwire.databases.can_file import CanFile, Decoded, frame_of
 from canwire.databases.decoded import DecodedMessage
@@ -12,7 +12,7 @@ from canwire.databases.identifiers import addressed
 from canwire.databases.lin_file import LinFile
 from canwire.databases.matching import Matching, key_of, match_mask
 from canwire.databases.near import near
-from canwire.databases.values_in import complete
+from canwire.databases.values_in import chosen_signals, complete
 from canwire.errors import BadValue
 from canwire.values.acceptance import Acceptance, id_pair
 from canwire.values.frame import Frame
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import numpy
 
     from canwire.databases.columns import SignalColumns
+    from canwire.databases.port import MessagePort
+    from canwire.databases.simulation import OutgoingMessage, Simulation
 
 
 class Database:
@@ -87,6 +89,10 @@ class Database:
             )
         return frame_of(message, id, self._file.pack(name, values))
 
+    def signals_in(self, name: str, signals: Mapping[str, Value]) -> list[str]:
+        """The names of the signals that are in the message's frame with these multiplexer values. Raises BadValue."""
+        return chosen_signals(self.message(name), signals)
+
     def pack(self, name: str, signals: Mapping[str, Value], *, fill: Number | None = None) -> bytes:
         """The message's data alone, which may be longer than a frame's. Raises like `encode`."""
         packed = self._file.pack(name, complete(self.message(name), signals, fill))
@@ -121,6 +127,40 @@ class Database:
 
         listed = [] if isinstance(self._file, LinFile) else self._listed
         return decode_columns(records, listed, self._matching)
+
+    def on(self, node: Any, *, fill: Number | None = None, source: int | None = None) -> MessagePort:
+        """This node of the lab (CAN or LIN), or channel on a shared line, by name: send, expect, iterate over messages.
+
+        `fill` is for signals that nobody gives and that have no start value, `source` the address that J1939 messages
+        are sent from. Raises TypeError for anything else.
+
+        >>> db = load_database("examples/engine.dbc")
+        >>> with Lab() as lab:
+        ...     bus = lab.can_bus("can0", bit_rate=500_000)
+        ...     engine, tester = db.on(bus.node("engine")), db.on(bus.node("tester"))
+        ...     frame = engine.send_message("EngineData", EngineSpeed=1500)
+        ...     print(tester.expect_message("EngineData", EngineSpeed=1500, within=0.5))
+        EngineData(EngineSpeed: 1500 rpm, Temperature: 20 degC, Ready: no, Alive: 0, Check: 0)
+        """
+        from canwire.databases.port import MessagePort
+
+        return MessagePort(node, self, fill=fill, source=source)
+
+    def simulated(
+        self,
+        node: str,
+        *,
+        signals: Mapping[str, Value] | None = None,
+        plugins: Iterable[Callable[[OutgoingMessage], None]] = (),
+        fill: Number = 0,
+    ) -> Simulation:
+        """This node's messages at their cycle times: `bus.node("engine", db.simulated("Engine"))`. See Simulation.
+
+        Raises BadValue for a node that is not there or sends nothing in cycles, BadSignals for values that do not fit.
+        """
+        from canwire.databases.simulation import Simulation
+
+        return Simulation(self, node, signals=signals, plugins=plugins, fill=fill)
 
     def id_masks(self, *names: str) -> list[tuple[int, int, bool]]:
         """(identifier, mask, extended) for each of these messages, as filters have it: a mask bit of 1 must match.

@@ -47,6 +47,20 @@ class SignalDescription:
             return (value - self.offset) / self.scale
         return round((value - self.offset) / self.scale)
 
+    def parse(self, text: str) -> Number | str:
+        """What people type: a text of `choices`, or a number (0x10, too). What is neither stays text, for `encode`."""
+        text = text.strip()
+        if text in self.choices.values():
+            return text
+        try:
+            return int(text, 0)
+        except ValueError:
+            pass
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
     @property
     def range(self) -> str:
         """What may be given, for people: "0 to 16000 rpm, off, on"."""

@@ -19,19 +19,44 @@ def complete(
 
     A multiplexer that is not given follows from the signals that are. Raises BadSignals.
     """
-    faults = {name: near(name, message.signals) for name in given if name not in message.signals}
-    if faults:
-        raise BadSignals(message.name, {name: f"no such signal; {text}" for name, text in faults.items()})
-    wanted = {**_implied(message, given), **given}
+    known = {name: value for name, value in given.items() if name in message.signals}
+    faults = {
+        name: f"no such signal; {near(name, message.signals)}"
+        for name in given
+        if name not in message.signals
+    }
+    wanted = {**_implied(message, known), **known}
     values: dict[str, Value] = {}
     for signal in message.signals.values():
         if _chosen(message, signal, wanted, values):
-            values[signal.name] = _value(message, signal, wanted, fill, faults)
-    for name in given.keys() - values.keys():
-        faults[name] = f"not in the frame: it needs another {message.signals[name].multiplexer}"
+            values[signal.name] = _value(signal, wanted, fill, faults)
+    _check_multiplexers(message, values, faults)
+    for name in known.keys() - values.keys():
+        faults.setdefault(name, f"not in the frame: it needs another {message.signals[name].multiplexer}")
     if faults:
         raise BadSignals(message.name, faults)
     return values
+
+
+def chosen_signals(message: MessageDescription, given: Mapping[str, Value]) -> list[str]:
+    """The names of those that are in the frame by these values, or start values, of multiplexers."""
+    return [signal.name for signal in message.signals.values() if _chosen(message, signal, given, {})]
+
+
+def _check_multiplexers(
+    message: MessageDescription, values: Mapping[str, Value], faults: dict[str, str]
+) -> None:
+    """Their values choose signals: one that the file does not know leaves open what the frame would hold."""
+    known: dict[str, set[int]] = {}
+    for signal in message.signals.values():
+        if signal.multiplexer:
+            known.setdefault(signal.multiplexer, set()).update(signal.multiplexer_ids)
+    for name, ids in known.items():
+        value = values.get(name)
+        if name in faults or value is None or isinstance(value, list):
+            continue
+        if message.signals[name].raw(value) not in ids:
+            faults[name] = f"{value} chooses no signals; {', '.join(map(str, sorted(ids)))} do"
 
 
 def fault_of(signal: SignalDescription, value: object) -> str:
@@ -56,26 +81,7 @@ def fault_of(signal: SignalDescription, value: object) -> str:
     return f"{value:.10g} is out of range: {signal.range}"
 
 
-def parse_value(signal: SignalDescription, text: str) -> Value:
-    """A number, or one of the signal's texts, as people type it; what is neither stays text, for `fault_of`."""
-    text = text.strip()
-    if text in signal.choices.values():
-        return text
-    for kind in (_whole, float):
-        try:
-            number: Number = kind(text)
-        except ValueError:
-            continue
-        return number
-    return text
-
-
-def _whole(text: str) -> int:
-    return int(text, 0)
-
-
 def _value(
-    message: MessageDescription,
     signal: SignalDescription,
     given: Mapping[str, Value],
     fill: Number | None,
