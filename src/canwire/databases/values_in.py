@@ -53,7 +53,7 @@ def _check_multiplexers(
             known.setdefault(signal.multiplexer, set()).update(signal.multiplexer_ids)
     for name, ids in known.items():
         value = values.get(name)
-        if name in faults or value is None or isinstance(value, list):
+        if name in faults or not isinstance(value, int | float | str):
             continue
         if message.signals[name].raw(value) not in ids:
             faults[name] = f"{value} chooses no signals; {', '.join(map(str, sorted(ids)))} do"
@@ -87,16 +87,16 @@ def _value(
     fill: Number | None,
     faults: dict[str, str],
 ) -> Value:
-    value = given.get(signal.name, signal.start)
-    if value is None:
-        value = fill
+    if signal.name in given:
+        fault = fault_of(signal, given[signal.name])
+        if fault:
+            faults[signal.name] = fault
+        return given[signal.name]
+    value = fill if signal.start is None else signal.start
     if value is None:
         faults[signal.name] = f"no value given, and the file has no start value; {signal.range} is possible"
         return 0
-    fault = fault_of(signal, value) if signal.name in given else ""
-    if fault:
-        faults[signal.name] = fault
-    return value if signal.name in given else _nearest(signal, value)
+    return _nearest(signal, value)
 
 
 def _nearest(signal: SignalDescription, value: Value) -> Value:
@@ -135,6 +135,6 @@ def _chosen(
         return True
     decides = message.signals[signal.multiplexer]
     value = values.get(decides.name, wanted.get(decides.name, decides.start))
-    if value is None or isinstance(value, list) or fault_of(decides, value):
+    if not isinstance(value, int | float | str) or fault_of(decides, value):
         return False
     return decides.raw(value) in signal.multiplexer_ids and _chosen(message, decides, wanted, values)
