@@ -1,8 +1,8 @@
 """`canwire simulate`: the messages that a network's description has a node send, at their cycle times.
 
-canwire simulate Engine can0 --db car.dbc                  until Ctrl-C
-canwire simulate Engine can0 --db car.dbc --duration 2 --set EngineSpeed=1500 --set EngineData.Ready=yes
-canwire simulate Engine can0 --db car.dbc --duration 2 --plugin protect:alive
+canwire simulate Engine can0 --db examples/engine.dbc                 until Ctrl-C
+canwire simulate Engine can0 --db examples/engine.dbc --duration 0.2 --set EngineSpeed=1500 --set EngineData.Ready=yes
+canwire simulate Engine can0 --db examples/engine.dbc --duration 0.2 --plugin examples.alive:alive
 
 Signals begin with the file's start values (GenSigStartValue), or with --set. A plug-in is a function that gets each
 message before it goes, for counters and checksums: docs/how-to/databases.md has one. At the end, after Ctrl-C too, a
