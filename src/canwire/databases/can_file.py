@@ -33,6 +33,7 @@ class CanFile:
         self._brs_told = "CANFD_BRS" in attributes
         self.nodes = tuple(node.name for node in self._database.nodes)
         self.messages = [self._message(message) for message in self._database.messages]
+        self._readings = {message.name: _readings(message) for message in self._database.messages}
         self._by_name = {message.name: message for message in self._database.messages}
 
     def pack(self, name: str, values: Mapping[str, Value]) -> bytes:
@@ -48,7 +49,8 @@ class CanFile:
             raws = message.decode(data, decode_choices=False, scaling=False, allow_truncated=True)
         except import_module("cantools").database.DecodeError as error:
             return {}, str(error)
-        return {signal: _told(message.get_signal_by_name(signal), raw) for signal, raw in raws.items()}, ""
+        readings = self._readings[name]
+        return {signal: _told(*readings[signal], raw) for signal, raw in raws.items()}, ""
 
     def _message(self, message: Any) -> MessageDescription:
         signals = {} if message.is_container else {one.name: self._signal(one) for one in message.signals}
@@ -104,10 +106,19 @@ class CanFile:
         )
 
 
-def _told(signal: Any, raw: Number) -> tuple[Number, str]:
-    choices = signal.conversion.choices
-    text = "" if not choices or signal.conversion.is_float else str(choices.get(raw, ""))
-    return signal.conversion.raw_to_scaled(raw, False), text
+def _readings(message: Any) -> dict[str, tuple[Any, Any]]:
+    """By signal what makes a value of its bits, and the texts of them, None for a signal without."""
+    return {
+        signal.name: (
+            signal.conversion.raw_to_scaled,
+            None if signal.conversion.is_float else signal.conversion.choices,
+        )
+        for signal in message.signals
+    }
+
+
+def _told(scaled: Any, choices: Any, raw: Number) -> tuple[Number, str]:
+    return scaled(raw, False), str(choices.get(raw, "")) if choices else ""
 
 
 def _limits(signal: Any) -> tuple[float, float]:
