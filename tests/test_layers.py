@@ -45,6 +45,7 @@ OUTSIDE = [
     "acan",
     "candrv",
     "slcan",
+    "ecus",
     "python_can",
     "pytest_hub",
     "socketcan",
@@ -54,13 +55,14 @@ OUTSIDE = [
     "__main__",
 ]
 # what the door finds by `canwire.NAME` without importing it: it imports them for type checkers alone
-FOUND_BY_THE_DOOR = {"acan", "candrv", "ldf", "python_can", "slcan", "vci"}
+FOUND_BY_THE_DOOR = {"acan", "candrv", "ecus", "ldf", "python_can", "slcan", "vci"}
 OUTSIDE_MAY = {
     "packed": set(),
     "vci": {"packed"},
     "acan": {"packed"},
     "candrv": {"packed"},
     "slcan": set(),
+    "ecus": set(),
     "python_can": set(),
     "pytest_hub": set(),
     "socketcan": set(),

@@ -49,6 +49,7 @@ from canwire.version import __version__
 if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire import acan as acan
     from canwire import candrv as candrv
+    from canwire import ecus as ecus
     from canwire import ldf as ldf
     from canwire import python_can as python_can
     from canwire import slcan as slcan
@@ -274,7 +275,7 @@ _NAMES = {
 
 Errors are there from the start: they are asked for when things go wrong, at the interpreter's end perhaps.
 """
-_MODULES = frozenset({"acan", "candrv", "ldf", "python_can", "slcan", "vci"})
+_MODULES = frozenset({"acan", "candrv", "ecus", "ldf", "python_can", "slcan", "vci"})
 """Programs' views and what needs an extra: not names of the door, but `import canwire; canwire.ldf` finds them."""
 _PLACES = {name: place for place, names in _NAMES.items() for name in names.split()}
 
