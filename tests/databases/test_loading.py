@@ -73,6 +73,32 @@ def test_the_same_network_as_kcd_and_sym(engine: Database, tmp_path: Path, kind:
 
 
 @pytest.mark.conforms("PF-13")
+def test_arxml(engine: Database) -> None:
+    other = load_database(DATA / "engine.arxml")
+    assert other.nodes == engine.nodes
+    assert [message.name for message in other.sent_by("Engine")] == ["FRAME_EngineData", "FRAME_EEC1"]
+    frame = engine.encode("EngineData", {"EngineSpeed": 1500, "Ready": "yes"})
+    decoded = other.decode(frame)
+    assert str(decoded) == (
+        "FRAME_EngineData(EngineSpeed: 1500 rpm, Temperature: 20 degC, Ready: yes, Alive: 0, Check: 0)"
+    )
+    assert decoded is not None
+    assert other.encode("FRAME_EngineData", decoded.signals) == frame
+
+
+@pytest.mark.conforms("PF-12")
+def test_j1939_where_the_file_does_not_say_so(engine: Database) -> None:
+    frame = engine.encode("EEC1", {"EngSpeed": 1500}, source=0x17, priority=6)
+    assert load_database(DATA / "engine.arxml").decode(frame) is None
+    told = load_database(DATA / "engine.arxml", j1939=True).decode(frame)
+    assert told is not None
+    assert (told["EngSpeed"], told.source) == (1500, 0x17)
+    never = load_database(ENGINE, j1939=False)
+    assert never.decode(frame) is None
+    assert never.message("EEC1").pgn is None
+
+
+@pytest.mark.conforms("PF-13")
 def test_sym(tmp_path: Path) -> None:
     path = tmp_path / "gauge.sym"
     path.write_text(SYM)

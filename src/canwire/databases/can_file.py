@@ -20,12 +20,13 @@ Decoded = dict[str, tuple[Number | list[int], str]]
 
 
 class CanFile:
-    """One file; `strict` refuses signals that overlap or do not fit their message.
+    """One file; `strict` refuses signals that overlap or do not fit their message, `j1939` overrules what it says.
 
     Raises BadDescription, ExtraMissing.
     """
 
-    def __init__(self, path: Path, encoding: str | None, strict: bool) -> None:
+    def __init__(self, path: Path, encoding: str | None, strict: bool, j1939: bool | None) -> None:
+        self._j1939 = j1939
         self._database = _loaded(path, encoding, strict)
         attributes = getattr(self._database.dbc, "attribute_definitions", None) or {}
         told = attributes.get("GenSigStartValue")
@@ -62,12 +63,17 @@ class CanFile:
             extended=message.is_extended_frame,
             fd=message.is_fd,
             bit_rate_switch=message.is_fd and self._has_bit_rate_switch(message),
-            j1939=message.protocol == "j1939",
+            j1939=self._is_j1939(message),
             cycle_s=message.cycle_time / 1000 if message.cycle_time else None,
             senders=tuple(message.senders),
             comment=message.comment or "",
             decodable=not message.is_container,
         )
+
+    def _is_j1939(self, message: Any) -> bool:
+        if self._j1939 is None:
+            return bool(message.protocol == "j1939")
+        return self._j1939 and bool(message.is_extended_frame)
 
     def _has_bit_rate_switch(self, message: Any) -> bool:
         """What CANFD_BRS says; where a file does not have it, FD frames have the switch."""
