@@ -14,6 +14,7 @@ from canwire import (
     ChannelMode,
     Closed,
     Database,
+    FilterMode,
     Frame,
     Lab,
     LinFrame,
@@ -168,6 +169,26 @@ def test_a_shared_line_in_virtual_time(engine: Database) -> None:
         assert hub.now_ns() - before_ns == pytest.approx(3e9, rel=1e-3)
         sender.send_message("GearboxStatus")
         assert [message.name for message in tester.decoded(timeout=0.1)] == ["GearboxStatus"]
+
+
+@pytest.mark.conforms("PL-21")
+def test_a_channel_filters_by_name_in_the_hub(engine: Database) -> None:
+    """Identifiers and masks go into the channel's own filter, J1939's with priority and source open."""
+    with canwire.connect(time="virtual") as hub:
+        sender, tester = engine.on(channel(hub, 0)), engine.on(channel(hub, 1))
+        tester.node.deactivate()
+        for extended in (False, True):
+            tester.node.set_filter_mode(FilterMode.INCLUSIVE, extended=extended)
+            tester.node.set_acceptance(0, (1 << 30) - 1 if extended else (1 << 12) - 1, extended=extended)
+        for id, mask, extended in engine.id_masks("GearboxStatus", "EEC1"):
+            tester.node.add_ids(id << 1, mask << 1, extended=extended)
+        tester.node.activate()
+        sender.send_message("EngineData")
+        sender.send_message("GearboxStatus")
+        sender.node.send(engine.encode("EEC1", {}, source=0x55, priority=7))
+        sender.send_message("TorqueRequest")
+        assert [message.name for message in tester.decoded(timeout=0.1)] == ["GearboxStatus", "EEC1"]
+        assert tester.node.status().lost == 0
 
 
 def test_asyncio_on_a_shared_line(engine: Database) -> None:

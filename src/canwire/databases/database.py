@@ -80,9 +80,9 @@ class Database:
         if not message.decodable:
             raise BadValue(f"{name}: it holds other messages; those cannot be encoded here")
         values = complete(message, signals, fill)
+        id = addressed(message, source, destination, priority)
         if isinstance(self._file, LinFile):
             return self._file.pack(name, values)
-        id = addressed(message, source, destination, priority)
         if message.length > (64 if message.fd else 8):
             raise BadValue(
                 f"{name}: {message.length} bytes need several frames; send `pack(...)` by a transport protocol"

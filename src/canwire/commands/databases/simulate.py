@@ -114,7 +114,8 @@ class Running:
         end_ns = None if duration_s is None else self._now_ns() + round(duration_s * _NS)
         while end_ns is None or self._now_ns() < end_ns:
             for frame in self._simulation.due(self._now_ns()):
-                if isinstance(frame, Frame) and not self.sending.queue(frame):
+                assert isinstance(frame, Frame)  # LIN messages have no cycle times
+                if not self.sending.queue(frame):
                     return
             until_ns = self._simulation.next_ns()
             self._wait_until(until_ns if end_ns is None else min(until_ns, end_ns))
