@@ -107,6 +107,7 @@ def test_the_multiplexer_follows_from_the_signals(engine: Database) -> None:
         ),
         ("EngineData", {"EngineSpeed": "fast"}, "EngineSpeed: 'fast' is no number; 0 to 16000 rpm"),
         ("EngineData", {"EngineSpeed": None}, "EngineSpeed: None is no number"),
+        ("EngineData", {"EngineSpeed": [1, 2]}, r"EngineSpeed: \[1, 2\] is no number"),
         ("EngineData", {"Ready": "maybe"}, "Ready: no value 'maybe'; 0 to 3, no, yes, unknown is possible"),
         ("EngineData", {"Enginespeed": 1}, r"Enginespeed: no such signal; did you mean EngineSpeed\?"),
         ("EngineData", {"Q": 1}, "Q: no such signal; there are EngineSpeed, Temperature, Ready"),

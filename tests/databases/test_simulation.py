@@ -102,3 +102,27 @@ def test_a_value_that_does_not_fit_changes_nothing(engine: Database) -> None:
     decoded = [engine.decode(frame) for frame in simulation.due(0)]
     assert decoded[0] is not None
     assert decoded[0]["EngineSpeed"] == 900
+
+
+def test_a_plug_in_sees_all_values_and_may_turn_a_multiplexer(engine: Database) -> None:
+    seen: list[dict[str, object]] = []
+
+    def turn(message: OutgoingMessage) -> None:
+        seen.append(dict(message.signals))
+        message.signals["Page"] = message.count % 2
+
+    simulation = engine.simulated("Gearbox", signals={"Torque": 100}, plugins=[turn])
+    told = [engine.decode(frame) for now_ns in (0, 100_000_000) for frame in simulation.due(now_ns)]
+    assert seen[0] == {"Page": 0, "Gear": 0, "Torque": 100}
+    assert [str(message) for message in told] == [
+        "GearboxStatus(Page: 0, Torque: 100 Nm, Gear: neutral)",
+        "GearboxStatus(Page: 1, Torque: 100 Nm, OilPressure: 0 bar)",
+    ]
+
+
+def test_a_plug_in_s_misspelt_signal_is_an_error(engine: Database) -> None:
+    def wrong(message: OutgoingMessage) -> None:
+        message.signals["Alvie"] = 1
+
+    with pytest.raises(BadSignals, match=r"Alvie: no such signal; did you mean Alive"):
+        engine.simulated("Engine", plugins=[wrong]).due(0)

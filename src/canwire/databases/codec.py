@@ -23,6 +23,14 @@ class Codec(Protocol):
     def sent_by(self, node: str) -> list[MessageDescription]:
         """A node's; raises BadValue."""
 
+    def signals_in(self, name: str, signals: Mapping[str, Value]) -> list[str]:
+        """Which are in the frame; raises BadValue."""
+
+    def complete(
+        self, name: str, signals: Mapping[str, Value], *, fill: Number | None = None
+    ) -> dict[str, Value]:
+        """With start values; raises BadSignals, BadValue."""
+
     def encode(
         self,
         name: str,

@@ -93,6 +93,12 @@ class Database:
         """The names of the signals that are in the message's frame with these multiplexer values. Raises BadValue."""
         return chosen_signals(self.message(name), signals)
 
+    def complete(
+        self, name: str, signals: Mapping[str, Value], *, fill: Number | None = None
+    ) -> dict[str, Value]:
+        """These values and, for all other signals in the frame, start values or `fill`. Raises like `encode`."""
+        return complete(self.message(name), signals, fill)
+
     def pack(self, name: str, signals: Mapping[str, Value], *, fill: Number | None = None) -> bytes:
         """The message's data alone, which may be longer than a frame's. Raises like `encode`."""
         packed = self._file.pack(name, complete(self.message(name), signals, fill))

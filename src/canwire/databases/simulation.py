@@ -22,7 +22,8 @@ _NS = 1_000_000_000
 class OutgoingMessage:
     """A message that is about to be sent, for plug-ins: what they put into `signals` is what goes out.
 
-    `name` is the message's, `count` how many of them were sent before, `signals` all its values by name.
+    `name` is the message's, `count` how many of them were sent before, `signals` all its values by name. Where a
+    plug-in changes a multiplexer, signals of its new value that are not put in have their start values.
     """
 
     def __init__(self, codec: Codec, name: str, count: int, signals: dict[str, Value], fill: Number) -> None:
@@ -38,7 +39,10 @@ class OutgoingMessage:
 
     def frame(self) -> Frame | LinFrame:
         """The frame as the signals are now; raises BadSignals."""
-        return self._codec.encode(self.name, self.signals, fill=self._fill)
+        there = self._codec.message(self.name).signals
+        chosen = self._codec.signals_in(self.name, self.signals)
+        kept = {name: value for name, value in self.signals.items() if name in chosen or name not in there}
+        return self._codec.encode(self.name, kept, fill=self._fill)
 
     def __repr__(self) -> str:
         return f"<{self.name} number {self.count}: {self.signals}>"
@@ -143,7 +147,7 @@ class Simulation:
     def _made(self, message: MessageDescription) -> Frame | LinFrame:
         count = self.sent[message.name]
         self.sent[message.name] += 1
-        values = dict(self._values[message.name])
+        values = self._codec.complete(message.name, self._values[message.name], fill=self._fill)
         outgoing = OutgoingMessage(self._codec, message.name, count, values, self._fill)
         for plugin in self._plugins:
             plugin(outgoing)

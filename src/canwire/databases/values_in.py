@@ -67,8 +67,8 @@ def fault_of(signal: SignalDescription, value: object) -> str:
         if not signal.choices:
             return f"{value!r} is no number; {signal.range} is possible"
         return f"no value {value!r}; {signal.range} is possible"
-    if isinstance(value, list):
-        return ""  # of LIN: the file's own code checks arrays
+    if isinstance(value, list) and isinstance(signal.start, list):
+        return ""  # an array of LIN's: the file's own code checks it
     if not isinstance(value, int | float):
         return f"{value!r} is no number; {signal.range} is possible"
     if isinstance(value, float) and not math.isfinite(value):

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import operator
 import re
 import shlex
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
 import canwire
-from canwire import ChannelMode, Database, Frame, HubChannel, WantedMode, load_database
+from canwire import BadValue, ChannelMode, Database, Frame, HubChannel, WantedMode, load_database
 from canwire.commands import main
 from canwire.commands import send as send_module
-from canwire.commands.databases import simulate
+from canwire.commands.databases import plugins, simulate
 
 pytest.importorskip("cantools")
 ROOT = Path(__file__).resolve().parents[3]
@@ -127,6 +129,14 @@ def test_a_plug_in_of_the_current_directory(
     checks = [message["Check"] for frame in heard.receive_many(4096) if (message := engine.decode(frame))]
     assert checks == list(range(len(checks)))
     assert checks
+
+
+def test_a_plug_in_of_an_installed_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    point = EntryPoint("halves", "operator:truediv", plugins.GROUP)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [point] if group == plugins.GROUP else [])
+    assert plugins.find_plugin("halves") is operator.truediv
+    with pytest.raises(BadValue, match="--plugin halfs: module:function, .*; there are halves"):
+        plugins.find_plugin("halfs")
 
 
 @pytest.mark.parametrize(
