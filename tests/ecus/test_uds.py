@@ -17,7 +17,7 @@ from udsoncan.exceptions import NegativeResponseException, TimeoutException  # n
 
 from canwire.ecus import LabIsoTp, UdsConnection, UdsEcu  # noqa: E402
 
-pytestmark = [pytest.mark.conforms("PC-14"), pytest.mark.filterwarnings("default::DeprecationWarning")]
+pytestmark = [pytest.mark.conforms("PP-02"), pytest.mark.filterwarnings("default::DeprecationWarning")]
 VIN = b"CANWIRE0123456789"
 
 
@@ -171,6 +171,7 @@ def test_no_answer_ends_in_the_lab_s_time(lab: Lab) -> None:
     assert lab.now_ns == pytest.approx(1e9, rel=0.01)
 
 
+@pytest.mark.conforms("PP-01")
 def test_a_flow_control_that_never_comes_ends_in_the_lab_s_time(lab: Lab) -> None:
     bus = lab.can_bus("can0", bit_rate=500_000)
     silent = bus.node("silent")
@@ -187,6 +188,7 @@ def test_a_flow_control_that_never_comes_ends_in_the_lab_s_time(lab: Lab) -> Non
     assert silent.receive_many(9) == [Frame(0x7E0, bytes.fromhex("1064 000000000000"))]
 
 
+@pytest.mark.conforms("PP-01")
 def test_separation_time_is_the_bus_s_time(lab: Lab) -> None:
     """A receiver that wants 10 ms between frames gets them, in no time."""
     bus = lab.can_bus("can0", bit_rate=500_000)

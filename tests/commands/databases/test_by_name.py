@@ -135,7 +135,7 @@ def test_a_plug_in_of_an_installed_package(monkeypatch: pytest.MonkeyPatch) -> N
     point = EntryPoint("halves", "operator:truediv", plugins.GROUP)
     monkeypatch.setattr(plugins, "entry_points", lambda group: [point] if group == plugins.GROUP else [])
     assert plugins.find_plugin("halves") is operator.truediv
-    with pytest.raises(BadValue, match="--plugin halfs: module:function, .*; there are halves"):
+    with pytest.raises(BadValue, match=r"there are halves$"):
         plugins.find_plugin("halfs")
 
 
