@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from canwire import BadText, BadValue, Frame, load_database, parse_frame
+from canwire import BadText, BadValue, Frame, parse_frame
 
 if TYPE_CHECKING:
     from canwire import Database
@@ -29,6 +29,8 @@ def frames_of(words: Sequence[str], path: str | None, fill: float | None) -> lis
     """Frames in text form, and by a description also messages with their signals; raises BadText, BadValue."""
     if path is None:
         return [_parsed(word) for word in words]
+    from canwire import load_database  # who sends frames as text does without
+
     database = load_database(path)
     frames: list[Frame] = []
     for group in _groups(words):
