@@ -18,6 +18,8 @@ EXPORTED = """
 Gateway GatewayCounts GatewayRules
 Campaign CampaignRun Draw campaign repeat_run run_campaign
 lines_now
+BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
+DecodedMessages MessagePort OutgoingMessage Simulation
 LimitsConfig
 LimitReached
 ControllerOptions DelayCompensation

@@ -24,6 +24,8 @@ ROOMS = [
     "places",
     "_mem",
     "values",
+    "ldf",
+    "databases",
     "timeline",
     "ring",
     "pacing",
@@ -45,7 +47,7 @@ OUTSIDE = [
     "acan",
     "candrv",
     "slcan",
-    "ldf",
+    "ecus",
     "python_can",
     "pytest_hub",
     "socketcan",
@@ -55,14 +57,14 @@ OUTSIDE = [
     "__main__",
 ]
 # what the door finds by `canwire.NAME` without importing it: it imports them for type checkers alone
-FOUND_BY_THE_DOOR = {"acan", "candrv", "ldf", "python_can", "slcan", "vci"}
+FOUND_BY_THE_DOOR = {"acan", "candrv", "ecus", "ldf", "python_can", "slcan", "vci"}
 OUTSIDE_MAY = {
     "packed": set(),
     "vci": {"packed"},
     "acan": {"packed"},
     "candrv": {"packed"},
     "slcan": set(),
-    "ldf": set(),
+    "ecus": set(),
     "python_can": set(),
     "pytest_hub": set(),
     "socketcan": set(),

@@ -18,6 +18,7 @@ from canwire.errors import (
     BadFilter,
     BadFrame,
     BadMessage,
+    BadSignals,
     BadText,
     BadTiming,
     BadValue,
@@ -48,6 +49,7 @@ from canwire.version import __version__
 if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire import acan as acan
     from canwire import candrv as candrv
+    from canwire import ecus as ecus
     from canwire import ldf as ldf
     from canwire import python_can as python_can
     from canwire import slcan as slcan
@@ -98,6 +100,13 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.campaigns.playing import CampaignRun
     from canwire.campaigns.running import repeat_run, run_campaign
     from canwire.core import core_mode
+    from canwire.databases.columns import SignalColumns
+    from canwire.databases.database import Database
+    from canwire.databases.decoded import DecodedMessage
+    from canwire.databases.description import MessageDescription, SignalDescription
+    from canwire.databases.loading import load_database
+    from canwire.databases.port import DecodedMessages, MessagePort
+    from canwire.databases.simulation import OutgoingMessage, Simulation
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
     from canwire.errors import LimitReached
@@ -208,6 +217,13 @@ _NAMES = {
     "campaigns.playing": "CampaignRun",
     "campaigns.running": "repeat_run run_campaign",
     "core": "core_mode",
+    "databases.columns": "SignalColumns",
+    "databases.database": "Database",
+    "databases.decoded": "DecodedMessage",
+    "databases.description": "MessageDescription SignalDescription",
+    "databases.loading": "load_database",
+    "databases.port": "DecodedMessages MessagePort",
+    "databases.simulation": "OutgoingMessage Simulation",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
     "gateway.gateway": "Gateway",
@@ -271,7 +287,7 @@ _NAMES = {
 
 Errors are there from the start: they are asked for when things go wrong, at the interpreter's end perhaps.
 """
-_MODULES = frozenset({"acan", "candrv", "ldf", "python_can", "slcan", "vci"})
+_MODULES = frozenset({"acan", "candrv", "ecus", "ldf", "python_can", "slcan", "vci"})
 """Programs' views and what needs an extra: not names of the door, but `import canwire; canwire.ldf` finds them."""
 _PLACES = {name: place for place, names in _NAMES.items() for name in names.split()}
 
@@ -321,6 +337,7 @@ __all__ = [
     "BadFilter",
     "BadFrame",
     "BadMessage",
+    "BadSignals",
     "BadText",
     "BadTiming",
     "BadValue",
@@ -346,6 +363,9 @@ __all__ = [
     "ControllerOptions",
     "Counters",
     "CyclicStatus",
+    "Database",
+    "DecodedMessage",
+    "DecodedMessages",
     "DelayCompensation",
     "Draw",
     "ErrorKind",
@@ -414,6 +434,8 @@ __all__ = [
     "LineSettings",
     "LineStatus",
     "LogLine",
+    "MessageDescription",
+    "MessagePort",
     "Monitor",
     "NoChannel",
     "NoSuchBoard",
@@ -423,6 +445,7 @@ __all__ = [
     "NotReceived",
     "NotTransmitted",
     "NothingHeard",
+    "OutgoingMessage",
     "Periodic",
     "Place",
     "QueueFull",
@@ -434,6 +457,9 @@ __all__ = [
     "Scheduler",
     "Scripted",
     "Siblings",
+    "SignalColumns",
+    "SignalDescription",
+    "Simulation",
     "SlcanReader",
     "SlotKind",
     "Ticks",
@@ -472,6 +498,7 @@ __all__ = [
     "lin_checksum",
     "lines_now",
     "linmsg_of_record",
+    "load_database",
     "parse_candump_line",
     "parse_frame",
     "parse_lin_frame",

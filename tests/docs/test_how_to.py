@@ -11,7 +11,7 @@ import pytest
 from tests.docs.blocks import ROOT, blocks, run_console, run_python
 
 PAGES = sorted((ROOT / "docs" / "how-to").glob("*.md"))
-needs = {"lin": "ldfparser", "virtual-time": "can", "ci": "can"}
+needs = {"databases": "cantools", "uds": "udsoncan", "lin": "ldfparser", "virtual-time": "can", "ci": "can"}
 
 
 def has(page: Path, language: str) -> bool:

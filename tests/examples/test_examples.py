@@ -13,7 +13,7 @@ PROGRAMS = sorted(EXAMPLES.glob("*.py"))
 MOST_LINES = 60
 
 
-NEEDS = {"iso_tp": "isotp", "lin_master": "ldfparser"}
+NEEDS = {"alive": "cantools", "iso_tp": "isotp", "lin_master": "ldfparser"}
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
@@ -28,6 +28,15 @@ def test_each_runs_by_itself(path: Path) -> None:
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
 def test_each_is_short(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES
+
+
+def test_messages_are_counted_and_summed() -> None:
+    pytest.importorskip("cantools")
+    from examples import alive
+
+    assert [line.split(", ", 3)[3] for line in alive.main()] == [
+        f"Alive: {count}, Check: {200 + count})" for count in range(3)
+    ]
 
 
 def test_a_gateway_passes_on_what_it_should() -> None:

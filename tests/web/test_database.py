@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 import canwire
-from canwire import BadDescription, Frame
-from canwire.web.database import BadSignals, Database
+from canwire import BadDescription, BadSignals, Frame
+from canwire.web.database import Database
 from tests.hubs import LONG_S, Served
 from tests.web.conftest import served_site, somebody, tab
 from tests.web.test_send import receiving
@@ -27,6 +27,10 @@ BO_ 291 EngineData: 8 ECU
  SG_ Hot : 16|1@1+ (1,0) [0|1] "" ECU
 BO_ 2566834688 Far: 2 ECU
  SG_ Level : 0|8@1- (1,0) [0|0] "" ECU
+BO_ 512 Pages: 2 ECU
+ SG_ Page M : 0|4@1+ (1,0) [0|15] "" ECU
+ SG_ Near m0 : 8|8@1+ (1,0) [0|100] "" ECU
+ SG_ Wide m1 : 8|8@1+ (1,0) [0|200] "" ECU
 VAL_ 291 Hot 1 "yes" 0 "no" ;
 """
 
@@ -39,7 +43,7 @@ def dbc(tmp_path: Path) -> Path:
 
 
 def test_names_by_identifier_and_format(dbc: Path) -> None:
-    assert Database(str(dbc)).names == {"123": "EngineData", "18FECA00": "Far"}
+    assert Database(str(dbc)).names == {"123": "EngineData", "18FECA00": "Far", "200": "Pages"}
 
 
 def test_signals_are_scaled_and_named(dbc: Path) -> None:
@@ -78,6 +82,14 @@ def test_values_that_do_not_fit_are_named(dbc: Path, values: dict[str, str], fau
     with pytest.raises(BadSignals) as bad:
         Database(str(dbc)).encode("EngineData", values)
     assert set(bad.value.faults) == faults
+
+
+def test_only_what_the_multiplexer_chooses_is_encoded(dbc: Path) -> None:
+    database = Database(str(dbc))
+    assert database.encode("Pages", {"Page": "1", "Near": "0", "Wide": "200"}) == Frame(0x200, b"\x01\xc8")
+    with pytest.raises(BadSignals) as bad:
+        database.encode("Pages", {"Page": "7", "Near": "0", "Wide": "200"})
+    assert set(bad.value.faults) == {"Page"}
 
 
 def test_a_file_that_is_no_description_is_refused(tmp_path: Path) -> None:

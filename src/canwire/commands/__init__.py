@@ -45,6 +45,9 @@ VERBS = {
     "stop": Verb("canwire.commands.stop", "take a line of the hub off its bus"),
     "dump": Verb("canwire.commands.dump.verb", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
+    "simulate": Verb(
+        "canwire.commands.databases.simulate", "send a node's messages at their cycle times, by a DBC file"
+    ),
     "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "acan": Verb(

@@ -3,6 +3,10 @@
 canwire send can0 123#1122                    from the first line on can0 that nobody uses
 canwire send HW000001:0 123#1122 12345678#R   from this one, whoever uses it
 canwire send can0 '123##1AABB' -n 10 --gap 0.1
+canwire send can0 EngineData EngineSpeed=1500 Ready=yes --db examples/engine.dbc     by name
+
+With --db a message is its name and its signals: physical values, or the texts that the file gives them. Signals that
+are left out have the file's start values.
 
 Exit status 1 if frames were not delivered: a frame counts once another controller acknowledged it.
 """
@@ -24,10 +28,10 @@ from canwire import (
     LinePlace,
     LineStatus,
     QueueFull,
-    parse_frame,
 )
 from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.databases.words import add_database_arguments, frames_of
 from canwire.commands.shared_hub import connected, find_line
 
 if TYPE_CHECKING:
@@ -41,7 +45,10 @@ _TRIES = 100  # to take back a frame that is repeated without end, and so nearly
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_line_arguments(parser)
-    parser.add_argument("frames", nargs="+", metavar="FRAME", help="123#1122, 12345678#R, 123##1AABB")
+    add_database_arguments(parser, "messages are sent by name")
+    parser.add_argument(
+        "frames", nargs="+", metavar="FRAME", help="123#1122, 12345678#R, 123##1AABB; MESSAGE SIGNAL=VALUE"
+    )
     parser.add_argument(
         "-n", "--count", type=int, default=1, metavar="COUNT", help="send the whole list COUNT times (1)"
     )
@@ -56,8 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Send; 1 if frames were not delivered. BadText for no frame, BadValue, NoSuchBoard, HubError otherwise."""
-    frames = [parse_frame(text) for text in arguments.frames]
+    """Send; 1 if frames were not delivered. BadText for no frame; BadValue, BadDescription, NoSuchBoard, HubError."""
+    frames = frames_of(arguments.frames, arguments.db, arguments.fill)
     for name, least in (("count", 1), ("gap", 0), ("timeout", 0)):
         if not getattr(arguments, name) >= least:
             raise BadValue(f"--{name} {getattr(arguments, name)}: {least} or more")

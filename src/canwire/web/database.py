@@ -1,13 +1,16 @@
-"""Names and signals of frames by a network description, as far as there is one."""
+"""Names and signals of frames by a network description, as far as there is one: `canwire.Database` for the page."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import BadDescription, ExtraMissing, Frame
+from canwire import BadSignals, BadValue, Frame, load_database
+
+if TYPE_CHECKING:
+    from canwire import MessageDescription, SignalDescription
 
 
 class Signal(NamedTuple):
@@ -29,128 +32,89 @@ class Input(NamedTuple):
     range: str
 
 
-class BadSignals(Exception):
-    """Values that do not fit: for each signal what would."""
-
-    def __init__(self, faults: Mapping[str, str]) -> None:
-        super().__init__(", ".join(faults))
-        self.faults = dict(faults)
-
-
 class Database:
     """`path` is a DBC, KCD, SYM or ARXML file, "" for none; raises BadDescription, ExtraMissing when made."""
 
     def __init__(self, path: str) -> None:
         self.path = path
         self.name = os.path.basename(path)
-        self._database: Any = _loaded(path) if path else None
+        self._database = load_database(path) if path else None
 
     @cached_property
     def names(self) -> dict[str, str]:
         """Message names by "1A2" or, with eight digits, "000001A2" for a 29-bit identifier."""
-        if self._database is None:
-            return {}
         return {
-            f"{message.frame_id:08X}"
-            if message.is_extended_frame
-            else f"{message.frame_id:03X}": message.name
-            for message in self._database.messages
+            f"{message.id:08X}" if message.extended else f"{message.id:03X}": name
+            for name, message in self._messages.items()
         }
+
+    def name_of(self, frame: Frame) -> str:
+        """The message that a frame is, J1939's by its parameter group; "" for none."""
+        message = None if self._database is None else self._database.message_of(frame)
+        return "" if message is None else message.name
 
     def signals(self, frame: Frame) -> list[Signal]:
         """Decoded; none for a frame that the file does not know, or whose data do not fit it."""
-        message = self._message(frame)
-        if message is None or frame.remote:
+        decoded = None if self._database is None else self._database.decode(frame)
+        if decoded is None:
             return []
-        try:
-            values = message.decode(frame.data, decode_choices=True, allow_truncated=True, scaling=True)
-        except (ValueError, KeyError):  # no signal could be read, or no such multiplexer
-            return []
+        told = decoded.description.signals
         return [
-            Signal(signal.name, _shown(values[signal.name]), signal.unit or "", signal.comment or "")
-            for signal in message.signals
-            if signal.name in values
+            Signal(name, _shown(value), told[name].unit, told[name].comment)
+            for name, value in decoded.signals.items()
         ]
 
     def inputs(self, name: str) -> list[Input]:
         """The signals of a message that can be given; none for a message that is not there."""
-        message = self._named(name)
-        return [] if message is None else [_input(signal) for signal in message.signals]
+        message = self._messages.get(name)
+        return [] if message is None else [_input(signal) for signal in message.signals.values()]
 
     def encode(self, name: str, values: Mapping[str, str]) -> Frame:
-        """The message's frame with these values, numbers or their names; raises BadSignals for what does not fit."""
-        message = self._named(name)
-        if message is None:
-            raise BadSignals({"message": name})
-        numbers: dict[str, Any] = {}
-        faults: dict[str, str] = {}
-        for signal in message.signals:
-            try:
-                numbers[signal.name] = _number(signal, values.get(signal.name, "").strip())
-            except ValueError:
-                faults[signal.name] = _range(signal)
-        if faults:
-            raise BadSignals(faults)
-        data = message.encode(numbers, strict=False)
-        return Frame(message.frame_id, data, extended=message.is_extended_frame, fd=message.is_fd)
+        """The message's frame with these values, numbers or their names; raises BadSignals with what would fit."""
+        message = self._messages.get(name)
+        if message is None or self._database is None:
+            raise BadSignals(name, {"message": name})
+        given = {
+            signal.name: signal.parse(_typed(signal, values[signal.name]))
+            for signal in message.signals.values()
+            if values.get(signal.name, "").strip()
+        }
+        chosen = self._database.signals_in(name, given)  # the form has those of every multiplexer value
+        try:
+            frame = self._database.encode(name, {one: given[one] for one in chosen if one in given}, fill=0)
+        except BadSignals as bad:
+            raise BadSignals(name, {one: _range(message.signals[one]) for one in bad.faults}) from None
+        except BadValue as error:
+            raise BadSignals(name, {"message": str(error)}) from None
+        assert isinstance(frame, Frame)
+        return frame
 
     def messages(self) -> list[str]:
         """The names of all messages, in their order."""
-        return sorted(self.names.values())
+        return sorted(self._messages)
 
-    def _message(self, frame: Frame) -> Any:
-        if self._database is None:
-            return None
-        return self._named(self.names.get(f"{frame.id:08X}" if frame.extended else f"{frame.id:03X}", ""))
-
-    def _named(self, name: str) -> Any:
-        return self._database.get_message_by_name(name) if name in self.names.values() else None
+    @property
+    def _messages(self) -> dict[str, MessageDescription]:
+        """Those of CAN."""
+        there = {} if self._database is None else self._database.messages
+        return {name: message for name, message in there.items() if not message.lin}
 
 
 def _shown(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _input(signal: Any) -> Input:
-    choices = [str(one) for one in (signal.choices or {}).values()]
-    low, _ = _limits(signal)
-    usual = choices[0] if choices else f"{low if low > 0 else 0:g}"
-    return Input(signal.name, usual, signal.unit or "", choices, _range(signal))
+def _typed(signal: SignalDescription, text: str) -> str:
+    """With a point, as numbers have it here; names of values stay as they are."""
+    return text if text.strip() in signal.choices.values() else text.replace(",", ".")
 
 
-def _limits(signal: Any) -> tuple[float, float]:
-    """The least and the greatest value: those told, within what the bits can say."""
-    bits = signal.length
-    raw = (-(1 << bits - 1), (1 << bits - 1) - 1) if signal.is_signed else (0, (1 << bits) - 1)
-    ends = sorted(float(signal.raw_to_scaled(one, decode_choices=False)) for one in raw)
-    low = ends[0] if signal.minimum is None else max(ends[0], float(signal.minimum))
-    high = ends[1] if signal.maximum is None else min(ends[1], float(signal.maximum))
-    return (low, high) if low <= high else (ends[0], ends[1])
+def _input(signal: SignalDescription) -> Input:
+    choices = list(dict.fromkeys(signal.choices.values()))
+    usual = choices[0] if choices else f"{max(signal.minimum, 0):g}"
+    return Input(signal.name, usual, signal.unit, choices, _range(signal))
 
 
-def _range(signal: Any) -> str:
-    low, high = _limits(signal)
-    named = ", ".join(str(one) for one in (signal.choices or {}).values())
-    return f"{low:g} – {high:g}" + (f", {named}" if named else "")
-
-
-def _number(signal: Any, text: str) -> Any:
-    """A number within the limits, or the name of a value; ValueError for anything else."""
-    if text in {str(one) for one in (signal.choices or {}).values()}:
-        return text
-    number = float(text.replace(",", ".") or "0")
-    low, high = _limits(signal)
-    if not low <= number <= high:
-        raise ValueError(text)
-    return number
-
-
-def _loaded(path: str) -> Any:
-    try:
-        import cantools
-    except ModuleNotFoundError:
-        raise ExtraMissing("cantools", "databases") from None
-    try:
-        return cantools.database.load_file(path)
-    except (OSError, ValueError, cantools.Error) as error:
-        raise BadDescription(f"--db {path}: {error}") from None
+def _range(signal: SignalDescription) -> str:
+    named = ", ".join(dict.fromkeys(signal.choices.values()))
+    return f"{signal.minimum:g} – {signal.maximum:g}" + (f", {named}" if named else "")

@@ -29,10 +29,11 @@ class Lasting(NamedTuple):
     regular: bool = False
 
 
-# {folder} is the test's own, {car} a log; --hub is added where the verb has it
+# {folder} is the test's own, {car} a log, {examples} its folder; --hub is added where the verb has it
 LASTING = [
     Lasting("dump can0", "listening"),
     Lasting("send can0 123#11 -n 1000000 --gap 0.001 --timeout 600", ""),
+    Lasting("simulate Engine can0 --db {examples}/engine.dbc", "Engine sends"),
     Lasting("play {car} --time real", "private bus"),
     Lasting("play {car} HW000001:0", "frames onto"),
     Lasting("demo --time real", "sensor"),
@@ -75,7 +76,7 @@ class Running:
     """A verb in a process of its own, which has begun its work."""
 
     def __init__(self, one: Lasting, folder: Path, address: str) -> None:
-        words = one.words.format(folder=folder, car=CAR).split()
+        words = one.words.format(folder=folder, car=CAR, examples=CAR.parent).split()
         if words[0] not in WITHOUT_HUB and "--time" not in words:
             words += ["--hub", address]
         self.process = subprocess.Popen(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from canwire import BadFrame, Frame
-from canwire.web.database import BadSignals, Database
+from canwire import BadFrame, BadSignals, Frame
+from canwire.web.database import Database
 from canwire.web.send.transmit_list import Row
 
 if TYPE_CHECKING:

@@ -72,7 +72,7 @@ def _frame_details(frame: Frame, database: Database, word: Words) -> Details:
         (word("trace.text"), format_frame(frame)),
         (word("trace.on-the-wire"), word("trace.bit-count", bits=len(bits), stuff=_stuffed(bits))),
     ]
-    name = database.names.get(f"{frame.id:08X}" if frame.extended else f"{frame.id:03X}", "")
+    name = database.name_of(frame)
     return Details(name or format_frame(frame), facts, database.signals(frame), rows_of(bits))
 
 

@@ -1,0 +1,1 @@
+"""Verbs and words by a network's description: messages and signals by name."""

@@ -1,0 +1,82 @@
+"""Messages on a command line: `EngineData EngineSpeed=1500 Ready=yes`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from canwire import BadText, BadValue, Frame, parse_frame
+
+if TYPE_CHECKING:
+    from canwire import Database
+
+Value = int | float | str
+
+
+def add_database_arguments(parser: argparse._ActionsContainer, what: str) -> None:
+    """--db and --fill."""
+    parser.add_argument("--db", metavar="FILE", help=f"a DBC, ARXML, KCD or SYM file: {what}")
+    parser.add_argument(
+        "--fill",
+        type=float,
+        metavar="VALUE",
+        help="for signals that are not given and have no start value in the file (or the nearest in range)",
+    )
+
+
+def frames_of(words: Sequence[str], path: str | None, fill: float | None) -> list[Frame]:
+    """Frames in text form, and by a description also messages with their signals; raises BadText, BadValue."""
+    if path is None:
+        return [_parsed(word) for word in words]
+    from canwire import load_database  # who sends frames as text does without
+
+    database = load_database(path)
+    frames: list[Frame] = []
+    for group in _groups(words):
+        frames.append(parse_frame(group[0]) if "#" in group[0] else _encoded(database, group, fill))
+    return frames
+
+
+def split(word: str) -> tuple[str, str]:
+    """Both sides of Signal=value; raises BadText."""
+    name, equals, text = word.partition("=")
+    if not equals or not name or not text:
+        raise BadText(f"{word!r}: Signal=value is needed")
+    return name, text
+
+
+def _parsed(word: str) -> Frame:
+    try:
+        return parse_frame(word)
+    except BadText as error:
+        if "#" in word:
+            raise
+        raise BadText(f"{error}; for a message by its name give --db FILE") from None
+
+
+def _groups(words: Sequence[str]) -> list[list[str]]:
+    """Each frame or message with what follows it."""
+    groups: list[list[str]] = []
+    for word in words:
+        if "=" not in word or "#" in word:
+            groups.append([word])
+        elif groups and "#" not in groups[-1][0]:
+            groups[-1].append(word)
+        else:
+            raise BadText(f"{word!r}: there is no message in front of it")
+    return groups
+
+
+def _encoded(database: Database, group: Sequence[str], fill: float | None) -> Frame:
+    message = database.message(group[0])
+    values: dict[str, Value] = {}
+    for word in group[1:]:
+        name, text = split(word)
+        if name in values:
+            raise BadText(f"{message.name}: {name} is given twice")
+        values[name] = message.signals[name].parse(text) if name in message.signals else text
+    frame = database.encode(message.name, values, fill=fill)
+    if not isinstance(frame, Frame):
+        raise BadValue(f"{message.name} is a LIN frame; use `canwire lin send`")
+    return frame

@@ -1,0 +1,100 @@
+"""What a port speaks through: a node of the bench or a channel on a shared line, known here by its shape alone."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from canwire.errors import Closed
+from canwire.values.frame import Frame
+from canwire.values.lin.frame import LinFrame
+
+AnyFrame = Frame | LinFrame
+_PATIENCE_S = 0.2  # of a thread that waits for frames, before it looks whether anybody still wants them
+
+
+class Endpoint(Protocol):
+    """Frames go out and come in, in order; `now_ns` is the time that their receiver counts in."""
+
+    @property
+    def name(self) -> str:
+        """Whose it is, for errors."""
+
+    def now_ns(self) -> int:
+        """Nanoseconds of the bus's time."""
+
+    def send(self, frame: AnyFrame) -> None:
+        """Queue it; a LIN frame is what its header is answered with from now on."""
+
+    def receive(self, timeout: float) -> AnyFrame | None:
+        """The oldest frame; None when none came in `timeout` seconds of the bus's time."""
+
+    async def receive_async(self) -> AnyFrame | None:
+        """The oldest frame, waiting for one; None once the endpoint is closed."""
+
+
+class BenchEndpoint:
+    """A node of a lab."""
+
+    def __init__(self, node: Any) -> None:
+        self._node = node
+        self.name: str = node.line.name
+
+    def now_ns(self) -> int:
+        return int(self._node.time.now_ns)
+
+    def send(self, frame: AnyFrame) -> None:
+        if isinstance(frame, LinFrame):
+            self._node.respond(frame.id, frame)
+        else:
+            self._node.send(frame)
+
+    def receive(self, timeout: float) -> AnyFrame | None:
+        frame: AnyFrame | None = self._node.receive(timeout)
+        return frame
+
+    async def receive_async(self) -> AnyFrame | None:
+        try:
+            frame: AnyFrame | None = await self._node.receive_async()
+        except Closed:
+            return None
+        return frame
+
+
+class ChannelEndpoint:
+    """A channel on a shared line, set up to take frames; activating it stays with the program."""
+
+    def __init__(self, channel: Any) -> None:
+        self._channel = channel
+        self.name: str = channel.name
+
+    def now_ns(self) -> int:
+        return int(self._channel.hub.now_ns())
+
+    def send(self, frame: AnyFrame) -> None:
+        self._channel.send(frame)
+
+    def receive(self, timeout: float) -> AnyFrame | None:
+        frame: AnyFrame | None = self._channel.receive(timeout)
+        return frame
+
+    async def receive_async(self) -> AnyFrame | None:
+        """Waiting is a thread's, taking is not: a task that is cancelled takes nothing."""
+        import asyncio
+
+        while True:
+            try:
+                frame: AnyFrame | None = self._channel.receive()
+                if frame is not None:
+                    return frame
+                await asyncio.to_thread(self._channel.reading.wait, _PATIENCE_S)
+            except Closed:
+                return None
+
+
+def endpoint_of(node: Any) -> Endpoint:
+    """What `node` is; raises TypeError for neither."""
+    if hasattr(node, "receive_async") and hasattr(node, "time"):
+        return BenchEndpoint(node)
+    if hasattr(node, "reading") and hasattr(node, "hub"):
+        return ChannelEndpoint(node)
+    raise TypeError(f"{node!r}: a node of the lab or a channel on a shared line is needed")
