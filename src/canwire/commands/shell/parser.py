@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 TIMES = {
@@ -14,13 +14,33 @@ TIMES = {
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse lets the topmost parser complain of words that a verb does not know; here the verb does."""
+    """argparse lets the topmost parser complain of words that a verb does not know; here the verb does.
+
+    Words that look like one that it knows are told which.
+    """
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         found, unknown = super().parse_known_args(args, namespace)
         if unknown and self._subparsers is None:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._meant(unknown)}")
         return found, unknown
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            near = _near(str(value), [str(choice) for choice in action.choices])
+            if near:
+                raise argparse.ArgumentError(action, f"invalid choice: {value!r}; did you mean {near}?")
+        super()._check_value(action, value)
+
+    def _meant(self, unknown: Sequence[str]) -> str:
+        near = [_near(word.partition("=")[0], self._option_string_actions) for word in unknown]
+        return "".join(f"; did you mean {one}?" for one in near if one)
+
+
+def _near(word: str, known: Iterable[str]) -> str:
+    from difflib import get_close_matches
+
+    return next(iter(get_close_matches(word, known, 1)), "")
 
 
 def add_time_argument(parser: argparse._ActionsContainer, offered: Sequence[str], why_not: str) -> None:
