@@ -45,6 +45,13 @@ VERBS = {
     "stop": Verb("canwire.commands.stop", "take a line of the hub off its bus"),
     "dump": Verb("canwire.commands.dump.verb", "show what happens on a line of the hub"),
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
+    "gen": Verb("canwire.commands.gen.verb", "generate traffic on a line of the hub"),
+    "load": Verb("canwire.commands.live.load", "show how busy the buses of the hub are"),
+    "view": Verb("canwire.commands.view.verb", "show a line of the hub as a table, one row per identifier"),
+    "detect": Verb("canwire.commands.live.detect", "find the bit rate of a bus, only listening"),
+    "doctor": Verb(
+        "canwire.commands.doctor.verb", "look for what keeps canwire from working, and how to mend it"
+    ),
     "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "acan": Verb(

@@ -222,7 +222,7 @@ def test_an_error_has_a_second_line_in_words() -> None:
     [
         (BusEvent(EventKind.ERROR, error=ErrorKind.ACK, transmitting=True, code=0xD9, tec=8, bit=31),
          "nobody acknowledged in the acknowledge slot, at bit 31 of the frame, sending; error active, TEC 8, REC 0"),
-        (BusEvent(EventKind.STATE, state=ErrorState.BUS_OFF, tec=256), 
+        (BusEvent(EventKind.STATE, state=ErrorState.BUS_OFF, tec=256),
          "the controller's state; bus-off, TEC 256, REC 0"),
         (BusEvent(EventKind.ARBITRATION_LOST, bit=12), "lost arbitration at bit 12; error active, TEC 0, REC 0"),
     ],
@@ -313,7 +313,7 @@ def test_any_is_every_bus_in_the_order_of_time(capsys: pytest.CaptureFixture[str
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[1] for line in lines[:4]] == ["one", "two", "two", "one"]
     assert lines[2].startswith(" (000.010000)")
-    assert lines[4:] == ["  two  7FF   [0]"]
+    assert lines[4:] == ["  two  7FF   [0] "]
 
 
 def test_it_ends_after_so_many_seconds(capsys: pytest.CaptureFixture[str]) -> None:
