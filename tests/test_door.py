@@ -16,6 +16,7 @@ import canwire
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
 lines_now
+BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
 LimitsConfig
 LimitReached
 ControllerOptions DelayCompensation

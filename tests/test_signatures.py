@@ -133,12 +133,18 @@ def test_fields_of_public_values_are_types_of_the_door() -> None:
         if not name.startswith("_")
         and isinstance(text, str)
         and f"{value.__name__}.{name}" not in SEAM_FIELDS
-        for kind in types_in(eval(text, {**vars(typing), **vars(sys.modules[value.__module__]), **door()}))
+        for kind in types_in(eval(text, names_in(value.__module__)))
         if kind.__module__.startswith("canwire")
         and id(kind) not in there
         and kind.__name__ not in {*BASES, *HERE_FOR_TESTS_BELOW}
     }
     assert missing == set()
+
+
+def names_in(module: str) -> dict[str, Any]:
+    """What annotations of a file may name, what it imports for types alone as well."""
+    numpy = importlib.import_module("numpy")
+    return {**vars(typing), "numpy": numpy, **vars(sys.modules[module]), **door()}
 
 
 def test_nanoseconds_are_whole_and_say_so(everything: list[Signature]) -> None:

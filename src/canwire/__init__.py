@@ -18,6 +18,7 @@ from canwire.errors import (
     BadFilter,
     BadFrame,
     BadMessage,
+    BadSignals,
     BadText,
     BadTiming,
     BadValue,
@@ -94,6 +95,11 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.bus.lin.faults import LinFault
     from canwire.bus.scripted import Scripted
     from canwire.core import core_mode
+    from canwire.databases.columns import SignalColumns
+    from canwire.databases.database import Database
+    from canwire.databases.decoded import DecodedMessage
+    from canwire.databases.description import MessageDescription, SignalDescription
+    from canwire.databases.loading import load_database
     from canwire.drivers.driver import Counters, LineSettings
     from canwire.drivers.lin_driver import LinCounters
     from canwire.errors import LimitReached
@@ -198,6 +204,11 @@ _NAMES = {
     "bus.lin.faults": "LinFault",
     "bus.scripted": "Scripted",
     "core": "core_mode",
+    "databases.columns": "SignalColumns",
+    "databases.database": "Database",
+    "databases.decoded": "DecodedMessage",
+    "databases.description": "MessageDescription SignalDescription",
+    "databases.loading": "load_database",
     "drivers.driver": "Counters LineSettings",
     "drivers.lin_driver": "LinCounters",
     "hub.bring_up": "bring_up start_line",
@@ -309,6 +320,7 @@ __all__ = [
     "BadFilter",
     "BadFrame",
     "BadMessage",
+    "BadSignals",
     "BadText",
     "BadTiming",
     "BadValue",
@@ -332,6 +344,8 @@ __all__ = [
     "ControllerOptions",
     "Counters",
     "CyclicStatus",
+    "Database",
+    "DecodedMessage",
     "DelayCompensation",
     "ErrorKind",
     "ErrorState",
@@ -396,6 +410,7 @@ __all__ = [
     "LineSettings",
     "LineStatus",
     "LogLine",
+    "MessageDescription",
     "Monitor",
     "NoChannel",
     "NoSuchBoard",
@@ -416,6 +431,8 @@ __all__ = [
     "Scheduler",
     "Scripted",
     "Siblings",
+    "SignalColumns",
+    "SignalDescription",
     "SlcanReader",
     "SlotKind",
     "Ticks",
@@ -453,6 +470,7 @@ __all__ = [
     "lin_checksum",
     "lines_now",
     "linmsg_of_record",
+    "load_database",
     "parse_candump_line",
     "parse_frame",
     "parse_lin_frame",

@@ -7,7 +7,8 @@ CanwireError
 │   ├── BadFilter                  an acceptance filter that means nothing
 │   ├── BadText                    text that is no frame, event or log line
 │   ├── BadConfig                  a configuration file that no hub could run
-│   └── BadDescription             a network description (LDF) that means nothing
+│   ├── BadDescription             a network description (DBC, LDF and so on) that means nothing
+│   └── BadSignals                 signal values that their message cannot carry
 ├── LineError                      a line cannot do that now
 │   ├── QueueFull                  the transmit queue has no room
 │   ├── Busy                       what was sent before is not over
@@ -32,6 +33,8 @@ CanwireError
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 
 class CanwireError(Exception):
@@ -63,7 +66,19 @@ class BadConfig(BadValue):
 
 
 class BadDescription(BadValue):
-    """A network description (LDF) that does not parse, or that describes no network; the message names its file."""
+    """A network description that does not parse, or that describes no network; the message names its file."""
+
+
+class BadSignals(BadValue):
+    """Values that a message cannot carry, or that it lacks; `faults` says by signal what is wrong and what would do."""
+
+    def __init__(self, message: str, faults: Mapping[str, str]) -> None:
+        super().__init__("; ".join(f"{message}.{name}: {fault}" for name, fault in faults.items()))
+        self.message = message
+        self.faults = dict(faults)
+
+    def __reduce__(self) -> tuple[type[BadSignals], tuple[str, dict[str, str]]]:
+        return BadSignals, (self.message, self.faults)
 
 
 class LineError(CanwireError):

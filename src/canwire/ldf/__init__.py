@@ -20,16 +20,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from canwire import (
-    BadDescription,
-    BadFrame,
-    BadValue,
-    ExtraMissing,
-    LinFrame,
-    LinSchedule,
-    LinSlot,
-    protected_id,
-)
+from canwire.errors import BadDescription, BadFrame, BadValue, ExtraMissing
+from canwire.ldf.configuration import command
+from canwire.values.lin.frame import LinFrame, protected_id
+from canwire.values.lin.schedule import LinSchedule, LinSlot
 
 Value = int | float | str
 _NS = 1_000_000_000
@@ -45,6 +39,26 @@ class FrameDescription:
     publisher: str
     enhanced: bool
     signals: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LinSignal:
+    """A signal in its frame: its place in bits, and what the file's encoding makes of it.
+
+    `scale`, `offset` and the ends are those of its first physical range; without one, of the bits. `texts` are by raw
+    value. `start` is what `decode` would show of the initial value.
+    """
+
+    name: str
+    start_bit: int
+    length: int
+    minimum: float
+    maximum: float
+    scale: float
+    offset: float
+    unit: str
+    texts: Mapping[int, str]
+    start: Value | list[int]
 
 
 def load(path: str | Path, *, encoding: str = "utf-8") -> LinDescription:
@@ -163,17 +177,34 @@ class LinDescription:
         Physical values and logical ones' texts; the bare number where the file gives no encoding, or none that
         fits. Raises BadFrame for a frame that the file does not know, or of another length.
         """
+        raw = self.decode_raw(frame)
+        described = self._parsed.get_unconditional_frame(self.described(frame).name)
+        return {signal.name: _shown(signal, raw[signal.name]) for _, signal in described.signal_map}
+
+    def decode_raw(self, frame: LinFrame) -> dict[str, Any]:
+        """The same as numbers, as they stand in the frame (lists of bytes for arrays)."""
+        told = self.described(frame)
+        if len(frame.data) != told.length:
+            raise BadFrame(f"{told.name}: {told.length} bytes, not {len(frame.data)}")
+        raw: dict[str, Any] = self._parsed.get_unconditional_frame(told.name).decode_raw(
+            bytearray(frame.data)
+        )
+        return raw
+
+    def described(self, frame: LinFrame) -> FrameDescription:
+        """Which unconditional frame was heard, an event-triggered one's first byte telling. Raises BadFrame."""
         id = frame.id
         if id in self._events and frame.data:
             id = frame.data[0] & 0x3F
         told = self._by_id.get(id)
         if told is None:
             raise BadFrame(f"{self.path}: no frame with identifier {id:#04x}")
-        if len(frame.data) != told.length:
-            raise BadFrame(f"{told.name}: {told.length} bytes, not {len(frame.data)}")
-        described = self._parsed.get_unconditional_frame(told.name)
-        raw = described.decode_raw(bytearray(frame.data))
-        return {signal.name: _shown(signal, raw[signal.name]) for _, signal in described.signal_map}
+        return told
+
+    def signals_of(self, frame: str) -> list[LinSignal]:
+        """The signals of an unconditional frame, in its order."""
+        described = self._parsed.get_unconditional_frame(frame)
+        return [_signal(signal, offset) for offset, signal in described.signal_map]
 
     # inside
 
@@ -201,7 +232,7 @@ class LinDescription:
         if kind == "SlaveResponseEntry":
             return LinSlot.response(delay_ns=delay_ns)
         if kind != "LinFrameEntry":
-            return LinSlot.request(_command(kind, entry), delay_ns=delay_ns)
+            return LinSlot.request(command(kind, entry), delay_ns=delay_ns)
         return self._frame_slot(entry.frame, delay_ns)
 
     def _frame_slot(self, frame: Any, delay_ns: int) -> LinSlot:
@@ -220,45 +251,6 @@ class LinDescription:
         return LinSlot.event(frame.frame_id, members, delay_ns=delay_ns, length=length, resolving=resolving)
 
 
-def _command(kind: str, entry: Any) -> bytes:
-    """The master request of a configuration command (source: reference/lin-protocol.md section 10)."""
-    nad: int = entry.node.configured_nad if hasattr(entry, "node") else 0
-    if kind == "FreeFormatEntry":
-        return bytes(entry.data).ljust(8, b"\xff")
-    if kind == "AssignNadEntry":
-        product = entry.node.product_id
-        ids = product.supplier_id.to_bytes(2, "little") + product.function_id.to_bytes(2, "little")
-        return bytes([entry.node.initial_nad, 6, 0xB0]) + ids + bytes([nad])
-    if kind == "ConditionalChangeNadEntry":
-        return bytes([entry.nad, 6, 0xB3, entry.id, entry.byte, entry.mask, entry.inv, entry.new_nad])
-    if kind == "DataDumpEntry":
-        return bytes([nad, 6, 0xB4, *entry.data])
-    if kind == "SaveConfigurationEntry":
-        return bytes([nad, 1, 0xB6]).ljust(8, b"\xff")
-    if kind == "AssignFrameIdRangeEntry":
-        pids = _pids(entry)
-        return bytes([nad, 6, 0xB7, entry.frame_index, *pids])
-    return _assign_frame_id(kind, entry, nad)
-
-
-def _pids(entry: Any) -> list[int]:
-    """Those of the entry, or where it leaves them out those that the file itself gives the frames."""
-    if entry.pids:
-        return [*entry.pids, *[0xFF] * 4][:4]
-    frames = entry.node.configurable_frames
-    indices = range(entry.frame_index, entry.frame_index + 4)
-    return [protected_id(frames[k].frame_id) if k in frames else 0xFF for k in indices]
-
-
-def _assign_frame_id(kind: str, entry: Any, nad: int) -> bytes:
-    """LIN 2.0's command: supplier and message id, and the identifier to go with them (0x40: none)."""
-    frames = {frame.name: number for number, frame in entry.node.configurable_frames.items()}
-    message = frames[entry.frame.name]
-    pid = protected_id(entry.frame.frame_id) if kind == "AssignFrameIdEntry" else 0x40
-    supplier = entry.node.product_id.supplier_id.to_bytes(2, "little")
-    return bytes([nad, 6, 0xB1]) + supplier + message.to_bytes(2, "little") + bytes([pid])
-
-
 def _shown(signal: Any, raw: Any) -> Value:
     encoding = getattr(signal, "encoding_type", None)
     if encoding is not None:
@@ -267,6 +259,20 @@ def _shown(signal: Any, raw: Any) -> Value:
         except Exception:  # no row of the encoding fits
             return raw
     return raw
+
+
+def _signal(signal: Any, start_bit: int) -> LinSignal:
+    encoding = getattr(signal, "encoding_type", None)
+    converters = [] if encoding is None else encoding.get_converters()
+    physical = next((one for one in converters if type(one).__name__ == "PhysicalValue"), None)
+    texts = {one.phy_value: one.info for one in converters if type(one).__name__ == "LogicalValue"}
+    raw, scale, offset, unit = (0, (1 << signal.width) - 1), 1.0, 0.0, ""
+    if physical is not None:
+        raw, scale, offset = (physical.phy_min, physical.phy_max), physical.scale, physical.offset
+        unit = physical.unit or ""
+    low, high = sorted(end * scale + offset for end in raw)
+    start = _shown(signal, signal.init_value)
+    return LinSignal(signal.name, start_bit, signal.width, low, high, scale, offset, unit, texts, start)
 
 
 def _first_line(error: Exception) -> str:

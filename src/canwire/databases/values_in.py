@@ -1,0 +1,134 @@
+"""Which values a message needs, and whether those given fit: every fault is named with its range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from canwire.databases.description import MessageDescription, Number, SignalDescription, Value
+from canwire.databases.near import near
+from canwire.errors import BadSignals
+
+_SLACK = 1e-6  # of one step, for what floating-point arithmetic leaves
+
+
+def complete(
+    message: MessageDescription, given: Mapping[str, Value], fill: Number | None = None
+) -> dict[str, Value]:
+    """Values for all signals that are in the frame: those given, else the file's start values, else `fill`.
+
+    A multiplexer that is not given follows from the signals that are. Raises BadSignals.
+    """
+    faults = {name: near(name, message.signals) for name in given if name not in message.signals}
+    if faults:
+        raise BadSignals(message.name, {name: f"no such signal; {text}" for name, text in faults.items()})
+    wanted = {**_implied(message, given), **given}
+    values: dict[str, Value] = {}
+    for signal in message.signals.values():
+        if _chosen(message, signal, wanted, values):
+            values[signal.name] = _value(message, signal, wanted, fill, faults)
+    for name in given.keys() - values.keys():
+        faults[name] = f"not in the frame: it needs another {message.signals[name].multiplexer}"
+    if faults:
+        raise BadSignals(message.name, faults)
+    return values
+
+
+def fault_of(signal: SignalDescription, value: object) -> str:
+    """What is wrong with this value, "" for nothing."""
+    if isinstance(value, str):
+        if value in signal.choices.values():
+            return ""
+        if not signal.choices:
+            return f"{value!r} is no number; {signal.range} is possible"
+        return f"no value {value!r}; {signal.range} is possible"
+    if isinstance(value, list):
+        return ""  # of LIN: the file's own code checks arrays
+    if not isinstance(value, int | float):
+        return f"{value!r} is no number; {signal.range} is possible"
+    if isinstance(value, float) and not math.isfinite(value):
+        return "" if signal.is_float else f"{value} is no value; {signal.range} is possible"
+    slack = abs(signal.scale) * _SLACK
+    if signal.minimum - slack <= value <= signal.maximum + slack:
+        return ""
+    if not signal.is_float and signal.raw(value) in signal.choices:
+        return ""
+    return f"{value:.10g} is out of range: {signal.range}"
+
+
+def parse_value(signal: SignalDescription, text: str) -> Value:
+    """A number, or one of the signal's texts, as people type it; what is neither stays text, for `fault_of`."""
+    text = text.strip()
+    if text in signal.choices.values():
+        return text
+    for kind in (_whole, float):
+        try:
+            number: Number = kind(text)
+        except ValueError:
+            continue
+        return number
+    return text
+
+
+def _whole(text: str) -> int:
+    return int(text, 0)
+
+
+def _value(
+    message: MessageDescription,
+    signal: SignalDescription,
+    given: Mapping[str, Value],
+    fill: Number | None,
+    faults: dict[str, str],
+) -> Value:
+    value = given.get(signal.name, signal.start)
+    if value is None:
+        value = fill
+    if value is None:
+        faults[signal.name] = f"no value given, and the file has no start value; {signal.range} is possible"
+        return 0
+    fault = fault_of(signal, value) if signal.name in given else ""
+    if fault:
+        faults[signal.name] = fault
+    return value if signal.name in given else _nearest(signal, value)
+
+
+def _nearest(signal: SignalDescription, value: Value) -> Value:
+    """A start value or a filling that the file's own range does not hold, as near as the range allows."""
+    if isinstance(value, int | float) and not fault_of(signal, value):
+        return value
+    if isinstance(value, int | float):
+        return min(max(value, signal.minimum), signal.maximum)
+    return value
+
+
+def _implied(message: MessageDescription, given: Mapping[str, Value]) -> dict[str, Value]:
+    """Multiplexers that only one value is possible for, with all that was given."""
+    possible: dict[str, set[int]] = {}
+    for name in given:
+        signal = message.signals[name]
+        while signal.multiplexer:
+            ids = set(signal.multiplexer_ids)
+            possible[signal.multiplexer] = possible.get(signal.multiplexer, ids) & ids
+            signal = message.signals[signal.multiplexer]
+    return {
+        name: next(iter(ids)) * message.signals[name].scale + message.signals[name].offset
+        for name, ids in possible.items()
+        if len(ids) == 1
+    }
+
+
+def _chosen(
+    message: MessageDescription,
+    signal: SignalDescription,
+    wanted: Mapping[str, Value],
+    values: dict[str, Value],
+) -> bool:
+    """Is the signal in the frame, by the values of its multiplexers?"""
+    if not signal.multiplexer:
+        return True
+    decides = message.signals[signal.multiplexer]
+    value = values.get(decides.name, wanted.get(decides.name, decides.start))
+    if value is None or isinstance(value, list) or fault_of(decides, value):
+        return False
+    return decides.raw(value) in signal.multiplexer_ids and _chosen(message, decides, wanted, values)
