@@ -7,6 +7,7 @@ import time
 from argparse import Namespace
 from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -22,10 +23,11 @@ from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
 from canwire.commands.dump.stamps import Stamps
 from canwire.commands.dump.verb import Dump
 from canwire.commands.dump.words import in_words
-from canwire.commands.live.decoding import Message, Value
+from canwire.commands.live.decoding import decoder, ids_of_messages
 from canwire.commands.live.listening import RECORD, Listening, Record, places_of
 from canwire.commands.shared_hub import find_line
 
+CAR = str(Path(__file__).parents[1] / "car.dbc")
 SECOND = 1_000_000_000
 
 
@@ -237,17 +239,19 @@ def test_every_event_has_words() -> None:
 
 
 def test_names_and_signals() -> None:
-    def decode(frame: Frame) -> Message | None:
-        return Message("Engine", (Value("Speed", "1500 rpm"),)) if frame.id == 0x123 else None
-
-    records = [record_of(Frame(0x123, b"\x11")), record_of(Frame(0x124))]
+    pytest.importorskip("cantools")
+    decode = decoder(CAR)
+    records = [record_of(Frame(0x100, bytes.fromhex("401F0A00"))), record_of(Frame(0x124))]
     assert Printer(SCREEN, Capture(), decode=decode).lines("can0", records) == [
-        "  can0  123   [1]  11  :: Engine(Speed: 1500 rpm)",
+        "  can0  100   [4]  40 1F 0A 00  :: Engine(Speed: 2000 rpm, Torque: 10 Nm)",
         "  can0  124   [0] ",
     ]
     known, other = map(json.loads, Printer(JSON, Capture(), decode=decode).lines("can0", records))
-    assert (known["message"], known["signals"]) == ("Engine", {"Speed": "1500 rpm"})
+    assert (known["message"], known["signals"]) == ("Engine", {"Speed": 2000, "Torque": 10})
     assert "message" not in other
+    assert ids_of_messages(CAR, ["Engine"]) == [(0x100, 0x7FF, False)]
+    with pytest.raises(BadValue, match="Engine"):
+        ids_of_messages(CAR, ["Engin"])
 
 
 def test_colours_tell_lines_and_errors_apart() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from itertools import islice
+from pathlib import Path
 
 import pytest
 
@@ -12,25 +13,7 @@ from canwire.commands.gen.cyclic import CyclicMessages
 from canwire.commands.gen.pace import by_load, every
 from canwire.commands.gen.patterns import Kind, frames
 
-DBC = """
-VERSION ""
-NS_ :
-BS_:
-BU_: ECU
-BO_ 256 Engine: 8 ECU
- SG_ Speed : 0|16@1+ (0.25,0) [0|8000] "rpm" ECU
- SG_ Torque : 16|12@1- (1,0) [-100|100] "Nm" ECU
-BO_ 257 Chosen: 8 ECU
- SG_ Which M : 0|8@1+ (1,0) [0|1] "" ECU
- SG_ One m0 : 8|8@1+ (1,0) [0|3] "" ECU
- SG_ Other m1 : 8|8@1+ (1,0) [4|7] "" ECU
-BO_ 258 Rare: 2 ECU
- SG_ Flag : 0|1@1+ (1,0) [0|1] "" ECU
-BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
-BA_DEF_DEF_ "GenMsgCycleTime" 0;
-BA_ "GenMsgCycleTime" BO_ 256 10;
-BA_ "GenMsgCycleTime" BO_ 257 25;
-"""
+CAR = str(Path(__file__).parents[1] / "car.dbc")
 
 
 ONE = Kind()
@@ -144,16 +127,9 @@ def test_a_line_without_a_rate_has_no_share() -> None:
 # by a database
 
 
-@pytest.fixture
-def database(tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = tmp_path_factory.mktemp("db") / "car.dbc"
-    path.write_text(DBC)
-    return str(path)
-
-
 @pytest.mark.conforms("PF-15")
-def test_messages_come_in_their_cycle_times(database: str) -> None:
-    messages = CyclicMessages(database, [], None, random.Random(1))
+def test_messages_come_in_their_cycle_times() -> None:
+    messages = CyclicMessages(CAR, [], None, random.Random(1))
     assert (len(messages), messages.without) == (2, ["Rare"])
     now_s, times = 0.0, {0x100: [], 0x101: []}  # type: ignore[var-annotated]
     for gap_s, frame in islice(messages.plan(), 70):
@@ -163,11 +139,11 @@ def test_messages_come_in_their_cycle_times(database: str) -> None:
     assert times[0x101] == [25 * k for k in range(20)]
 
 
-def test_their_signals_have_values_that_the_database_allows(database: str) -> None:
+def test_their_signals_have_values_that_the_database_allows() -> None:
     import cantools
 
-    known = cantools.database.load_file(database)
-    messages = CyclicMessages(database, ["Engine", "Chosen"], None, random.Random(1))
+    known = cantools.database.load_file(CAR)
+    messages = CyclicMessages(CAR, ["Engine", "Chosen"], None, random.Random(1))
     seen = set()
     for _, frame in islice(messages.plan(), 200):
         values = known.decode_message(frame.id, frame.data)
@@ -180,11 +156,11 @@ def test_their_signals_have_values_that_the_database_allows(database: str) -> No
     assert seen == {"Which", "One", "Other"}
 
 
-def test_messages_that_are_not_there(database: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_messages_that_are_not_there() -> None:
     with pytest.raises(BadValue, match=r"--message Engin: not in .*; did you mean Engine\?"):
-        CyclicMessages(database, ["Engin"], None, random.Random(1))
+        CyclicMessages(CAR, ["Engin"], None, random.Random(1))
     with pytest.raises(BadValue, match="no message has a cycle time"):
-        CyclicMessages(database, ["Rare"], None, random.Random(1))
-    assert len(CyclicMessages(database, ["Rare"], 0.5, random.Random(1))) == 1
+        CyclicMessages(CAR, ["Rare"], None, random.Random(1))
+    assert len(CyclicMessages(CAR, ["Rare"], 0.5, random.Random(1))) == 1
     with pytest.raises(BadDescription, match=r"--db nowhere.dbc: "):
         CyclicMessages("nowhere.dbc", [], None, random.Random(1))

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from canwire import BusEvent, Frame, LogLine
 from canwire.commands.dump.words import in_words
-from canwire.commands.live.decoding import Message
+
+if TYPE_CHECKING:
+    from canwire import DecodedMessage
 
 
-def format_json(line: LogLine, message: Message | None = None) -> str:
+def format_json(line: LogLine, message: DecodedMessage | None = None) -> str:
     """`time_s` is in seconds since 1970; data and identifiers are hex. `message` is what a database says of it."""
     content = line.content
     found: dict[str, Any] = {"time_s": line.timestamp_ns / 1e9, "line": line.interface}
     found |= _frame(content) if isinstance(content, Frame) else _event(content)
     if message is not None:
-        found |= {"message": message.name, "signals": {value.name: value.text for value in message.values}}
+        found |= {"message": message.name, "signals": dict(message.signals)}
     return json.dumps(found)
 
 

@@ -8,7 +8,7 @@ canwire dump can0 -T 2                until nothing has been heard for two secon
 canwire dump can0 -t d                each line with the time since the one before; -t h: the bus's own clock
 canwire dump can0 --filter 123        frame 123 only; 100-1FF, 700:700 by mask, ~123 all others
 canwire dump can0 --kind fd,extended  CAN FD frames with 29-bit identifiers only; error: errors only
-canwire dump can0 --db car.dbc        with names and signals, by a database
+canwire dump can0 --db car.dbc        with names and signals, by a database; --message NAME: of this one
 canwire dump can0 --json -e           an object a line, for programs
 
 Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, stderr says how many frames were
@@ -26,9 +26,10 @@ from typing import TYPE_CHECKING
 from canwire import BadValue
 from canwire.commands.can_line import wanted_by
 from canwire.commands.dump.filters import KINDS as FILTER_KINDS
-from canwire.commands.dump.filters import Capture, parse_capture
+from canwire.commands.dump.filters import Capture, Masked, parse_capture
 from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
 from canwire.commands.dump.stamps import ABSOLUTE, KINDS, Stamps
+from canwire.commands.live.decoding import decoder, ids_of_messages
 from canwire.commands.live.listening import (
     Listening,
     Source,
@@ -65,6 +66,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_capture(parser)
     parser.add_argument("--db", metavar="FILE", help="names and signals by a DBC, KCD, SYM or ARXML file")
+    parser.add_argument(
+        "--message",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="with --db: show this message only; again: or it",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON, one object a line")
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
 
@@ -91,6 +99,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Print lines until COUNT, silence or Ctrl-C; BadValue, NoSuchBoard, HubError for what cannot be."""
     _check(arguments)
     capture = parse_capture(arguments.filter, arguments.kind, arguments.errors)
+    if arguments.message:
+        named = tuple(
+            Masked(*found, inverted=False) for found in ids_of_messages(arguments.db, arguments.message)
+        )
+        capture = capture._replace(filters=(*capture.filters, *named))
     with ExitStack() as closing:
         hub = connected(arguments, "dump", closing)
         places = places_of(hub, arguments.lines)
@@ -117,6 +130,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise BadValue("--json: without -l and -t; its time_s is absolute")
     if arguments.log and arguments.stamps:
         raise BadValue("-t: without -l, whose lines have absolute times")
+    if arguments.message and not arguments.db:
+        raise BadValue("--message: names a message of --db FILE")
     if arguments.log and arguments.db:
         raise BadValue("--db: without -l, whose lines have no room for names")
 
@@ -173,8 +188,6 @@ def _printer(arguments: argparse.Namespace, hub: Hub, sources: list[Source], cap
     epoch = epoch_ns(hub) if absolute or arguments.stamps in ABSOLUTE else 0
     decode = None
     if arguments.db:
-        from canwire.commands.live.decoding import decoder
-
         decode = decoder(arguments.db)
     return Printer(
         style,

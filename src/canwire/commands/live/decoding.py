@@ -1,31 +1,16 @@
-"""Names and signals of frames by a database, for people and for JSON."""
+"""Names and signals of frames by a database."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from canwire import Frame
 
+if TYPE_CHECKING:
+    from canwire import DecodedMessage
 
-class Value(NamedTuple):
-    """One signal: `text` is its value with its unit."""
-
-    name: str
-    text: str
-
-
-class Message(NamedTuple):
-    """A frame that the database knows."""
-
-    name: str
-    values: tuple[Value, ...]
-
-    def __str__(self) -> str:
-        return f"{self.name}({', '.join(f'{value.name}: {value.text}' for value in self.values)})"
-
-
-Decode = Callable[[Frame], Message | None]
+Decode = Callable[[Frame], "DecodedMessage | None"]
 
 
 def decoder(path: str) -> Decode:
@@ -33,16 +18,14 @@ def decoder(path: str) -> Decode:
 
     Raises BadDescription, ExtraMissing without canwire[databases].
     """
-    from canwire.web.database import Database
+    from canwire import load_database
 
-    database = Database(path)
-    names = database.names
+    return load_database(path).decode
 
-    def decode(frame: Frame) -> Message | None:
-        name = names.get(f"{frame.id:08X}" if frame.extended else f"{frame.id:03X}")
-        if name is None:
-            return None
-        values = database.signals(frame)
-        return Message(name, tuple(Value(one.name, f"{one.value} {one.unit}".rstrip()) for one in values))
 
-    return decode
+def ids_of_messages(path: str, names: Sequence[str]) -> list[tuple[int, int, bool]]:
+    """Identifier, mask and whether it has 29 bits, of these messages; raises BadValue with near names."""
+    from canwire import load_database
+
+    database = load_database(path)
+    return [one for name in names for one in database.id_masks(name)]
