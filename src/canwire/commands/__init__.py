@@ -120,9 +120,11 @@ def _run(words: list[str]) -> int:
         words = [*words[1:], "--help"]
     asked = os.environ.get("COMP_LINE", "").split()[1:] if "_ARGCOMPLETE" in os.environ else words
     called = next((word for word in asked if word in VERBS), None)
-    for name, verb in VERBS.items():
+    # where the verb is plain the others have no parsers, which take as long as its own work, and are never loaded
+    offered = {called: VERBS[called]} if called is not None and words[:1] == [called] else VERBS
+    for name, verb in offered.items():
         sub = verbs.add_parser(name, help=verb.help, description=verb.help)
-        if name == called:  # the others stay unloaded: --help must be quick
+        if name == called:
             _load(verb, sub)
     if "_ARGCOMPLETE" in os.environ:
         from canwire.commands.shell.completion import answer

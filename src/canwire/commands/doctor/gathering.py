@@ -176,13 +176,9 @@ def _trouble(status: LineStatus) -> str:
     """What is wrong with a line, and below it how to mend that; "" if nothing is."""
     state = state_in_words(canwire.ErrorState(status.state))
     if status.coupling_fault:
-        return (
-            "reports a fault of its wires\nlook at the cable; `canwire fault BUS --list` shows a simulated one"
-        )
+        return "reports a fault of its wires\nlook at the cable; `canwire fault BUS --list` shows a simulated one"
     if state == "bus-off":
-        return (
-            f"is bus-off, TEC {status.tec}\n`canwire recover LINE`, once what made the errors is mended"
-        )
+        return f"is bus-off, TEC {status.tec}\n`canwire recover LINE`, once what made the errors is mended"
     if state == "error passive":
         return (
             f"is error passive, TEC {status.tec}, REC {status.rec}\n"

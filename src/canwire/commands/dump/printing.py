@@ -15,7 +15,6 @@ from canwire import (
     format_log_line,
     frame_of_record,
 )
-from canwire.commands.dump.as_json import format_json
 from canwire.commands.dump.filters import Capture
 from canwire.commands.dump.stamps import Stamps
 from canwire.commands.dump.words import in_words
@@ -123,6 +122,8 @@ class Printer:
         message = self._decode(content) if self._decode is not None and isinstance(content, Frame) else None
         line = LogLine(self._epoch_ns + record[0], name, content)
         if self._style == JSON:
+            from canwire.commands.dump.as_json import format_json
+
             return format_json(line, message)
         if self._style == LOG:
             return self._written(line)

@@ -21,11 +21,13 @@ class CyclicMessages:
     def __init__(self, path: str, names: Sequence[str], usual_s: float | None, chance: random.Random) -> None:
         messages = _named(path, _loaded(path), names)
         self._chance = chance
-        self._cycles = [
+        cycles = [
             (message, message.cycle_time / 1000 if message.cycle_time else usual_s) for message in messages
         ]
-        self.without = [message.name for message, cycle_s in self._cycles if cycle_s is None]
-        self._cycles = [(message, cycle_s) for message, cycle_s in self._cycles if cycle_s is not None]
+        self.without = [message.name for message, cycle_s in cycles if cycle_s is None]
+        self._cycles: list[tuple[Any, float]] = [
+            (message, cycle_s) for message, cycle_s in cycles if cycle_s is not None
+        ]
         if not self._cycles:
             raise BadValue(f"--db {path}: no message has a cycle time there; --gap gives all the same")
 

@@ -64,7 +64,8 @@ class Meter:
             loads[1] / (loads[0] or 1),
             frames / span_s if span_s else 0.0,
             errors / span_s if span_s else 0.0,
-            *sums,
+            sums[0],
+            sums[1],
             _rates([status for _, status in lines]),
         )
 

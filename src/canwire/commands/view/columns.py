@@ -21,7 +21,7 @@ class Texts(NamedTuple):
     id: str
     length: str
     data: str
-    count: str
+    frames: str
     period: str
     least: str
     most: str
@@ -52,7 +52,7 @@ def format_row(texts: Texts) -> str:
     """A plain line: `can0       123  8     120      10.0 (    9.8 ..    10.2)  11 22 33`"""
     decoded = f"  :: {texts.decoded}" if texts.decoded else ""
     return (
-        f"{texts.line:<8} {texts.id:>8} {texts.length:>2} {texts.count:>8} {texts.period:>9} "
+        f"{texts.line:<8} {texts.id:>8} {texts.length:>2} {texts.frames:>8} {texts.period:>9} "
         f"({texts.least:>7} ..{texts.most:>9})  {texts.data}{decoded}"
     )
 

@@ -114,7 +114,7 @@ class Rows(ScrollView, can_focus=True):
         line, id, length, data, count, period, least, most = self._widths
         head = f"{texts.line:<{line}}  {texts.id:>{id}}  {texts.length:>{length}}  "
         rest = (
-            f"{texts.data:<{data}}  {texts.count:>{count}}  {texts.period:>{period}}  {texts.least:>{least}}  "
+            f"{texts.data:<{data}}  {texts.frames:>{count}}  {texts.period:>{period}}  {texts.least:>{least}}  "
             f"{texts.most:>{most}}  {texts.decoded}"
         )
         return head + rest, len(head)
