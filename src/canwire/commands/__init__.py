@@ -23,7 +23,7 @@ from canwire.commands.shell.ending import (
     is_full,
     signals_raise,
 )
-from canwire.commands.shell.parser import Parser
+from canwire.commands.shell.parser import Help, Parser
 
 
 class Verb(NamedTuple):
@@ -113,9 +113,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(words: list[str]) -> int:
     from canwire import CanwireError
 
-    parser = Parser(prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper.")
+    parser = Parser(
+        prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper.", formatter_class=Help
+    )
     parser.add_argument("--version", nargs=0, action=_ShowVersion, help="print the version and exit")
-    verbs = parser.add_subparsers(metavar="verb", required=True)
+    verbs = parser.add_subparsers(metavar="verb", required=True, prog="canwire")
     if words[:1] == ["help"]:  # `canwire help dump` is `canwire dump --help`
         words = [*words[1:], "--help"]
     asked = os.environ.get("COMP_LINE", "").split()[1:] if "_ARGCOMPLETE" in os.environ else words
@@ -123,7 +125,7 @@ def _run(words: list[str]) -> int:
     # where the verb is plain the others have no parsers, which take as long as its own work, and are never loaded
     offered = {called: VERBS[called]} if called is not None and words[:1] == [called] else VERBS
     for name, verb in offered.items():
-        sub = verbs.add_parser(name, help=verb.help, description=verb.help)
+        sub = verbs.add_parser(name, help=verb.help, description=verb.help, formatter_class=Help)
         if name == called:
             _load(verb, sub)
     if "_ARGCOMPLETE" in os.environ:
@@ -143,7 +145,6 @@ def _run(words: list[str]) -> int:
 def _load(verb: Verb, parser: argparse.ArgumentParser) -> None:
     """Its arguments, and in --help what its module says of itself, examples included."""
     module = importlib.import_module(verb.module)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.description = (module.__doc__ or verb.help).strip()
     module.add_arguments(parser)
     parser.set_defaults(run=module.run)

@@ -3,14 +3,36 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+_USUAL = 80  # columns
 TIMES = {
     "real": "as the clock goes",
     "fast": "with the clock while buses rest, without waiting while they work",
     "virtual": "without waiting, the same every time",
 }
+
+
+class Help(argparse.RawDescriptionHelpFormatter):
+    """Help with a module's own words. argparse asks it about each option, so it must not load much."""
+
+    def __init__(self, prog: str, *arguments: Any, **options: Any) -> None:
+        options.setdefault("width", _columns() - 2)
+        super().__init__(prog, *arguments, **options)
+
+
+def _columns() -> int:
+    """shutil.get_terminal_size's, without the compressors that come with it."""
+    given = os.environ.get("COLUMNS", "")
+    if given.isdigit() and int(given):
+        return int(given)
+    try:
+        return os.get_terminal_size(sys.__stdout__.fileno()).columns or _USUAL  # type: ignore[union-attr]
+    except (AttributeError, ValueError, OSError):  # no terminal, or closed
+        return _USUAL
 
 
 class Parser(argparse.ArgumentParser):
