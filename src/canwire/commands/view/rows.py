@@ -99,7 +99,7 @@ class Rows(ScrollView, can_focus=True):
             return Strip.blank(width, self.rich_style)
         row = self._rows[at]
         line, data_at = self._line(texts_of(row, self._decode))
-        text = Text(line, style=self.rich_style, no_wrap=True)
+        text = Text(line.ljust(left + width), no_wrap=True)
         if at == self._cursor and self.has_focus:
             text.stylize(_CURSOR)
         if not row.frame.remote:
@@ -107,7 +107,8 @@ class Rows(ScrollView, can_focus=True):
                 start = data_at + 3 * place
                 text.stylize(_CHANGED, start, start + 2)
         segments = [Segment(part.text, part.style) for part in text.render(self.app.console) if part.text]
-        return Strip(segments).crop_extend(left, left + width, self.rich_style)
+        strip = Strip(segments).apply_style(self.rich_style)
+        return strip.crop_extend(left, left + width, self.rich_style)
 
     def _line(self, texts: Texts) -> tuple[str, int]:
         """The columns beside each other, and where the data begin."""
