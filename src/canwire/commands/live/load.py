@@ -1,7 +1,7 @@
 """`canwire load`: how busy the buses of the hub are, every second until Ctrl-C.
 
 canwire load                      every CAN bus
-canwire load can0 body            these two
+canwire load can0 HW000003:0      these two
 canwire load can0 --seconds 60    for a minute
 canwire load --json -n 1          one object a bus, once
 
