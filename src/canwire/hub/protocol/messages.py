@@ -403,7 +403,7 @@ Reply = (
 
 
 _encoder = msgspec.msgpack.Encoder()
-_requests: msgspec.msgpack.Decoder[tuple[int, Any]] = msgspec.msgpack.Decoder(tuple[int, Request])
+_requests = msgspec.msgpack.Decoder(tuple[int, Request])
 _replies = msgspec.msgpack.Decoder(tuple[int, int, Reply])
 _LIN = "canwire.hub.protocol.lin_messages"
 
@@ -441,7 +441,7 @@ def encode_request(serial: int, request: Message) -> bytes:
     """Bytes to send; raises BadValue for what no hub would take: wrong types, numbers too large, too much."""
     try:
         message = _framed((serial, request), LARGEST_REQUEST)
-        _decoded(_all_requests() if _LIN in sys.modules else _requests, message[LENGTH.size :])
+        _decoded(_all_requests() if _LIN in sys.modules else _requests, message[LENGTH.size :], "request")
     except (BadMessage, BufferError, TypeError, OverflowError, RecursionError) as error:
         raise BadValue(f"{type(request).__name__}: {error}") from None
     return message
@@ -454,25 +454,20 @@ def encode_reply(serial: int, reply: Message, descriptors: int = 0) -> bytes:
 
 def decode_request(payload: bytes | bytearray | memoryview) -> tuple[int, Any]:
     """Serial and request; raises BadMessage."""
-    return _decoded(_all_requests(), payload)
-
-
-def _decoded(
-    decoder: msgspec.msgpack.Decoder[tuple[int, Any]], payload: bytes | bytearray | memoryview
-) -> tuple[int, Any]:
-    try:
-        return decoder.decode(payload)
-    except (msgspec.MsgspecError, ValueError) as error:
-        raise BadMessage(f"a request of {len(payload)} bytes: {error}") from None
+    return _decoded(_all_requests(), payload, "request")
 
 
 def decode_reply(payload: bytes | bytearray | memoryview) -> tuple[int, int, Any]:
     """Serial, number of descriptors, reply; raises BadMessage."""
+    # only who has asked about LIN is answered about LIN
+    return _decoded(_all_replies() if _LIN in sys.modules else _replies, payload, "reply")
+
+
+def _decoded(decoder: Any, payload: bytes | bytearray | memoryview, what: str) -> Any:
     try:
-        # only who has asked about LIN is answered about LIN
-        return (_all_replies() if _LIN in sys.modules else _replies).decode(payload)
+        return decoder.decode(payload)
     except (msgspec.MsgspecError, ValueError) as error:
-        raise BadMessage(f"a reply of {len(payload)} bytes: {error}") from None
+        raise BadMessage(f"a {what} of {len(payload)} bytes: {error}") from None
 
 
 def _framed(message: Any, largest: int) -> bytes:
