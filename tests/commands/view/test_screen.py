@@ -237,6 +237,7 @@ def test_on_a_terminal(hub_address: str, tmp_path: Path) -> None:
         )  # fmt: skip
         screen.wait("DE AD BE EF")
         screen.type(b"/")
+        screen.wait("typing a filter")
         screen.type(b"~123")
         screen.wait("0 of 1 identifiers")
         screen.type(b"\x03")

@@ -144,6 +144,10 @@ class ViewScreen(App[None]):
         self._wanted = Wanted(event.value, self._decode)
         self.show()
 
+    def on_descendant_focus(self) -> None:
+        """Keys mean something else now, which is told."""
+        self.show()
+
     @on(Rows.Moved)
     def _moved(self) -> None:
         self.show()
@@ -160,6 +164,8 @@ class ViewScreen(App[None]):
         told.append(f"{self.table.errors} errors")
         if self._held is not None:
             told.append("PAUSED")
+        if isinstance(self.focused, Input):
+            told.append("typing a filter: Enter ends")
         if self._note:
             told.append(self._note)
         return "  ".join(told)
