@@ -43,6 +43,8 @@ from canwire.commands import main
 from canwire.commands import send as send_module
 from canwire.commands.can_line import bring_up, line_mode
 from canwire.commands.dump import verb as dump_module
+from canwire.commands.dump.filters import Capture
+from canwire.commands.live.listening import Listening
 from canwire.commands.send import Sending, format_text
 from canwire.commands.shared_hub import find_line
 from tests.hubs import serving
@@ -433,7 +435,9 @@ def test_errors_are_shown_when_asked_for(served: Served, dump: StartDump) -> Non
     assert isinstance(event, BusEvent)
     assert event.kind == EventKind.ERROR
     plain.process.send_signal(signal.SIGINT)
-    assert plain.end() == (130, [], "0 shown, 0 lost")
+    status, lines, told = plain.end()
+    assert (status, lines) == (130, [])
+    assert re.fullmatch(r"0 shown, 0 lost, \d+ errors? seen", told)
 
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
@@ -586,18 +590,17 @@ def channel_on(hub: Hub, address: str, closing: ExitStack, mode: ChannelMode) ->
 def test_frames_that_dump_did_not_read_in_time_are_counted(
     virtual: Hub, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = Namespace(
-        line="can0", log=False, count=4, timeout=None, errors=False, bus_name=False, stamps=None, json=False
-    )
+    arguments = Namespace(log=False, count=4, timeout=None, seconds=None, stamps=None, json=False, db=None)
     with ExitStack() as closing:
-        receiving, place = channel_on(virtual, "HW000001:0", closing, ChannelMode(receive=4, transmit=0))
+        place = find_line(virtual, "HW000001:0")
+        listening = closing.enter_context(Listening(virtual, [("can0", place)], ANY, queue=4))
         sending, _ = channel_on(virtual, "HW000001:1", closing, ChannelMode(receive=1, transmit=16))
         for id in range(10):
             sending.send(Frame(id))
         virtual.run_for(0.1)
-        showing = dump_module.Dump(arguments, virtual, place, receiving, [])
+        showing = dump_module.Dump(arguments, virtual, listening, Capture())
         showing.run()
-        assert showing.summary() == "4 shown, 6 lost"
+        assert showing.summary() == ["4 shown, 6 lost"]
     assert capsys.readouterr().out.count("\n") == 4
 
 

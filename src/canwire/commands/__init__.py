@@ -23,7 +23,7 @@ from canwire.commands.shell.ending import (
     is_full,
     signals_raise,
 )
-from canwire.commands.shell.parser import Parser
+from canwire.commands.shell.parser import Help, Parser
 
 
 class Verb(NamedTuple):
@@ -47,6 +47,13 @@ VERBS = {
     "send": Verb("canwire.commands.send", "send frames from a line of the hub"),
     "simulate": Verb(
         "canwire.commands.databases.simulate", "send a node's messages at their cycle times, by a DBC file"
+    ),
+    "gen": Verb("canwire.commands.gen.verb", "generate traffic on a line of the hub"),
+    "load": Verb("canwire.commands.live.load", "show how busy the buses of the hub are"),
+    "view": Verb("canwire.commands.view.verb", "show a line of the hub as a table, one row per identifier"),
+    "detect": Verb("canwire.commands.live.detect", "find the bit rate of a bus, only listening"),
+    "doctor": Verb(
+        "canwire.commands.doctor.verb", "look for what keeps canwire from working, and how to mend it"
     ),
     "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
@@ -114,16 +121,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(words: list[str]) -> int:
     from canwire import CanwireError
 
-    parser = Parser(prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper.")
+    parser = Parser(
+        prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper.", formatter_class=Help
+    )
     parser.add_argument("--version", nargs=0, action=_ShowVersion, help="print the version and exit")
-    verbs = parser.add_subparsers(metavar="verb", required=True)
+    verbs = parser.add_subparsers(metavar="verb", required=True, prog="canwire")
     if words[:1] == ["help"]:  # `canwire help dump` is `canwire dump --help`
         words = [*words[1:], "--help"]
     asked = os.environ.get("COMP_LINE", "").split()[1:] if "_ARGCOMPLETE" in os.environ else words
     called = next((word for word in asked if word in VERBS), None)
-    for name, verb in VERBS.items():
-        sub = verbs.add_parser(name, help=verb.help, description=verb.help)
-        if name == called:  # the others stay unloaded: --help must be quick
+    # where the verb is plain the others have no parsers, which take as long as its own work, and are never loaded
+    offered = {called: VERBS[called]} if called is not None and words[:1] == [called] else VERBS
+    for name, verb in offered.items():
+        sub = verbs.add_parser(name, help=verb.help, description=verb.help, formatter_class=Help)
+        if name == called:
             _load(verb, sub)
     if "_ARGCOMPLETE" in os.environ:
         from canwire.commands.shell.completion import answer
@@ -142,7 +153,6 @@ def _run(words: list[str]) -> int:
 def _load(verb: Verb, parser: argparse.ArgumentParser) -> None:
     """Its arguments, and in --help what its module says of itself, examples included."""
     module = importlib.import_module(verb.module)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.description = (module.__doc__ or verb.help).strip()
     module.add_arguments(parser)
     parser.set_defaults(run=module.run)

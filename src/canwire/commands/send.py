@@ -121,7 +121,7 @@ class Sending:
         status = self._settled()
         if status.delivered < self._total:
             why = self._why(status, self._place.status(self._hub))
-            missing = self._total - self._given_up().delivered
+            missing = self._total - self.give_up().delivered
             if missing:
                 complain(f"{self._place.address}: {missing} of {self._total} frames not delivered: {why}")
                 return 1
@@ -148,7 +148,7 @@ class Sending:
             time.sleep(_LOOK_S)
         return True
 
-    def _given_up(self) -> ChannelStatus:
+    def give_up(self) -> ChannelStatus:
         """Nothing may go out later. A frame on the wire cannot be taken back: try again behind it."""
         for _ in range(_TRIES):
             self._channel.cancel()

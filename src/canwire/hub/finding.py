@@ -76,4 +76,15 @@ def _by_address(hub: Hub, name: str, places: list[LinePlace], bus_type: str | No
             return LinePlace(board, line)
     there = ", ".join(f"{place.address} (on {place.info.bus or 'no bus'})" for place in places) or "none"
     what = "line" if bus_type is None else f"{bus_type} line"
-    raise NoSuchBoard(f"no {what} or bus {name!r}; there are {there}")
+    near = _nearest(name, places)
+    raise NoSuchBoard(
+        f"no {what} or bus {name!r}; there are {there}{f'; did you mean {near}?' if near else ''}"
+    )
+
+
+def _nearest(name: str, places: list[LinePlace]) -> str:
+    """The name that was meant perhaps: "" where none looks like it."""
+    from difflib import get_close_matches
+
+    names = {known.lower(): known for place in places for known in (place.info.bus, place.address) if known}
+    return next((names[found] for found in get_close_matches(name.lower(), names, 1)), "")

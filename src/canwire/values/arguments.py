@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -43,6 +42,8 @@ def unknown_argument(call: str, unknown: Iterable[str], prototype: Callable[...,
         return TypeError(
             f"{call} has no argument {name!r}: what python-can calls {name} is {here} here{_WORTH_A_WORD.get(here, '')}"
         )
+    from difflib import get_close_matches  # for mistakes alone
+
     near = get_close_matches(name, there, 1)
     hint = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(there)}"
     return TypeError(f"{call} has no argument {name!r}{hint}")

@@ -6,21 +6,28 @@ import json
 import time
 from argparse import Namespace
 from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import canwire
-from canwire import BadValue, BusEvent, ErrorKind, EventKind, Frame, LogLine, WantedMode
+from canwire import BadValue, BusEvent, ErrorKind, ErrorState, EventKind, Frame, LogLine, WantedMode
 from canwire.commands import main
 from canwire.commands.can_line import bring_up
 from canwire.commands.dump.as_json import format_json
-from canwire.commands.dump.filters import accepts, parse_filters
+from canwire.commands.dump.filters import Capture, parse_capture
+from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
 from canwire.commands.dump.stamps import Stamps
 from canwire.commands.dump.verb import Dump
+from canwire.commands.dump.words import in_words
+from canwire.commands.live.decoding import decoder, ids_of_messages
+from canwire.commands.live.listening import RECORD, Listening, Record, places_of
 from canwire.commands.shared_hub import find_line
 
+CAR = str(Path(__file__).parents[1] / "car.dbc")
 SECOND = 1_000_000_000
 
 
@@ -30,6 +37,7 @@ SECOND = 1_000_000_000
         ("a", ["(1000000001.500000)", "(1000000001.500250)", "(1000000003.000000)"]),
         ("d", ["(000.000000)", "(000.000250)", "(001.499750)"]),
         ("z", ["(000.000000)", "(000.000250)", "(001.500000)"]),
+        ("h", ["(000001.500000000)", "(000001.500250000)", "(000003.000000000)"]),
     ],
 )
 def test_stamps(kind: str, shown: list[str]) -> None:
@@ -45,6 +53,11 @@ def test_a_date(monkeypatch: pytest.MonkeyPatch) -> None:
     time.tzset()
 
 
+def shown_by(capture: Capture, *frames: Frame) -> set[int]:
+    return {frame.id for frame in frames if capture.accepts(frame)}
+
+
+@pytest.mark.conforms("PC-03", "PL-21")
 @pytest.mark.parametrize(
     ("text", "shown"),
     [
@@ -53,28 +66,81 @@ def test_a_date(monkeypatch: pytest.MonkeyPatch) -> None:
         (["123~7FF"], {0x7E0, 0x7E8, 0x18FF1234}),
         (["123:7FF,7e8:7ff"], {0x123, 0x7E8}),
         (["123:7FF", "7E0:7FF"], {0x123, 0x7E0}),
+        (["123~7FF,7E0~7FF,j"], {0x7E8, 0x18FF1234}),
         (["18FF0000:1FFF0000"], {0x18FF1234}),
         (["00000123:1FFFFFFF"], set()),
+        (["123"], {0x123}),
+        (["~123"], {0x7E0, 0x7E8, 0x18FF1234}),
+        (["100-7E0"], {0x123, 0x7E0}),
+        (["~100-7E0"], {0x7E8, 0x18FF1234}),
+        (["00000000-1FFFFFFF"], {0x18FF1234}),
         ([], {0x123, 0x7E0, 0x7E8, 0x18FF1234}),
     ],
 )
 def test_filters(text: list[str], shown: set[int]) -> None:
     frames = [Frame(0x123), Frame(0x7E0), Frame(0x7E8), Frame(0x18FF1234, extended=True)]
-    filters = parse_filters(text)
-    assert {frame.id for frame in frames if accepts(filters, frame)} == shown
-    assert accepts(filters, BusEvent(EventKind.ERROR))
+    capture = parse_capture(text, [], True)
+    assert shown_by(capture, *frames) == shown
+    assert capture.accepts(BusEvent(EventKind.ERROR))
 
 
-@pytest.mark.parametrize("text", ["", "123", "123:", ":7FF", "123:7FG", "800:7FF", "123456789:1", "123=7FF"])
+@pytest.mark.parametrize(
+    ("kinds", "errors", "shown", "events"),
+    [
+        ([], False, {1, 2, 3, 4}, set()),
+        (["data"], False, {1, 3, 4}, set()),
+        (["remote"], True, {2}, {"ERROR", "STATE"}),
+        (["fd"], False, {3}, set()),
+        (["fd,classic"], False, {1, 2, 3, 4}, set()),
+        (["classic", "extended"], False, {4}, set()),
+        (["error"], False, set(), {"ERROR"}),
+        (["remote", "state"], False, {2}, {"STATE"}),
+    ],
+)
+def test_kinds(kinds: list[str], errors: bool, shown: set[int], events: set[str]) -> None:
+    frames = [Frame(1, b"1"), Frame(2, remote=True), Frame(3, b"3", fd=True), Frame(4, extended=True)]
+    capture = parse_capture([], kinds, errors)
+    assert shown_by(capture, *frames) == shown
+    assert {
+        kind.name for kind in (EventKind.ERROR, EventKind.STATE) if capture.accepts(BusEvent(kind))
+    } == events
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "x",
+        "123:",
+        ":7FF",
+        "123:7FG",
+        "800:7FF",
+        "123456789:1",
+        "123=7FF",
+        "200-100",
+        "123-00000200",
+        "800",
+        "12-",
+    ],
+)
 def test_filters_that_are_none(text: str) -> None:
     with pytest.raises(BadValue, match="--filter"):
-        parse_filters([text])
+        parse_capture([text], [], False)
+
+
+def test_a_kind_that_is_none() -> None:
+    with pytest.raises(BadValue, match="--kind slow: data, remote"):
+        parse_capture([], ["slow"], False)
 
 
 @given(st.integers(0, 0x7FF), st.integers(0, 0x7FF), st.integers(0, 0x7FF))
 def test_a_filter_and_its_inverse_share_out_all_frames(code: int, mask: int, id: int) -> None:
-    (one,), (other,) = parse_filters([f"{code:03X}:{mask:X}"]), parse_filters([f"{code:03X}~{mask:X}"])
+    one, other = (parse_capture([f"{code:03X}{sign}{mask:X}"], [], False) for sign in ":~")
     assert one.accepts(Frame(id)) == ((id & mask) == (code & mask)) != other.accepts(Frame(id))
+    span, rest = (
+        parse_capture([f"{sign}{min(code, mask):03X}-{max(code, mask):03X}"], [], False) for sign in ("", "~")
+    )
+    assert span.accepts(Frame(id)) == (min(code, mask) <= id <= max(code, mask)) != rest.accepts(Frame(id))
 
 
 def test_json() -> None:
@@ -103,22 +169,184 @@ def test_what_does_not_go_together(words: list[str], capsys: pytest.CaptureFixtu
     assert capsys.readouterr().err.startswith("canwire: -")
 
 
-def test_a_line_is_candumps(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = Namespace(
-        line="can0", log=False, count=2, timeout=None, errors=False, bus_name=False, stamps="z", json=False
+def record_of(content: Frame | BusEvent, time_ns: int = 0) -> Record:
+    """As it comes from a channel's queue."""
+    if isinstance(content, BusEvent):
+        return RECORD.unpack(replace(content, timestamp_ns=time_ns).to_record())
+    (row,) = canwire.frames_to_array([content])
+    found: Record = RECORD.unpack(row.tobytes())
+    return time_ns, found[1], found[2], found[3]
+
+
+@st.composite
+def frames(draw: st.DrawFn) -> Frame:
+    extended = draw(st.booleans())
+    id = draw(st.integers(0, 0x1FFFFFFF if extended else 0x7FF))
+    kind = draw(st.sampled_from(["classic", "remote", "fd", "long code"]))
+    if kind == "remote":
+        return Frame(id, extended=extended, remote=True, dlc=draw(st.integers(0, 15)))
+    if kind == "fd":
+        size = draw(st.sampled_from([0, 1, 7, 8, 12, 64]))
+        return Frame(
+            id, draw(st.binary(min_size=size, max_size=size)), extended=extended, fd=True,
+            bit_rate_switch=draw(st.booleans()), error_state_indicator=draw(st.booleans()),
+        )  # fmt: skip
+    if kind == "long code":
+        return Frame(
+            id, draw(st.binary(min_size=8, max_size=8)), extended=extended, dlc=draw(st.integers(9, 15))
+        )
+    return Frame(id, draw(st.binary(max_size=8)), extended=extended)
+
+
+@pytest.mark.conforms("PC-01")
+@given(st.lists(frames(), max_size=5), st.integers(0, 2 * 10**18))
+def test_quick_lines_are_the_formatters_own(content: list[Frame], time_ns: int) -> None:
+    records = [record_of(frame, time_ns) for frame in content] * 2  # the second time by what was learnt
+    screen = Printer(SCREEN, Capture(), epoch_ns=0).lines("can0", records)
+    assert screen == [canwire.format_candump_line(LogLine(0, "can0", frame)) for frame in content] * 2
+    log = Printer(LOG, Capture(), epoch_ns=7).lines("can0", records)
+    assert log == [canwire.format_log_line(LogLine(time_ns + 7, "can0", frame)) for frame in content] * 2
+
+
+def test_an_error_has_a_second_line_in_words() -> None:
+    error = BusEvent(EventKind.ERROR, error=ErrorKind.STUFF, bit=23, rec=9)
+    capture = parse_capture([], [], True)
+    (text,) = Printer(SCREEN, capture).lines("can0", [record_of(error)])
+    assert text.splitlines()[0] == canwire.format_candump_line(LogLine(0, "can0", error))
+    assert (
+        text.splitlines()[1] == "\tstuff error at bit 23 of the frame, receiving; error active, TEC 0, REC 9"
     )
-    with canwire.connect(time="virtual") as hub, ExitStack() as closing:
-        shown, sender = (find_line(hub, address) for address in ("HW000001:0", "HW000001:1"))
-        channels = [
-            closing.enter_context(hub.open_channel(place.board.id, place.line)) for place in (shown, sender)
+    assert Printer(SCREEN, Capture()).lines("can0", [record_of(error)]) == []
+
+
+@pytest.mark.parametrize(
+    ("event", "words"),
+    [
+        (BusEvent(EventKind.ERROR, error=ErrorKind.ACK, transmitting=True, code=0xD9, tec=8, bit=31),
+         "nobody acknowledged in the acknowledge slot, at bit 31 of the frame, sending; error active, TEC 8, REC 0"),
+        (BusEvent(EventKind.STATE, state=ErrorState.BUS_OFF, tec=256),
+         "the controller's state; bus-off, TEC 256, REC 0"),
+        (BusEvent(EventKind.ARBITRATION_LOST, bit=12), "lost arbitration at bit 12; error active, TEC 0, REC 0"),
+    ],
+)  # fmt: skip
+def test_events_in_words(event: BusEvent, words: str) -> None:
+    assert in_words(event) == words
+
+
+def test_every_event_has_words() -> None:
+    assert all(in_words(BusEvent(kind)) for kind in EventKind)
+    assert all(in_words(BusEvent(EventKind.ERROR, error=error)) for error in ErrorKind)
+
+
+def test_names_and_signals() -> None:
+    pytest.importorskip("cantools")
+    decode = decoder(CAR)
+    records = [record_of(Frame(0x100, bytes.fromhex("401F0A00"))), record_of(Frame(0x124))]
+    assert Printer(SCREEN, Capture(), decode=decode).lines("can0", records) == [
+        "  can0  100   [4]  40 1F 0A 00  :: Engine(Speed: 2000 rpm, Torque: 10 Nm)",
+        "  can0  124   [0] ",
+    ]
+    known, other = map(json.loads, Printer(JSON, Capture(), decode=decode).lines("can0", records))
+    assert (known["message"], known["signals"]) == ("Engine", {"Speed": 2000, "Torque": 10})
+    assert "message" not in other
+    assert ids_of_messages(CAR, ["Engine"]) == [(0x100, 0x7FF, False)]
+    with pytest.raises(BadValue, match="Engine"):
+        ids_of_messages(CAR, ["Engin"])
+
+
+def test_colours_tell_lines_and_errors_apart() -> None:
+    error = record_of(BusEvent(EventKind.ERROR))
+    printer = Printer(SCREEN, parse_capture([], [], True), coloured=True, several=True)
+    (one,), (other,) = (
+        printer.lines("can0", [record_of(Frame(1))]),
+        printer.lines("body", [record_of(Frame(1))]),
+    )
+    assert one == "\x1b[36m  can0  001   [0] \x1b[0m"
+    assert other == "\x1b[35m  body  001   [0] \x1b[0m"
+    assert printer.lines("can0", [error])[0].startswith("\x1b[31m")
+    alone = Printer(SCREEN, Capture(), coloured=True)
+    assert alone.lines("can0", [record_of(Frame(1))]) == ["  can0  001   [0] "]
+
+
+WORDS = {
+    "log": False, "count": None, "timeout": 0.0, "seconds": None, "errors": False, "bus_name": False, "stamps": None,
+    "json": False, "db": None,
+}  # fmt: skip
+TWO_BUSES = """
+[[bus]]
+name = "one"
+[[bus]]
+name = "two"
+[[board]]
+kind = "usb-to-can"
+buses = ["one", "two"]
+[[board]]
+kind = "usb-to-can"
+buses = ["one", "two"]
+"""
+
+
+def test_any_is_every_bus_in_the_order_of_time(capsys: pytest.CaptureFixture[str]) -> None:
+    with (
+        canwire.connect(time="virtual", config=canwire.Config.parse(TWO_BUSES)) as hub,
+        ExitStack() as closing,
+    ):
+        places = places_of(hub, ["any"])
+        assert [(name, place.address) for name, place in places] == [
+            ("one", "HW000001:0"),
+            ("two", "HW000001:1"),
         ]
-        for place, channel in zip((shown, sender), channels, strict=True):
-            channel.set_up(canwire.ChannelMode(receive=16, transmit=16))
+        listening = closing.enter_context(Listening(hub, places, WantedMode()))
+        sending = []
+        for address in ("HW000002:0", "HW000002:1"):
+            place = find_line(hub, address)
+            channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
+            channel.set_up(canwire.ChannelMode(receive=1, transmit=8))
             bring_up(hub, place, WantedMode())
             channel.activate()
+            sending.append(channel)
+        for at in (0, 1, 1, 0):
+            sending[at].send(Frame(0x100 + at))
+            hub.run_for(0.01)
+        dump = Dump(Namespace(**{**WORDS, "stamps": "d"}), hub, listening, Capture())
+        dump.run()
+        assert dump.summary() == ["4 shown, 0 lost", "one: 2 shown, 0 lost", "two: 2 shown, 0 lost"]
+        dump.run()  # nothing more has come
+        sending[1].send(Frame(0x7FF))
+        Dump(Namespace(**{**WORDS, "timeout": 1.0, "count": 1}), hub, listening, Capture()).run()
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[1] for line in lines[:4]] == ["one", "two", "two", "one"]
+    assert lines[2].startswith(" (000.010000)")
+    assert lines[4:] == ["  two  7FF   [0] "]
+
+
+def test_it_ends_after_so_many_seconds(capsys: pytest.CaptureFixture[str]) -> None:
+    with canwire.connect(time="virtual") as hub, ExitStack() as closing:
+        listening = closing.enter_context(Listening(hub, places_of(hub, ["can0"]), WantedMode()))
+        began_ns = hub.now_ns()
+        Dump(Namespace(**{**WORDS, "timeout": None, "seconds": 2.5}), hub, listening, Capture()).run()
+        assert hub.now_ns() - began_ns == 2_500_000_000
+
+
+def test_a_line_that_was_meant_perhaps(hub_address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["dump", "Can0", "--hub", hub_address]) == 2
+    assert capsys.readouterr().err.endswith("; did you mean can0?\n")
+
+
+def test_a_line_is_candumps(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = Namespace(**{**WORDS, "count": 2, "timeout": None, "stamps": "z"})
+    with canwire.connect(time="virtual") as hub, ExitStack() as closing:
+        listening = closing.enter_context(
+            Listening(hub, [("can0", find_line(hub, "HW000001:0"))], WantedMode())
+        )
+        sender = find_line(hub, "HW000001:1")
+        channel = closing.enter_context(hub.open_channel(sender.board.id, sender.line))
+        channel.set_up(canwire.ChannelMode(receive=16, transmit=16))
+        bring_up(hub, sender, WantedMode())
+        channel.activate()
         for id in (0x100, 0x123, 0x200, 0x123):
-            channels[1].send(Frame(id, b"\x11\x22"))
-        Dump(arguments, hub, shown, channels[0], parse_filters(["123:7FF"])).run()
+            channel.send(Frame(id, b"\x11\x22"))
+        Dump(arguments, hub, listening, parse_capture(["123:7FF"], [], False)).run()
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == " (000.000000)  can0  123   [2]  11 22"
     assert [line[13:] for line in lines] == ["  can0  123   [2]  11 22"] * 2

@@ -32,6 +32,9 @@ class Lasting(NamedTuple):
 # {folder} is the test's own, {car} a log, {examples} its folder; --hub is added where the verb has it
 LASTING = [
     Lasting("dump can0", "listening"),
+    Lasting("view can0", "listening"),
+    Lasting("gen can0 --timeout 600", "--seed"),
+    Lasting("load --interval 0.05", "frames/s"),
     Lasting("send can0 123#11 -n 1000000 --gap 0.001 --timeout 600", ""),
     Lasting("simulate Engine can0 --db {examples}/engine.dbc", "Engine sends"),
     Lasting("play {car} --time real", "private bus"),
@@ -57,7 +60,9 @@ AT_ONCE = {
     "bridge",
     "campaign",
     "completion",
+    "detect",
     "devices",
+    "doctor",
     "plug",
     "recover",
     "run",

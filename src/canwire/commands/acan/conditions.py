@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire.acan import BlockStatus, Condition
+from canwire.commands.dump.words import ECC_PLACES
 
 if TYPE_CHECKING:
     from canwire.acan import TaskBlock
@@ -15,14 +16,6 @@ if TYPE_CHECKING:
 WATCHED = Condition.BUSERR | Condition.ERRPAS | Condition.OVERRUN | Condition.NOBUFF | Condition.BUSOFF
 
 _KINDS = ("bit error", "form error", "stuff error", "bus error")
-_PLACES = {
-    0x02: "identifier", 0x03: "start of frame", 0x04: "SRTR bit", 0x05: "IDE bit", 0x06: "identifier",
-    0x07: "identifier", 0x08: "CRC", 0x09: "reserved bit 0", 0x0A: "data", 0x0B: "length", 0x0C: "RTR bit",
-    0x0D: "reserved bit 1", 0x0E: "identifier", 0x0F: "identifier", 0x11: "active error flag",
-    0x12: "intermission", 0x13: "tolerated dominant bits", 0x16: "passive error flag", 0x17: "error delimiter",
-    0x18: "CRC delimiter", 0x19: "acknowledge slot", 0x1A: "end of frame", 0x1B: "acknowledge delimiter",
-    0x1C: "overload flag",
-}  # fmt: skip
 
 
 class News(NamedTuple):
@@ -65,7 +58,7 @@ def bus_error(code: int) -> str:
     """Of SJA1000's error code: `bus error at the acknowledge slot, sending: nobody acknowledges`."""
     kind, place = _KINDS[code >> 6 & 3], code & 0x1F
     way = "receiving" if code & 0x20 else "sending"
-    where = f" at the {_PLACES[place]}" if place in _PLACES else ""
+    where = f" at the {ECC_PLACES[place]}" if place in ECC_PLACES else ""
     why = ": nobody acknowledges" if place == 0x19 and way == "sending" else ""
     return f"{kind}{where}, {way}{why}"
 

@@ -1,4 +1,4 @@
-"""The time in front of a line, as candump's -t shows it."""
+"""The time in front of a line, as candump's -t shows it, and the bus's own."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ KINDS = {
     "d": "since the line before",
     "z": "since the first line",
     "A": "absolute, as a date",
+    "h": "the bus's own clock, in nanoseconds: seconds since its hub began",
 }
+ABSOLUTE = ("a", "A")
 
 
 class Stamps:
@@ -26,6 +28,8 @@ class Stamps:
             return f"({_decimal(time_ns + self._epoch_ns, 10)})"
         if self._kind == "A":
             return f"({_date(time_ns + self._epoch_ns)})"
+        if self._kind == "h":
+            return f"({time_ns // 1_000_000_000:06d}.{time_ns % 1_000_000_000:09d})"
         if self._from_ns is None:
             self._from_ns = time_ns
         since_ns = max(0, time_ns - self._from_ns)

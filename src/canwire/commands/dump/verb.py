@@ -1,66 +1,62 @@
 """`canwire dump`: what happens on a line, as candump prints it.
 
 canwire dump can0                     the first line on that bus; it is started if nobody did
-canwire dump HW000001:0 -e            error frames and state changes as well
+canwire dump can0 HW000002:1          several lines; any: one of every bus
+canwire dump HW000001:0 -e            errors and changes of state as well, with a line in words
 canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 frames
-canwire dump can0 -T 2                until nothing has been heard for two seconds
-canwire dump can0 -t d                each line with the time since the one before
-canwire dump can0 --filter 123:7FF    frame 123 only; 700:700 is 700 to 7FF, 123~7FF all but 123
+canwire dump can0 -T 2                until nothing has been heard for two seconds; --seconds 2: after two
+canwire dump can0 -t d                each line with the time since the one before; -t h: the bus's own clock
+canwire dump can0 --filter 123        frame 123 only; 100-1FF, 700:700 by mask, ~123 all others
+canwire dump can0 --kind fd,extended  CAN FD frames with 29-bit identifiers only; error: errors only
+canwire dump can0 --db car.dbc        with names and signals, by a database; --message NAME: of this one
 canwire dump can0 --json -e           an object a line, for programs
 
-Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, a line on stderr says how many frames
-were shown, and how many were lost because they were not read in time.
+Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, stderr says how many frames were
+shown, how many were lost because they were not read in time, and how many errors the line has seen: of all and of each.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from canwire import (
-    BadValue,
-    BusEvent,
-    ChannelMode,
-    EventKind,
-    Frame,
-    HubError,
-    InUse,
-    LinePlace,
-    LogLine,
-    Siblings,
-    WantedMode,
-    format_candump_line,
-    format_log_line,
-    format_rates,
+from canwire import BadValue
+from canwire.commands.can_line import wanted_by
+from canwire.commands.dump.filters import KINDS as FILTER_KINDS
+from canwire.commands.dump.filters import Capture, Masked, parse_capture
+from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
+from canwire.commands.dump.stamps import ABSOLUTE, KINDS, Stamps
+from canwire.commands.live.decoding import decoder, ids_of_messages
+from canwire.commands.live.listening import (
+    Listening,
+    Source,
+    add_listening_arguments,
+    complain_each,
+    places_of,
+    summary_of,
 )
-from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
-from canwire.commands.console import complain
-from canwire.commands.dump.as_json import format_json
-from canwire.commands.dump.filters import Filter, accepts, parse_filters
-from canwire.commands.dump.stamps import KINDS, Stamps
-from canwire.commands.shared_hub import connected, find_line
-from canwire.commands.shell.colour import RED, has_colours, painted
+from canwire.commands.shared_hub import connected
+from canwire.commands.shell.colour import has_colours
 from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
-    from canwire import Hub, HubChannel
+    from canwire import Hub
 
-_QUEUE = 32_768  # frames: more than a second of the busiest classic bus
-_BATCH = 256
-_EVENTS = (EventKind.ERROR, EventKind.STATE)
+_BATCH = 1024
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    add_line_arguments(parser)
+    add_listening_arguments(parser)
     parser.add_argument("-l", "--log", action="store_true", help="print log lines, as candump -l writes them")
     parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many lines")
     parser.add_argument("-T", "--timeout", type=float, metavar="SECONDS", help="end after this much silence")
+    parser.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this long")
     parser.add_argument(
-        "-e", "--errors", action="store_true", help="show error frames and state changes as well"
+        "-e", "--errors", action="store_true", help="show errors and changes of state as well"
     )
     parser.add_argument(
         "-t",
@@ -68,116 +64,137 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=KINDS,
         help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
     )
+    _add_capture(parser)
+    parser.add_argument("--db", metavar="FILE", help="names and signals by a DBC, KCD, SYM or ARXML file")
     parser.add_argument(
-        "--filter",
+        "--message",
         action="append",
         default=[],
-        metavar="ID:MASK",
-        help="show these frames only, ID~MASK all others; again, or with commas: any of them; 8 digits: extended",
+        metavar="NAME",
+        help="with --db: show this message only; again: or it",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, one object a line")
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
 
 
+def _add_capture(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--filter",
+        action="append",
+        default=[],
+        metavar="IDS",
+        help="show these frames only: 123, 100-1FF, 123:7FF, or all others: ~123, 123~7FF; again, or with commas: "
+        "any of them, with j all of them; 8 digits: extended",
+    )
+    parser.add_argument(
+        "--kind",
+        action="append",
+        default=[],
+        metavar="KIND",
+        help=f"show these kinds only: {', '.join(FILTER_KINDS)}; again, or with commas",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Print lines until COUNT, silence or Ctrl-C; BadValue, NoSuchBoard, HubError for what cannot be."""
+    _check(arguments)
+    capture = parse_capture(arguments.filter, arguments.kind, arguments.errors)
+    if arguments.message:
+        named = tuple(
+            Masked(*found, inverted=False) for found in ids_of_messages(arguments.db, arguments.message)
+        )
+        capture = capture._replace(filters=(*capture.filters, *named))
+    with ExitStack() as closing:
+        hub = connected(arguments, "dump", closing)
+        places = places_of(hub, arguments.lines)
+        if arguments.bus_name:
+            places = [(place.info.bus or name, place) for name, place in places]
+        events = tuple(int(kind) for kind in capture.events)
+        listening = closing.enter_context(Listening(hub, places, wanted_by(arguments), events=events))
+        complain_each(listening.told)
+        dump = Dump(arguments, hub, listening, capture)
+        try:
+            dump.run()
+        finally:
+            complain_each(dump.summary())
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
     if arguments.count is not None and arguments.count < 1:
         raise BadValue(f"-n {arguments.count}: 1 or more")
-    if arguments.timeout is not None and not arguments.timeout >= 0:
-        raise BadValue(f"-T {arguments.timeout}: seconds from 0 up")
+    for option, value in (("-T", arguments.timeout), ("--seconds", arguments.seconds)):
+        if value is not None and not value >= 0:
+            raise BadValue(f"{option} {value}: seconds from 0 up")
     if arguments.json and (arguments.log or arguments.stamps):
         raise BadValue("--json: without -l and -t; its time_s is absolute")
     if arguments.log and arguments.stamps:
         raise BadValue("-t: without -l, whose lines have absolute times")
-    filters = parse_filters(arguments.filter)
-    with ExitStack() as closing:
-        hub = connected(arguments, "dump", closing)
-        place = find_line(hub, arguments.line)
-        channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-        events = tuple(int(kind) for kind in _EVENTS) if arguments.errors else ()
-        channel.set_up(ChannelMode(receive=_QUEUE, transmit=0, siblings=Siblings.EVERY, events=events))
-        told = _begun(hub, place, wanted_by(arguments))
-        channel.activate()
-        complain(told)
-        dump = Dump(arguments, hub, place, channel, filters)
-        try:
-            dump.run()
-        finally:
-            complain(dump.summary())
-    return 0
+    if arguments.message and not arguments.db:
+        raise BadValue("--message: names a message of --db FILE")
+    if arguments.log and arguments.db:
+        raise BadValue("--db: without -l, whose lines have no room for names")
 
 
 class Dump:
-    """Lines of one channel on stdout."""
+    """Lines of what is listened to on stdout."""
 
     def __init__(
-        self,
-        arguments: argparse.Namespace,
-        hub: Hub,
-        place: LinePlace,
-        channel: HubChannel,
-        filters: Sequence[Filter],
+        self, arguments: argparse.Namespace, hub: Hub, listening: Listening, capture: Capture
     ) -> None:
-        self._channel = channel
+        self._hub = hub
+        self._listening = listening
         self._left: int | None = arguments.count
-        self._timeout: float | None = arguments.timeout
-        self._name = place.info.bus if arguments.bus_name else arguments.line
-        self._filters = filters
-        absolute = arguments.log or arguments.json
-        self._format = (
-            format_log_line if arguments.log else format_json if arguments.json else format_candump_line
-        )
-        epoch = epoch_ns(hub) if absolute or arguments.stamps in ("a", "A") else 0
-        self._stamps = Stamps(arguments.stamps, epoch) if arguments.stamps else None
-        self._next = self._contents if arguments.errors else self._frames
-        self._epoch_ns = epoch if absolute else 0
-        self._coloured = has_colours() and not absolute
-        self._shown = 0
+        self._timeout_s: float | None = arguments.timeout
+        self._end_s = None if arguments.seconds is None else self._now_s() + arguments.seconds
+        self._shown: dict[str, int] = {}
+        self._printer = _printer(arguments, hub, listening.sources, capture)
 
     def run(self) -> None:
-        """Until enough was shown, or nothing came in time."""
+        """Until enough was shown, the time is over, or nothing came in time."""
         while self._left != 0:
-            contents = self._next(_BATCH if self._left is None else min(_BATCH, self._left))
-            if not contents:
-                return
-            shown = [content for content in contents if accepts(self._filters, content)]
-            for content in shown:
-                sys.stdout.write(f"{self._line(content)}\n")
+            found = self._listening.take(
+                _BATCH if self._left is None else min(_BATCH, self._left), self._patience_s()
+            )
+            for source, records in found:
+                lines = self._printer.lines(source.name, records)[: self._left]
+                if lines:
+                    self._shown[source.name] = self._shown.get(source.name, 0) + len(lines)
+                    sys.stdout.write("\n".join(lines) + "\n")
+                if self._left is not None:
+                    self._left -= len(lines)
             sys.stdout.flush()
-            self._shown += len(shown)
-            if self._left is not None:
-                self._left -= len(shown)
+            if not found or (self._end_s is not None and self._now_s() >= self._end_s):
+                return
 
-    def _line(self, content: Frame | BusEvent) -> str:
-        line = self._format(LogLine(self._epoch_ns + content.timestamp_ns, self._name, content))
-        if self._coloured and isinstance(content, BusEvent):
-            line = painted(line, RED)
-        return line if self._stamps is None else f" {self._stamps.text(content.timestamp_ns)}{line}"
-
-    def summary(self) -> str:
+    def summary(self) -> list[str]:
         """The numbers; without the lost ones where the hub cannot be asked any more."""
-        try:
-            return f"{self._shown} shown, {self._channel.status().lost} lost"
-        except HubError as error:
-            return f"{self._shown} shown, lost unknown: {error}"
+        return summary_of(self._listening, self._shown)
 
-    def _frames(self, limit: int) -> list[Frame] | list[Frame | BusEvent]:
-        return self._channel.receive_many(limit, self._timeout)
+    def _patience_s(self) -> float | None:
+        """How long to wait for the next record."""
+        if self._end_s is None:
+            return self._timeout_s
+        left_s = max(0.0, self._end_s - self._now_s())
+        return left_s if self._timeout_s is None else min(left_s, self._timeout_s)
 
-    def _contents(self, limit: int) -> list[Frame] | list[Frame | BusEvent]:
-        """Frames and events in their order; waits for the first."""
-        found: list[Frame | BusEvent] = []
-        timeout = self._timeout
-        while len(found) < limit and (one := self._channel.receive_any(timeout)) is not None:
-            found.append(one)
-            timeout = 0
-        return found
+    def _now_s(self) -> float:
+        return self._hub.now_ns() / 1e9 if self._hub.virtual else time.monotonic()
 
 
-def _begun(hub: Hub, place: LinePlace, wanted: WantedMode) -> str:
-    """Have the line running; where somebody else is about to start it, wait for that. Returns what to say of it."""
-    try:
-        bring_up(hub, place, wanted)
-    except InUse as error:
-        return f"{place.address} on {place.info.bus} does not run yet ({error}); listening"
-    return f"{place.address} on {place.info.bus}: {format_rates(place.status(hub).mode)}; listening"
+def _printer(arguments: argparse.Namespace, hub: Hub, sources: list[Source], capture: Capture) -> Printer:
+    style = LOG if arguments.log else JSON if arguments.json else SCREEN
+    absolute = style != SCREEN
+    epoch = epoch_ns(hub) if absolute or arguments.stamps in ABSOLUTE else 0
+    decode = None
+    if arguments.db:
+        decode = decoder(arguments.db)
+    return Printer(
+        style,
+        capture,
+        stamps=Stamps(arguments.stamps, epoch) if arguments.stamps else None,
+        epoch_ns=epoch if absolute else 0,
+        decode=decode,
+        coloured=not absolute and has_colours(),
+        several=len(sources) > 1,
+    )

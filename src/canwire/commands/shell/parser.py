@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import os
+import sys
+from collections.abc import Iterable, Sequence
 from typing import Any
 
+_USUAL = 80  # columns
 TIMES = {
     "real": "as the clock goes",
     "fast": "with the clock while buses rest, without waiting while they work",
@@ -13,14 +16,53 @@ TIMES = {
 }
 
 
+class Help(argparse.RawDescriptionHelpFormatter):
+    """Help with a module's own words. argparse asks it about each option, so it must not load much."""
+
+    def __init__(self, prog: str, *arguments: Any, **options: Any) -> None:
+        options.setdefault("width", _columns() - 2)
+        super().__init__(prog, *arguments, **options)
+
+
+def _columns() -> int:
+    """shutil.get_terminal_size's, without the compressors that come with it."""
+    given = os.environ.get("COLUMNS", "")
+    if given.isdigit() and int(given):
+        return int(given)
+    try:
+        return os.get_terminal_size(sys.__stdout__.fileno()).columns or _USUAL  # type: ignore[union-attr]
+    except (AttributeError, ValueError, OSError):  # no terminal, or closed
+        return _USUAL
+
+
 class Parser(argparse.ArgumentParser):
-    """argparse lets the topmost parser complain of words that a verb does not know; here the verb does."""
+    """argparse lets the topmost parser complain of words that a verb does not know; here the verb does.
+
+    Words that look like one that it knows are told which.
+    """
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         found, unknown = super().parse_known_args(args, namespace)
         if unknown and self._subparsers is None:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._meant(unknown)}")
         return found, unknown
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            near = _near(str(value), [str(choice) for choice in action.choices])
+            if near:
+                raise argparse.ArgumentError(action, f"invalid choice: {value!r}; did you mean {near}?")
+        super()._check_value(action, value)
+
+    def _meant(self, unknown: Sequence[str]) -> str:
+        near = [_near(word.partition("=")[0], self._option_string_actions) for word in unknown]
+        return "".join(f"; did you mean {one}?" for one in near if one)
+
+
+def _near(word: str, known: Iterable[str]) -> str:
+    from difflib import get_close_matches
+
+    return next(iter(get_close_matches(word, known, 1)), "")
 
 
 def add_time_argument(parser: argparse._ActionsContainer, offered: Sequence[str], why_not: str) -> None:

@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.description import BoardInfo
 from canwire.errors import NoSuchBoard
-from canwire.hub.handles.bus.bus import HubBus, HubLinBus
 from canwire.hub.handles.channel import HubChannel
 from canwire.hub.handles.client import Client
 from canwire.hub.handles.control import Control
-from canwire.hub.handles.fifo import Fifo
 from canwire.hub.handles.lease import Lease
-from canwire.hub.handles.scheduler import Scheduler
 from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.roles import FIFO
 from canwire.values.register import RegisterValue
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # each is loaded when it is first opened: few programs want all
+    from canwire.hub.handles.bus.bus import HubBus, HubLinBus
     from canwire.hub.handles.event import Event
+    from canwire.hub.handles.fifo import Fifo
     from canwire.hub.handles.lin import LinControl, Monitor
+    from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.protocol.link import Link
 
 
@@ -119,6 +119,8 @@ class Hub(Client):
 
     def open_scheduler(self, board: int, line: int) -> Scheduler:
         """The one lease on a line's cyclic list; raises InUse, or Unsupported on a board without one."""
+        from canwire.hub.handles.scheduler import Scheduler
+
         return Scheduler(self, self.call(m.OpenScheduler(board, line)).handle, board, line)
 
     # LIN lines
@@ -151,11 +153,15 @@ class Hub(Client):
 
     def create_fifo(self, capacity: int, element_size: int) -> Fifo:
         """A new FIFO of at least `capacity` elements (1..65535) of `element_size` bytes (1..65535)."""
+        from canwire.hub.handles.fifo import Fifo
+
         reply, descriptors = self.ask(m.CreateFifo(capacity, element_size))
         return Fifo(self, reply, FIFO, descriptors)
 
     def open_fifo(self, fifo: int, role: str) -> Fifo:
         """An existing one as "fifo", "reader" or "writer"; raises NoSuchBoard, or InUse for an end that is open."""
+        from canwire.hub.handles.fifo import Fifo
+
         reply, descriptors = self.ask(m.OpenFifo(fifo, role))
         return Fifo(self, reply, role, descriptors)
 
@@ -169,10 +175,14 @@ class Hub(Client):
 
     def bus(self, name: str) -> HubBus:
         """A CAN bus by its name; raises NoSuchBoard, or Unsupported for a LIN bus and for a real adapter's."""
+        from canwire.hub.handles.bus.bus import HubBus
+
         return HubBus(self, name)
 
     def lin_bus(self, name: str) -> HubLinBus:
         """A LIN bus by its name; raises NoSuchBoard, or Unsupported for a CAN bus."""
+        from canwire.hub.handles.bus.bus import HubLinBus
+
         return HubLinBus(self, name)
 
     def short(self, bus: str, shorted: bool = True) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.hub.protocol.message import Message
 from canwire.values.lin.schedule import LinSchedule
@@ -81,3 +83,17 @@ class LinLineState(Message):
 
 class MonitorState(Message):
     status: LinMonitorStatus
+
+
+LinRequest = (
+    GetLinStatus
+    | InitialiseLin
+    | WriteLin
+    | WakeLin
+    | RunSchedule
+    | OpenMonitor
+    | SetUpMonitor
+    | GetMonitorStatus
+)
+LinReply = LinLineState | MonitorState
+NAMES = frozenset(message.__name__ for message in get_args(LinRequest | LinReply))

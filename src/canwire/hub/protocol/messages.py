@@ -9,7 +9,9 @@ messages and fields of a wrong type raise BadMessage, and whoever got them close
 from __future__ import annotations
 
 import struct
-from typing import Any
+import sys
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -52,18 +54,20 @@ from canwire.hub.protocol.fault_messages import GetBus as GetBus
 from canwire.hub.protocol.fault_messages import GetFault as GetFault
 from canwire.hub.protocol.fault_messages import ListFaults as ListFaults
 from canwire.hub.protocol.fault_messages import SetFault as SetFault
-from canwire.hub.protocol.lin_messages import GetLinStatus as GetLinStatus
-from canwire.hub.protocol.lin_messages import GetMonitorStatus as GetMonitorStatus
-from canwire.hub.protocol.lin_messages import InitialiseLin as InitialiseLin
-from canwire.hub.protocol.lin_messages import LinLineState as LinLineState
-from canwire.hub.protocol.lin_messages import MonitorState as MonitorState
-from canwire.hub.protocol.lin_messages import OpenMonitor as OpenMonitor
-from canwire.hub.protocol.lin_messages import RunSchedule as RunSchedule
-from canwire.hub.protocol.lin_messages import SetUpMonitor as SetUpMonitor
-from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
-from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 from canwire.hub.protocol.message import Message as Message
 from canwire.values.timing.bit_timing import BitTiming
+
+if TYPE_CHECKING:  # what __getattr__ says to the interpreter
+    from canwire.hub.protocol.lin_messages import GetLinStatus as GetLinStatus
+    from canwire.hub.protocol.lin_messages import GetMonitorStatus as GetMonitorStatus
+    from canwire.hub.protocol.lin_messages import InitialiseLin as InitialiseLin
+    from canwire.hub.protocol.lin_messages import LinLineState as LinLineState
+    from canwire.hub.protocol.lin_messages import MonitorState as MonitorState
+    from canwire.hub.protocol.lin_messages import OpenMonitor as OpenMonitor
+    from canwire.hub.protocol.lin_messages import RunSchedule as RunSchedule
+    from canwire.hub.protocol.lin_messages import SetUpMonitor as SetUpMonitor
+    from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
+    from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 
 VERSION = 1
 LARGEST_REQUEST = 1 << 16
@@ -305,8 +309,7 @@ Request = (
     | GetLineStatus | Initialise | Start | Stop | Recover | Reset | Detect | GetFilterMode | SetFilterMode
     | SetAcceptanceFilter | ListIds | ReplaceFilters | CountRefused | SetUpChannel | Activate | GetChannelStatus
     | CancelQueued | PassOn | Annotate | AddCyclic | RemoveCyclic | StartCyclic | StopCyclic | RunScheduler
-    | ResetScheduler | GetSchedulerStatus | GetLinStatus | InitialiseLin | WriteLin | WakeLin | RunSchedule
-    | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
+    | ResetScheduler | GetSchedulerStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
     | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
     | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes | GetBus | SetFault | GetFault | AwaitFault
     | CancelFault | ListFaults | ClearFaults
@@ -394,7 +397,7 @@ class Gone(Message):
 
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
-    | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
+    | SchedulerState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
     | Gone | BusFound | FaultState | FaultList
 )  # fmt: skip
 
@@ -402,13 +405,43 @@ Reply = (
 _encoder = msgspec.msgpack.Encoder()
 _requests = msgspec.msgpack.Decoder(tuple[int, Request])
 _replies = msgspec.msgpack.Decoder(tuple[int, int, Reply])
+_LIN = "canwire.hub.protocol.lin_messages"
+
+
+@cache
+def _all_requests() -> msgspec.msgpack.Decoder[tuple[int, Any]]:
+    """What a hub has to know; its clients do without."""
+    from canwire.hub.protocol.lin_messages import LinRequest
+
+    return msgspec.msgpack.Decoder(tuple[int, Request | LinRequest])
+
+
+@cache
+def _all_replies() -> msgspec.msgpack.Decoder[tuple[int, int, Any]]:
+    from canwire.hub.protocol.lin_messages import LinReply
+
+    return msgspec.msgpack.Decoder(tuple[int, int, Reply | LinReply])
+
+
+def _load(name: str) -> Any:
+    """Messages about LIN are loaded when one is first asked for: they are a tenth of a program's start."""
+    if not name.startswith("_"):  # the interpreter asks for __path__, say
+        from canwire.hub.protocol import lin_messages
+
+        if name in lin_messages.NAMES:
+            return getattr(lin_messages, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+if not TYPE_CHECKING:
+    __getattr__ = _load
 
 
 def encode_request(serial: int, request: Message) -> bytes:
     """Bytes to send; raises BadValue for what no hub would take: wrong types, numbers too large, too much."""
     try:
         message = _framed((serial, request), LARGEST_REQUEST)
-        decode_request(message[LENGTH.size :])
+        _decoded(_all_requests() if _LIN in sys.modules else _requests, message[LENGTH.size :], "request")
     except (BadMessage, BufferError, TypeError, OverflowError, RecursionError) as error:
         raise BadValue(f"{type(request).__name__}: {error}") from None
     return message
@@ -421,18 +454,20 @@ def encode_reply(serial: int, reply: Message, descriptors: int = 0) -> bytes:
 
 def decode_request(payload: bytes | bytearray | memoryview) -> tuple[int, Any]:
     """Serial and request; raises BadMessage."""
-    try:
-        return _requests.decode(payload)
-    except (msgspec.MsgspecError, ValueError) as error:
-        raise BadMessage(f"a request of {len(payload)} bytes: {error}") from None
+    return _decoded(_all_requests(), payload, "request")
 
 
 def decode_reply(payload: bytes | bytearray | memoryview) -> tuple[int, int, Any]:
     """Serial, number of descriptors, reply; raises BadMessage."""
+    # only who has asked about LIN is answered about LIN
+    return _decoded(_all_replies() if _LIN in sys.modules else _replies, payload, "reply")
+
+
+def _decoded(decoder: Any, payload: bytes | bytearray | memoryview, what: str) -> Any:
     try:
-        return _replies.decode(payload)
+        return decoder.decode(payload)
     except (msgspec.MsgspecError, ValueError) as error:
-        raise BadMessage(f"a reply of {len(payload)} bytes: {error}") from None
+        raise BadMessage(f"a {what} of {len(payload)} bytes: {error}") from None
 
 
 def _framed(message: Any, largest: int) -> bytes:

@@ -101,11 +101,17 @@ def prescaler_for(bit_rate: int, clock_hz: int, quanta: int, limits: TimingLimit
     A rate given in whole bit/s stands for the exact one that rounds or cuts to it: 33333 for
     33333 1/3. Beyond that it must be exact.
     """
-    prescaler = round(Fraction(clock_hz, bit_rate * quanta))
+    prescaler = _rounded(clock_hz, bit_rate * quanta)
     if not limits.prescaler_min <= prescaler <= limits.prescaler_max:
         return 0
-    exact = Fraction(clock_hz, prescaler * quanta)
-    return prescaler if bit_rate in (int(exact), round(exact)) else 0
+    clocks = prescaler * quanta
+    return prescaler if bit_rate in (clock_hz // clocks, _rounded(clock_hz, clocks)) else 0
+
+
+def _rounded(value: int, by: int) -> int:
+    """round(Fraction(value, by)) of numbers from 0 up: a search asks for hundreds while a program starts."""
+    whole, rest = divmod(value, by)
+    return whole + (2 * rest > by or (2 * rest == by and whole & 1))
 
 
 def dividers(bit_rate: int, clock_hz: int, limits: TimingLimits) -> Iterator[tuple[int, int]]:

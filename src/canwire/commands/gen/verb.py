@@ -1,0 +1,177 @@
+"""`canwire gen`: traffic onto a line, by pattern or by a database.
+
+canwire gen can0                                    random frames, five a second, until Ctrl-C
+canwire gen can0 --id 100-1FF --rate 1000 -n 5000   these identifiers one after the other, 1000 frames/s
+canwire gen can0 --load 40 --seconds 10             40 percent of the bus, for ten seconds
+canwire gen can0 --id 123 --data 11xx --gap 0       as fast as the bus takes them; x is a random digit
+canwire gen can0 --fd --brs --length random         CAN FD frames of every length
+canwire gen can0 --db car.dbc                       a database's messages, each in its cycle time
+canwire gen can0 --seed 7 -n 100                    the same frames every time
+
+IDs: 123, 123,124 in turn, 100-1FF one after the other, random, random:100-1FF; eight digits: extended. Data: bytes in
+hex, random, or increment: a counter. At the end, after Ctrl-C too, stderr says how many frames were sent, refused by
+the line, or not acknowledged by anybody. Exit status 1 if frames were not delivered.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from canwire import BadValue, ChannelMode, Frame
+from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
+from canwire.commands.console import complain
+from canwire.commands.gen.pace import Gap, by_load, every
+from canwire.commands.gen.patterns import Kind, frames
+from canwire.commands.gen.sending import Generator
+from canwire.commands.shared_hub import connected, find_line
+
+if TYPE_CHECKING:
+    from canwire import Hub, LinePlace
+
+_QUEUE = 256
+_GAP_S = 0.2
+_SEEDS = 1_000_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_line_arguments(parser)
+    _add_frames(parser.add_argument_group("frames"))
+    _add_times(parser.add_argument_group("times"))
+    parser.add_argument(
+        "--db", metavar="FILE", help="messages of a DBC, KCD, SYM or ARXML file, by cycle time"
+    )
+    parser.add_argument(
+        "--message",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="with --db: this one; may be given again",
+    )
+    parser.add_argument("--json", action="store_true", help="print the numbers as a JSON object on stdout")
+
+
+def _add_frames(group: argparse._ArgumentGroup) -> None:
+    group.add_argument("--id", default="random", metavar="IDS", help="default: random")
+    group.add_argument("--data", default="random", metavar="DATA", help="default: random")
+    group.add_argument("--length", default="8", metavar="BYTES", help="8, 0-8 in turn, random (default: 8)")
+    group.add_argument("--dlc", type=int, metavar="CODE", help="9..15: the raw length code of classic frames")
+    for name, what in (
+        ("extended", "29-bit identifiers"),
+        ("remote", "remote frames"),
+        ("fd", "CAN FD frames"),
+        ("brs", "with the bit-rate switch; implies --fd"),
+        ("esi", "with the error state indicator; implies --fd"),
+    ):
+        group.add_argument(f"--{name}", action="store_true", help=what)
+    group.add_argument(
+        "--seed", type=int, metavar="NUMBER", help="of what is random (default: another each time)"
+    )
+
+
+def _add_times(group: argparse._ArgumentGroup) -> None:
+    pace = group.add_mutually_exclusive_group()
+    pace.add_argument("--gap", type=float, metavar="SECONDS", help=f"from one frame to the next ({_GAP_S})")
+    pace.add_argument("--rate", type=float, metavar="FRAMES/S", help="frames a second")
+    pace.add_argument("--load", type=float, metavar="PERCENT", help="share of the bus")
+    group.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many frames")
+    group.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this long")
+    group.add_argument(
+        "--timeout",
+        type=float,
+        default=1.0,
+        metavar="SECONDS",
+        help="give up after this long without progress (1)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Send until COUNT, the time, or Ctrl-C; 1 if frames were not delivered. BadValue, HubError for what cannot be."""
+    _check(arguments)
+    seed = random.randrange(_SEEDS) if arguments.seed is None else arguments.seed
+    chance = random.Random(seed)
+    source = None if arguments.db else _patterns(arguments, chance)
+    with ExitStack() as closing:
+        hub = connected(arguments, "gen", closing)
+        place = find_line(hub, arguments.line, to_send=True)
+        channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
+        channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
+        bring_up(hub, place, wanted_by(arguments))
+        plan = _database(arguments, chance) if source is None else _paced(source, _gap(arguments, hub, place))
+        channel.activate()
+        complain(f"onto {place.address} on {place.info.bus}, --seed {seed}")
+        generator = Generator(hub, place, channel, arguments.timeout)
+        try:
+            return generator.run(islice(plan, arguments.count), arguments.seconds)
+        finally:
+            _report(arguments, generator)
+
+
+def _report(arguments: argparse.Namespace, generator: Generator) -> None:
+    if arguments.json:
+        print(json.dumps(generator.counts()._asdict()), flush=True)
+    else:
+        complain(generator.summary())
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    for name, least in (("count", 1), ("seconds", 0), ("gap", 0), ("timeout", 0)):
+        value = getattr(arguments, name)
+        if value is not None and not value >= least:
+            raise BadValue(f"--{name} {value}: {least} or more")
+    if arguments.rate is not None and not arguments.rate > 0:
+        raise BadValue(
+            f"--rate {arguments.rate:g}: more than 0 frames a second; --gap 0 is as fast as it goes"
+        )
+    if arguments.db and (arguments.load is not None or arguments.rate is not None):
+        raise BadValue("--db: its messages have cycle times; leave --load and --rate out")
+    if arguments.message and not arguments.db:
+        raise BadValue("--message: names a message of --db FILE")
+
+
+def _patterns(arguments: argparse.Namespace, chance: random.Random) -> Iterator[Frame]:
+    kind = Kind(
+        arguments.extended,
+        arguments.remote,
+        arguments.fd or arguments.brs or arguments.esi,
+        arguments.brs,
+        arguments.esi,
+        arguments.dlc,
+    )
+    return frames(arguments.id, arguments.length, arguments.data, kind, chance)
+
+
+def _gap(arguments: argparse.Namespace, hub: Hub, place: LinePlace) -> Gap:
+    if arguments.load is not None:
+        mode = place.status(hub).mode
+        if mode is None:
+            raise BadValue(f"--load {arguments.load:g}: {place.address} is not set up")
+        return by_load(arguments.load, mode)
+    if arguments.rate is not None:
+        return every(1 / arguments.rate)
+    return every(_GAP_S if arguments.gap is None else arguments.gap)
+
+
+def _paced(source: Iterable[Frame], gap: Gap) -> Iterator[tuple[float, Frame]]:
+    after_s = 0.0
+    for frame in source:
+        yield after_s, frame
+        after_s = gap(frame)
+
+
+def _database(arguments: argparse.Namespace, chance: random.Random) -> Iterator[tuple[float, Frame]]:
+    from canwire.commands.gen.cyclic import CyclicMessages
+
+    messages = CyclicMessages(arguments.db, arguments.message, arguments.gap, chance)
+    if messages.without:
+        complain(
+            f"{len(messages.without)} messages have no cycle time and are left out ({messages.without[0]}, ...); "
+            "--gap gives them one"
+        )
+    return messages.plan()
