@@ -15,6 +15,8 @@ import canwire
 
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
+BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogMark LogWriter MarkKind create_log log_dtype log_formats
+open_log
 lines_now
 LimitsConfig
 LimitReached

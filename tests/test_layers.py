@@ -33,6 +33,7 @@ ROOMS = [
     "boards",
     "hub",
     "lab",
+    "logs",
     "core",
     DOOR,
 ]

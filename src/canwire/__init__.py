@@ -17,6 +17,7 @@ from canwire.errors import (
     BadDescription,
     BadFilter,
     BadFrame,
+    BadLog,
     BadMessage,
     BadText,
     BadTiming,
@@ -126,6 +127,12 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.lab.can.faults import LabFaults
     from canwire.lab.can.script import Periodic
     from canwire.lab.lin.faults import LabLinFaults
+    from canwire.logs.batch import LogBatch, log_dtype
+    from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
+    from canwire.logs.formats import LogFormat, log_formats
+    from canwire.logs.log import Log, open_log
+    from canwire.logs.source import LogFault
+    from canwire.logs.writer import LogWriter, create_log
     from canwire.platform import EventDescriptor
     from canwire.ring import Ring
     from canwire.timeline import Timer
@@ -229,6 +236,12 @@ _NAMES = {
     "lab.can.faults": "LabFaults",
     "lab.can.script": "Periodic",
     "lab.lin.faults": "LabLinFaults",
+    "logs.batch": "LogBatch log_dtype",
+    "logs.entry": "LogEntry LogKind LogMark MarkKind",
+    "logs.formats": "LogFormat log_formats",
+    "logs.log": "Log open_log",
+    "logs.source": "LogFault",
+    "logs.writer": "LogWriter create_log",
     "platform": "EventDescriptor",
     "ring": "Ring",
     "timeline": "Timer",
@@ -308,6 +321,7 @@ __all__ = [
     "BadDescription",
     "BadFilter",
     "BadFrame",
+    "BadLog",
     "BadMessage",
     "BadText",
     "BadTiming",
@@ -395,7 +409,16 @@ __all__ = [
     "LinePlace",
     "LineSettings",
     "LineStatus",
+    "Log",
+    "LogBatch",
+    "LogEntry",
+    "LogFault",
+    "LogFormat",
+    "LogKind",
     "LogLine",
+    "LogMark",
+    "LogWriter",
+    "MarkKind",
     "Monitor",
     "NoChannel",
     "NoSuchBoard",
@@ -432,6 +455,7 @@ __all__ = [
     "conflicts_on",
     "connect",
     "core_mode",
+    "create_log",
     "decode_error_frame",
     "default_address",
     "dlc_to_length",
@@ -453,6 +477,9 @@ __all__ = [
     "lin_checksum",
     "lines_now",
     "linmsg_of_record",
+    "log_dtype",
+    "log_formats",
+    "open_log",
     "parse_candump_line",
     "parse_frame",
     "parse_lin_frame",
