@@ -28,15 +28,17 @@ class LogFormat:
     writes: bool = True
 
 
-FORMATS = {
-    row.name: row
-    for row in (
-        LogFormat("candump", (".log", ".candump", ".txt"), "candump", "candump -l, -L and its screen lines"),
-        LogFormat(
-            "csv", (".csv",), "tables.csv_file", "a row for an entry; python-can's and SavvyCAN's are read"
-        ),
-    )
-}
+_ROWS = (  # fmt: skip
+    LogFormat("candump", (".log", ".candump", ".txt"), "candump", "candump -l, -L and its screen lines"),
+    LogFormat(
+        "csv", (".csv",), "tables.csv_file", "a row for an entry; python-can's and SavvyCAN's are read"
+    ),
+    LogFormat("pcapng", (".pcapng", ".pcap"), "pcapng", "Wireshark's; pcap is read, too"),
+    LogFormat(
+        "sqlite", (".db", ".sqlite", ".sqlite3"), "tables.sqlite_file", "a database; python-can's is read"
+    ),
+)
+FORMATS = {row.name: row for row in _ROWS}
 
 
 def log_formats() -> list[LogFormat]:
