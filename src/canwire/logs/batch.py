@@ -33,15 +33,11 @@ _TAIL = struct.Struct("<HBB4x")
 
 @cache
 def log_dtype() -> numpy.dtype[numpy.void]:
-    """numpy dtype of a log's record, 88 bytes: time_ns, id, info, data[64], channel, kind, direction."""
+    """numpy dtype of a log's record, 88 bytes: time_ns, id, info, data[64], channel, kind, direction, reserved."""
     return load_numpy().dtype(
-        {
-            "names": ["time_ns", "id", "info", "data", "channel", "kind", "direction"],
-            "formats": ["<u8", "<u4", "<u4", ("u1", 64), "<u2", "u1", "u1"],
-            "offsets": [0, 8, 12, 16, 80, 82, 83],
-            "itemsize": LOG_RECORD_SIZE,
-        }
-    )
+        [("time_ns", "<u8"), ("id", "<u4"), ("info", "<u4"), ("data", "u1", 64), ("channel", "<u2"),
+         ("kind", "u1"), ("direction", "u1"), ("reserved", "<u4")]
+    )  # fmt: skip
 
 
 class LogBatch:

@@ -28,15 +28,21 @@ class LogFormat:
     writes: bool = True
 
 
-_ROWS = (  # fmt: skip
+_ROWS = (
     LogFormat("candump", (".log", ".candump", ".txt"), "candump", "candump -l, -L and its screen lines"),
     LogFormat(
         "csv", (".csv",), "tables.csv_file", "a row for an entry; python-can's and SavvyCAN's are read"
     ),
+    LogFormat("asc", (".asc",), "asc", "Vector's text form"),
+    LogFormat("trc", (".trc",), "trc", "PEAK's, 1.0 to 2.1; written is 2.1"),
+    LogFormat("parquet", (".parquet",), "tables.parquet_file", "a row for an entry, for pandas and DuckDB"),
     LogFormat("pcapng", (".pcapng", ".pcap"), "pcapng", "Wireshark's; pcap is read, too"),
     LogFormat(
         "sqlite", (".db", ".sqlite", ".sqlite3"), "tables.sqlite_file", "a database; python-can's is read"
     ),
+    LogFormat("blf", (".blf",), "blf", "Vector's binary form"),
+    LogFormat("mf4", (".mf4",), "mf4", "ASAM MDF 4, in the layout for bus logging"),
+    LogFormat("busmaster", (".log",), "busmaster", "BUSMASTER's text form", writes=False),
 )
 FORMATS = {row.name: row for row in _ROWS}
 

@@ -120,14 +120,14 @@ class _Reader:
                 yield LogBatch(records, self._source.channels)
                 at += size
                 continue
-            size = self._block_size(text, at)
-            if size is None or at + size > len(text):
+            block_size = self._block_size(text, at)
+            if block_size is None or at + block_size > len(text):
                 if last:
-                    self._source.fault(f"byte {base + at}", _tear(text[at:], size))
+                    self._source.fault(f"byte {base + at}", _tear(text[at:], block_size))
                     at = len(text)
                 break
-            self._one(text[at : at + size], base + at, found)
-            at += size
+            self._one(text[at : at + block_size], base + at, found)
+            at += block_size
             if len(found) >= _AT_ONCE:
                 yield self._batch(found)
                 found = []

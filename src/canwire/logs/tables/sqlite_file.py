@@ -1,4 +1,4 @@
-"""SQLite: a table `entries` with the columns of columns.py, indexed by time and identifier; python-can's is read, too."""
+"""SQLite: a table `entries` with the columns of columns.py, indexed by time and identifier; python-can's is read."""
 
 from __future__ import annotations
 
