@@ -16,7 +16,7 @@ import canwire
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
 BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogMark LogWriter MarkKind create_log log_dtype log_formats
-open_log
+open_log Recorder convert_log epoch_ns record
 lines_now
 LimitsConfig
 LimitReached

@@ -121,6 +121,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
+    from canwire.hub.wall_clock import epoch_ns
     from canwire.hub.wanted_mode import WantedMode
     from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
     from canwire.lab.can.bus import Behaviour
@@ -128,9 +129,12 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.lab.can.script import Periodic
     from canwire.lab.lin.faults import LabLinFaults
     from canwire.logs.batch import LogBatch, log_dtype
+    from canwire.logs.convert import convert_log
     from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
     from canwire.logs.formats import LogFormat, log_formats
     from canwire.logs.log import Log, open_log
+    from canwire.logs.recording.record import record
+    from canwire.logs.recording.recorder import Recorder
     from canwire.logs.source import LogFault
     from canwire.logs.writer import LogWriter, create_log
     from canwire.platform import EventDescriptor
@@ -230,6 +234,7 @@ _NAMES = {
     "hub.protocol.lin_messages": "LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
+    "hub.wall_clock": "epoch_ns",
     "hub.wanted_mode": "WantedMode",
     "lab": "Lab LabBus LabLinBus LabLinNode LabNode NodeScript",
     "lab.can.bus": "Behaviour",
@@ -240,6 +245,9 @@ _NAMES = {
     "logs.entry": "LogEntry LogKind LogMark MarkKind",
     "logs.formats": "LogFormat log_formats",
     "logs.log": "Log open_log",
+    "logs.convert": "convert_log",
+    "logs.recording.record": "record",
+    "logs.recording.recorder": "Recorder",
     "logs.source": "LogFault",
     "logs.writer": "LogWriter create_log",
     "platform": "EventDescriptor",
@@ -432,6 +440,7 @@ __all__ = [
     "Place",
     "QueueFull",
     "RateConflict",
+    "Recorder",
     "RegisterValue",
     "Ring",
     "RingEnd",
@@ -454,12 +463,14 @@ __all__ = [
     "bring_up",
     "conflicts_on",
     "connect",
+    "convert_log",
     "core_mode",
     "create_log",
     "decode_error_frame",
     "default_address",
     "dlc_to_length",
     "encode_error_frame",
+    "epoch_ns",
     "every_line",
     "find_lines",
     "format_candump_line",
@@ -488,6 +499,7 @@ __all__ = [
     "parse_slcan_frame",
     "protected_id",
     "rate_conflicts",
+    "record",
     "record_dtype",
     "record_of_linmsg",
     "serve",

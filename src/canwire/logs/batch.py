@@ -123,6 +123,12 @@ def records_of_line(
     return found
 
 
+def in_time(records: numpy.ndarray) -> numpy.ndarray:
+    """The records in the order of their time stamps; equal ones stay as they were."""
+    found: numpy.ndarray = records[load_numpy().argsort(records["time_ns"], kind="stable")]
+    return found
+
+
 def _pack_mark(mark: LogMark) -> bytes:
     text = mark.text.encode()
     return _MARK.pack(mark.timestamp_ns, mark.kind, 0, mark.count, mark.bit_rate, mark.data_bit_rate, text)

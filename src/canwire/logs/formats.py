@@ -42,6 +42,7 @@ _ROWS = (
     ),
     LogFormat("blf", (".blf",), "blf", "Vector's binary form"),
     LogFormat("mf4", (".mf4",), "mf4", "ASAM MDF 4, in the layout for bus logging"),
+    LogFormat("journal", (".journal",), "journal", "a recording that is not finished yet"),
     LogFormat("busmaster", (".log",), "busmaster", "BUSMASTER's text form", writes=False),
 )
 FORMATS = {row.name: row for row in _ROWS}

@@ -13,6 +13,7 @@ from canwire.errors import BadLog, Closed
 from canwire.logs.batch import LogBatch
 from canwire.logs.entry import LogEntry
 from canwire.logs.formats import HEAD, LogFormat, format_named, format_of_file, load_format
+from canwire.logs.journal import SUFFIX
 from canwire.logs.source import LogFault, Source
 
 
@@ -136,9 +137,13 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
     ...     for entry in log:
     ...         print(entry.timestamp_ns, entry.channel, entry.content)
 
+    Where the file is not there, but a killed recording's journal of it, that is read.
+
     Raises BadLog for a file that is no log, BadValue for an unknown format, OSError for one that does not open.
     """
     name = os.fspath(path)
+    if name != "-" and not os.path.exists(name) and os.path.exists(name + SUFFIX):
+        name, format = name + SUFFIX, "journal"
     with ExitStack() as closing:
         file: Any = sys.stdin.buffer if name == "-" else closing.enter_context(open(name, "rb"))
         file, head = _peeked(file)
