@@ -11,7 +11,7 @@ canwire play drive.log --log out.log --vcd out.vcd what a node on that bus recei
 
 A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes. LINE=CHANNEL plays
 one channel of the log onto a line, as canplayer has it: `can1=can0` is --map can0=can1.
-Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; beyond 64 identifiers
+Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; beyond 256 identifiers
 they take turns at up to 64 nodes. With --vcd, which looks at every bit of every node, one node sends them all unless
 --senders each asks for that.
 """

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from typing import Any, BinaryIO, cast
 
 from canwire.errors import BadLog, Closed
-from canwire.logs.batch import LogBatch
+from canwire.logs.batch import LOG_RECORD_SIZE, LogBatch, entry_of
 from canwire.logs.entry import LogEntry
 from canwire.logs.formats import HEAD, LogFormat, format_named, format_of_file, load_format
 from canwire.logs.journal import SUFFIX
@@ -73,7 +73,7 @@ class Log:
         single = getattr(load_format(self._form), "entries", None)
         if single is None:
             for batch in self.batches():
-                yield from batch
+                yield from self._entries(batch)
             return
         source, entry = self._rewound(), None
         for entry in single(source):
@@ -111,6 +111,15 @@ class Log:
 
     def __repr__(self) -> str:
         return f"<Log {self.path!r}, {self.format}>"
+
+    def _entries(self, batch: LogBatch) -> Iterator[LogEntry]:
+        """The batch's entries; a record that holds none, in a damaged file, is a fault."""
+        block = batch.records.tobytes()
+        for at in range(0, len(block), LOG_RECORD_SIZE):
+            try:
+                yield entry_of(block[at : at + LOG_RECORD_SIZE], batch.channels)
+            except (ValueError, LookupError) as error:
+                self._source.fault("record", f"nothing that a log holds: {error}")
 
     def _refuse(self, source: Source) -> None:
         """Raise BadLog for a file of which nothing could be read, though there is something in it."""

@@ -2,7 +2,7 @@
 
 What a bus does for a frame grows with its nodes. Where a log has more identifiers than MOST (J1939's sessions, a
 fuzzer's random ones), nodes take turns: each serves one identifier until its frames have gone out, then another. There
-are as many as had something to send at the same time, MOST at the most; frames that are due together arbitrate as
+are as many as had something to send at the same time, POOL at the most; frames that are due together arbitrate as
 before.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Collection
 
 from canwire import Frame, LabBus, LabNode, QueueFull
 
-MOST = 64
+MOST, POOL = 256, 64
 _QUEUE = 1024
 Key = tuple[bool, int]  # extended, identifier
 
@@ -42,10 +42,10 @@ class Senders:
         if not self._free:
             for key in [key for key, node in self._serving.items() if not node.pending]:
                 self._free.append(self._serving.pop(key))
-        if not self._free and self._grows and self._made < MOST:
+        if not self._free and self._grows and self._made < min(MOST, POOL):
             self._free.append(self._node(f"sender {self._made}"))
         if not self._free:
-            raise QueueFull("the log's senders, all at work", MOST)
+            raise QueueFull("the log's senders, all at work", self._made)
         return self._free.pop()
 
     def _node(self, name: str) -> LabNode:

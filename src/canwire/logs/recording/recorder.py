@@ -103,7 +103,8 @@ class Recorder:
             if self._thread is not None:
                 self._thread.join()
             with self._closing:
-                self._drain()
+                if self._error is None:
+                    self._turn(0.0)
                 self._source.close()
                 if self._error is None:
                     self._files.close()
@@ -127,7 +128,8 @@ class Recorder:
             self._turn(_TURN_S)
 
     def _drain(self) -> None:
-        if self._error is None:
+        """What the lab's time calls; once closed there is nowhere to put anything."""
+        if self._error is None and not self._closed:
             self._turn(0.0)
 
     def _turn(self, timeout_s: float) -> None:
