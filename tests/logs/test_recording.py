@@ -89,7 +89,7 @@ def test_files_rotate_by_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(recording_files, "_LOOK_AT_S", 0.0)
     with Lab() as lab:
         bus = lab.can_bus("can0", bit_rate=500_000)
-        node = bus.node("node")
+        node, _ = bus.node("node"), bus.node("acknowledges")
         with canwire.record(bus, tmp_path / "drive.log", rotate_bytes=10_000) as recorder:
             for number in range(1000):
                 node.send(Frame(number, bytes(8)))
