@@ -58,11 +58,16 @@ class _Lines:
         self._directed = (block[self._ends - 2] == 32) & ((last == 82) | (last == 84))
         self._direction = numpy.where(self._directed, numpy.where(last == 82, 1, 2), 0)
         self._stop = self._ends - 2 * self._directed
-        self._extended = block[self._hash - 9] == 32
+        self._extended = block[self._hash - 4] != 32
         self._digits = numpy.where(self._extended, 8, 3)
         self.plain = one_close & one_hash & (block[starts] == 40)
         self.plain &= (self._close < self._hash) & (block[self._close - 7] == 46)
         self.plain &= (self._close - starts > 8) & (self._close - starts <= 18)
+        width = self._hash - self._digits - 3 - self._close  # of the name
+        self.plain &= (width >= 1) & (width <= _LONGEST_NAME)
+        blanks = numpy.flatnonzero(block[: ends[-1] if len(ends) else 0] <= 32)
+        inside = numpy.searchsorted(blanks, self._ends) - numpy.searchsorted(blanks, starts)
+        self.plain &= inside == 2 + self._directed  # none in the name
         self.plain &= (block[self._close + 1] == 32) & (block[self._hash - self._digits - 1] == 32)
 
     def _only(self, character: int, starts: Any, ends: Any) -> tuple[Any, Any]:
@@ -102,8 +107,10 @@ class _Lines:
             if len(begin)
             else numpy.zeros((0, 16), "u1")
         )
-        words = names.view("u8")
-        different, which = numpy.unique(words[:, 0] ^ words[:, 1] * 0x9E3779B97F4A7C15, return_inverse=True)
+        if not len(names) or (names == names[0]).all():
+            different, which = names[:1], numpy.zeros(len(names), "i8")
+        else:
+            different, which = numpy.unique(names.view("S16")[:, 0], return_inverse=True)
         numbers = numpy.zeros(len(different), "u2")
         for number in range(len(different)):
             first = int((which == number).argmax())
