@@ -41,7 +41,8 @@ def test_plain_lines_all_go_the_quick_way(texts: list[str], end: str) -> None:
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.lists(lines | st.sampled_from(["rubbish", "", "(1.0) can0 123#R", "(1.0) can0 123##1AA", "(1.5) x 7FF#0", "(1.000000)  can0 123#",
+@given(st.lists(lines | st.sampled_from(["rubbish", "", "(1.0) can0 123#R", "(1.0) can0 123##1AA",
+                                           "(1.5) x 7FF#0", "(1.000000)  can0 123#",
                                            "(1.000000) abcdefghijklmnopq 123#11 T"]),
                 min_size=1, max_size=30))  # fmt: skip
 def test_both_ways_read_the_same(texts: list[str]) -> None:
