@@ -37,6 +37,7 @@ ROOMS = [
     "lab",
     "campaigns",
     "gateway",
+    "logs",
     "core",
     DOOR,
 ]
@@ -99,6 +100,7 @@ MAY_LOCK = {
     "candrv.handle.writing",
 }
 # VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; any thread may use a CANDRV handle
+RECORD = {"logs.recording.files", "logs.recording.recorder"}  # what happens now, in a thread
 VIRTUAL_CLOCKS = {"lab.event_loop"}  # asyncio wants a selector; this one passes the lab's time
 OUTSIDE_WORLD = {  # real adapters: their I/O alone
     "drivers.slcan_dongle.link",
@@ -135,6 +137,7 @@ HUB_ON_TOP = {  # what stands in no room of the hub
     "hub.in_process",
     "hub.serve",
     "hub.usual",
+    "hub.wall_clock",
     "hub.wanted_mode",
 }
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
@@ -153,6 +156,7 @@ BUS_SEAMS = {"bus.can.node", "bus.lin.node", "bus.medium"}  # the last: lengths 
 FILES = 20  # of a folder's own
 LINES = 300
 LONGEST = 500
+DOOR_LINES = 650  # three lines for every public name
 LONG = {  # files that need more than 300 lines; nothing needs more than 500
     "__init__.py",  # a table: all that is public
     "boards/can/connector.py",
@@ -436,7 +440,7 @@ def test_clocks_threads_and_sockets_stay_where_they_belong() -> None:
             or found.importer in HUB_WITHOUT_CLOCKS
             or found.importer.startswith(HUB_FOLDERS_WITHOUT_CLOCKS)
         )
-        and found.importer not in MAY_LOCK | OUTSIDE_WORLD | SERVES | VIRTUAL_CLOCKS
+        and found.importer not in MAY_LOCK | OUTSIDE_WORLD | RECORD | SERVES | VIRTUAL_CLOCKS
         and not found.typing_only
     ]
     assert not wrong, complaints(wrong)
@@ -446,6 +450,8 @@ def test_clocks_threads_and_sockets_stay_where_they_belong() -> None:
 def test_length(path: Path) -> None:
     """300 lines; 500 for the listed ones."""
     limit = LONGEST if path.relative_to(SOURCE).as_posix() in LONG else LINES
+    if path == SOURCE / "__init__.py":
+        limit = DOOR_LINES
     assert len(path.read_text(encoding="utf-8").splitlines()) <= limit
 
 

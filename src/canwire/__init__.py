@@ -17,6 +17,7 @@ from canwire.errors import (
     BadDescription,
     BadFilter,
     BadFrame,
+    BadLog,
     BadMessage,
     BadSignals,
     BadText,
@@ -135,12 +136,22 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
+    from canwire.hub.wall_clock import epoch_ns
     from canwire.hub.wanted_mode import WantedMode
     from canwire.lab import Lab, LabBus, LabLinBus, LabLinNode, LabNode, NodeScript
     from canwire.lab.can.bus import Behaviour
     from canwire.lab.can.faults import LabFaults
     from canwire.lab.can.script import Periodic
     from canwire.lab.lin.faults import LabLinFaults
+    from canwire.logs.batch import LogBatch, log_dtype
+    from canwire.logs.convert import convert_log
+    from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
+    from canwire.logs.formats import LogFormat, log_formats
+    from canwire.logs.log import Log, open_log
+    from canwire.logs.recording.record import record
+    from canwire.logs.recording.recorder import Recorder
+    from canwire.logs.source import LogFault
+    from canwire.logs.writer import LogWriter, create_log
     from canwire.platform import EventDescriptor
     from canwire.ring import Ring
     from canwire.timeline import Timer
@@ -251,12 +262,22 @@ _NAMES = {
     "hub.protocol.lin_messages": "LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
+    "hub.wall_clock": "epoch_ns",
     "hub.wanted_mode": "WantedMode",
     "lab": "Lab LabBus LabLinBus LabLinNode LabNode NodeScript",
     "lab.can.bus": "Behaviour",
     "lab.can.faults": "LabFaults",
     "lab.can.script": "Periodic",
     "lab.lin.faults": "LabLinFaults",
+    "logs.batch": "LogBatch log_dtype",
+    "logs.entry": "LogEntry LogKind LogMark MarkKind",
+    "logs.formats": "LogFormat log_formats",
+    "logs.log": "Log open_log",
+    "logs.convert": "convert_log",
+    "logs.recording.record": "record",
+    "logs.recording.recorder": "Recorder",
+    "logs.source": "LogFault",
+    "logs.writer": "LogWriter create_log",
     "platform": "EventDescriptor",
     "ring": "Ring",
     "timeline": "Timer",
@@ -336,6 +357,7 @@ __all__ = [
     "BadDescription",
     "BadFilter",
     "BadFrame",
+    "BadLog",
     "BadMessage",
     "BadSignals",
     "BadText",
@@ -433,7 +455,16 @@ __all__ = [
     "LinePlace",
     "LineSettings",
     "LineStatus",
+    "Log",
+    "LogBatch",
+    "LogEntry",
+    "LogFault",
+    "LogFormat",
+    "LogKind",
     "LogLine",
+    "LogMark",
+    "LogWriter",
+    "MarkKind",
     "MessageDescription",
     "MessagePort",
     "Monitor",
@@ -450,6 +481,7 @@ __all__ = [
     "Place",
     "QueueFull",
     "RateConflict",
+    "Recorder",
     "RegisterValue",
     "Ring",
     "RingEnd",
@@ -476,11 +508,14 @@ __all__ = [
     "campaign",
     "conflicts_on",
     "connect",
+    "convert_log",
     "core_mode",
+    "create_log",
     "decode_error_frame",
     "default_address",
     "dlc_to_length",
     "encode_error_frame",
+    "epoch_ns",
     "every_line",
     "find_lines",
     "format_candump_line",
@@ -499,6 +534,9 @@ __all__ = [
     "lines_now",
     "linmsg_of_record",
     "load_database",
+    "log_dtype",
+    "log_formats",
+    "open_log",
     "parse_candump_line",
     "parse_frame",
     "parse_lin_frame",
@@ -507,6 +545,7 @@ __all__ = [
     "parse_slcan_frame",
     "protected_id",
     "rate_conflicts",
+    "record",
     "record_dtype",
     "record_of_linmsg",
     "repeat_run",

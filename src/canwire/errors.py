@@ -6,6 +6,7 @@ CanwireError
 │   ├── BadTiming                  a bit timing that no controller could run
 │   ├── BadFilter                  an acceptance filter that means nothing
 │   ├── BadText                    text that is no frame, event or log line
+│   ├── BadLog                     a file that is no log, or of which nothing can be read
 │   ├── BadConfig                  a configuration file that no hub could run
 │   ├── BadDescription             a network description (DBC, LDF and so on) that means nothing
 │   └── BadSignals                 signal values that their message cannot carry
@@ -59,6 +60,10 @@ class BadFilter(BadValue):
 
 class BadText(BadValue):
     """Text that is no frame, event or log line."""
+
+
+class BadLog(BadValue):
+    """A file that is no log, or of which nothing can be read; the message names it and the first thing wrong."""
 
 
 class BadConfig(BadValue):

@@ -382,16 +382,21 @@ def test_a_trace_is_told_of_beforehand(capsys: pytest.CaptureFixture[str], tmp_p
 
 
 @pytest.mark.parametrize(
-    "content", [bytes(range(256)) * 40, b"LOGG" + bytes(2000), b"date Mon\nbase hex timestamps\n"]
+    ("content", "why"),
+    [
+        (bytes(range(256)) * 40, " is no candump log; line 1: "),
+        (b"LOGG" + bytes(2000), ": nothing of it can be read as blf; byte 144: "),
+        (b"[section]\nname = value\n", " is no candump log; line 1: "),
+    ],
 )
 @pytest.mark.finding("newcomer F13")
 def test_binary_and_other_formats_are_one_error(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: bytes
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: bytes, why: str
 ) -> None:
     log = tmp_path / "drive.blf"
     log.write_bytes(content)
     assert main(["play", str(log)]) == 2
     said = capsys.readouterr().err
-    assert said.startswith(f"canwire: {log} is no candump log; line 1: ")
+    assert said.startswith(f"canwire: {log}{why}")
     assert said.count("\n") == 1
     assert said.isprintable() or said.strip().isprintable()

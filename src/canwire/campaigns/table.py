@@ -44,7 +44,7 @@ def check_table(path: str | Path) -> Path:
         try:
             import pyarrow.parquet  # type: ignore[import-untyped]  # noqa: F401
         except ImportError:
-            raise ExtraMissing("pyarrow", "cluster") from None
+            raise ExtraMissing("pyarrow", "parquet") from None
     if not path.parent.is_dir():
         raise FileNotFoundError(2, "there is no such folder", str(path.parent))
     return path

@@ -1,14 +1,18 @@
-"""`canwire play`: the frames of a candump log on a bus, at their times.
+"""`canwire play`: the frames of a log, of any format, on a bus, at their times.
 
 canwire play drive.log can0                        onto a shared line: everybody on can0 hears it
-canwire play drive.log can0 --speed 10             ten times as fast; 0: as fast as the bus takes them
+canwire play drive.blf can0 --speed 10             ten times as fast; 0: as fast as the bus takes them
+canwire play drive.log --map can0=can1,can1=can0   the log's can0 onto the line can1, its can1 onto can0
+canwire play drive.log can0 --loop 3               three times; --loop alone: until Ctrl-C
+canwire play drive.log can0 --filter 100:700       frames 100 to 1FF only
 canwire play drive.log                             onto a bus of its own, as fast as it goes, with a summary at the end
 canwire play drive.log --time real                 the same at the speed of the wall clock
 canwire play drive.log --log out.log --vcd out.vcd what a node on that bus received, and the level of the wire
 
-A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes.
+A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes. LINE=CHANNEL plays
+one channel of the log onto a line, as canplayer has it: `can1=can0` is --map can0=can1.
 Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; beyond 256 identifiers
-they take turns at 256 nodes. With --vcd, which looks at every bit of every node, one node sends them all unless
+they take turns at up to 64 nodes. With --vcd, which looks at every bit of every node, one node sends them all unless
 --senders each asks for that.
 """
 
@@ -19,37 +23,43 @@ import json
 import os
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
 from canwire import BadValue, Frame, Lab, LabBus, LogLine, QueueFull, format_log_line
 from canwire.commands.console import complain
+from canwire.commands.dump.filters import Filter, accepts, parse_filters
+from canwire.commands.lab.any_log import AnyLog, log_to_play
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
 from canwire.commands.lab.output import Output, opened
 from canwire.commands.lab.progress import Progress
 from canwire.commands.lab.senders import Senders
 from canwire.commands.lab.summary import Summary, line
 from canwire.commands.lab.trace_cost import forecast
+from canwire.commands.logs.choosing import add_filter_argument, add_map_argument
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import is_full
 from canwire.commands.shell.parser import add_time_argument
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
 _STEP_S = 0.001  # how long a full queue is given before it is looked at again
-_SHARED_ONLY = ("hub", "speed", "timeout")
+_SHARED_ONLY = ("hub", "speed", "timeout", "loop", "gap")
 _PRIVATE_ONLY = ("bus", "time", "log_out", "vcd", "senders")
 _PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "bit_rate": 500_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument("log", metavar="LOG", help="log of candump -l or -L; - is standard input")
+    parser.add_argument(
+        "log", metavar="LOG", help="a log of any format; - is a candump log on standard input"
+    )
     parser.add_argument(
         "line",
-        nargs="?",
+        nargs="*",
         metavar="LINE",
-        help="a line that programs share: can0, HW000001:0; left out, --bus",
+        help="a line that programs share: can0, HW000001:0, or for one channel can1=can0; left out, --bus",
     )
+    add_filter_argument(parser)
     parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="default: 500000, or what LINE runs at")
     parser.add_argument(
         "--data-bit-rate", type=int, metavar="BIT/S", help="a log with CAN FD frames needs it"
@@ -57,7 +67,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--strict", action="store_true", help="exit status 1 if the log has broken lines")
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
     shared = parser.add_argument_group("onto a shared LINE")
+    add_map_argument(shared, "the line that a channel of the log goes onto; again, or with commas: several")
     shared.add_argument("--speed", type=float, metavar="FACTOR", help="default: 1; 0: as fast as it goes")
+    shared.add_argument(
+        "-t", dest="speed", action="store_const", const=0.0, help="without the log's times: --speed 0"
+    )
+    shared.add_argument("-g", "--gap", type=float, metavar="MS", help="a pause behind every frame, with -t")
+    shared.add_argument(
+        "-l",
+        "--loop",
+        nargs="?",
+        type=_rounds,
+        const=0,
+        metavar="N",
+        help="so often; N left out, or i: for ever",
+    )
     shared.add_argument(
         "--timeout",
         type=float,
@@ -94,7 +118,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    if arguments.line is None:
+    wanted = wanted_by_filters(parse_filters(arguments.filter))
+    if not arguments.line and not arguments.map:
         _refuse_others(
             arguments, _SHARED_ONLY, "that is for a shared line; name one behind the log, can0 perhaps"
         )
@@ -102,13 +127,24 @@ def _run(arguments: argparse.Namespace) -> int:
         for name, usual in {**_PRIVATE_DEFAULTS, "senders": usual_senders}.items():
             if getattr(arguments, name) is None:
                 setattr(arguments, name, usual)
-        return _play_privately(arguments)
+        return _play_privately(arguments, wanted)
     from canwire.commands.lab.shared_play import play_shared
 
-    _refuse_others(arguments, _PRIVATE_ONLY, f"that is for a private bus; leave {arguments.line} or it out")
-    with CandumpLog(arguments.log) as log:
+    lines = " ".join([*arguments.line, *arguments.map])
+    _refuse_others(arguments, _PRIVATE_ONLY, f"that is for a private bus; leave {lines} or it out")
+    with log_to_play(arguments.log, wanted) as log:
         found = log.survey(Complaints(arguments.log))
         return play_shared(arguments, log, found)
+
+
+def _rounds(text: str) -> int:
+    """How often the log is played: a number, or 0 for ever, which canplayer calls i."""
+    return 0 if text == "i" else int(text)
+
+
+def wanted_by_filters(filters: Sequence[Filter]) -> Callable[[Frame], bool] | None:
+    """Whether a frame is to be played; None: all are."""
+    return (lambda frame: accepts(filters, frame)) if filters else None
 
 
 def _refuse_others(arguments: argparse.Namespace, names: tuple[str, ...], why: str) -> None:
@@ -118,9 +154,9 @@ def _refuse_others(arguments: argparse.Namespace, names: tuple[str, ...], why: s
             raise BadValue(f"{option}: {why}")
 
 
-def _play_privately(arguments: argparse.Namespace) -> int:
+def _play_privately(arguments: argparse.Namespace, wanted: Callable[[Frame], bool] | None) -> int:
     _check_names(arguments)
-    with CandumpLog(arguments.log) as log:
+    with log_to_play(arguments.log, wanted) as log:
         found = log.survey(Complaints(arguments.log))
         if found.fd_line is not None and arguments.data_bit_rate is None:
             raise BadValue(
@@ -176,10 +212,10 @@ class Player:
         self._sent = 0
         self._recorded = 0
 
-    def play(self, log: CandumpLog) -> None:
+    def play(self, log: CandumpLog | AnyLog) -> None:
         """Every frame of the log, and on until the bus is idle."""
         due_ns = 0
-        for number, frame in log.frames():
+        for number, frame, _ in log.frames():
             stamp_ns = frame.timestamp_ns - self._first_ns
             if stamp_ns < due_ns:
                 self.going_back += 1

@@ -1,37 +1,5 @@
-"""The hub's time on the clock of the wall, the same for everybody who logs what one hub does."""
+"""The hub's time on the clock of the wall, as the verbs call it."""
 
-from __future__ import annotations
+from canwire import epoch_ns
 
-import time
-from contextlib import suppress
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from canwire import Hub
-
-_NOTE = "wall clock of hub time 0"
-_TRIES = 5
-_AGREEMENT_NS = 1_000_000  # a clock that was set or has drifted further apart than that is compared anew
-
-
-def epoch_ns(hub: Hub) -> int:
-    """What to add to the hub's time to get nanoseconds since 1970; 0 where its time does not follow the clock.
-
-    Who asks first leaves it at the hub, so that two logs of one bus have the same time for the same frame.
-    """
-    if hub.time != "real":
-        return 0
-    found_ns, error_ns = min((_compared(hub) for _ in range(_TRIES)), key=lambda pair: pair[1])
-    with suppress(ValueError):  # no note yet
-        kept_ns = int(hub.note(_NOTE))
-        if abs(kept_ns - found_ns) <= error_ns + _AGREEMENT_NS:
-            return kept_ns
-    hub.set_note(_NOTE, b"%d" % found_ns)
-    return found_ns
-
-
-def _compared(hub: Hub) -> tuple[int, int]:
-    before_ns = time.time_ns()
-    hub_ns = hub.now_ns()
-    after_ns = time.time_ns()
-    return (before_ns + after_ns) // 2 - hub_ns, (after_ns - before_ns + 1) // 2
+__all__ = ["epoch_ns"]

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 from canwire import BadValue, Frame, GatewayRules
-from canwire.commands.dump.filters import accepts, parse_filters
+from canwire.commands.dump.filters import parse_capture
 
 _MAP = re.compile(r"([0-9A-Fa-f]{1,8})=([0-9A-Fa-f]{1,8})")
 _CHANGE = re.compile(r"([0-9A-Fa-f]{1,8}):(\d{1,2})=([0-9A-Fa-f]{2})(?:/([0-9A-Fa-f]{2}))?")
@@ -45,7 +45,7 @@ def add_rule_arguments(parser: argparse.ArgumentParser) -> None:
 def rules_by(arguments: argparse.Namespace) -> tuple[GatewayRules, GatewayRules | None]:
     """Those there and those back; raises BadValue for what cannot be read."""
     ids: _Ids = dict(_mapping(text) for text in arguments.map)
-    filters = parse_filters(arguments.filter)
+    capture = parse_capture(arguments.filter, (), False)
     changes = [_change(text) for text in arguments.change]
 
     names: _Ids = {new: old for old, new in ids.items()}
@@ -53,7 +53,7 @@ def rules_by(arguments: argparse.Namespace) -> tuple[GatewayRules, GatewayRules 
         raise BadValue(
             "--map: two identifiers would become one; a gateway could not tell them apart on the way back"
         )
-    wanted = (lambda frame: accepts(filters, frame)) if filters else None
+    wanted = capture.accepts if capture.filters else None
     change = (lambda frame: _applied(frame, changes)) if changes else None
     there = GatewayRules(wanted, ids, change, arguments.rate)
     return there, None if arguments.one_way else GatewayRules(wanted, names, rate=arguments.rate)

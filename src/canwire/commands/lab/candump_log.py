@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import BinaryIO
@@ -26,10 +26,11 @@ _LONGEST_NS = 100 * 365 * 86_400 * 1_000_000_000  # well inside the timeline's 6
 class Survey:
     """What a log holds.
 
-    `keys` are (extended, identifier) in order of appearance; `first_ns` is the first time stamp;
-    `fd_line` is the number of the first line with a CAN FD frame, or None; `bits` is about what the frames take.
+    `channels` are the frames of each; `keys` are (extended, identifier) in order of appearance; `first_ns` is the first
+    time stamp; `fd_line` is the number of the first line with a CAN FD frame, or None; `bits` is about what they take.
     """
 
+    channels: dict[str, int] = field(default_factory=dict)
     lines: int = 0
     frames: int = 0
     broken_lines: int = 0
@@ -39,19 +40,34 @@ class Survey:
     bits: int = 0
     keys: dict[tuple[bool, int], None] = field(default_factory=dict)
 
+    def note(self, number: int, frame: Frame, channel: str) -> None:
+        """Count a frame that will be played."""
+        if not self.frames:
+            self.first_ns = frame.timestamp_ns
+        self.frames += 1
+        self.channels[channel] = self.channels.get(channel, 0) + 1
+        self.bits += bits_of(frame)
+        self.keys[frame.extended, frame.id] = None
+        if frame.fd and self.fd_line is None:
+            self.fd_line = number
+
 
 class Complaints:
     """Shows the first broken lines of a log on stderr, and how many more there are."""
 
     def __init__(self, path: str) -> None:
         self._path = path
-        self._lines: list[tuple[int, str]] = []
+        self._lines: list[tuple[str, str]] = []
         self._count = 0
 
     def add(self, number: int, what: str) -> None:
+        self.add_at(str(number), what)
+
+    def add_at(self, where: str, what: str) -> None:
+        """The same for a place that is no line: "byte 4096"."""
         self._count += 1
         if self._count <= _SHOWN:
-            self._lines.append((number, what))
+            self._lines.append((where, what))
 
     def show(self, found: Survey) -> None:
         """Raises BadText for a file without any line of a log: that is another kind of file."""
@@ -76,7 +92,8 @@ class CandumpLog:
     A context manager. Raises OSError like `open`.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, wanted: Callable[[Frame], bool] | None = None) -> None:
+        self._wanted = wanted
         self._closing = ExitStack()
         self._file: BinaryIO = self._open(path)
 
@@ -90,16 +107,18 @@ class CandumpLog:
                 complaints.add(number, str(content))
             elif not isinstance(content.content, Frame):
                 found.error_frames += 1
-            else:
-                _note(found, number, content)
+            elif self._wanted is None or self._wanted(content.content):
+                found.note(number, content.content, content.interface)
         complaints.show(found)
         return found
 
-    def frames(self) -> Iterator[tuple[int, Frame]]:
-        """Line number and frame (its time stamp is the line's), from the beginning."""
+    def frames(self) -> Iterator[tuple[int, Frame, str]]:
+        """Line number, frame (its time stamp is the line's) and channel, from the beginning."""
         for number, content in self._contents():
-            if isinstance(content, LogLine) and isinstance(content.content, Frame):
-                yield number, content.content
+            if not isinstance(content, LogLine) or not isinstance(content.content, Frame):
+                continue
+            if self._wanted is None or self._wanted(content.content):
+                yield number, content.content, content.interface
 
     def _contents(self) -> Iterator[tuple[int, LogLine | BadText]]:
         self._file.seek(0)
@@ -134,15 +153,3 @@ class CandumpLog:
 
     def __exit__(self, *_: object) -> None:
         self._closing.close()
-
-
-def _note(found: Survey, number: int, line: LogLine) -> None:
-    frame = line.content
-    assert isinstance(frame, Frame)
-    if not found.frames:
-        found.first_ns = line.timestamp_ns
-    found.frames += 1
-    found.bits += bits_of(frame)
-    found.keys[frame.extended, frame.id] = None
-    if frame.fd and found.fd_line is None:
-        found.fd_line = number

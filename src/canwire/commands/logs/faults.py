@@ -1,0 +1,23 @@
+"""What was wrong in a log that is read, said on stderr."""
+
+from __future__ import annotations
+
+from canwire import Log
+from canwire.commands.console import complain
+
+_SHOWN = 10
+_WIDEST = 200
+
+
+def tell_faults(log: Log) -> None:
+    """The first faults one by one, and how many more there are."""
+    for fault in log.faults[:_SHOWN]:
+        complain(f"{log.path}: {clipped(str(fault))}")
+    if log.fault_count > _SHOWN:
+        complain(f"{log.path}: {log.fault_count - _SHOWN} more faults")
+
+
+def clipped(what: str) -> str:
+    """Fit for a terminal, whatever the file holds."""
+    shown = "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in what)
+    return shown if len(shown) <= _WIDEST else f"{shown[:_WIDEST]}..."

@@ -1,0 +1,105 @@
+"""`canwire record`: what happens on a line of the hub, in log files, until Ctrl-C.
+
+canwire record can0 drive.blf                          the suffix tells the format
+canwire record can0 drive.log --rotate-size 100M       drive-0001.log, drive-0002.log, ...: 100 MB each
+canwire record can0 drive.mf4 --rotate-time 1h         a new file every hour
+canwire record can0 drive.pcapng --for 60              a minute
+canwire record can0 - --format candump                 onto standard output
+
+Frames, error frames, changes of state, bit rates and the number of lost frames are recorded, as far as the format holds
+them. Whatever happens to this process, all that is older than a second can be read: formats that are readable only at
+their end (parquet, mf4) have a journal beside them until then, NAME.journal, which `canwire convert` reads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import threading
+import time
+
+import canwire
+from canwire import BadValue, HubError, Recorder
+from canwire.commands.can_line import add_line_arguments
+from canwire.commands.console import complain
+from canwire.commands.shell.ending import signals_call
+
+_SIZES = {"": 1, "k": 1000, "M": 1000**2, "G": 1000**3}
+_SPANS = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86_400.0}
+_TURN_S = 0.1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_line_arguments(parser)
+    parser.add_argument("file", metavar="FILE", help="the log; - is standard output")
+    parser.add_argument("--format", metavar="FORMAT", help="what FILE becomes, if its suffix does not tell")
+    parser.add_argument(
+        "--rotate-size", metavar="BYTES", help="a new file when one has so many: 500k, 100M, 2G"
+    )
+    parser.add_argument(
+        "--rotate-time", metavar="TIME", help="a new file when one is so old: 90s, 10m, 1h, 1d"
+    )
+    parser.add_argument("--for", dest="span", metavar="TIME", help="end after this time: 90s, 10m, 1h")
+    parser.add_argument(
+        "--channel", metavar="NAME", help="what the channel is called in the log (the bus's name)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Record until the time is over, or a signal; raises BadValue, NoSuchBoard, HubError, OSError for a full disk."""
+    size = (
+        None
+        if arguments.rotate_size is None
+        else int(_number("--rotate-size", arguments.rotate_size, _SIZES))
+    )
+    span = None if arguments.rotate_time is None else _number("--rotate-time", arguments.rotate_time, _SPANS)
+    end_s = None if arguments.span is None else time.monotonic() + _number("--for", arguments.span, _SPANS)
+    _refuse_private(arguments)
+    stop = threading.Event()
+    with signals_call(stop.set):
+        recorder = canwire.record(
+            arguments.line,
+            arguments.file,
+            format=arguments.format,
+            channel=arguments.channel,
+            rotate_bytes=size,
+            rotate_s=span,
+            hub=arguments.hub,
+            bit_rate=arguments.bit_rate,
+            data_bit_rate=arguments.data_bit_rate,
+        )
+        complain(f"recording {arguments.line} to {recorder.files[0]}")
+        try:
+            while not stop.wait(_TURN_S) and recorder.error is None:
+                if end_s is not None and time.monotonic() >= end_s:
+                    break
+        finally:
+            try:
+                recorder.close()
+            finally:
+                _tell(recorder)
+    return 0
+
+
+def _refuse_private(arguments: argparse.Namespace) -> None:
+    """A hub of this process alone would record nobody."""
+    with canwire.connect(arguments.hub, name="canwire record") as hub:
+        if not hub.address:
+            raise HubError("no hub is running that `record` could share; `canwire serve` starts one")
+
+
+def _tell(recorder: Recorder) -> None:
+    files = recorder.files
+    where = files[0] if len(files) == 1 else f"{len(files)} files, {files[0]} to {files[-1]}"
+    complain(f"{recorder.count} entries in {where}; {recorder.lost} lost")
+    for what, count in recorder.left_out.items():
+        complain(f"{count} {what} left out")
+
+
+def _number(option: str, text: str, units: dict[str, int] | dict[str, float]) -> float:
+    found = re.fullmatch(r"(\d+(?:\.\d+)?)([a-zA-Z]?)", text)
+    if found is None or found[2] not in units or not float(found[1]):
+        known = ", ".join(f"{10}{unit}" for unit in units if unit)
+        raise BadValue(f"{option} {text}: a number above 0 and a unit: {known}")
+    return float(found[1]) * units[found[2]]

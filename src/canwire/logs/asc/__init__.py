@@ -1,0 +1,9 @@
+"""Vector's ASC: text, a line for an entry. CAN, CAN FD, error frames, LIN frames; the rest in comments of ours.
+
+Source: Vector's description of the ASC logging format, as far as public logs and python-can show it.
+"""
+
+from canwire.logs.asc.reading import read, recognises
+from canwire.logs.asc.writing import Writer
+
+__all__ = ["Writer", "read", "recognises"]

@@ -1,0 +1,11 @@
+"""Vector's BLF: objects in compressed containers. CAN, CAN FD, error frames, LIN frames; the rest in texts of ours.
+
+Every `flush` ends a container and brings the head up to date: what is in the file can be read though its writer dies.
+
+Source: the object layouts as public readers (python-can, vector_blf) describe them.
+"""
+
+from canwire.logs.blf.reading import read, recognises
+from canwire.logs.blf.writing import Writer
+
+__all__ = ["Writer", "read", "recognises"]

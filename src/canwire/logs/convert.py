@@ -1,0 +1,48 @@
+"""One log into another format: `convert_log`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+
+from canwire.errors import BadValue
+from canwire.logs.batch import LogBatch
+from canwire.logs.log import Log, open_log
+from canwire.logs.writer import LogWriter, create_log
+
+
+def convert_log(
+    source: Log | str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+    channels: Mapping[str, str] | None = None,
+    only: Callable[[LogBatch], LogBatch] | None = None,
+) -> LogWriter:
+    """Write a log in another format; the closed writer tells `count` and what was `left_out`, the Log its `faults`.
+
+    `channels` renames ({"can0": "can2"}), `only` may choose among each batch's records. Raises BadValue where both are
+    the same file, BadLog, OSError, and what `open_log` and `create_log` raise; what was written stays then.
+    """
+    if not isinstance(source, Log):
+        with open_log(source) as log:
+            return convert_log(log, target, format=format, channels=channels, only=only)
+    name = os.fspath(target)
+    if name != "-" and os.path.exists(name) and source.path != "-" and os.path.samefile(source.path, name):
+        raise BadValue(f"{name}: the same file twice; give the new log a name of its own")
+    batches = source.batches()
+    first = next(batches, None)  # the head is known then, and a file that is no log leaves nothing behind
+    with create_log(
+        name, format=format, dated=source.dated, start_ns=source.start_ns, clock=source.clock
+    ) as writer:
+        while first is not None:
+            chosen = first if only is None else only(first)
+            writer.write_batch(_renamed(chosen, channels))
+            first = next(batches, None)
+    return writer
+
+
+def _renamed(batch: LogBatch, names: Mapping[str, str] | None) -> LogBatch:
+    if not names:
+        return batch
+    return LogBatch(batch.records, [names.get(name, name) for name in batch.channels])

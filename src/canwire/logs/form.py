@@ -1,0 +1,92 @@
+"""What a format's Writer is made from: the side of a log that is written which knows bytes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, BinaryIO, ClassVar
+
+from canwire.logs.entry import LogKind
+
+if TYPE_CHECKING:
+    import numpy
+
+_AT_ONCE = 1 << 20  # bytes
+
+
+class FormWriter:
+    """Writes records into one file, in one format; LogWriter hands them in and tells what went wrong.
+
+    `channels` are the names that records count, `dated`, `start_ns` and `clock` as in `create_log`, `count` the entries
+    that are in the file, `left_out` what it could not say.
+    """
+
+    holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
+    opens: ClassVar[bool] = True
+    """The file is opened by `create_log`; else by a library, by its name."""
+    needs_end: ClassVar[bool] = False
+    """Readable only after `end`: the format has its index there. `record` keeps a journal beside such files."""
+
+    def __init__(
+        self, path: str, file: BinaryIO | None, *, dated: bool, start_ns: int | None, clock: str
+    ) -> None:
+        self.path = path
+        self.file = file
+        self.dated = dated
+        self.start_ns = start_ns
+        self.clock = clock
+        self.count = 0
+        self.left_out: Counter[str] = Counter()
+        self.channels: list[str] = []
+        self._waiting: list[tuple[bytes, int]] = []
+        self._bytes = 0
+
+    def begin(self) -> None:
+        """Write what stands at the file's beginning."""
+
+    def put(self, records: numpy.ndarray) -> None:
+        """Write records of `log_dtype()`, all of kinds that it `holds`, their channels counted by `self.channels`."""
+        raise NotImplementedError
+
+    def sync(self) -> None:
+        """Hand everything to the operating system."""
+        if self.file is not None:
+            self.drain()
+            self.file.flush()
+
+    def end(self) -> None:
+        """Write what stands at the file's end."""
+        self.sync()
+
+    def leave_out(self, what: str, count: int) -> None:
+        """Count what the file cannot say: "LIN frames", "nanoseconds of time stamps"."""
+        self.left_out[what] += count
+
+    def out(self, block: bytes, entries: int = 0) -> None:
+        """Append bytes that hold so many whole entries; they go out by and by, and in one piece or not at all."""
+        self._waiting.append((block, entries))
+        self._bytes += len(block)
+        if self._bytes >= _AT_ONCE:
+            self.drain()
+
+    def drain(self) -> None:
+        """Write what `out` has collected. Where the disk is full the file ends behind the last block that fits."""
+        waiting, self._waiting, self._bytes = self._waiting, [], 0
+        assert self.file is not None
+        whole = self.file.tell() if self.file.seekable() else None
+        try:
+            for block, entries in waiting:
+                write_all(self.file, block)
+                self.count += entries
+                whole = None if whole is None else whole + len(block)
+        except OSError:
+            if whole is not None:
+                self.file.truncate(whole)
+                self.file.seek(whole)
+            raise
+
+
+def write_all(file: BinaryIO, block: bytes) -> None:
+    """All of it, where a raw file takes a part at a time."""
+    left = memoryview(block)
+    while left:
+        left = left[file.write(left) :]

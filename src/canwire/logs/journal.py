@@ -1,0 +1,75 @@
+"""A recording while it is made, beside a format that cannot be read before its end: records as they are.
+
+A line of JSON behind the magic words has the facts about it; then blocks: one byte N or R, the length (4 bytes), and a
+channel's name or records of `log_dtype()`. What was flushed can be read whatever happens to the process: by its own
+name (`drive.mf4.journal`), and by `open_log("drive.mf4")` where that file is not there.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, ClassVar
+
+from canwire.errors import BadLog
+from canwire.logs.batch import LOG_RECORD_SIZE, LogBatch, log_dtype
+from canwire.logs.entry import LogKind
+from canwire.logs.form import FormWriter
+from canwire.logs.source import Source
+from canwire.values.record import load_numpy
+
+if TYPE_CHECKING:
+    import numpy
+
+SUFFIX = ".journal"
+_MAGIC = b"canwire journal 1 "
+_MOST = 1 << 28
+
+
+class Writer(FormWriter):
+    """Holds all that records can."""
+
+    holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
+
+    def begin(self) -> None:
+        self._named = 0
+        about = {"dated": self.dated, "start_ns": self.start_ns, "clock": self.clock}
+        self.out(_MAGIC + json.dumps(about).encode() + b"\n")
+
+    def put(self, records: numpy.ndarray) -> None:
+        for name in self.channels[self._named :]:
+            told = name.encode()
+            self.out(b"N" + len(told).to_bytes(4, "little") + told)
+        self._named = len(self.channels)
+        block = records.tobytes()
+        self.out(b"R" + len(block).to_bytes(4, "little") + block, len(records))
+
+
+def recognises(head: bytes) -> bool:
+    """By its magic words."""
+    return head.startswith(_MAGIC)
+
+
+def read(source: Source) -> Iterator[LogBatch]:
+    """Block by block; the last may be cut, then what is whole of it counts."""
+    numpy = load_numpy()
+    line = source.file.readline(1 << 16)
+    try:
+        about = json.loads(line.removeprefix(_MAGIC))
+        source.dated, source.start_ns, source.clock = about["dated"], about["start_ns"], about["clock"]
+    except (ValueError, KeyError, TypeError):
+        raise BadLog(f"{source.path}: no journal of canwire") from None
+    at = len(line)
+    while head := source.file.read(5):
+        size = int.from_bytes(head[1:], "little")
+        if len(head) < 5 or head[:1] not in b"NR" or size > _MOST:
+            source.fault(f"byte {at}", "no block begins here: the journal is cut or damaged")
+            return
+        block = source.file.read(size)
+        if len(block) < size:
+            source.fault(f"byte {at}", f"a block of {size} bytes, of which {len(block)} are there")
+        if head[:1] == b"N":
+            source.channels.append(block.decode("utf-8", "replace"))
+        elif whole := len(block) // LOG_RECORD_SIZE * LOG_RECORD_SIZE:
+            yield LogBatch(numpy.frombuffer(bytearray(block[:whole]), log_dtype()), source.channels)
+        at += 5 + size

@@ -1,0 +1,170 @@
+"""A log to read: `open_log`."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from typing import Any, BinaryIO, cast
+
+from canwire.errors import BadLog, Closed
+from canwire.logs.batch import LOG_RECORD_SIZE, LogBatch, entry_of
+from canwire.logs.entry import LogEntry
+from canwire.logs.formats import HEAD, LogFormat, format_named, format_of_file, load_format
+from canwire.logs.journal import SUFFIX
+from canwire.logs.source import LogFault, Source
+
+
+class Log:
+    """A log that is read from its beginning, once or again: every iteration starts anew where the file can be rewound.
+
+    Made by `open_log`; a context manager. What cannot be read is left out and told in `faults`.
+    """
+
+    def __init__(self, path: str, form: LogFormat, file: BinaryIO, closing: ExitStack) -> None:
+        self._form = form
+        self._closing: ExitStack | None = closing
+        self._source = Source(path, file)
+        self._begun = False
+
+    @property
+    def path(self) -> str:
+        return self._source.path
+
+    @property
+    def format(self) -> str:
+        """The name of its format: "candump", "blf"."""
+        return self._form.name
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels that were met so far, in their order."""
+        return list(self._source.channels)
+
+    @property
+    def dated(self) -> bool:
+        """Time stamps count from 1970 (UTC); known once the first entry was read."""
+        return self._source.dated
+
+    @property
+    def start_ns(self) -> int | None:
+        """When the log began, in nanoseconds since 1970: its header's date, or its first dated stamp; None: unknown."""
+        return self._source.start_ns
+
+    @property
+    def clock(self) -> str:
+        """Whose time the stamps are, as the log says it ("hub", "adapter"); "" where it does not."""
+        return self._source.clock
+
+    @property
+    def faults(self) -> list[LogFault]:
+        """What could not be read so far, with its place: the first thousand."""
+        return list(self._source.faults)
+
+    @property
+    def fault_count(self) -> int:
+        """How many faults there were so far."""
+        return self._source.fault_count
+
+    def __iter__(self) -> Iterator[LogEntry]:
+        """Every entry: frames, events, marks. See `batches` for the quick way."""
+        single = getattr(load_format(self._form), "entries", None)
+        if single is None:
+            for batch in self.batches():
+                yield from self._entries(batch)
+            return
+        source, entry = self._rewound(), None
+        for entry in single(source):
+            yield entry
+        if entry is None:
+            self._refuse(source)
+
+    def batches(self) -> Iterator[LogBatch]:
+        """The entries as numpy records, some ten thousands at a time. Needs canwire[arrays].
+
+        Raises BadLog if in the whole file there is nothing of a log.
+        """
+        source = self._rewound()
+        count = 0
+        for batch in load_format(self._form).read(source):
+            if len(batch):
+                count += len(batch)
+                if source.dated and source.start_ns is None:
+                    source.start_ns = int(batch.records["time_ns"][0])
+                yield batch
+        if not count:
+            self._refuse(source)
+
+    def close(self) -> None:
+        """Close the file; a second time does nothing."""
+        if self._closing is not None:
+            self._closing.close()
+            self._closing = None
+
+    def __enter__(self) -> Log:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Log {self.path!r}, {self.format}>"
+
+    def _entries(self, batch: LogBatch) -> Iterator[LogEntry]:
+        """The batch's entries; a record that holds none, in a damaged file, is a fault."""
+        block = batch.records.tobytes()
+        for at in range(0, len(block), LOG_RECORD_SIZE):
+            try:
+                yield entry_of(block[at : at + LOG_RECORD_SIZE], batch.channels)
+            except (ValueError, LookupError) as error:
+                self._source.fault("record", f"nothing that a log holds: {error}")
+
+    def _refuse(self, source: Source) -> None:
+        """Raise BadLog for a file of which nothing could be read, though there is something in it."""
+        if source.faults:
+            raise BadLog(f"{self.path}: nothing of it can be read as {self.format}; {source.faults[0]}")
+
+    def _rewound(self) -> Source:
+        if self._closing is None:
+            raise Closed(f"log {self.path}")
+        before = self._source
+        if self._begun:
+            if not before.file.seekable():
+                raise BadLog(f"{self.path}: a stream, which can be read once only")
+            before.file.seek(0)
+            self._source = Source(before.path, before.file)
+        self._begun = True
+        return self._source
+
+
+def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
+    """A log to read, of whatever format: its first bytes tell, or `format`. "-" is standard input.
+
+    >>> with open_log("drive.log") as log:  # doctest: +SKIP
+    ...     for entry in log:
+    ...         print(entry.timestamp_ns, entry.channel, entry.content)
+
+    Where the file is not there, but a killed recording's journal of it, that is read.
+
+    Raises BadLog for a file that is no log, BadValue for an unknown format, OSError for one that does not open.
+    """
+    name = os.fspath(path)
+    if name != "-" and not os.path.exists(name) and os.path.exists(name + SUFFIX):
+        name, format = name + SUFFIX, "journal"
+    with ExitStack() as closing:
+        file: Any = sys.stdin.buffer if name == "-" else closing.enter_context(open(name, "rb"))
+        file, head = _peeked(file)
+        form = format_named(format) if format is not None else format_of_file(name, head)
+        return Log(name, form, file, closing.pop_all())
+
+
+def _peeked(file: BinaryIO) -> tuple[BinaryIO, bytes]:
+    """The file and its first bytes, which stay unread."""
+    if file.seekable():
+        head = file.read(HEAD)
+        file.seek(0)
+        return file, head
+    reader = file if isinstance(file, io.BufferedReader) else io.BufferedReader(cast(Any, file))
+    return reader, reader.peek(HEAD)[:HEAD]

@@ -1,0 +1,73 @@
+"""A node of the lab as a source: it is emptied in the lab's own time, soon after something came."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from canwire.logs.batch import batch_of, in_time, records_of_line
+from canwire.logs.entry import LogEntry, LogMark, MarkKind
+from canwire.values.event import EventKind
+from canwire.values.record import load_numpy
+
+if TYPE_CHECKING:
+    import numpy
+
+_SOON_NS = 5_000_000  # a saturated bus at 1 Mbit/s brings some 100 frames meanwhile
+_EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.OVERRUN)
+
+
+class LabSource:
+    """What a LabNode hears, and its errors and states. `own`: the node was made for this and leaves with it."""
+
+    def __init__(self, node: Any, channel: str, *, own: bool) -> None:
+        self.channel = channel
+        self._node = node
+        self._own = own
+        self._waiting = False
+        node.events()  # they are kept from now on
+
+    def take(self, timeout_s: float) -> numpy.ndarray:
+        """Frames and events by their time; never waits: in the lab time passes where the script lets it."""
+        del timeout_s
+        frames = records_of_line(self._node.receive_array(), 0)
+        events = self._node.events(*_EVENTS)
+        if not events:
+            return frames
+        entries = [LogEntry(event.timestamp_ns, self.channel, event) for event in events]
+        both = load_numpy().concatenate([frames, batch_of(entries, [self.channel]).records])
+        return in_time(both)
+
+    def lost(self) -> int:
+        return int(self._node.lost)
+
+    def marks(self) -> list[LogMark]:
+        settings, now_ns = self._node.settings, self._node.time.now_ns
+        data = settings.data_timing.bit_rate if settings.data_timing is not None else 0
+        return [
+            LogMark(MarkKind.CLOCK, now_ns, text="lab"),
+            LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=settings.timing.bit_rate, data_bit_rate=data),
+        ]
+
+    def start(self, drain: Callable[[], None]) -> bool:
+        time = self._node.time
+
+        def emptied() -> None:
+            self._waiting = False
+            drain()
+
+        def came() -> None:
+            if not self._waiting and not time.closed:
+                self._waiting = True
+                time.at(time.now_ns + _SOON_NS, emptied, background=True)
+
+        self._node.on_frames(came)
+        self._node.on_events(came)
+        return True
+
+    def close(self) -> None:
+        if not self._node.time.closed:
+            self._node.on_frames(None)
+            self._node.on_events(None)
+            if self._own:
+                self._node.close()

@@ -1,0 +1,155 @@
+"""A recording that goes on: what comes from a source goes into files, in a thread or when the lab's time passes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Protocol
+
+from canwire.logs.batch import LogBatch, batch_of
+from canwire.logs.entry import LogEntry, LogMark, MarkKind
+from canwire.logs.recording.files import RecordingFiles
+
+if TYPE_CHECKING:
+    import numpy
+
+_TURN_S = 0.2
+
+
+class RecordingSource(Protocol):
+    """What is recorded: `channel` is its name in the log."""
+
+    channel: str
+
+    def take(self, timeout_s: float) -> numpy.ndarray:
+        """Records of `log_dtype()` that came, waiting for the first; none where none came in time."""
+
+    def lost(self) -> int:
+        """How many frames and events were lost so far because they were not taken in time."""
+
+    def marks(self) -> list[LogMark]:
+        """What the log's beginning says: bit rates, the clock."""
+
+    def start(self, drain: Callable[[], None]) -> bool:
+        """Call `drain` when there is something to take, if it does that itself; False: a thread must."""
+
+    def close(self) -> None:
+        """Take no more."""
+
+
+class Recorder:
+    """A line that is written to files until `close`; made by `record`, a context manager.
+
+    What is older than a second can be read from the files whatever happens to this process. `close` raises what went
+    wrong meanwhile: OSError for a full disk, HubLost.
+    """
+
+    def __init__(self, source: RecordingSource, files: RecordingFiles, closing: ExitStack) -> None:
+        self._source = source
+        self._files = files
+        self._closing = closing
+        self._channels = [source.channel]
+        self._lost = 0
+        self._latest_ns = 0
+        self._error: Exception | None = None
+        self._stop = threading.Event()
+        self._over = threading.Event()
+        self._closed = False
+        entries = [LogEntry(mark.timestamp_ns, source.channel, mark) for mark in source.marks()]
+        if entries:
+            files.write(batch_of(entries, self._channels))
+        self._thread: threading.Thread | None = None
+        if not source.start(self._drain):
+            self._thread = threading.Thread(target=self._run, name="canwire recorder", daemon=True)
+            self._thread.start()
+
+    @property
+    def files(self) -> list[str]:
+        """The files so far, the last one growing."""
+        return list(self._files.files)
+
+    @property
+    def count(self) -> int:
+        """Entries that were handed to the files so far."""
+        return self._files.count
+
+    @property
+    def lost(self) -> int:
+        """Frames and events that came faster than they were taken, so that the log lacks them."""
+        return self._lost
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """What the format cannot hold, and how often it came."""
+        return self._files.left_out
+
+    @property
+    def error(self) -> Exception | None:
+        """What ended the recording before its time, or None."""
+        return self._error
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until the recording ends by an error, `timeout` seconds at most; whether it did."""
+        return self._over.wait(timeout)
+
+    def close(self) -> None:
+        """Write what has come, and finish the file; a second time does nothing. Raises what went wrong meanwhile."""
+        if self._closed:
+            return
+        self._closed = True
+        self._stop.set()
+        try:
+            if self._thread is not None:
+                self._thread.join()
+            with self._closing:
+                if self._error is None:
+                    self._turn(0.0)
+                self._source.close()
+                if self._error is None:
+                    self._files.close()
+        finally:
+            self._over.set()
+        if self._error is not None:
+            raise self._error
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else "over" if self._over.is_set() else "recording"
+        return f"<Recorder of {self._source.channel} to {self.files[-1]!r}: {self.count} entries, {state}>"
+
+    def _run(self) -> None:
+        while not self._stop.is_set() and self._error is None:
+            self._turn(_TURN_S)
+
+    def _drain(self) -> None:
+        """What the lab's time calls; once closed there is nowhere to put anything."""
+        if self._error is None and not self._closed:
+            self._turn(0.0)
+
+    def _turn(self, timeout_s: float) -> None:
+        """Take what there is, and write it; an error ends the recording and is kept for `close`."""
+        try:
+            records = self._source.take(timeout_s)
+            if len(records):
+                self._latest_ns = int(records["time_ns"][-1])
+                self._files.write(LogBatch(records, self._channels))
+            self._tell_losses()
+            self._files.tend()
+        except Exception as error:  # kept and raised again: close() tells it, wait() ends
+            self._error = error
+            self._over.set()
+
+    def _tell_losses(self) -> None:
+        lost = self._source.lost()
+        if lost > self._lost:
+            mark = LogMark(MarkKind.LOST, self._latest_ns, count=lost - self._lost)
+            self._files.write(
+                batch_of([LogEntry(self._latest_ns, self._source.channel, mark)], self._channels)
+            )
+            self._lost = lost

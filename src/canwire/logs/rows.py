@@ -1,0 +1,28 @@
+"""Blocks of different sizes, each size laid out by numpy in rows of bytes, put in their order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from canwire.values.record import load_numpy
+
+
+def in_order(records: Any, kinds: Any, sizes: Mapping[int, int], make: Callable[[Any, int], Any]) -> bytes:
+    """One block a record: `kinds` says which (a small number), `sizes` how large each kind's block is.
+
+    `make(records, kind)` lays out blocks of one kind as rows.
+    """
+    numpy = load_numpy()
+    every = numpy.zeros(max(sizes) + 1, "i8")
+    every[list(sizes)] = list(sizes.values())
+    ends = numpy.cumsum(every[kinds])
+    begins = ends - every[kinds]
+    found = numpy.zeros(int(ends[-1]) if len(ends) else 0, "u1")
+    for kind, size in sizes.items():
+        those = kinds == kind
+        if those.all():
+            return bytes(make(records, kind).tobytes())
+        if those.any():
+            found[begins[those][:, None] + numpy.arange(size)] = make(records[those], kind)
+    return bytes(found.tobytes())

@@ -1,0 +1,146 @@
+"""SQLite: a table `entries` with the columns of columns.py, indexed by time and identifier; python-can's is read."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from typing import TYPE_CHECKING, ClassVar
+
+from canwire.errors import BadFrame, BadLog, BadText
+from canwire.logs.batch import LogBatch
+from canwire.logs.entry import LogEntry, LogKind
+from canwire.logs.form import FormWriter
+from canwire.logs.source import Source
+from canwire.logs.tables.columns import COLUMNS, Row, rows_of
+from canwire.values.error_frame import decode_error_frame
+from canwire.values.frame import Frame
+
+if TYPE_CHECKING:
+    import numpy
+
+_AT_ONCE = 20_000
+_TABLE = """
+create table entries(time_ns integer not null, channel text not null, direction text, type text not null, id integer,
+    extended integer, remote integer, fd integer, brs integer, esi integer, dlc integer, data blob, detail text);
+create table canwire(name text primary key, value text);
+"""
+_INDEX = "create index by_time on entries(time_ns); create index by_id on entries(id, time_ns);"
+
+
+class Writer(FormWriter):
+    """A database of its own; a row is there for good once `sync` has committed it. Indexes are made at the end."""
+
+    holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
+    opens: ClassVar[bool] = False
+
+    def begin(self) -> None:
+        if self.path == "-":
+            raise BadLog("sqlite: a database cannot be written to standard output")
+        open(self.path, "wb").close()
+        self._database = sqlite3.connect(self.path, check_same_thread=False)
+        self._database.executescript(_TABLE)
+        facts = {"version": "1", "dated": str(int(self.dated)), "clock": self.clock}
+        if self.start_ns is not None:
+            facts["start_ns"] = str(self.start_ns)
+        self._database.executemany("insert into canwire values(?, ?)", facts.items())
+        self._database.commit()
+        self._pending = 0
+
+    def put(self, records: numpy.ndarray) -> None:
+        rows = rows_of(records, self.channels)
+        marks = ",".join("?" * len(COLUMNS))
+        self._guarded(lambda: self._database.executemany(f"insert into entries values({marks})", rows))
+        self._pending += len(rows)
+
+    def sync(self) -> None:
+        self._guarded(self._database.commit)
+        self.count += self._pending
+        self._pending = 0
+
+    def end(self) -> None:
+        try:
+            self.sync()
+            self._guarded(lambda: self._database.executescript(_INDEX))
+        finally:
+            self._database.close()
+
+    def _guarded(self, work: object) -> None:
+        """What SQLite says of a full disk, in the system's own words."""
+        try:
+            work()  # type: ignore[operator]
+        except sqlite3.OperationalError as error:
+            if "full" not in str(error) and "disk I/O" not in str(error):
+                raise
+            import errno
+
+            raise OSError(errno.ENOSPC, str(error)) from error
+
+
+def recognises(head: bytes) -> bool:
+    """By its magic words."""
+    return head.startswith(b"SQLite format 3\0")
+
+
+def read(source: Source) -> Iterator[LogBatch]:
+    """By time; a row that means nothing is a fault. Raises BadLog for another database."""
+    if source.path == "-":
+        raise BadLog("sqlite: a database cannot be read from standard input")
+    with closing(sqlite3.connect(f"file:{_quoted(source.path)}?mode=ro", uri=True)) as database:
+        try:
+            yield from _read(source, database)
+        except sqlite3.DatabaseError as error:
+            source.fault("database", str(error))
+
+
+def _read(source: Source, database: sqlite3.Connection) -> Iterator[LogBatch]:
+    tables = {name for (name,) in database.execute("select name from sqlite_master where type='table'")}
+    if "entries" in tables:
+        facts = dict(database.execute("select name, value from canwire")) if "canwire" in tables else {}
+        source.clock = facts.get("clock", "")
+        source.dated = facts.get("dated") == "1"
+        source.start_ns = int(facts["start_ns"]) if "start_ns" in facts else None
+        rows = database.execute(f"select rowid, {', '.join(COLUMNS)} from entries order by rowid")
+    elif "messages" in tables:
+        rows = database.execute(
+            "select rowid, ts, arbitration_id, extended, remote, error, dlc, data from messages order by rowid"
+        )
+    else:
+        raise BadLog(
+            f"{source.path}: a database without a table of entries; it has {', '.join(sorted(tables)) or 'none'}"
+        )
+    parse = _of_ours if "entries" in tables else _of_python_can
+    while listed := rows.fetchmany(_AT_ONCE):
+        found = []
+        for number, *values in listed:
+            try:
+                found.append(parse(values))
+            except (BadFrame, BadText, TypeError, ValueError) as error:
+                source.fault(f"row {number}", str(error))
+        if found:
+            source.infer_date(found[0].timestamp_ns)
+            yield source.batch(found)
+
+
+def _quoted(path: str) -> str:
+    from urllib.parse import quote
+
+    return quote(path)
+
+
+def _of_ours(values: list[object]) -> LogEntry:
+    row = Row(*values)  # type: ignore[arg-type]
+    return row._replace(data=row.data or b"", detail=row.detail or "").entry()
+
+
+def _of_python_can(values: list[object]) -> LogEntry:
+    time_s, id, extended, remote, error, dlc, data = values
+    time_ns = round(float(time_s) * 1e9)  # type: ignore[arg-type]
+    content = bytes(data or b"")  # type: ignore[call-overload]
+    number = int(id)  # type: ignore[call-overload]
+    if error:
+        return LogEntry(time_ns, "can0", decode_error_frame(number | 0x2000_0000, content[:8], time_ns))
+    fd = len(content) > 8
+    frame = Frame(number, b"" if remote else content, extended=bool(extended), remote=bool(remote), fd=fd,
+                  dlc=None if fd else dlc, timestamp_ns=time_ns)  # type: ignore[arg-type]  # fmt: skip
+    return LogEntry(time_ns, "can0", frame)

@@ -1,0 +1,171 @@
+"""A log to write: `create_log`. What a format cannot hold is left out and counted."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, BinaryIO, cast
+
+from canwire.errors import Closed
+from canwire.logs.batch import LogBatch, batch_of
+from canwire.logs.entry import LogEntry, LogKind
+from canwire.logs.form import FormWriter
+from canwire.logs.formats import format_to_write, load_format
+from canwire.values.record import load_numpy
+
+if TYPE_CHECKING:
+    import numpy
+
+_KINDS = {
+    LogKind.CAN_FRAME: "CAN frames",
+    LogKind.CAN_EVENT: "error frames and events",
+    LogKind.LIN_FRAME: "LIN frames",
+    LogKind.LIN_EVENT: "LIN events",
+    LogKind.MARK: "marks (lost counts, gaps, bit rates)",
+}
+_FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+
+
+class LogWriter:
+    """A log file that grows, made by `create_log`; a context manager.
+
+    `write` takes entries, `write_batch` numpy records, the quick way. What was handed in is in the file after `flush`
+    at the latest, and `open_log` reads it from there, unless the format `needs_end`.
+    """
+
+    def __init__(self, format: str, form: FormWriter) -> None:
+        self._format = format
+        self._form = form
+        self._closed = False
+        self._telling(form.begin)
+
+    @property
+    def path(self) -> str:
+        return self._form.path
+
+    @property
+    def format(self) -> str:
+        """The name of its format: "candump", "blf"."""
+        return self._format
+
+    @property
+    def count(self) -> int:
+        """Entries that are in the file; some more may wait for `flush`."""
+        return self._form.count
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels so far."""
+        return list(self._form.channels)
+
+    @property
+    def needs_end(self) -> bool:
+        """The file can be read after `close` only: its format has an index at the end."""
+        return self._form.needs_end
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """What the format cannot hold, and how often it came: {"LIN frames": 3}."""
+        return dict(self._form.left_out)
+
+    def write(self, entry: LogEntry) -> None:
+        """One entry; raises BadValue for what is none, OSError where the disk is full."""
+        self.write_many((entry,))
+
+    def write_many(self, entries: Iterable[LogEntry]) -> None:
+        """Several entries at once."""
+        self.write_batch(batch_of(entries, self._form.channels))
+
+    def write_batch(self, batch: LogBatch) -> None:
+        """Many entries. Raises OSError where the disk is full, which says how many are in the file."""
+        if self._closed:
+            raise Closed(f"log {self.path}")
+        form = self._form
+        records = _renumbered(batch, form.channels)
+        kinds = records["kind"]
+        for kind in LogKind:
+            if kind not in form.holds and (missing := int((kinds == kind).sum())):
+                form.leave_out(_KINDS[kind], missing)
+                records = records[records["kind"] != kind]
+        if len(records):
+            self._telling(lambda: form.put(records))
+
+    def flush(self) -> None:
+        """Everything handed in goes to the operating system, so that it survives this process."""
+        if not self._closed:
+            self._telling(self._form.sync)
+
+    def close(self) -> None:
+        """Finish the file; a second time does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            self._telling(self._form.end)
+        finally:
+            if self._form.file is not None and self.path != "-":
+                self._form.file.close()
+
+    def __enter__(self) -> LogWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else "open"
+        return f"<LogWriter {self.path!r}, {self.format}, {self.count} entries, {state}>"
+
+    def _telling(self, work: Callable[[], None]) -> None:
+        try:
+            work()
+        except OSError as error:
+            if error.errno not in _FULL or error.filename is not None:
+                raise
+            told = f"{os.strerror(error.errno)}; the file ends whole, with its first {self.count} entries"
+            raise OSError(error.errno, told, self.path) from error
+
+
+def _renumbered(batch: LogBatch, channels: list[str]) -> numpy.ndarray:
+    """The batch's records, with channels numbered as in `channels`, to which new names are appended."""
+    records = batch.records
+    if batch.channels is channels:
+        return records
+    for name in batch.channels:
+        if name not in channels:
+            channels.append(name)
+    numbers = [channels.index(name) for name in batch.channels]
+    if numbers != list(range(len(numbers))):
+        records = records.copy()
+        records["channel"] = load_numpy().array(numbers, "u2")[records["channel"]]
+    return records
+
+
+def create_log(
+    path: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+    dated: bool = True,
+    start_ns: int | None = None,
+    clock: str = "",
+) -> LogWriter:
+    """A new log file, its format told by the suffix or by `format`; "-" is standard output. Overwrites.
+
+    `dated`: time stamps count from 1970, else from a zero of their own. `start_ns`: when it began, if that is known
+    (nanoseconds since 1970). `clock`: whose time it is. Raises BadValue for a format there is not, ExtraMissing where a
+    library is missing, OSError for a file that does not open.
+
+    >>> with create_log("out.log") as log:  # doctest: +SKIP
+    ...     log.write(LogEntry(1_000_000, "can0", Frame(0x123), "R"))
+    """
+    name = os.fspath(path)
+    row = format_to_write(name, format)
+    writer: type[FormWriter] = load_format(row).Writer
+    file: BinaryIO | None
+    if name == "-":
+        file = sys.stdout.buffer if writer.opens else None
+    else:
+        file = cast(BinaryIO, open(name, "wb", buffering=0)) if writer.opens else None  # noqa: SIM115
+    return LogWriter(row.name, writer(name, file, dated=dated, start_ns=start_ns, clock=clock))
