@@ -23,12 +23,12 @@ import json
 import os
 import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 
 from canwire import BadValue, Frame, Lab, LabBus, LogLine, QueueFull, format_log_line
 from canwire.commands.console import complain
-from canwire.commands.dump.filters import Filter, accepts, parse_filters
+from canwire.commands.dump.filters import Capture, parse_capture
 from canwire.commands.lab.any_log import AnyLog, log_to_play
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
 from canwire.commands.lab.output import Output, opened
@@ -118,7 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    wanted = wanted_by_filters(parse_filters(arguments.filter))
+    wanted = wanted_by(parse_capture(arguments.filter, (), False))
     if not arguments.line and not arguments.map:
         _refuse_others(
             arguments, _SHARED_ONLY, "that is for a shared line; name one behind the log, can0 perhaps"
@@ -142,9 +142,9 @@ def _rounds(text: str) -> int:
     return 0 if text == "i" else int(text)
 
 
-def wanted_by_filters(filters: Sequence[Filter]) -> Callable[[Frame], bool] | None:
+def wanted_by(capture: Capture) -> Callable[[Frame], bool] | None:
     """Whether a frame is to be played; None: all are."""
-    return (lambda frame: accepts(filters, frame)) if filters else None
+    return capture.accepts if capture.filters else None
 
 
 def _refuse_others(arguments: argparse.Namespace, names: tuple[str, ...], why: str) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from canwire import EXTENDED, BadValue, LogBatch, LogKind
-from canwire.commands.dump.filters import Filter, parse_filters
+from canwire.commands.dump.filters import Masked, Span, parse_capture
 
 if TYPE_CHECKING:
     import numpy
@@ -20,7 +20,7 @@ def add_filter_argument(parser: argparse._ActionsContainer) -> None:
         action="append",
         default=[],
         metavar="ID:MASK",
-        help="these frames only, ID~MASK all others; again, or with commas: any of them; 8 digits: extended",
+        help="these frames only: ID, FIRST-LAST, ID:MASK, ~ID all others; again, or with commas: any of them",
     )
 
 
@@ -43,20 +43,26 @@ def parsed_map(texts: Sequence[str]) -> dict[str, str]:
 
 def chosen_by(texts: Sequence[str]) -> Callable[[LogBatch], LogBatch] | None:
     """What leaves only the frames of --filter in a batch, and all that is no frame; None without filters."""
-    filters = parse_filters(texts)
-    if not filters:
+    capture = parse_capture(texts, (), False)
+    if not capture.filters:
         return None
 
     def choose(batch: LogBatch) -> LogBatch:
-        keep = batch.records["kind"] != LogKind.CAN_FRAME
-        for each in filters:
-            keep |= _accepted(each, batch.records)
-        return LogBatch(batch.records[keep], batch.channels)
+        records = batch.records
+        met = [_accepted(each, records) for each in capture.filters]
+        passes = met[0]
+        for each in met[1:]:
+            passes = passes & each if capture.joined else passes | each
+        keep = passes | (records["kind"] != LogKind.CAN_FRAME)
+        return LogBatch(records[keep], batch.channels)
 
     return choose
 
 
-def _accepted(each: Filter, records: numpy.ndarray) -> Any:
-    extended = records["info"] & EXTENDED != 0
-    met = (extended == each.extended) & ((records["id"] ^ each.code) & each.mask == 0)
-    return (met != each.inverted) & (records["kind"] == LogKind.CAN_FRAME)
+def _accepted(each: Masked | Span, records: numpy.ndarray) -> Any:
+    ids = records["id"]
+    if isinstance(each, Span):
+        met = (ids >= each.first) & (ids <= each.last)
+    else:
+        met = (ids ^ each.code) & each.mask == 0
+    return (met & ((records["info"] & EXTENDED != 0) == each.extended)) != each.inverted
