@@ -7,7 +7,6 @@ import errno
 import hashlib
 import os
 import re
-import secrets
 import sqlite3
 import stat
 from collections.abc import Iterator
@@ -20,8 +19,10 @@ from canwire.platform.portable.memory import check_private
 TOKEN_SIZE = 32
 _TEXT = re.compile(rb"canwire hub on loopback, version 1\nport (\d{1,5})\ntoken ([0-9a-f]{64})\n")
 _LARGEST = 256  # bytes of such a file; more is none
-_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0)
-_OLD = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+_OLD = os.O_RDONLY
+for _flag in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY", "O_NOINHERIT"):
+    _OLD |= getattr(os, _flag, 0)
 _NO_PLACE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP, errno.ENXIO, errno.EISDIR)  # nothing, a link, a socket
 _LOCK_PATIENCE_S = 10.0
 
@@ -39,7 +40,9 @@ class Place:
 
     def write(self, path: str) -> None:
         """Under `path`, all at once and readable for this user alone; in place of what was there."""
-        own = f"{path}.{secrets.token_hex(8)}"
+        own = f"{path}.new"
+        with contextlib.suppress(FileNotFoundError):  # of a hub that was killed while it wrote
+            os.unlink(own)
         text = f"canwire hub on loopback, version 1\nport {self.port}\ntoken {self.token.hex()}\n"
         try:
             descriptor = os.open(own, _NEW, 0o600)
@@ -65,18 +68,18 @@ def read_place(path: str) -> Place | None:
         if error.errno in _NO_PLACE:
             return None
         raise HubError(f"{path}: {error.strerror or error}") from error
-    with open(descriptor, "rb") as file:
+    try:
         state = os.fstat(descriptor)
-        if not stat.S_ISREG(state.st_mode):
-            return None
-        text = file.read(_LARGEST + 1)
-        found = _TEXT.fullmatch(text)
-        if found is None:
-            return None
-        try:
-            check_private(path, state)
-        except PermissionError as error:
-            raise HubError(f"{error}; choose another path") from None
+        text = os.read(descriptor, _LARGEST + 1) if stat.S_ISREG(state.st_mode) else b""
+    finally:
+        os.close(descriptor)
+    found = _TEXT.fullmatch(text)
+    if found is None or not 0 < int(found[1]) < 1 << 16:
+        return None
+    try:
+        check_private(path, state)
+    except PermissionError as error:
+        raise HubError(f"{error}; choose another path") from None
     return Place(int(found[1]), bytes.fromhex(found[2].decode()))
 
 

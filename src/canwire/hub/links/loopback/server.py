@@ -11,6 +11,8 @@ from canwire.hub.links.loopback.connection import LoopbackConnection
 from canwire.hub.links.loopback.place import TOKEN_SIZE, Place, remove_place
 from canwire.hub.links.loopback.sockets import REST, listen_at
 from canwire.hub.links.stream.server import StreamServer
+from canwire.places import runtime_directory
+from canwire.platform.portable.memory import remove_stale
 
 if TYPE_CHECKING:
     from canwire.hub.owner.engine import Engine
@@ -23,6 +25,7 @@ class LoopbackServer(StreamServer):
 
     def _listen(self) -> socket.socket:
         self._strangers: dict[Caller, None] = {}
+        remove_stale(runtime_directory())
         listener, self._place = listen_at(self.path)
         return listener
 
