@@ -21,6 +21,7 @@ FILES = (
 LONGEST_S = 280
 
 
+@pytest.mark.conforms("N-19")
 @pytest.mark.skipif(PORTABLE, reason="this is that run")
 def test_the_links_and_handles_of_hubs(tmp_path: Path) -> None:
     environment = os.environ | {"CANWIRE_PLATFORM": "portable", "XDG_RUNTIME_DIR": str(tmp_path)}

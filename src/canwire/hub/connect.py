@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue
 from canwire.hub.handles.hub import Hub
-from canwire.hub.links.chosen import RemoteLink, somebody_listens
+from canwire.hub.links.calling import RemoteLink, somebody_listens
 from canwire.hub.usual import default_address
 
 if TYPE_CHECKING:

@@ -29,7 +29,8 @@ from canwire import (
     errors,
 )
 from canwire.boards.config.configuration import Config
-from canwire.hub.links.chosen import RemoteLink, Server
+from canwire.hub.links.answering import Server
+from canwire.hub.links.calling import RemoteLink
 from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.engine import Engine

@@ -25,7 +25,8 @@ from hypothesis import strategies as st
 
 from canwire import CanwireError, HubError
 from canwire.boards.config.configuration import Config
-from canwire.hub.links.chosen import Server, somebody_listens
+from canwire.hub.links.answering import Server
+from canwire.hub.links.calling import somebody_listens
 from canwire.hub.links.stream.outbox import Outbox
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World

@@ -1,8 +1,8 @@
 """Shared memory as files: of a random name, for their user alone, gone as soon as nobody needs the name any more.
 
 The hub makes such a file; the name is removed once each of its descriptors in that process is closed, which is
-when the client has opened the file too. Windows removes it by itself with the last one who has it open (O_TEMPORARY).
-What a killed process left behind is removed by the next one that makes any.
+when the client has opened the file too. Windows removes no file that anybody has mapped: there it stays until the next
+one is made after that. What a killed process left behind is removed by the next one that makes any.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ _FLAGS = (
     | getattr(os, "O_NOFOLLOW", 0)
     | getattr(os, "O_BINARY", 0)
     | getattr(os, "O_NOINHERIT", 0)
-    | getattr(os, "O_TEMPORARY", 0)
-    | getattr(os, "O_SHORT_LIVED", 0)
 )
 
 
@@ -48,7 +46,7 @@ class _Name:
             self._users -= 1
             last = not self._users
         if last:
-            with contextlib.suppress(OSError):  # Windows has removed it, or will
+            with contextlib.suppress(OSError):  # Windows: it is mapped; remove_stale's business
                 os.unlink(self.path)
 
 
@@ -108,7 +106,7 @@ def check_private(path: str, state: os.stat_result) -> None:
 def create_memory(size: int) -> Memory:
     """New shared memory of zeros; raises OSError where there is no room for it."""
     directory = runtime_directory()
-    if directory not in _SWEPT:
+    if sys.platform == "win32" or directory not in _SWEPT:
         _SWEPT.add(directory)
         remove_stale(directory)
     path = os.path.join(directory, f"canwire-{os.getpid()}-{secrets.token_hex(16)}.ring")
@@ -148,9 +146,9 @@ def close_descriptors(*things: Memory | EventDescriptor) -> None:
 
 
 def remove_stale(directory: str) -> list[str]:
-    """Remove what processes left there that are gone; returns the names. Windows leaves none."""
+    """Remove what nobody has any more: files of processes that are gone; returns the names."""
     removed = []
-    for name in os.listdir(directory) if sys.platform != "win32" else ():
+    for name in os.listdir(directory):
         found = _NAME.fullmatch(name)
         if found and not _lives(int(found[1])):
             with contextlib.suppress(OSError):  # somebody else was quicker
@@ -160,6 +158,8 @@ def remove_stale(directory: str) -> list[str]:
 
 
 def _lives(process: int) -> bool:
+    if sys.platform == "win32":  # there no file can be removed that anybody has open: trying tells
+        return False
     try:
         os.kill(process, 0)
     except ProcessLookupError:

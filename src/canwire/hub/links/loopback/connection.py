@@ -78,13 +78,17 @@ class LoopbackConnection(Connection):
                 self._engine.post(partial(self._tell_here, number))
 
     def _tell_here(self, number: int) -> None:
+        """At once, since somebody waits; what the socket does not take goes out later."""
         if self._closed:
             return
         try:
             self._outbox.put(asides.numbered(asides.SIGNALLED, number))
+            self._outbox.flush()
         except LimitReached:  # it does not read
             self._engine.post(self.close)
-        else:
+        except OSError:  # it is gone, which is found out once more where it may be closed
+            self._flush_soon()
+        if self._outbox:
             self._flush_soon()
 
 

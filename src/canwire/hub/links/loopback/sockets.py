@@ -21,6 +21,7 @@ from canwire.platform.portable.pairs import LOOPBACK, loopback_listener
 REST = struct.Struct("<16sI")  # of a caller's first bytes, behind the token: nonce, process
 NONCE_SIZE, PROOF_SIZE = 16, 32
 _BACKLOG = 1024  # callers that wait to be let in; systems have limits of their own
+_CONNECT_TIMEOUT_S = 5.0  # a dead port is refused at once, but Windows asks again for two seconds
 _DIAL_TIMEOUT_S = 2.0
 
 
@@ -50,7 +51,7 @@ def dial(address: str) -> socket.socket:
         raise HubLost(_NOBODY.format(address))
     connection = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        connection.settimeout(_DIAL_TIMEOUT_S)
+        connection.settimeout(_CONNECT_TIMEOUT_S)
         connection.connect((LOOPBACK, place.port))
         proven = _introduce(connection, place)
         connection.settimeout(None)
@@ -74,7 +75,7 @@ def somebody_listens(path: str) -> bool:
     if place is None:
         return False
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as caller:
-        caller.settimeout(_DIAL_TIMEOUT_S)
+        caller.settimeout(_CONNECT_TIMEOUT_S)
         try:
             caller.connect((LOOPBACK, place.port))
             return _introduce(caller, place)
@@ -87,6 +88,7 @@ def somebody_listens(path: str) -> bool:
 def _introduce(connection: socket.socket, place: Place) -> bool:
     """Show that this process knows the token; does the other side, too?"""
     nonce = secrets.token_bytes(NONCE_SIZE)
+    connection.settimeout(_DIAL_TIMEOUT_S)
     connection.sendall(place.token + REST.pack(nonce, os.getpid()))
     proof = b""
     while len(proof) < PROOF_SIZE:

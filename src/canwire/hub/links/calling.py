@@ -1,4 +1,4 @@
-"""How programs reach a hub in another process on this system: over a Unix socket, or the loopback address."""
+"""How programs call a hub in another process on this system: over a Unix socket, or the loopback address."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from canwire.platform import PORTABLE
 
 if TYPE_CHECKING or not PORTABLE:
     from canwire.hub.links.unix_socket.client import SocketLink as RemoteLink
-    from canwire.hub.links.unix_socket.server import Server
     from canwire.hub.links.unix_socket.sockets import somebody_listens
 else:
     from canwire.hub.links.loopback.client import LoopbackLink as RemoteLink
-    from canwire.hub.links.loopback.server import LoopbackServer as Server
     from canwire.hub.links.loopback.sockets import somebody_listens
 
-__all__ = ["RemoteLink", "Server", "somebody_listens"]
+__all__ = ["RemoteLink", "somebody_listens"]
