@@ -193,7 +193,7 @@ def test_a_start_that_another_one_holds_up_says_so(home: Path, monkeypatch: pyte
     monkeypatch.setattr(place, "_LOCK_PATIENCE_S", 0.0)
     with (
         place.changing_places(),
-        pytest.raises(HubError, match="another hub of this user has been starting"),
+        pytest.raises(HubError, match="another hub of this user is starting"),
         place.changing_places(),
     ):
         pass
@@ -430,6 +430,17 @@ def test_signals_find_their_client_and_its_own_find_the_others(told: list[int]) 
     mine.signal()
     passing.take(asides.numbered(asides.SIGNALLED, 1)[m.LENGTH.size :])  # of one that is gone
     assert (mine.wait(0), told) == (True, [1, 1])
+
+
+def test_nothing_is_kept_of_events_that_the_hub_closed_though_the_client_says_nothing(
+    told: list[int],
+) -> None:
+    passing = Passing(told.append)
+    for _ in range(3):
+        shared = events.shared_event()
+        passing.hand_over(shared.copies())
+        shared.close()
+    assert passing._events == {}
 
 
 @given(data=st.binary(max_size=64), letter=st.sampled_from([b"S", b"D"]))

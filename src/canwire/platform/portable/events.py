@@ -31,6 +31,8 @@ class Follower(Protocol):
 
     def heard(self) -> None: ...
     def cleared(self) -> None: ...
+    def ended(self) -> None:
+        """The hub has closed its event: no other copy is signalled any more."""
 
 
 class EventDescriptor(Waiting):
@@ -127,6 +129,11 @@ class EventDescriptor(Waiting):
         with self._lock:
             self._followers = tuple(other for other in self._followers if other is not follower)
 
+    def end(self) -> None:
+        """The hub has closed the event that this is a copy of."""
+        for follower in self._followers:
+            follower.ended()
+
     def close(self) -> None:
         """A second time does nothing; from now on nothing is signalled here."""
         with self._lock:
@@ -218,7 +225,9 @@ class SharedEvent:
     def close(self) -> None:
         """Nothing is signalled any more; clients keep what they have."""
         with self._lock:
-            self._copies = ()
+            copies, self._copies = self._copies, ()
+        for copy in copies:
+            copy.end()
 
 
 def shared_event(*, both_ways: bool = False) -> SharedEvent:
@@ -257,6 +266,9 @@ class AnyOf:
         self._own.clear()
         if any(event.is_set() for event in self._events):
             self._own.signal()
+
+    def ended(self) -> None:
+        """Its owner may still signal it."""
 
     def close(self) -> None:
         for event in self._events:

@@ -40,8 +40,7 @@ class LoopbackLink(StreamLink):
 
     def ring(self, number: int) -> None:
         """Tell the hub that this event was signalled here."""
-        if self._pid == os.getpid():
-            self._say(asides.numbered(asides.SIGNALLED, number))
+        self._say(asides.numbered(asides.SIGNALLED, number))
 
     def leave(self, number: int) -> None:
         """This event was closed here; also called by the garbage collector, so that it takes no locks."""
@@ -54,6 +53,8 @@ class LoopbackLink(StreamLink):
         return super()._ask(request)
 
     def _say(self, aside: bytes) -> None:
+        if self._pid != os.getpid():  # in a fork: the connection is the parent's
+            return
         with contextlib.suppress(OSError), self._sending:  # the receiving thread finds out what was wrong
             self._socket.sendall(aside)
 

@@ -54,8 +54,7 @@ class Passing:
             if event is None:  # the hub has closed it meanwhile
                 return
             if letter == asides.DROPPED:
-                del self._events[number]
-                event.close()
+                self._forget(number)
             else:
                 event.tell_others()
 
@@ -63,16 +62,20 @@ class Passing:
         """The client is gone."""
         while self._unfetched:
             _close(self._unfetched.popleft())
-        for event in self._events.values():
+        for number in list(self._events):
+            self._forget(number)
+
+    def _forget(self, number: int) -> None:
+        event = self._events.pop(number, None)
+        if event is not None:
             event.close()
-        self._events.clear()
 
     def _item(self, thing: Memory | EventDescriptor) -> tuple[str, int, str]:
         if isinstance(thing, Memory):
             return asides.MEMORY, 0, thing.path
         self._last += 1
         self._events[self._last] = thing
-        relay = _Relay(self._last, self._tell)
+        relay = _Relay(self._last, self._tell, self._forget)
         thing.follow(relay)
         if thing.is_set():
             relay.heard()
@@ -84,15 +87,19 @@ class Passing:
 class _Relay:
     """Follows a copy of an event, and tells its client."""
 
-    def __init__(self, number: int, tell: Callable[[int], object]) -> None:
+    def __init__(self, number: int, tell: Callable[[int], object], forget: Callable[[int], object]) -> None:
         self._number = number
         self._tell = tell
+        self._forget = forget
 
     def heard(self) -> None:
         self._tell(self._number)
 
     def cleared(self) -> None:
         """The client has a signal of its own to clear."""
+
+    def ended(self) -> None:
+        self._forget(self._number)
 
 
 def _close(memories: list[Memory]) -> None:

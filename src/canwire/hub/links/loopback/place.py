@@ -96,16 +96,16 @@ def changing_places() -> Iterator[None]:
 
     No lock of files is the same everywhere; SQLite knows them all, and its locks end with the process.
     """
-    lock = sqlite3.connect(
-        os.path.join(runtime_directory(), "canwire.lock"), _LOCK_PATIENCE_S, isolation_level=None
-    )
+    path = os.path.join(runtime_directory(), "canwire.lock")
+    lock = sqlite3.connect(path, _LOCK_PATIENCE_S, isolation_level=None)
     try:
         lock.execute("BEGIN EXCLUSIVE")
-        yield
-        lock.execute("ROLLBACK")
-    except sqlite3.OperationalError as error:
-        raise HubError(
-            f"another hub of this user has been starting for {_LOCK_PATIENCE_S:.0f} seconds: {error}"
-        ) from None
-    finally:
+    except sqlite3.Error as error:
         lock.close()
+        raise HubError(
+            f"{path}: {error}; another hub of this user is starting, and has been for {_LOCK_PATIENCE_S:.0f} seconds"
+        ) from None
+    try:
+        yield
+    finally:
+        lock.close()  # which ends the transaction

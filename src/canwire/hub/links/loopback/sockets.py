@@ -110,7 +110,7 @@ def _make_room(path: str) -> None:
         )
     if somebody_listens(path):
         raise HubError(f"another hub listens on {path}; connect to that one, or give --socket another path")
-    with contextlib.suppress(FileNotFoundError):  # that one has ended this very moment
+    with contextlib.suppress(FileNotFoundError):  # it has been removed this very moment
         os.unlink(path)
 
 
