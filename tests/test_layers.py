@@ -20,8 +20,8 @@ DOOR = "canwire"
 ROOMS = [
     "errors",
     "version",
-    "platform",
     "places",
+    "platform",
     "_mem",
     "values",
     "ldf",

@@ -8,9 +8,6 @@ import stat
 import sys
 from collections.abc import Iterator
 
-if sys.platform != "win32":
-    import fcntl
-
 
 def runtime_directory() -> str:
     """Where this user's sockets live: XDG_RUNTIME_DIR, else a directory of the user's own in the temporary one."""
@@ -20,6 +17,10 @@ def runtime_directory() -> str:
         return given
     import tempfile  # some milliseconds that few need
 
+    if not hasattr(os, "getuid"):  # Windows: below the user's profile, whose rights it inherits
+        own = os.path.join(state_directory(), "run")
+        os.makedirs(own, exist_ok=True)
+        return own
     own = os.path.join(tempfile.gettempdir(), f"canwire-{os.getuid()}")
     os.makedirs(own, mode=0o700, exist_ok=True)
     state = os.lstat(own)
@@ -32,6 +33,8 @@ def runtime_directory() -> str:
 
 def _check_given(path: str) -> None:
     """Raises PermissionError where somebody else could put a socket in the place of ours."""
+    if not hasattr(os, "getuid"):
+        return
     state = os.stat(path)
     if os.getuid() not in (0, state.st_uid):
         raise PermissionError(
@@ -56,6 +59,8 @@ def state_directory() -> str:
 @contextlib.contextmanager
 def locked_directory(path: str) -> Iterator[None]:
     """Keep every other program out that asks for the same directory; it goes with the process, if need be."""
+    import fcntl  # not everywhere, and needed by hubs on Unix sockets alone
+
     descriptor = os.open(path, os.O_RDONLY)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import platform
 from canwire.platform import EventDescriptor, close_descriptors
+from canwire.platform import linux as platform
 from tests.attacks.clients import Honest, hostile
 from tests.hubs import LONG_S, Served, serving
 

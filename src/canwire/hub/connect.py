@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue
 from canwire.hub.handles.hub import Hub
-from canwire.hub.links.unix_socket.client import SocketLink
-from canwire.hub.links.unix_socket.sockets import somebody_listens
+from canwire.hub.links.calling import RemoteLink, somebody_listens
 from canwire.hub.usual import default_address
 
 if TYPE_CHECKING:
@@ -42,10 +41,10 @@ def connect(
         return _hub(fresh_link("real" if time is None else time, config, name))
     address = address or os.environ.get("CANWIRE_HUB")
     if address:
-        return _hub(SocketLink(address, name))
+        return _hub(RemoteLink(address, name))
     usual = default_address()
     if somebody_listens(usual):
-        return _hub(SocketLink(usual, name))
+        return _hub(RemoteLink(usual, name))
     from canwire.hub.in_process import (
         common_link,
     )  # boards and all, which who uses a shared hub has no need of

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.wiring import config_warnings
 from canwire.errors import HubError
-from canwire.hub.links.unix_socket.server import Server
+from canwire.hub.links.answering import Server
 from canwire.hub.owner.engine import REAL, Engine
 from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config

@@ -15,7 +15,7 @@ from canwire.bus.can.faults.faults import Faults
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
 from canwire.errors import HubLost
-from canwire.hub.links.unix_socket.server import Server
+from canwire.hub.links.answering import Server
 from canwire.hub.owner.bench import Bench
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.pace import BenchPace

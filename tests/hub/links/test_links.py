@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
-import socket
 import subprocess
 import sys
 import threading
@@ -31,17 +29,17 @@ from canwire import (
     errors,
 )
 from canwire.boards.config.configuration import Config
+from canwire.hub.links.answering import Server
+from canwire.hub.links.calling import RemoteLink
 from canwire.hub.links.local import LocalLink
-from canwire.hub.links.unix_socket.client import SocketLink
-from canwire.hub.links.unix_socket.server import Server
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Link
+from tests.hub.links.ways import AGES, accept, leave_dead, listen, unix_only
 
-AGES = 20.0  # seconds; only a broken build waits that long
 SLOW = BitTiming.for_bit_rate(125_000, clock_hz=80_000_000)
 
 
@@ -54,7 +52,7 @@ class Place:
         self.links: list[Link] = []
 
     def link(self, name: str = "test") -> Link:
-        link = LocalLink(self.engine, name) if self.server is None else SocketLink(self.server.path, name)
+        link = LocalLink(self.engine, name) if self.server is None else RemoteLink(self.server.path, name)
         self.links.append(link)
         return link
 
@@ -128,7 +126,10 @@ def test_a_callers_mistake_costs_nothing(place: Place) -> None:
     assert link.call(m.ListBoards())
 
 
+@unix_only
 def test_descriptors_are_the_clients_own(place: Place) -> None:
+    import fcntl
+
     link = place.link()
     created, first = link.call(m.CreateFifo(10, 16))
     opened, second = link.call(m.OpenFifo(created.fifo, "reader"))
@@ -402,12 +403,11 @@ def test_other_names_are_plain_errors(name: str) -> None:
 def test_nobody_there(tmp_path: Path) -> None:
     path = str(tmp_path / "nobody")
     with pytest.raises(HubLost, match="canwire serve --socket") as error:
-        SocketLink(path, "test")
+        RemoteLink(path, "test")
     assert path in str(error.value)
-    with socket.socket(socket.AF_UNIX) as dead:
-        dead.bind(path)
+    leave_dead(path)
     with pytest.raises(HubLost, match="canwire serve --socket"):
-        SocketLink(path, "test")
+        RemoteLink(path, "test")
 
 
 class Impostor:
@@ -417,14 +417,12 @@ class Impostor:
         self.path = str(path)
         self._answer = answer
         self._then_close = then_close
-        self._listener = socket.socket(socket.AF_UNIX)
-        self._listener.bind(self.path)
-        self._listener.listen()
+        self._listener = listen(self.path)
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
     def _run(self) -> None:
-        caller, _ = self._listener.accept()
+        caller = accept(self._listener, self.path)
         with caller, self._listener:
             caller.recv(1000)
             caller.sendall(self._answer)
@@ -444,7 +442,7 @@ def test_somebody_who_does_not_answer_is_no_hub(tmp_path: Path) -> None:
         Impostor(tmp_path / "s", b"", then_close=False) as silent,
         pytest.raises(HubLost, match="does not answer"),
     ):
-        SocketLink(silent.path, "test")
+        RemoteLink(silent.path, "test")
 
 
 @pytest.mark.parametrize(
@@ -460,7 +458,7 @@ def test_somebody_who_talks_rubbish_is_no_hub(
     tmp_path: Path, answer: bytes, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with Impostor(tmp_path / "s", answer) as rubbish, pytest.raises(HubLost):
-        SocketLink(rubbish.path, "test")
+        RemoteLink(rubbish.path, "test")
 
 
 def test_another_version_says_what_to_do(tmp_path: Path) -> None:
@@ -471,13 +469,13 @@ def test_another_version_says_what_to_do(tmp_path: Path) -> None:
         Impostor(tmp_path / "s", m.encode_reply(1, words)) as newer,
         pytest.raises(CanwireError, match="install the same canwire"),
     ):
-        SocketLink(newer.path, "test")
+        RemoteLink(newer.path, "test")
 
 
 def test_the_hubs_last_words_are_passed_on(tmp_path: Path) -> None:
     words = m.encode_reply(0, m.Failed("HubError", "this hub belongs to user 12"))
     with Impostor(tmp_path / "s", words) as other, pytest.raises(HubLost, match="belongs to user 12"):
-        SocketLink(other.path, "test")
+        RemoteLink(other.path, "test")
 
 
 FORK = r"""

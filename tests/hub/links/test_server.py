@@ -12,7 +12,6 @@ import os
 import resource
 import socket
 import stat
-import struct
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -26,15 +25,14 @@ from hypothesis import strategies as st
 
 from canwire import CanwireError, HubError
 from canwire.boards.config.configuration import Config
-from canwire.hub.links.unix_socket import sockets
-from canwire.hub.links.unix_socket.outbox import Outbox
-from canwire.hub.links.unix_socket.server import Server
-from canwire.hub.links.unix_socket.sockets import somebody_listens
+from canwire.hub.links.answering import Server
+from canwire.hub.links.calling import somebody_listens
+from canwire.hub.links.stream.outbox import Outbox
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
+from tests.hub.links.ways import AGES, Stream, address_at, bare, leave_dead, sockets, unix_only
 
-AGES = 20.0  # seconds; only a broken build waits that long
 HELLO = m.encode_request(1, m.Hello(m.VERSION, os.getpid(), "wire"))
 
 
@@ -57,16 +55,12 @@ class Hub:
         self.engine.close()
 
 
-class Wire:
+class Wire(Stream):
     """A client that sends whatever bytes it likes."""
 
     def __init__(self, hub: Hub) -> None:
-        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self.socket.settimeout(AGES)
-        self.socket.connect(hub.path)
-        self._inbox = m.Inbox(m.LARGEST_REPLY)
+        super().__init__(hub.path)
         self._replies: list[tuple[int, Any]] = []
-        self.descriptors: list[int] = []
 
     def send(self, *data: bytes) -> Wire:
         with contextlib.suppress(OSError):  # the hub may hang up in the middle of it
@@ -85,14 +79,7 @@ class Wire:
     def reply(self) -> tuple[int, Any]:
         """The next reply or notice; raises EOFError once the hub has hung up."""
         while not self._replies:
-            try:
-                data, descriptors, _, _ = socket.recv_fds(self.socket, 1 << 16, 64)
-            except ConnectionResetError:
-                data, descriptors = b"", []
-            if not data:
-                raise EOFError
-            self.descriptors += descriptors
-            for payload in self._inbox.feed(data):
+            for payload in self.receive():
                 serial, count, reply = m.decode_reply(payload)
                 assert count <= len(self.descriptors)
                 self._replies.append((serial, reply))
@@ -105,12 +92,6 @@ class Wire:
             while True:
                 found.append(self.reply())
         return found
-
-    def close(self) -> None:
-        self.socket.close()
-        for descriptor in self.descriptors:
-            os.close(descriptor)
-        self.descriptors = []
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -185,8 +166,7 @@ def test_a_living_hubs_socket_is_left_alone(hub: Hub, bystander: Wire) -> None:
 
 
 def test_a_dead_hubs_socket_is_replaced(tmp_path: Path) -> None:
-    with socket.socket(socket.AF_UNIX) as dead:
-        dead.bind(str(tmp_path / "s"))
+    leave_dead(tmp_path / "s")
     hub = Hub(tmp_path / "s")
     wire = Wire(hub).send(HELLO)
     assert isinstance(wire.reply()[1], m.Welcome)
@@ -221,8 +201,7 @@ def test_of_many_hubs_that_start_at_once_one_wins(tmp_path: Path, monkeypatch: p
         return found
 
     monkeypatch.setattr(sockets, "somebody_listens", slowly)
-    with socket.socket(socket.AF_UNIX) as dead:
-        dead.bind(str(tmp_path / "s"))
+    leave_dead(tmp_path / "s")
     engine = Engine(World(Config.default()), "fast")
     won: list[Server] = []
     refused: list[HubError] = []
@@ -245,6 +224,7 @@ def test_of_many_hubs_that_start_at_once_one_wins(tmp_path: Path, monkeypatch: p
     engine.close()
 
 
+@unix_only
 def test_too_long_a_path_says_so(tmp_path: Path) -> None:
     engine = Engine(World(Config.default()), "fast")
     with pytest.raises(CanwireError, match="too long"):
@@ -265,10 +245,9 @@ def test_virtual_time_is_not_for_servers(tmp_path: Path) -> None:
 def test_hello_is_welcomed_with_a_doorbell(hub: Hub, wire: Wire) -> None:
     serial, welcome = wire.send(HELLO).reply()
     assert (serial, welcome) == (1, m.Welcome(m.VERSION, "fast"))
-    assert len(wire.descriptors) == 1
     kicked: list[object] = []
     hub.engine.world.kick = kicked.append  # type: ignore[method-assign, assignment]
-    os.write(wire.descriptors[0], struct.pack("=Q", 1))
+    wire.ring()
     until(lambda: hub.engine.call(lambda: list(kicked)) == hub.engine.world.sessions)
 
 
@@ -370,6 +349,7 @@ def test_a_truncated_request_and_a_hang_up(hub: Hub, wire: Wire, bystander: Wire
     hub.wait_for_sessions(1)
 
 
+@unix_only
 def test_descriptors_from_a_client_are_dropped(hub: Hub, wire: Wire) -> None:
     """A hub takes none: they must not pile up in it."""
     wire.send(HELLO)
@@ -422,7 +402,7 @@ def test_a_doorbell_whose_kick_fails_costs_one_session(
         raise ArithmeticError("a bug")
 
     hub.engine.world.kick = broken  # type: ignore[method-assign, assignment]
-    os.write(wire.descriptors[0], struct.pack("=Q", 1))
+    wire.ring()
     assert wire.rest() == []
     hub.wait_for_sessions(1)
     assert "ArithmeticError: a bug" in capfd.readouterr().err
@@ -475,6 +455,7 @@ class Reluctant:
         return taken
 
 
+@unix_only
 def test_descriptors_go_with_the_first_byte_of_their_message_only() -> None:
     reluctant: Any = Reluctant()
     outbox = Outbox(reluctant)
@@ -534,7 +515,7 @@ def test_replies_come_in_pieces_and_descriptors_once(hub: Hub, wire: Wire) -> No
 
 def test_callers_beyond_the_limit_of_descriptors_are_turned_away(hub: Hub, bystander: Wire) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    caller = socket.socket(socket.AF_UNIX)
+    caller, address = bare(), address_at(hub.path)
     gc.collect()
     used = max(map(int, os.listdir("/proc/self/fd"))) + 1
     plugs = []
@@ -543,7 +524,7 @@ def test_callers_beyond_the_limit_of_descriptors_are_turned_away(hub: Hub, bysta
         with contextlib.suppress(OSError):
             while True:
                 plugs.append(os.dup(caller.fileno()))
-        caller.connect(hub.path)
+        caller.connect(address)
         caller.settimeout(AGES)
         assert caller.recv(1) == b""
     finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import subprocess
 import sys
@@ -241,7 +242,7 @@ def test_two_processes(hub_process: str, source_directory: str, event: canwire.E
             [sys.executable, "-c", SUMS, hub_process, *ids, str(count)],
             stdout=subprocess.PIPE,
             text=True,
-            env={"PYTHONPATH": source_directory},
+            env={**os.environ, "PYTHONPATH": source_directory},
         )
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
-import select
 import threading
 import time
 from collections.abc import Callable
 from typing import Protocol
 
 from canwire.errors import BadValue
-from canwire.platform import EventDescriptor, wait_readable
-
-_HAS_EPOLL = hasattr(select, "epoll")
+from canwire.platform import AnyOf, EventDescriptor, wait_readable
 
 
 class Signal(Protocol):
@@ -46,7 +42,7 @@ class Event:
         self._own = EventDescriptor()
         self._signals: list[Signal] = []
         self._lock = threading.RLock()  # over which signals there are, and taking them
-        self._poll: select.epoll | None = None
+        self._any: AnyOf | None = None
         self._closed = False
 
     def set(self) -> None:
@@ -78,8 +74,8 @@ class Event:
             return signalled
         deadline = None if timeout is None else time.monotonic() + timeout
         left = timeout
-        # the poll also hears of what the event is assigned to while it is waited for
-        while wait_readable([self.fileno()] if _HAS_EPOLL else self._descriptors(), left):
+        # this also hears of what the event is assigned to while it is waited for
+        while wait_readable([self.fileno()], left):
             if self.manual_reset or self._take():
                 return True
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
@@ -93,16 +89,14 @@ class Event:
     def fileno(self) -> int:
         """A descriptor that is readable while the event is signalled, whatever it is assigned to by then."""
         with self._lock:
-            if self._poll is None:
-                self._poll = select.epoll()
-                for descriptor in self._descriptors():
-                    self._poll.register(descriptor, select.EPOLLIN)
-            return self._poll.fileno()
+            if self._any is None:
+                self._any = AnyOf([self._own, *(signal.descriptor for signal in self._signals)])
+            return self._any.fileno()
 
     def close(self) -> None:
         """Let go of the descriptors; a second time does nothing."""
         self._closed = True
-        self._forget_poll()
+        self._forget_any()
         self._own.close()
 
     def __repr__(self) -> str:
@@ -113,24 +107,23 @@ class Event:
 
     def __del__(self) -> None:
         """One that nobody holds any more can signal nobody: its descriptors go with it."""
-        if hasattr(self, "_poll"):  # made without failure
+        if hasattr(self, "_any"):  # made without failure
             self.close()
 
     def bind(self, signal: Signal) -> None:
         """For queues and lists: let this signal the event."""
         with self._lock:
             self._signals.append(signal)
-            if self._poll is not None:
-                self._poll.register(signal.descriptor.fileno(), select.EPOLLIN)
+            if self._any is not None:
+                self._any.add(signal.descriptor)
 
     def unbind(self, signal: Signal) -> None:
         """No longer; unknown ones are ignored. To be called before its descriptor is closed."""
         with self._lock:
             if signal in self._signals:
                 self._signals.remove(signal)
-                if self._poll is not None:
-                    with contextlib.suppress(OSError):  # closed before, and so gone from the poll
-                        self._poll.unregister(signal.descriptor.fileno())
+                if self._any is not None:
+                    self._any.remove(signal.descriptor)
 
     def _take(self) -> bool:
         """Take back every signal there is; was there one?"""
@@ -145,7 +138,7 @@ class Event:
     def _descriptors(self) -> list[int]:
         return [self._own.fileno(), *(signal.descriptor.fileno() for signal in self._signals)]
 
-    def _forget_poll(self) -> None:
-        if self._poll is not None:
-            self._poll.close()
-            self._poll = None
+    def _forget_any(self) -> None:
+        if self._any is not None:
+            self._any.close()
+            self._any = None

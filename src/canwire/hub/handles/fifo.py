@@ -8,7 +8,7 @@ from canwire.hub.handles.ends import RingEnd
 from canwire.hub.handles.lease import Lease
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.roles import WRITER
-from canwire.platform import EventDescriptor, close_descriptors
+from canwire.platform import Descriptor, EventDescriptor, close_descriptors
 from canwire.ring import Ring
 
 if TYPE_CHECKING:
@@ -21,7 +21,9 @@ class Fifo(Lease):
     It exists for as long as somebody refers to it. Each end is open once at a time.
     """
 
-    def __init__(self, hub: Client, opened: m.FifoOpened, role: str, descriptors: tuple[int, ...]) -> None:
+    def __init__(
+        self, hub: Client, opened: m.FifoOpened, role: str, descriptors: tuple[Descriptor, ...]
+    ) -> None:
         super().__init__(hub, opened.handle, f"FIFO {opened.fifo} ({role})")
         self.id = opened.fifo
         self.role = role

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from canwire.hub.protocol.messages import Message
-from canwire.platform import EventDescriptor
+from canwire.platform import Descriptor, EventDescriptor
 
-Answer = tuple[Any, tuple[int, ...]]
+Answer = tuple[Any, tuple[Descriptor, ...]]
 """A reply and the descriptors that came with it; whoever takes it owns them."""
 
 Listener = Callable[[Message | None], None]

@@ -1,179 +1,25 @@
-"""A link to a hub in another process: requests over its Unix socket, replies and notices back."""
+"""A link over a Unix socket: the hub's descriptors come beside its replies."""
 
 from __future__ import annotations
 
 import array
-import contextlib
-import itertools
-import os
 import socket
-import sys
-import threading
-import traceback
-import weakref
-from collections import deque
 
-from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
-from canwire.hub.links.notices import Notices
+from canwire.hub.links.stream.client import StreamLink
 from canwire.hub.links.unix_socket.sockets import dial
-from canwire.hub.protocol.failure import failed, raised
-from canwire.hub.protocol.link import Answer, Listener
-from canwire.hub.protocol.messages import (
-    LARGEST_REPLY,
-    VERSION,
-    Failed,
-    Hello,
-    Inbox,
-    Message,
-    decode_reply,
-    encode_request,
-)
-from canwire.hub.protocol.pending import Pending
-from canwire.platform import EventDescriptor, close_descriptors, descriptor_limit
+from canwire.platform import Descriptor, EventDescriptor
 
-_HELLO_TIMEOUT_S = 2.0
 _RECEIVED_AT_ONCE = 1 << 16
 _MOST_DESCRIPTORS = 64  # more than one message ever has
 _CLOSE_ON_EXEC = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
 
 
-class SocketLink:
-    """hub/protocol/link.py's Link over a socket. A thread of its own takes in replies and notices.
+class SocketLink(StreamLink):
+    """`address` is the socket's path."""
 
-    Raises HubLost if no hub listens at `address` or none answers within two seconds, BadMessage if it speaks
-    another version. A fork of this process cannot use it.
-    """
-
-    def __init__(self, address: str, name: str) -> None:
-        self.address = os.path.abspath(address)
-        self.time = ""
-        self._pid = os.getpid()
-        self._lock = threading.Lock()
-        self._sending = threading.Lock()
-        self._serials = itertools.count(1)
-        self._calls: dict[int, Pending[Answer]] = {}
-        self._notices = Notices()
-        self._descriptors: deque[int] = deque()
-        self._truncated = False  # some came that this process has no room for
-        self._doorbell: EventDescriptor | None = None
-        self._last_words = ""
-        self._lost = False
-        self._closed = False
-        self._socket = dial(self.address)
-        self._thread = threading.Thread(target=self._receive, name="canwire-client", daemon=True)
-        self._thread.start()
-        _OPEN.add(self)
-        try:
-            self._greet(name)
-        except BaseException:
-            self.close()
-            raise
-
-    def call(self, request: Message) -> Answer:
-        return self._ask(request).result()
-
-    def listen(self, listener: Listener) -> None:
-        self._notices.listen(listener)
-        if self._lost and not self._closed:
-            listener(None)
-
-    @property
-    def lost(self) -> bool:
-        return self._lost or self._pid != os.getpid()
-
-    @property
-    def doorbell(self) -> EventDescriptor:
-        assert self._doorbell is not None, "it came with the greeting"
-        return self._doorbell
-
-    def close(self) -> None:
-        """Hang up; the hub then takes back what was held. A second time does nothing."""
-        if self._pid != os.getpid():
-            self.leave_to_parent()
-            return
-        with self._lock:
-            closed, self._closed = self._closed, True
-        if closed:
-            return
-        self._notices.close()
-        _OPEN.discard(self)
-        self._hang_up()
-        if sys.is_finalizing():
-            return  # the thread does not run any more, and the process takes its descriptors along
-        self._thread.join()
-        if self._doorbell is not None:
-            self._doorbell.close()
-
-    def leave_to_parent(self) -> None:
-        """In a fork: let go of the connection, so that the hub sees it end with the process that made it."""
-        self._socket.close()
-
-    def _greet(self, name: str) -> None:
-        try:
-            welcome, descriptors = self._ask(Hello(VERSION, self._pid, name)).result(_HELLO_TIMEOUT_S)
-        except TimeoutError:
-            raise HubLost(f"{self.address}: somebody listens but does not answer; is it a hub?") from None
-        self.time = welcome.time
-        self._doorbell = EventDescriptor.adopt(*descriptors)
-
-    def _ask(self, request: Message) -> Pending[Answer]:
-        self._check()
-        serial = next(self._serials)
-        message = encode_request(serial, request)
-        call: Pending[Answer] = Pending()
-        with self._lock:
-            if self._lost:
-                raise self._why()
-            self._calls[serial] = call
-        try:
-            with self._sending:
-                self._socket.sendall(message)
-        except OSError:
-            self._hang_up()  # the receiving thread finds out what else the hub said, and ends this call
-        return call
-
-    def _hang_up(self) -> None:
-        """Both ways: the receiving thread sees the end, too."""
-        with contextlib.suppress(OSError):  # the hub was quicker
-            self._socket.shutdown(socket.SHUT_RDWR)
-
-    def _check(self) -> None:
-        if self._pid != os.getpid():
-            raise CanwireError(
-                "this connection belongs to the process that was forked; connect anew in this one"
-            )
-        if sys.is_finalizing():  # nobody takes in the answer any more
-            raise HubLost("the interpreter is ending: close what is open before, or by atexit")
-
-    def _why(self) -> HubLost:
-        if self._closed:
-            return HubLost(f"the connection to the hub on {self.address} was closed")
-        said = f": {self._last_words}" if self._last_words else ""
-        return HubLost(
-            f"the hub on {self.address} is gone{said}; connect again and reopen boards by hardware id"
-        )
-
-    # the receiving thread
-
-    def _receive(self) -> None:
-        inbox = Inbox(LARGEST_REPLY)
-        try:
-            while data := self._receive_some():
-                for payload in inbox.feed(data):
-                    self._take(payload)
-        except OSError:
-            pass  # reset: the hub is gone just as well
-        except BadMessage:
-            traceback.print_exc(file=sys.stderr)
-        finally:
-            self._lose()
-            self._hang_up()
-            with self._sending:
-                self._socket.close()
-            close_descriptors(*self._descriptors)
+    _dial = staticmethod(dial)
 
     def _receive_some(self) -> bytes:
-        """Bytes, b"" at the end; descriptors that came with them join the queue."""
         data, ancillary, flags, _ = self._socket.recvmsg(
             _RECEIVED_AT_ONCE,
             socket.CMSG_SPACE(_MOST_DESCRIPTORS * array.array("i").itemsize),
@@ -187,54 +33,5 @@ class SocketLink:
         self._truncated |= bool(flags & socket.MSG_CTRUNC)
         return data
 
-    def _take(self, payload: bytes) -> None:
-        serial, count, reply = decode_reply(payload)
-        if not 0 <= count <= len(self._descriptors):
-            if not self._truncated:
-                raise BadMessage(f"a reply with {count} descriptors, {len(self._descriptors)} of them came")
-            self._truncated = False
-            reply, count = failed(self._too_few(count)), 0
-            close_descriptors(*self._descriptors)
-            self._descriptors.clear()
-        descriptors = tuple(self._descriptors.popleft() for _ in range(count))
-        with self._lock:
-            call = self._calls.pop(serial, None)
-        if call is None:
-            close_descriptors(*descriptors)
-            if isinstance(reply, Failed):
-                self._last_words = reply.text
-            elif serial == 0:
-                self._notices.tell(reply)
-        elif isinstance(reply, Failed):
-            call.fail(raised(reply))
-        elif not call.settle((reply, descriptors)):
-            close_descriptors(*descriptors)
-
-    def _too_few(self, count: int) -> LimitReached:
-        """The system drops descriptors that this process has no room for."""
-        return LimitReached(
-            f"{count} descriptors came from the hub, {len(self._descriptors)} fit: this program has used all of its "
-            f"{descriptor_limit()}; close channels or FIFOs, or start it with more (ulimit -n)"
-        )
-
-    def _lose(self) -> None:
-        """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""
-        with self._lock:
-            before, self._lost = self._lost, True
-            calls, self._calls = list(self._calls.values()), {}
-        for call in calls:
-            call.fail(self._why())
-        if not before:
-            self._notices.tell(None)
-
-
-_OPEN: weakref.WeakSet[SocketLink] = weakref.WeakSet()
-
-
-def _after_fork() -> None:
-    for link in list(_OPEN):
-        link.leave_to_parent()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork)
+    def _doorbell_of(self, descriptors: tuple[Descriptor, ...]) -> EventDescriptor:
+        return EventDescriptor.adopt(*descriptors)

@@ -1,99 +1,24 @@
-"""The hub's end of its Unix socket: it lets clients in, each with a connection of its own."""
+"""A hub on a Unix socket."""
 
 from __future__ import annotations
 
-import contextlib
-import errno
-import os
-from collections import Counter
-from typing import TYPE_CHECKING
+import socket
 
-from canwire.errors import BadValue, HubLost
-from canwire.hub.links.unix_socket.connection import Connection
+from canwire.hub.links.stream.server import StreamServer
+from canwire.hub.links.unix_socket.connection import SocketConnection
 from canwire.hub.links.unix_socket.sockets import identity_of, listen_at, remove
-from canwire.hub.owner.engine import VIRTUAL
-
-if TYPE_CHECKING:
-    from canwire.hub.owner.engine import Engine
-
-_NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOBUFS)
 
 
-class Server:
-    """Listens at `path` (mode 0600) for an engine with a thread, from now until `close`.
+class Server(StreamServer):
+    """`path` is the socket's."""
 
-    Raises HubError if a living hub listens there; the socket of a dead one is replaced.
-    """
-
-    def __init__(self, engine: Engine, path: str) -> None:
-        if engine.time == VIRTUAL:
-            raise BadValue("virtual time is for hubs inside a process; a server has real or fast time")
-        self.path = os.path.abspath(path)
-        self._engine = engine
-        self._listener = listen_at(self.path)
+    def _listen(self) -> socket.socket:
+        listener = listen_at(self.path)
         self._identity = identity_of(self.path)
-        self._connections: set[Connection] = set()
-        self._processes: Counter[int] = Counter()
-        self._resting = False
-        self._spare = open(os.devnull)  # noqa: SIM115
-        self._closed = False
-        engine.when_closed(self._close)
-        engine.call(lambda: engine.watch(self._listener, self._accept))
+        return listener
 
-    def close(self) -> None:
-        """Hang up on everybody and remove the socket; a second time does nothing."""
-        if not self._engine.closed:
-            with contextlib.suppress(HubLost):  # it ends this very moment, and closes this on its way
-                self._engine.call(self._close)
-
-    def _close(self) -> None:
-        if self._closed:
-            return
-        self._closed = True
+    def _remove(self) -> None:
         remove(self.path, self._identity)
-        self._engine.unwatch(self._listener)
-        self._engine.forget(self._close)
-        self._listener.close()
-        self._spare.close()
-        for connection in list(self._connections):
-            connection.close()
 
-    def _accept(self) -> None:
-        try:
-            caller, _ = self._listener.accept()
-        except OSError as error:
-            if error.errno in _NO_DESCRIPTORS:
-                self._turn_away()
-            return  # else it has gone already
-        connection = Connection(self._engine, caller, self._closed_one)
-        beside = self._processes[connection.process]
-        self._processes[connection.process] += 1
-        self._connections.add(connection)
-        connection.open(beside if connection.process else 0)
-
-    def _closed_one(self, connection: Connection) -> None:
-        self._connections.discard(connection)
-        self._processes[connection.process] -= 1
-        if not self._processes[connection.process]:
-            del self._processes[connection.process]
-        if self._resting and not self._closed:
-            self._resting = False
-            self._spare_again()
-
-    def _turn_away(self) -> None:
-        """No descriptors left: without this the caller would ring for ever."""
-        self._spare.close()
-        with contextlib.suppress(OSError):  # it has gone by itself, or somebody took the spare one
-            caller, _ = self._listener.accept()
-            caller.close()
-        self._spare_again()
-
-    def _spare_again(self) -> None:
-        """Have a descriptor to turn callers away with; without one they wait until somebody hangs up."""
-        try:
-            self._spare = open(os.devnull)  # noqa: SIM115
-        except OSError:
-            self._resting = True
-            self._engine.unwatch(self._listener)
-        else:
-            self._engine.watch(self._listener, self._accept)
+    def _came(self, caller: socket.socket) -> None:
+        self.let_in(SocketConnection(self._engine, caller, self._closed_one))

@@ -12,7 +12,7 @@ from canwire.errors import BadFrame, BadValue, NotInitialised, WrongState
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.line import HeldQueue
 from canwire.hub.owner.held.shared_ring import SharedRings
-from canwire.platform import EventDescriptor
+from canwire.platform import Descriptor, EventDescriptor
 from canwire.values.frame import frame_of_record, record_of_frame
 
 _KIND_AT = 12  # byte of a record: 0 for frames
@@ -28,7 +28,7 @@ class HeldChannel(HeldQueue):
     filter: MessageFilter | None = None
     _queues: SharedRings | None = None
 
-    def set_up(self, mode: ChannelMode, doorbell: EventDescriptor | None) -> tuple[int, ...]:
+    def set_up(self, mode: ChannelMode, doorbell: EventDescriptor | None) -> tuple[Descriptor, ...]:
         """New queues in new memory; descriptors for the client: memory, the receive queue's event, [transmit queue's].
 
         Raises BadValue, BadFilter or OSError, and leaves everything as it was then.

@@ -12,6 +12,7 @@ from canwire.errors import CanwireError, NotInitialised
 from canwire.hub.owner.held.held import Holder
 from canwire.hub.owner.held.line import HeldQueue, LineSlot
 from canwire.hub.owner.held.shared_ring import SharedRings
+from canwire.platform import Descriptor
 from canwire.values.lin.schedule import LinSchedule
 
 
@@ -63,7 +64,7 @@ class HeldMonitor(HeldQueue):
     monitor: LinMonitor | None = None
     _queue: SharedRings | None = None
 
-    def set_up(self, mode: LinMonitorMode) -> tuple[int, ...]:
+    def set_up(self, mode: LinMonitorMode) -> tuple[Descriptor, ...]:
         """A new queue in new memory; descriptors for the client: memory and event."""
         timeline = self.slot.lin.timeline if self.holder.virtual else None
         doorbell = self.holder.doorbell

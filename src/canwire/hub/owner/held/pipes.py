@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 from canwire.errors import BadValue, InUse, NoSuchBoard, WrongState
 from canwire.hub.owner.held.held import Held
 from canwire.hub.protocol.roles import FIFO, READER, WRITER
-from canwire.platform import EventDescriptor, close_descriptors, create_memory, duplicate
+from canwire.platform import (
+    Descriptor,
+    EventDescriptor,
+    close_descriptors,
+    create_memory,
+    duplicate,
+    shared_event,
+)
 from canwire.ring import Ring, ring_size, rounded_capacity
 
 PAGE = 4096
@@ -23,16 +30,16 @@ class Pipe:
     id: int
     capacity: int
     element_size: int
-    memory: int
+    memory: Descriptor
     reader_event: EventDescriptor
     writer_event: EventDescriptor
     ring: Ring
     references: int = 0
     ends: set[str] = field(default_factory=set)
 
-    def copies(self) -> tuple[int, ...]:
+    def copies(self) -> tuple[Descriptor, ...]:
         """For a client: memory, the reader's event, the writer's event; whoever asks owns them."""
-        copies: list[int] = []
+        copies: list[Descriptor] = []
         try:
             copies += duplicate((self.memory,))
             copies += self.reader_event.copies()
@@ -59,8 +66,8 @@ class Pipes:
             memory = create_memory(ring_size(rounded_capacity(capacity), element_size))
             undoing.callback(close_descriptors, memory)
             ring = Ring.over(memory, capacity, exact=True, record_size=element_size)
-            reader = undoing.enter_context(contextlib.closing(EventDescriptor(shared=True)))
-            writer = EventDescriptor(shared=True)
+            reader = undoing.enter_context(contextlib.closing(shared_event(both_ways=True)))
+            writer = shared_event(both_ways=True)
             undoing.pop_all()
         pipe = self._pipes[number] = Pipe(number, capacity, element_size, memory, reader, writer, ring)
         return pipe

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from canwire.hub.protocol.queues import transmit_offset
-from canwire.platform import EventDescriptor, close_descriptors, create_memory, map_memory
+from canwire.platform import (
+    Descriptor,
+    EventDescriptor,
+    close_descriptors,
+    create_memory,
+    map_memory,
+    shared_event,
+)
 from canwire.ring import Ring, Signalled, ring_size, rounded_capacity
 from canwire.timeline import Timeline
 
@@ -41,7 +48,7 @@ class SharedRings:
     ) -> None:
         self._timeline = timeline
         self._events: list[EventDescriptor] = []
-        self._for_client: list[int] = []
+        self._for_client: list[Descriptor] = []
         begin = transmit_offset(receive)
         size = begin + (ring_size(rounded_capacity(transmit)) if transmit else 0)
         try:
@@ -57,7 +64,7 @@ class SharedRings:
             self._close()
             raise
 
-    def hand_over(self) -> tuple[int, ...]:
+    def hand_over(self) -> tuple[Descriptor, ...]:
         """Memory, the receive ring's event, the transmit ring's event if there is one; once, they are the asker's."""
         given, self._for_client = tuple(self._for_client), []
         return given
@@ -73,7 +80,7 @@ class SharedRings:
         self._close()
 
     def _event(self) -> Signalled:
-        event = EventDescriptor(shared=True)
+        event = shared_event()
         self._events.append(event)
         self._for_client += event.copies()
         return event if self._timeline is None else Halting(event, self._timeline)

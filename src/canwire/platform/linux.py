@@ -1,7 +1,6 @@
-"""The only file that knows operating systems: event descriptors, shared memory, credentials.
+"""Linux: eventfd, sealed memory files, epoll, and descriptors that travel over Unix sockets and can be opened anew.
 
-Linux has eventfd, sealed memory files and descriptors that can be opened anew; elsewhere pipes, unlinked temporary
-files and duplicates stand in for them.
+On a Linux without one of them (no /proc in a container) pipes, unlinked files and duplicates stand in for it.
 """
 
 from __future__ import annotations
@@ -14,16 +13,15 @@ import socket
 import struct
 import sys
 import threading
-import time
-from collections.abc import Callable
 from typing import Any
+
+from canwire.platform.waiting import Waiting, wait_readable
 
 if sys.platform != "win32":
     import fcntl
-    import resource
 
 
-class EventDescriptor:
+class EventDescriptor(Waiting):
     """A wake-up that threads and processes share: `signal` it, `wait` for it, select on `fileno()`.
 
     An eventfd is one open file for everybody who has it: each of them can fill it and make it block the others. So
@@ -95,21 +93,6 @@ class EventDescriptor:
             if not self._closed:
                 raise
 
-    def wait_for(
-        self, settled: Callable[[], bool], timeout: float | None, recheck: float | None = None
-    ) -> bool:
-        """Wait for signals until `settled()`, which is asked after each, is True; False once the time is over.
-
-        `recheck` asks it every so many seconds even without a signal.
-        """
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while not settled():
-            left = None if deadline is None else deadline - time.monotonic()
-            if left is not None and left <= 0:
-                return False
-            self.wait(left if recheck is None else min(recheck, recheck if left is None else left))
-        return True
-
     def close(self) -> None:
         """A second time does nothing; from now on nothing is signalled here, and no descriptor is touched."""
         descriptors = {self._read, self._write}
@@ -156,14 +139,32 @@ def _opened_anew(pipe: int) -> int:
     return descriptor
 
 
-def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
-    """Block until one of them is readable, `timeout` seconds at most (None: for ever); False when time is over."""
-    if max(descriptors) < 1024:  # select knows no others, but it is the quicker one and counts microseconds
-        return bool(select.select(descriptors, [], [], timeout)[0])
-    poll = select.poll()
-    for descriptor in descriptors:
-        poll.register(descriptor, select.POLLIN)
-    return bool(poll.poll(None if timeout is None else timeout * 1000))
+def shared_event(*, both_ways: bool = False) -> EventDescriptor:
+    """An event of the hub's that clients get `copies` of: it signals them; `both_ways`: they signal each other, too."""
+    return EventDescriptor(shared=True)
+
+
+class AnyOf:
+    """One descriptor that is readable while any of these events is signalled."""
+
+    def __init__(self, events: list[EventDescriptor]) -> None:
+        self._poll = select.epoll()
+        for event in events:
+            self.add(event)
+
+    def fileno(self) -> int:
+        return self._poll.fileno()
+
+    def add(self, event: EventDescriptor) -> None:
+        self._poll.register(event.fileno(), select.EPOLLIN)
+
+    def remove(self, event: EventDescriptor) -> None:
+        """Before it is closed."""
+        with contextlib.suppress(OSError):  # closed before, and so gone from the poll
+            self._poll.unregister(event.fileno())
+
+    def close(self) -> None:
+        self._poll.close()
 
 
 class Poller:
@@ -262,19 +263,6 @@ def close_descriptors(*descriptors: int) -> None:
         os.close(descriptor)
 
 
-def descriptor_limit() -> int:
-    """How many descriptors this process may have open; raised by `raise_descriptor_limit`."""
-    return resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-
-
-def raise_descriptor_limit() -> None:
-    """As far as the system lets this process without being asked."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = max(soft, _MANY) if hard == resource.RLIM_INFINITY else hard
-    with contextlib.suppress(OSError, ValueError):  # macOS says "infinite" and means less
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-
-
 def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
     """Descriptors of one's own for the same things: for all of them, or OSError and none."""
     copies: list[int] = []
@@ -287,7 +275,6 @@ def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(copies)
 
 
-_MANY = 10_240  # descriptors, where the system names no limit
 _OPENS_ANEW = sys.platform == "linux" and os.path.exists("/proc/self/fd")
 _ALL = mmap.PAGESIZE if _OPENS_ANEW else 1 << 16  # bytes that an event holds at most
 _CREDENTIALS = struct.Struct("iII")

@@ -8,7 +8,7 @@ from collections import deque
 
 from canwire.errors import LimitReached
 from canwire.hub.protocol.messages import LARGEST_REPLY
-from canwire.platform import close_descriptors
+from canwire.platform import Descriptor, close_descriptors
 
 _MOST_DESCRIPTORS = 256
 
@@ -19,14 +19,14 @@ class Outbox:
     def __init__(self, connection: socket.socket, most_bytes: int = LARGEST_REPLY) -> None:
         self._connection = connection
         self._most_bytes = max(most_bytes, LARGEST_REPLY)
-        self._waiting: deque[tuple[memoryview, tuple[int, ...], bytes]] = deque()
+        self._waiting: deque[tuple[memoryview, tuple[Descriptor, ...], bytes]] = deque()
         self._bytes = 0
         self._descriptors = 0
 
     def __bool__(self) -> bool:
         return bool(self._waiting)
 
-    def put(self, message: bytes, descriptors: tuple[int, ...] = (), otherwise: bytes = b"") -> None:
+    def put(self, message: bytes, descriptors: tuple[Descriptor, ...] = (), otherwise: bytes = b"") -> None:
         """Queue a message, and what is sent instead where the system cannot pass its descriptors on.
 
         Raises LimitReached once too much waits: this client does not read.
@@ -49,10 +49,7 @@ class Outbox:
         while self._waiting:
             message, descriptors, otherwise = self._waiting[0]
             try:
-                if descriptors:
-                    sent = socket.send_fds(self._connection, [message], list(descriptors))
-                else:
-                    sent = self._connection.send(message)
+                sent = self._send(message, descriptors)
             except BlockingIOError:
                 return
             except OSError as error:
@@ -70,7 +67,12 @@ class Outbox:
             close_descriptors(*descriptors)
         self._waiting.clear()
 
-    def _sent(self, rest: memoryview, descriptors: tuple[int, ...]) -> None:
+    def _send(self, message: memoryview, descriptors: tuple[Descriptor, ...]) -> int:
+        if descriptors:
+            return socket.send_fds(self._connection, [message], list(descriptors))
+        return self._connection.send(message)
+
+    def _sent(self, rest: memoryview, descriptors: tuple[Descriptor, ...]) -> None:
         """Descriptors went with the first byte, so the rest has none."""
         close_descriptors(*descriptors)
         self._descriptors -= len(descriptors)

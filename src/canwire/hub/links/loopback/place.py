@@ -1,0 +1,111 @@
+"""Where a hub on the loopback address is found: a file with its port and a token, for its user alone."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import hashlib
+import os
+import re
+import sqlite3
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from canwire.errors import HubError
+from canwire.places import runtime_directory
+from canwire.platform.portable.memory import check_private
+
+TOKEN_SIZE = 32
+_TEXT = re.compile(rb"canwire hub on loopback, version 1\nport (\d{1,5})\ntoken ([0-9a-f]{64})\n")
+_LARGEST = 256  # bytes of such a file; more is none
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+_OLD = os.O_RDONLY
+for _flag in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY", "O_NOINHERIT"):
+    _OLD |= getattr(os, _flag, 0)
+_NO_PLACE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP, errno.ENXIO, errno.EISDIR)  # nothing, a link, a socket
+_LOCK_PATIENCE_S = 10.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """A hub's port, and what its callers must know."""
+
+    port: int
+    token: bytes = field(repr=False)
+
+    def proof(self, nonce: bytes) -> bytes:
+        """What only who knows the token can answer to this."""
+        return hashlib.blake2b(nonce, key=self.token, digest_size=32, person=b"canwire hub").digest()
+
+    def write(self, path: str) -> None:
+        """Under `path`, all at once and readable for this user alone; in place of what was there."""
+        own = f"{path}.new"
+        with contextlib.suppress(FileNotFoundError):  # of a hub that was killed while it wrote
+            os.unlink(own)
+        text = f"canwire hub on loopback, version 1\nport {self.port}\ntoken {self.token.hex()}\n"
+        try:
+            descriptor = os.open(own, _NEW, 0o600)
+            with open(descriptor, "wb") as file:
+                file.write(text.encode())
+            os.replace(own, path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(own)
+            raise
+
+
+def read_place(path: str) -> Place | None:
+    """What a hub wrote there; None for nothing, or for anything else.
+
+    Raises HubError for one that others than this user (or root) could have written, or can read.
+    """
+    try:
+        descriptor = os.open(path, _OLD)
+    except PermissionError:
+        raise HubError(f"{path} belongs to somebody else; choose another path") from None
+    except OSError as error:
+        if error.errno in _NO_PLACE:
+            return None
+        raise HubError(f"{path}: {error.strerror or error}") from error
+    try:
+        state = os.fstat(descriptor)
+        text = os.read(descriptor, _LARGEST + 1) if stat.S_ISREG(state.st_mode) else b""
+    finally:
+        os.close(descriptor)
+    found = _TEXT.fullmatch(text)
+    if found is None or not 0 < int(found[1]) < 1 << 16:
+        return None
+    try:
+        check_private(path, state)
+    except PermissionError as error:
+        raise HubError(f"{error}; choose another path") from None
+    return Place(int(found[1]), bytes.fromhex(found[2].decode()))
+
+
+def remove_place(path: str, place: Place) -> None:
+    """Remove a hub's file, unless somebody else has put another one there since."""
+    with contextlib.suppress(HubError, FileNotFoundError):
+        if read_place(path) == place:
+            os.unlink(path)
+
+
+@contextlib.contextmanager
+def changing_places() -> Iterator[None]:
+    """Keep this user's other hubs out while one looks whether a place is free and takes it.
+
+    No lock of files is the same everywhere; SQLite knows them all, and its locks end with the process.
+    """
+    path = os.path.join(runtime_directory(), "canwire.lock")
+    lock = sqlite3.connect(path, _LOCK_PATIENCE_S, isolation_level=None)
+    try:
+        lock.execute("BEGIN EXCLUSIVE")
+    except sqlite3.Error as error:
+        lock.close()
+        raise HubError(
+            f"{path}: {error}; another hub of this user is starting, and has been for {_LOCK_PATIENCE_S:.0f} seconds"
+        ) from None
+    try:
+        yield
+    finally:
+        lock.close()  # which ends the transaction

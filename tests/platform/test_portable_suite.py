@@ -1,0 +1,41 @@
+"""Hub tests once more in the portable variant: a part here, all of them with the command in docs/platforms.md."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from canwire.platform import PORTABLE
+
+ROOT = Path(__file__).parent.parent.parent
+FILES = (
+    "tests/hub/links",
+    "tests/hub/handles",
+    "tests/hub/test_kills.py",
+    "tests/python_can/test_bus.py",
+)
+LONGEST_S = 280
+
+
+@pytest.mark.conforms("N-19")
+@pytest.mark.skipif(PORTABLE, reason="this is that run")
+def test_the_links_and_handles_of_hubs(tmp_path: Path) -> None:
+    environment = os.environ | {"CANWIRE_PLATFORM": "portable", "XDG_RUNTIME_DIR": str(tmp_path)}
+    tmp_path.chmod(0o700)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "0", *FILES]
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=LONGEST_S,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
+    assert " passed" in done.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["canwire.lock"], "memory was left behind"
