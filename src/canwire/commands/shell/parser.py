@@ -9,6 +9,7 @@ from typing import Any
 TIMES = {
     "real": "as the clock goes",
     "fast": "with the clock while buses rest, without waiting while they work",
+    "lockstep": "virtual, and one for all programs that take part (CANWIRE_TIMED=1), who run in turns",
     "virtual": "without waiting, the same every time",
 }
 

@@ -63,6 +63,14 @@ from canwire.hub.protocol.lin_messages import SetUpMonitor as SetUpMonitor
 from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
 from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 from canwire.hub.protocol.message import Message as Message
+from canwire.hub.protocol.time_messages import AwaitTurn as AwaitTurn
+from canwire.hub.protocol.time_messages import GetTime as GetTime
+from canwire.hub.protocol.time_messages import Joined as Joined
+from canwire.hub.protocol.time_messages import JoinTime as JoinTime
+from canwire.hub.protocol.time_messages import LeaveTime as LeaveTime
+from canwire.hub.protocol.time_messages import Stir as Stir
+from canwire.hub.protocol.time_messages import TimedProgram as TimedProgram
+from canwire.hub.protocol.time_messages import TimeState as TimeState
 from canwire.values.timing.bit_timing import BitTiming
 
 VERSION = 1
@@ -309,7 +317,7 @@ Request = (
     | OpenMonitor | SetUpMonitor | GetMonitorStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
     | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
     | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes | GetBus | SetFault | GetFault | AwaitFault
-    | CancelFault | ListFaults | ClearFaults
+    | CancelFault | ListFaults | ClearFaults | JoinTime | AwaitTurn | LeaveTime | Stir | GetTime
 )  # fmt: skip
 
 # the hub's replies
@@ -324,7 +332,7 @@ class Number(Message):
 
 
 class Welcome(Message):
-    """`time` is "real", "fast" or "virtual"; one descriptor: the doorbell of this client's transmit queues."""
+    """`time` is "real", "fast", "virtual" or "lockstep"; one descriptor: the doorbell of this client's transmit queues."""
 
     version: int
     time: str
@@ -395,7 +403,7 @@ class Gone(Message):
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
     | SchedulerState | LinLineState | MonitorState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
-    | Gone | BusFound | FaultState | FaultList
+    | Gone | BusFound | FaultState | FaultList | Joined | TimeState
 )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.unix_socket.outbox import Outbox
-from canwire.hub.owner.entrance import open_session
+from canwire.hub.owner.entrance import open_session, rung
 from canwire.hub.owner.limits import check_room, enough, no_descriptors
 from canwire.hub.protocol.failure import failed, serial_in
 from canwire.hub.protocol.messages import (
@@ -189,9 +189,8 @@ class Connection:
         self._send(0, notice)
 
     def _rung(self, doorbell: EventDescriptor, session: Session) -> None:
-        doorbell.clear()
         try:
-            self._engine.world.kick(session)
+            rung(self._engine.world, session, doorbell)
         except Exception as error:
             self._engine.report(error)
             self.close()
