@@ -85,6 +85,17 @@ class EventDescriptor:
                 return True
         return False
 
+    def take(self) -> bool:
+        """Consume whatever signal there is, without waiting; was there one?"""
+        try:
+            return bool(os.read(self._read, _ALL))
+        except BlockingIOError:
+            return False
+        except OSError:
+            if not self._closed:
+                raise
+            return False
+
     def clear(self) -> None:
         """Consume whatever signal there is, without waiting."""
         try:

@@ -191,7 +191,7 @@ class Client:
     def stir(self) -> None:
         """Have this program's own threads look again at what they wait for; from anywhere, signal handlers too."""
         if self._timed is not None:
-            self.doorbell.signal()
+            self._timed.stir()
 
     def stir_everybody(self) -> None:
         """Something changed, without the hub, that other programs may wait for."""
@@ -219,6 +219,8 @@ class Client:
             self._closed = True
             self._forgotten.detach()
             self._link.close()
+            if self._timed is not None:
+                self._timed.lost()
 
     def leave_to_parent(self) -> None:
         """For a fork of this process: every handle says so from now on, and takes nothing out of the parent's queues.
@@ -247,6 +249,8 @@ class Client:
             return list(self._holdings.values())
 
     def _notice(self, notice: m.Message | None) -> None:
+        if notice is None and self._timed is not None:
+            self._timed.lost()
         if isinstance(notice, m.Gone):
             for holding in self._held():
                 if holding.handle in notice.handles:

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import CanwireError
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.turn_page import TurnPage
+from canwire.platform import EventDescriptor, close_descriptors, map_memory
 from canwire.values.checks import LONGEST_NS, nanoseconds
 
 if TYPE_CHECKING:
@@ -26,10 +28,32 @@ _NEVER = (1 << 63) - 1
 
 
 class _Seat:
-    """What a thread knows of a hub: the time since its last turn began, None: it has to ask."""
+    """What a thread knows of a hub: the time since its last turn began, None: it has to ask. `page` is how it waits."""
 
     def __init__(self) -> None:
         self.now_ns: int | None = None
+        self.page: _Page | None = None
+
+
+class _Page:
+    """A thread's end of a page, and the connection that it came by."""
+
+    def __init__(self, client: Client, memory: int, *event: int) -> None:
+        self.client = client
+        self.words = TurnPage(map_memory(memory))
+        self.event = EventDescriptor.adopt(*event)
+        close_descriptors(memory)
+
+    def wait(self, until_ns: int) -> int | None:
+        """The time at the next turn; None: the connection has ended."""
+        words = self.words
+        asked = words.ask(until_ns)
+        self.client.doorbell.signal()
+        while not words.given(asked):
+            if self.client.lost:
+                return None
+            self.event.wait()
+        return words.now_ns()
 
 
 class _Thread(threading.local):
@@ -70,6 +94,7 @@ class Timed:
     def __init__(self, client: Client, name: str) -> None:
         self._client = client
         self._name = name
+        self._page: _Page | None = None
         self._hub = self._joined()
 
     def now_ns(self) -> int:
@@ -116,9 +141,19 @@ class Timed:
         """Something changed that other programs may wait for, and the hub does not know of."""
         self._client.call(m.Stir())
 
+    def stir(self) -> None:
+        """Have this program's threads look again, without a lock and without waiting."""
+        if self._page is not None:
+            self._page.words.stir()
+        self._client.doorbell.signal()
+
+    def lost(self) -> None:
+        """The connection has ended: whoever waits by its page sees that."""
+        if self._page is not None:
+            self._page.event.signal()
+
     def leave(self) -> None:
         """Time does not wait for this thread, until it `joins` again."""
-        _THREAD.seats.pop(self._hub, None)
         self._client.call(m.LeaveTime(_THREAD.number))
 
     def join(self) -> None:
@@ -126,8 +161,12 @@ class Timed:
         self._joined()
 
     def _joined(self) -> str:
-        joined: m.Joined = self._client.call(m.JoinTime(_word(), _THREAD.number, self._name))
-        self._seat(joined.hub).now_ns = joined.now_ns
+        answer = self._client.ask(m.JoinTime(_word(), _THREAD.number, self._name))
+        joined: m.Joined = answer[0]
+        seat = self._seat(joined.hub)
+        seat.now_ns = joined.now_ns
+        if answer[1]:
+            self._page = seat.page = _Page(self._client, *answer[1])
         return joined.hub
 
     def _seat(self, hub: str) -> _Seat:
@@ -141,7 +180,10 @@ class Timed:
     def _await_turn(self, until_ns: int) -> int:
         seat = self._seat(self._hub)
         seat.now_ns = None  # for whoever is interrupted meanwhile
-        now_ns = int(self._client.ask(m.AwaitTurn(_THREAD.number, min(until_ns, _NEVER)))[0].value)
+        page, until_ns = seat.page, min(until_ns, _NEVER)
+        now_ns = None if page is None else page.wait(until_ns)
+        if now_ns is None:
+            now_ns = int(self._client.ask(m.AwaitTurn(_THREAD.number, until_ns))[0].value)
         seat.now_ns = now_ns
         return now_ns
 

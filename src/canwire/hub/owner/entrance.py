@@ -43,5 +43,5 @@ def rung(world: World, session: Session, doorbell: EventDescriptor) -> None:
     if world.lockstep is None or session.program is None:
         doorbell.clear()
         world.kick(session)
-    elif doorbell.wait(0):  # else this was looked at already, when its thread began to wait
+    elif doorbell.take():  # else this was looked at already, when its thread began to wait
         world.lockstep.rung(session)

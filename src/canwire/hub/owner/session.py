@@ -20,6 +20,7 @@ from canwire.ring import Ring
 
 if TYPE_CHECKING:
     from canwire.hub.owner.lockstep.keeper import Program
+    from canwire.hub.owner.lockstep.shared_page import SharedPage
 
 Kind = TypeVar("Kind")
 _WORTH_WAITING = 16  # a receive queue for less than that overflows however patient the bus is
@@ -49,6 +50,8 @@ class Session:
         self.doorbell = doorbell
         self.halts = halts
         self.program: Program | None = None
+        self.page: SharedPage | None = None
+        self.shares_memory = True  # a link that carries no descriptors says no
         self.watching = False
         self.limits = limits
         self.plugged: dict[

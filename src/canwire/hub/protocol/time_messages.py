@@ -43,7 +43,10 @@ class GetTime(Message):
 
 
 class Joined(Message):
-    """`hub` tells hubs apart, whatever address they have."""
+    """`hub` tells hubs apart, whatever address they have.
+
+    With descriptors where memory can be shared: this thread's page (turn_page.py), and the event of its turns.
+    """
 
     hub: str
     now_ns: int

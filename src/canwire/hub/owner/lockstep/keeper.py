@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from canwire.errors import CanwireError, HubLost, LimitReached
 from canwire.hub.owner.deferred import Deferred
+from canwire.hub.owner.limits import enough
+from canwire.hub.owner.lockstep.shared_page import SharedPage
 from canwire.hub.owner.lockstep.turns import Participant, Turns
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
@@ -33,13 +35,14 @@ class Turn(Deferred):
 
 
 class Seat:
-    """A thread that takes part. `asked` waits for its turn; it then gets `answer`, or the time."""
+    """A thread that takes part. `asked` waits for its turn, which then gets `answer`, or the time; or `page` does."""
 
     def __init__(self, program: Program, participant: Participant) -> None:
         self.program = program
         self.participant = participant
         self.asked: Turn | None = None
         self.answer: Answer | CanwireError | None = None
+        self.page: SharedPage | None = None
 
 
 class Program:
@@ -98,7 +101,7 @@ class Lockstep:
             session.program = program
             session.halts = program
             program.sessions.append(session)
-        joined = m.Joined(self._hub, self._timeline.now_ns), ()
+        joined = m.Joined(self._hub, self._timeline.now_ns), self._page(session, request.thread)
         seat = program.seats.get(request.thread)
         if seat is None:
             seat = self._seated(program, request.thread, request.name)
@@ -109,11 +112,7 @@ class Lockstep:
     def wait(self, session: Session, request: m.AwaitTurn) -> Turn:
         """The answer comes at this thread's turn, with the time it is then."""
         program = self._of(session)
-        seat = program.seats.get(request.thread)
-        if seat is None:
-            name = next((one.participant.name for one in program.seats.values()), session.name)
-            seat = self._seated(program, request.thread, name)
-            seat.participant.woken = False
+        seat = self._at(program, session, request.thread)
         self._sends(program, seat)
         self.turns.wait(seat.participant, min(request.until_ns, NEVER))
         return self._ask(seat, None)
@@ -158,7 +157,17 @@ class Lockstep:
 
     def rung(self, session: Session) -> None:
         """Its doorbell: what the program that runs has sent is looked at when it waits, and so always alike."""
-        program = self._of(session)
+        program, page = self._of(session), session.page
+        if page is not None:
+            if page.words.asked():
+                seat = self._at(program, session, page.thread)
+                self._sends(program, seat)
+                self.turns.wait(seat.participant, page.words.until_ns())
+                self._ask(seat, None)
+                seat.asked, seat.page = None, page
+                return
+            if not page.words.stirred():
+                return
         if any(not seat.participant.waits for seat in program.seats.values()):
             program.rung = True
         else:
@@ -172,6 +181,9 @@ class Lockstep:
             return
         session.program = None
         program.sessions.remove(session)
+        if session.page is not None:
+            session.page.close()
+            session.page = None
         if not program.sessions:
             del self._programs[program.word]
             for seat in list(program.seats.values()):
@@ -187,7 +199,9 @@ class Lockstep:
             return
         seat = self._seats[one]
         asked, answer = seat.asked, seat.answer
-        seat.asked = seat.answer = None
+        if seat.page is not None:
+            seat.page.give(self._timeline.now_ns)
+        seat.asked = seat.answer = seat.page = None
         if asked is not None:
             asked.settle(answer or (m.Number(self._timeline.now_ns), ()))
 
@@ -208,11 +222,29 @@ class Lockstep:
             return f"{who} and maybe others wait again and again for no time at all"
         return f"{who} computes, or waits for something that the hub does not know of (hub.sleep, hub.away)"
 
+    def _page(self, session: Session, thread: int) -> tuple[int, ...]:
+        """Descriptors of a page for the thread that asks, where it can have one."""
+        if session.page is not None or not session.shares_memory:
+            return ()
+        with enough("a place in the hub's time"):
+            page = SharedPage(thread)
+        session.page = page
+        return page.hand_over()
+
     def _seated(self, program: Program, thread: int, name: str) -> Seat:
         if len(program.seats) >= _THREADS:
             raise LimitReached(f"{program.name}: {_THREADS} of its threads take part in the hub's time already")
         participant = self.turns.add(name, program.number, thread)
         seat = program.seats[thread] = self._seats[participant] = Seat(program, participant)
+        return seat
+
+    def _at(self, program: Program, session: Session, thread: int) -> Seat:
+        """A thread's seat; one that has none yet sits down."""
+        seat = program.seats.get(thread)
+        if seat is None:
+            name = next((one.participant.name for one in program.seats.values()), session.name)
+            seat = self._seated(program, thread, name)
+            seat.participant.woken = False
         return seat
 
     def _stand_up(self, seat: Seat) -> None:
@@ -225,7 +257,7 @@ class Lockstep:
     def _ask(self, seat: Seat, answer: Answer | None) -> Turn:
         if seat.asked is not None:  # interrupted by a signal, and here again
             seat.asked.settle((m.Number(self._timeline.now_ns), ()))
-        seat.asked, seat.answer = Turn(), answer
+        seat.asked, seat.answer, seat.page = Turn(), answer, None
         return seat.asked
 
     def _unblocked(self, seat: Seat, outcome: Answer | CanwireError) -> None:
@@ -236,8 +268,10 @@ class Lockstep:
     def _sends(self, program: Program, seat: Seat) -> None:
         """What it has put into its queues counts from now on; others of its threads may wait for what it did."""
         for session in program.sessions:
-            if session.doorbell is not None and session.doorbell.wait(0):
-                program.rung = True
+            if session.page is not None:
+                program.rung |= session.page.words.stirred()
+            elif session.doorbell is not None:
+                program.rung |= session.doorbell.take()
             self._world.kick(session)
         if program.rung:
             program.rung = False
