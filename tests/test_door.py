@@ -16,6 +16,7 @@ import canwire
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
 lines_now
+TimeState TimedProgram
 LimitsConfig
 LimitReached
 ControllerOptions DelayCompensation

@@ -43,6 +43,7 @@ class Seat:
         self.asked: Turn | None = None
         self.answer: Answer | CanwireError | None = None
         self.page: SharedPage | None = None
+        self.sessions: set[Session] = set()  # through which it has asked: with the last of them it goes
 
 
 class Program:
@@ -51,7 +52,7 @@ class Program:
     def __init__(self, word: str, number: int, timeline: Timeline) -> None:
         self.word = word
         self.number = number
-        self.name = ""
+        self.name = self.process = ""
         self.sessions: list[Session] = []
         self.seats: dict[int, Seat] = {}
         self.rung = False  # a doorbell, since one of its threads last waited
@@ -73,6 +74,7 @@ class Lockstep:
     def __init__(self, timeline: Timeline, turns: Turns, world: Looked) -> None:
         self.turns = turns
         self.standstill = ""
+        self.turn_ns = 0  # when the last turn began
         self.repeats = False
         self._timeline = timeline
         self._world = world
@@ -94,8 +96,8 @@ class Lockstep:
         if program is None:
             self._last += 1
             program = self._programs[request.program] = Program(request.program, self._last, self._timeline)
-            process = session.name[session.name.rindex("(") :]
-            program.name = f"{request.name} {process}"
+            program.process = session.name[session.name.rindex("(") :]
+            program.name = f"{request.name} {program.process}"
             self._warn_of_namesakes(request.name)
         if session.program is None:
             session.program = program
@@ -105,7 +107,8 @@ class Lockstep:
         seat = program.seats.get(request.thread)
         if seat is None:
             seat = self._seated(program, request.thread, request.name)
-        elif not seat.participant.waits:
+        seat.sessions.add(session)
+        if not seat.participant.waits:
             return _settled(joined)
         return self._ask(seat, joined)
 
@@ -132,7 +135,7 @@ class Lockstep:
     def state(self) -> m.TimeState:
         programs = tuple(
             m.TimedProgram(
-                self._seats[one].program.name,
+                f"{one.name} {self._seats[one].program.process}",
                 one.thread,
                 one.waits,
                 None if one.until_ns >= NEVER or not one.waits else one.until_ns,
@@ -184,10 +187,12 @@ class Lockstep:
         if session.page is not None:
             session.page.close()
             session.page = None
+        for seat in list(program.seats.values()):
+            seat.sessions.discard(session)
+            if not seat.sessions:
+                self._stand_up(seat)
         if not program.sessions:
             del self._programs[program.word]
-            for seat in list(program.seats.values()):
-                self._stand_up(seat)
             self._say(f"{program.name} has left at {_seconds(self._timeline.now_ns)}: time goes on without it")
 
     # for the pace
@@ -197,6 +202,7 @@ class Lockstep:
         one = self.turns.next(self._timeline.now_ns)
         if one is None:
             return
+        self.turn_ns = self._timeline.now_ns
         seat = self._seats[one]
         asked, answer = seat.asked, seat.answer
         if seat.page is not None:
@@ -216,8 +222,8 @@ class Lockstep:
         if self.turns.missing:
             return f"{self.turns.missing} did not join yet"
         if running is None:
-            return "everybody waits without a timeout, and nothing is left to happen on the buses"
-        who = f"{self._seats[running].program.name}, thread {running.thread},"
+            return "everybody waits without a timeout, and nothing comes"
+        who = f"{running.name} {self._seats[running].program.process}, thread {running.thread},"
         if repeats:
             return f"{who} and maybe others wait again and again for no time at all"
         return f"{who} computes, or waits for something that the hub does not know of (hub.sleep, hub.away)"
@@ -245,6 +251,7 @@ class Lockstep:
             name = next((one.participant.name for one in program.seats.values()), session.name)
             seat = self._seated(program, thread, name)
             seat.participant.woken = False
+        seat.sessions.add(session)
         return seat
 
     def _stand_up(self, seat: Seat) -> None:

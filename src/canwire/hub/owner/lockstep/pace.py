@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from canwire.hub.owner.world import World
 
 PATIENCE_S = 5.0
+_LONGEST_SILENCE_NS = 3_600_000_000_000  # that everybody waits for without a timeout: boards' clocks tick for ever
 _STEP_NS = 2_000_000  # bus time between two looks at the clock
 
 
@@ -48,7 +49,7 @@ class LockstepPace(RealPace):
                 return self._watch(began_ns)
             due_ns = timeline.next_ns()
             if until_ns >= NEVER:
-                if due_ns >= NEVER:
+                if due_ns > lockstep.turn_ns + _LONGEST_SILENCE_NS:
                     return self._watch(began_ns)
                 until_ns = due_ns
             timeline.run_until(min(until_ns, max(due_ns, timeline.now_ns) + _STEP_NS))
