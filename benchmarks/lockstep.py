@@ -86,7 +86,9 @@ def pipes(programs: int, steps: int) -> float:
 
 def main() -> None:
     """Print one row for each number of programs."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--programs", type=int, nargs="+", default=[2, 20])
     parser.add_argument("--steps", type=int, default=20_000, help="turns of all programs together, each time")
     parser.add_argument("--repeat", type=int, default=3)

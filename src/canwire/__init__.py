@@ -117,8 +117,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
-    from canwire.hub.protocol.time_messages import TimedProgram, TimeState
     from canwire.hub.protocol.lin_messages import LinLineState
+    from canwire.hub.protocol.time_messages import TimedProgram, TimeState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wanted_mode import WantedMode

@@ -98,13 +98,7 @@ class EventDescriptor:
 
     def clear(self) -> None:
         """Consume whatever signal there is, without waiting."""
-        try:
-            os.read(self._read, _ALL)
-        except BlockingIOError:
-            pass  # there was none
-        except OSError:
-            if not self._closed:
-                raise
+        self.take()
 
     def wait_for(
         self, settled: Callable[[], bool], timeout: float | None, recheck: float | None = None

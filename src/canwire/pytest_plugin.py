@@ -84,12 +84,24 @@ def _run_in_lockstep(home: Path, programs: Mapping[str, str], timeout_s: float) 
     address = str(home / "hub.sock")
     started: dict[str, subprocess.Popen[bytes]] = {}
     variables = {**os.environ, "CANWIRE_HUB": address, "CANWIRE_TIMED": "1"}
-    serve = ["-m", "canwire", "serve", "--time", "lockstep", "--programs", ",".join(programs), "--socket", address]
+    serve = [
+        "-m",
+        "canwire",
+        "serve",
+        "--time",
+        "lockstep",
+        "--programs",
+        ",".join(programs),
+        "--socket",
+        address,
+    ]
 
     def start(name: str, words: list[str], output: int | IO[bytes]) -> subprocess.Popen[bytes]:
         with (home / f"{name}.err").open("wb") as errors:
             named = {**variables, "CANWIRE_NAME": name}
-            started[name] = subprocess.Popen([sys.executable, *words], stdout=output, stderr=errors, env=named)
+            started[name] = subprocess.Popen(
+                [sys.executable, *words], stdout=output, stderr=errors, env=named
+            )
         return started[name]
 
     def said(name: str, what: str) -> str:
@@ -108,7 +120,9 @@ def _run_in_lockstep(home: Path, programs: Mapping[str, str], timeout_s: float) 
                 if end.exception() is not None or end.result():
                     for one in started.values():
                         one.kill()
-                    raise AssertionError(f"{name} failed:\n{said(name, 'err')}\nthe hub:\n{said('the hub', 'err')}")
+                    raise AssertionError(
+                        f"{name} failed:\n{said(name, 'err')}\nthe hub:\n{said('the hub', 'err')}"
+                    )
     finally:
         for one in started.values():
             one.terminate()

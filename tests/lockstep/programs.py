@@ -48,7 +48,9 @@ class Bench:
         self.said: list[str] = []
         self._heard = threading.Condition()
         command = [sys.executable, "-m", "canwire", *words, "--socket", self.address]
-        self._hub = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=home)
+        self._hub = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=home
+        )
         self._closing.callback(self._end_hub)
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
@@ -69,9 +71,12 @@ class Bench:
         self._closing.callback(process.kill)
         return process
 
-    def run(self, programs: Mapping[str, str], *words: str) -> dict[str, str]:
+    def run(
+        self, programs: Mapping[str, str], *words: str, own_words: Mapping[str, tuple[str, ...]] | None = None
+    ) -> dict[str, str]:
         """Start them all; what each has printed once it has ended, all of them well."""
-        started = {name: self.start(name, text, *words) for name, text in programs.items()}
+        own = own_words or {}
+        started = {name: self.start(name, text, *words, *own.get(name, ())) for name, text in programs.items()}
         with ThreadPoolExecutor(len(started)) as pool:
             ends = {pool.submit(one.communicate): name for name, one in started.items()}
             try:

@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
         found = list(boards_of(hub))
         if arguments.json:
             boards = [board_facts(board, states) for board, states in found]
-            facts = {"hub": hub.address, "time": hub.time, "boards": boards}
+            facts: dict[str, Any] = {"hub": hub.address, "time": hub.time, "boards": boards}
             if hub.time == "lockstep":
                 facts["lockstep"] = time_facts(hub.time_state())
             facts["conflicts"] = [str(conflict) for conflict in conflicts_among(found)]

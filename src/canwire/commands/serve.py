@@ -59,7 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         help="lockstep: name a program that computes for longer (default: 5)",
     )
-    add_time_argument(parser, ("real", "fast", "lockstep"), "programs that share a hub wait for each other by the clock")
+    add_time_argument(
+        parser, ("real", "fast", "lockstep"), "programs that share a hub wait for each other by the clock"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -104,7 +106,9 @@ def _programs(text: str) -> int | list[str]:
     if len(names) == 1 and names[0].isdecimal() and int(names[0]) > 0:
         return int(names[0])
     if not all(names) or len(set(names)) < len(names) or names[0].lstrip("-").isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r}: a number from 1 up, or different names with commas between them")
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: a number from 1 up, or different names with commas between them"
+        )
     return names
 
 

@@ -13,18 +13,26 @@ import sys
 import threading
 import uuid
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from canwire.errors import CanwireError
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.turn_page import TurnPage
 from canwire.platform import EventDescriptor, close_descriptors, map_memory
-from canwire.values.checks import LONGEST_NS, nanoseconds
-
-if TYPE_CHECKING:
-    from canwire.hub.handles.client import Client
+from canwire.values.checks import nanoseconds
 
 _NEVER = (1 << 63) - 1
+
+
+class Connection(Protocol):
+    """What is needed of a client of the hub."""
+
+    doorbell: EventDescriptor
+
+    @property
+    def lost(self) -> bool: ...
+    def ask(self, request: m.Message) -> tuple[Any, tuple[int, ...]]: ...
+    def call(self, request: m.Message) -> Any: ...
 
 
 class _Seat:
@@ -38,7 +46,7 @@ class _Seat:
 class _Page:
     """A thread's end of a page, and the connection that it came by."""
 
-    def __init__(self, client: Client, memory: int, *event: int) -> None:
+    def __init__(self, client: Connection, memory: int, *event: int) -> None:
         self.client = client
         self.words = TurnPage(map_memory(memory))
         self.event = EventDescriptor.adopt(*event)
@@ -77,7 +85,7 @@ class _Leaving:
 
     def __init__(self) -> None:
         self.number = -1
-        self.clients: dict[str, Client] = {}
+        self.clients: dict[str, Connection] = {}
 
     def __del__(self) -> None:
         if sys.is_finalizing():
@@ -91,7 +99,7 @@ class _Leaving:
 class Timed:
     """A connection whose program takes part. Made by the thread that connects, which waits for its first turn here."""
 
-    def __init__(self, client: Client, name: str) -> None:
+    def __init__(self, client: Connection, name: str) -> None:
         self._client = client
         self._name = name
         self._page: _Page | None = None
@@ -199,4 +207,3 @@ def _word() -> str:
 _WORD = uuid.uuid4().hex
 _NUMBERS = itertools.count()
 _THREAD = _Thread()
-assert LONGEST_NS < _NEVER

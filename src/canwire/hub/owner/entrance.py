@@ -33,14 +33,14 @@ def open_session(
 def _answer(request: Message, session: Session, world: World) -> Answer | Deferred:
     """One that takes time ends the turn of a program that keeps its time with others."""
     answer = ANSWERS.answer(request, session, world)
-    if world.lockstep is None or session.program is None or isinstance(answer, tuple):
+    if world.lockstep is None or isinstance(answer, tuple):
         return answer
     return world.lockstep.blocked(session, answer)
 
 
 def rung(world: World, session: Session, doorbell: EventDescriptor) -> None:
     """A client has rung: it wrote into its transmit queues, or read from a full receive queue."""
-    if world.lockstep is None or session.program is None:
+    if world.lockstep is None or not world.lockstep.has(session):
         doorbell.clear()
         world.kick(session)
     elif doorbell.take():  # else this was looked at already, when its thread began to wait

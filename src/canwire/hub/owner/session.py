@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from canwire.boards.can.connector import CanLine
 from canwire.boards.config.limits import LimitsConfig
@@ -18,10 +18,6 @@ from canwire.hub.protocol.link import Answer
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring
 
-if TYPE_CHECKING:
-    from canwire.hub.owner.lockstep.keeper import Program
-    from canwire.hub.owner.lockstep.shared_page import SharedPage
-
 Kind = TypeVar("Kind")
 _WORTH_WAITING = 16  # a receive queue for less than that overflows however patient the bus is
 
@@ -30,8 +26,7 @@ class Session:
     """Everything a client holds has a handle, a number that is only its own; `doorbell` is how it calls the hub.
 
     It knows only what it holds. `answer` finds out what a request is answered with, `changed` is told when a channel
-    came or went; both come from entrance.py. `halts` is told of its signals where time is virtual, `program` is who
-    it is among those that keep one time, None: it takes no part.
+    came or went; both come from entrance.py. `halts` is told of its signals where time is virtual.
     """
 
     def __init__(
@@ -49,8 +44,6 @@ class Session:
         self.notify = notify
         self.doorbell = doorbell
         self.halts = halts
-        self.program: Program | None = None
-        self.page: SharedPage | None = None
         self.shares_memory = True  # a link that carries no descriptors says no
         self.watching = False
         self.limits = limits

@@ -48,12 +48,7 @@ class World:
     """What all sessions share. With `turns` its time is virtual, and that of all programs that take part."""
 
     def __init__(
-        self,
-        config: Config,
-        *,
-        virtual: bool = False,
-        bench: Bench | None = None,
-        turns: Turns | None = None,
+        self, config: Config, *, virtual: bool = False, bench: Bench | None = None, turns: Turns | None = None
     ) -> None:
         self._bench = bench or Bench(Timeline(), {}, {})
         self.timeline = self._bench.timeline

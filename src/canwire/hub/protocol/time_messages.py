@@ -52,7 +52,7 @@ class Joined(Message):
     now_ns: int
 
 
-class TimedProgram(Message, frozen=True):
+class TimedProgram(Message):
     """One thread that takes part: `until_ns` is what it waits for (None: for a signal alone), where it `waits`.
 
     `name` has the process's number in it.
@@ -64,7 +64,7 @@ class TimedProgram(Message, frozen=True):
     until_ns: int | None
 
 
-class TimeState(Message, frozen=True):
+class TimeState(Message):
     """One time for many programs: in the order of their turns; `standstill` says why time does not pass, or ""."""
 
     now_ns: int

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from canwire.errors import CanwireError, HubLost, LimitReached
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.limits import enough
+from canwire.hub.owner.lockstep.program import Program, Seat, Turn
 from canwire.hub.owner.lockstep.shared_page import SharedPage
 from canwire.hub.owner.lockstep.turns import Participant, Turns
 from canwire.hub.protocol import messages as m
@@ -30,41 +31,6 @@ class Looked(Protocol):
     def kick(self, session: Session) -> None: ...
 
 
-class Turn(Deferred):
-    """An answer that comes when somebody may run."""
-
-
-class Seat:
-    """A thread that takes part. `asked` waits for its turn, which then gets `answer`, or the time; or `page` does."""
-
-    def __init__(self, program: Program, participant: Participant) -> None:
-        self.program = program
-        self.participant = participant
-        self.asked: Turn | None = None
-        self.answer: Answer | CanwireError | None = None
-        self.page: SharedPage | None = None
-        self.sessions: set[Session] = set()  # through which it has asked: with the last of them it goes
-
-
-class Program:
-    """A process: its connections, and those of its threads that take part. `halt` is called by each of its signals."""
-
-    def __init__(self, word: str, number: int, timeline: Timeline) -> None:
-        self.word = word
-        self.number = number
-        self.name = self.process = ""
-        self.sessions: list[Session] = []
-        self.seats: dict[int, Seat] = {}
-        self.rung = False  # a doorbell, since one of its threads last waited
-        self._timeline = timeline
-
-    def halt(self) -> None:
-        """Something was signalled: its threads look again at this instant, and no more time passes before that."""
-        for seat in self.seats.values():
-            seat.participant.woken = True
-        self._timeline.halt()
-
-
 class Lockstep:
     """Everybody who keeps one time.
 
@@ -80,6 +46,8 @@ class Lockstep:
         self._world = world
         self._hub = os.urandom(8).hex()
         self._programs: dict[str, Program] = {}
+        self._of_session: dict[Session, Program] = {}
+        self._pages: dict[Session, SharedPage] = {}
         self._seats: dict[Participant, Seat] = {}
         self._last = 0
 
@@ -87,6 +55,10 @@ class Lockstep:
     def occupied(self) -> bool:
         """Somebody takes part."""
         return bool(self._seats)
+
+    def has(self, session: Session) -> bool:
+        """This connection is one of a program that takes part."""
+        return session in self._of_session
 
     # requests
 
@@ -99,8 +71,8 @@ class Lockstep:
             program.process = session.name[session.name.rindex("(") :]
             program.name = f"{request.name} {program.process}"
             self._warn_of_namesakes(request.name)
-        if session.program is None:
-            session.program = program
+        if session not in self._of_session:
+            self._of_session[session] = program
             session.halts = program
             program.sessions.append(session)
         joined = m.Joined(self._hub, self._timeline.now_ns), self._page(session, request.thread)
@@ -150,7 +122,12 @@ class Lockstep:
         """An answer that takes time: the thread that asked, which is the one that runs, has it at its turn."""
         running = self.turns.running
         seat = None if running is None else self._seats[running]
-        if answer.settled or isinstance(answer, Turn) or seat is None or seat.program is not session.program:
+        if (
+            answer.settled
+            or isinstance(answer, Turn)
+            or seat is None
+            or seat.program is not self._of_session.get(session)
+        ):
             return answer
         self._sends(seat.program, seat)
         self.turns.wait(seat.participant, NEVER)
@@ -160,7 +137,7 @@ class Lockstep:
 
     def rung(self, session: Session) -> None:
         """Its doorbell: what the program that runs has sent is looked at when it waits, and so always alike."""
-        program, page = self._of(session), session.page
+        program, page = self._of(session), self._pages.get(session)
         if page is not None:
             if page.words.asked():
                 seat = self._at(program, session, page.thread)
@@ -179,21 +156,22 @@ class Lockstep:
 
     def gone(self, session: Session) -> None:
         """A connection has ended; with its last one a program is let go."""
-        program = session.program
+        program = self._of_session.pop(session, None)
         if program is None:
             return
-        session.program = None
         program.sessions.remove(session)
-        if session.page is not None:
-            session.page.close()
-            session.page = None
+        page = self._pages.pop(session, None)
+        if page is not None:
+            page.close()
         for seat in list(program.seats.values()):
             seat.sessions.discard(session)
             if not seat.sessions:
                 self._stand_up(seat)
         if not program.sessions:
             del self._programs[program.word]
-            self._say(f"{program.name} has left at {_seconds(self._timeline.now_ns)}: time goes on without it")
+            self._say(
+                f"{program.name} has left at {_seconds(self._timeline.now_ns)}: time goes on without it"
+            )
 
     # for the pace
 
@@ -230,16 +208,18 @@ class Lockstep:
 
     def _page(self, session: Session, thread: int) -> tuple[int, ...]:
         """Descriptors of a page for the thread that asks, where it can have one."""
-        if session.page is not None or not session.shares_memory:
+        if session in self._pages or not session.shares_memory:
             return ()
         with enough("a place in the hub's time"):
             page = SharedPage(thread)
-        session.page = page
+        self._pages[session] = page
         return page.hand_over()
 
     def _seated(self, program: Program, thread: int, name: str) -> Seat:
         if len(program.seats) >= _THREADS:
-            raise LimitReached(f"{program.name}: {_THREADS} of its threads take part in the hub's time already")
+            raise LimitReached(
+                f"{program.name}: {_THREADS} of its threads take part in the hub's time already"
+            )
         participant = self.turns.add(name, program.number, thread)
         seat = program.seats[thread] = self._seats[participant] = Seat(program, participant)
         return seat
@@ -275,8 +255,9 @@ class Lockstep:
     def _sends(self, program: Program, seat: Seat) -> None:
         """What it has put into its queues counts from now on; others of its threads may wait for what it did."""
         for session in program.sessions:
-            if session.page is not None:
-                program.rung |= session.page.words.stirred()
+            page = self._pages.get(session)
+            if page is not None:
+                program.rung |= page.words.stirred()
             elif session.doorbell is not None:
                 program.rung |= session.doorbell.take()
             self._world.kick(session)
@@ -287,9 +268,9 @@ class Lockstep:
                     other.participant.woken = True
 
     def _of(self, session: Session) -> Program:
-        if session.program is None:
+        if session not in self._of_session:
             raise CanwireError(f"{session.name} takes no part in the hub's time: connect(timed=True)")
-        return session.program
+        return self._of_session[session]
 
     def _say(self, text: str) -> None:
         if self._world.warn is not None:

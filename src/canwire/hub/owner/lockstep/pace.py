@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from canwire.hub.owner.world import World
 
 PATIENCE_S = 5.0
-_LONGEST_SILENCE_NS = 3_600_000_000_000  # that everybody waits for without a timeout: boards' clocks tick for ever
+_LONGEST_SILENCE_NS = (
+    3_600_000_000_000  # that everybody waits for without a timeout: boards' clocks tick for ever
+)
 _STEP_NS = 2_000_000  # bus time between two looks at the clock
 
 
