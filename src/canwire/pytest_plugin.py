@@ -10,8 +10,8 @@ Their full names are `canwire_lab`, `canwire_bus` and `canwire_lin_bus`; the sho
     [tool.pytest.ini_options]
     canwire_short_fixtures = false
 
-`canwire_lockstep({"ecu": TEXT, "tester": TEXT})` runs programs in processes of their own that keep one virtual time, the
-same every time (docs/time.md).
+`canwire_lockstep({"ecu": TEXT, "tester": TEXT})` runs programs in processes of their own that keep one virtual time,
+the same every time (docs/time.md).
 
 A test that fails shows, for every bus of its lab, the last frames with their senders and each node's state.
 Pytest loads this module by itself wherever canwire is installed, so nothing of canwire's machinery

@@ -72,15 +72,21 @@ class Bench:
         return process
 
     def run(
-        self, programs: Mapping[str, str], *words: str, own_words: Mapping[str, tuple[str, ...]] | None = None
+        self,
+        programs: Mapping[str, str],
+        *words: str,
+        own_words: Mapping[str, tuple[str, ...]] | None = None,
+        timeout_s: float = 2 * LONG_S,
     ) -> dict[str, str]:
         """Start them all; what each has printed once it has ended, all of them well."""
         own = own_words or {}
-        started = {name: self.start(name, text, *words, *own.get(name, ())) for name, text in programs.items()}
+        started = {
+            name: self.start(name, text, *words, *own.get(name, ())) for name, text in programs.items()
+        }
         with ThreadPoolExecutor(len(started)) as pool:
             ends = {pool.submit(one.communicate): name for name, one in started.items()}
             try:
-                for end in as_completed(ends, 2 * LONG_S):
+                for end in as_completed(ends, timeout_s):
                     assert started[ends[end]].returncode == 0, (ends[end], self.said)
             finally:
                 for one in started.values():

@@ -43,8 +43,9 @@ def serve(
 
     `ready` gets one line about it once clients can connect; before that `warn` gets one for everything unusual about
     the buses, and later one whenever lines of a bus come to run at different rates. Time is "real", "fast" or
-    "lockstep": then it begins once so many `programs` take part, or all of these names, in whose order they have their
-    turns; who computes for longer than `patience_s` is named to `warn`. Raises HubError if another hub listens there, BadConfig for a bad configuration.
+    "lockstep": that begins once so many `programs` take part, or all of these names, in whose order they have their
+    turns, and who computes for longer than `patience_s` is named to `warn`. Raises HubError if another hub listens
+    there, BadConfig for a bad configuration.
     """
     config = usual_config(config)
     raise_descriptor_limit()

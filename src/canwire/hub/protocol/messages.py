@@ -332,7 +332,7 @@ class Number(Message):
 
 
 class Welcome(Message):
-    """`time` is "real", "fast", "virtual" or "lockstep"; one descriptor: the doorbell of this client's transmit queues."""
+    """`time` is "real", "fast", "virtual" or "lockstep"; one descriptor: this client's doorbell."""
 
     version: int
     time: str

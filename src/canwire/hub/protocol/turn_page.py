@@ -7,8 +7,8 @@
     3     hub      given: the `asked` that was answered by a turn
     4     hub      the time then, ns
 
-Whoever has written tells the other one: the program by its doorbell, the hub by an event. The hub believes nothing here:
-the worst that a program can write is a wait of its own.
+Whoever has written tells the other one: the program by its doorbell, the hub by an event. The hub believes nothing
+here: the worst that a program can write is a wait of its own.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
-from canwire.errors import CanwireError, HubLost, LimitReached
+from canwire.errors import CanwireError, HubLost, LimitReached, WrongState
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.limits import enough
 from canwire.hub.owner.lockstep.program import Program, Seat, Turn
@@ -14,6 +14,7 @@ from canwire.hub.owner.lockstep.shared_page import SharedPage
 from canwire.hub.owner.lockstep.turns import Participant, Turns
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
+from canwire.platform import close_descriptors
 from canwire.timeline import NEVER, Timeline
 
 if TYPE_CHECKING:
@@ -64,22 +65,15 @@ class Lockstep:
 
     def join(self, session: Session, request: m.JoinTime) -> Turn:
         """This connection belongs to a program that takes part; so does the thread that asks, if it did not yet."""
-        program = self._programs.get(request.program)
-        if program is None:
-            self._last += 1
-            program = self._programs[request.program] = Program(request.program, self._last, self._timeline)
-            program.process = session.name[session.name.rindex("(") :]
-            program.name = f"{request.name} {program.process}"
-            self._warn_of_namesakes(request.name)
-        if session not in self._of_session:
-            self._of_session[session] = program
-            session.halts = program
+        if session in self._of_session and self._of_session[session].word != request.program:
+            raise WrongState(f"{session.name} takes part in the hub's time as another program")
+        program = self._programs.get(request.program) or self._new_program(session, request)
+        if session not in program.sessions:
+            self._of_session[session] = session.halts = program
             program.sessions.append(session)
-        joined = m.Joined(self._hub, self._timeline.now_ns), self._page(session, request.thread)
-        seat = program.seats.get(request.thread)
-        if seat is None:
-            seat = self._seated(program, request.thread, request.name)
+        seat = program.seats.get(request.thread) or self._seated(program, request.thread, request.name)
         seat.sessions.add(session)
+        joined = m.Joined(self._hub, self._timeline.now_ns), self._page(session, request.thread)
         if not seat.participant.waits:
             return _settled(joined)
         return self._ask(seat, joined)
@@ -206,6 +200,18 @@ class Lockstep:
             return f"{who} and maybe others wait again and again for no time at all"
         return f"{who} computes, or waits for something that the hub does not know of (hub.sleep, hub.away)"
 
+    def _new_program(self, session: Session, request: m.JoinTime) -> Program:
+        self._last += 1
+        program = self._programs[request.program] = Program(request.program, self._last, self._timeline)
+        program.process = session.name[session.name.rindex("(") :]
+        program.name = f"{request.name} {program.process}"
+        if any(one.name == request.name for one in self.turns.everybody):
+            self._say(
+                f"two programs are called {request.name}: the one that joined first goes first, which may be different "
+                f"the next time; CANWIRE_NAME gives each a name of its own"
+            )
+        return program
+
     def _page(self, session: Session, thread: int) -> tuple[int, ...]:
         """Descriptors of a page for the thread that asks, where it can have one."""
         if session in self._pages or not session.shares_memory:
@@ -238,6 +244,8 @@ class Lockstep:
         self.turns.remove(seat.participant)
         del self._seats[seat.participant]
         del seat.program.seats[seat.participant.thread]
+        if isinstance(seat.answer, tuple):
+            close_descriptors(*seat.answer[1])
         if seat.asked is not None:
             seat.asked.settle(HubLost("this program takes part in the hub's time no longer"))
 
@@ -275,13 +283,6 @@ class Lockstep:
     def _say(self, text: str) -> None:
         if self._world.warn is not None:
             self._world.warn(text)
-
-    def _warn_of_namesakes(self, name: str) -> None:
-        if any(one.name == name for one in self.turns.everybody):
-            self._say(
-                f"two programs are called {name}: the one that joined first goes first, which may be different the next "
-                f"time; CANWIRE_NAME gives each a name of its own"
-            )
 
 
 def _settled(answer: Answer) -> Turn:

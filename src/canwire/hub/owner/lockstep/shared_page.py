@@ -7,7 +7,10 @@ from canwire.platform import EventDescriptor, close_descriptors, create_memory, 
 
 
 class SharedPage:
-    """New memory and a new event for this thread; `hand_over` has the program's descriptors. Raises OSError with nothing left behind."""
+    """New memory and a new event for this thread; `hand_over` has the program's descriptors.
+
+    Raises OSError with nothing left behind.
+    """
 
     def __init__(self, thread: int) -> None:
         self.thread = thread
