@@ -21,6 +21,7 @@ def heard(home: Path, seed: str) -> str:
         return made.run(five_programs(), seed)["log"]
 
 
+@pytest.mark.conforms("G-17", "PL-01")
 def test_the_same_log_every_time_and_another_one_of_another_seed(tmp_path: Path) -> None:
     first = heard(tmp_path / "1", "1")
     assert {line.split()[1].partition("#")[0] for line in first.splitlines()} >= {
@@ -31,6 +32,7 @@ def test_the_same_log_every_time_and_another_one_of_another_seed(tmp_path: Path)
     assert heard(tmp_path / "other", "2") != first
 
 
+@pytest.mark.conforms("PL-05", "G-17")
 def test_the_fixture_of_the_page(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     block = next(block for block in blocks(PAGE) if block.mark == "file: test_lockstep.py")
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")

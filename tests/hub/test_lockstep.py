@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import queue
 import threading
 from collections.abc import Callable, Iterator
@@ -98,6 +99,7 @@ def bring_up(hub: canwire.Hub, stack: ExitStack, number: int) -> canwire.HubChan
     return channel
 
 
+@pytest.mark.conforms("G-17")
 @pytest.mark.parametrize("run", range(3))
 def test_turns_go_by_name_at_each_instant(run: int, shares_memory: bool) -> None:
     with stage(3) as made:
@@ -314,3 +316,65 @@ def test_a_second_connection_of_a_thread_that_runs_has_its_turn() -> None:
 
         made.program("one", both)
         assert made.end() == [(10**9, "other"), (2 * 10**9, "first"), (3 * 10**9, "after")]
+
+
+def test_asyncio_waits_by_the_hubs_time(shares_memory: bool) -> None:
+    with stage(2) as made:
+
+        async def tasks(hub: canwire.Hub, channel: canwire.HubChannel, event: canwire.Event) -> None:
+            heard = asyncio.Event()
+
+            def arrived() -> None:
+                event.reset()
+                heard.set()
+
+            asyncio.get_running_loop().add_reader(event.fileno(), arrived)
+            await asyncio.gather(asyncio.wait_for(heard.wait(), 1.0), asyncio.sleep(0.25))
+            made.at(hub, f"{channel.receive()}")
+            with pytest.raises(asyncio.TimeoutError):
+                await asyncio.wait_for(asyncio.Event().wait(), 0.5)
+            made.at(hub, "timeout")
+
+        def reader(hub: canwire.Hub) -> None:
+            with ExitStack() as stack, closing(canwire.Event()) as event:
+                channel = bring_up(hub, stack, 0)
+                channel.reading.assign(event)
+                hub.run(tasks(hub, channel, event))
+
+        def sender(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                channel = bring_up(hub, stack, 1)
+                hub.sleep(0.1)
+                channel.send(FRAME)
+                hub.sleep(2.0)
+
+        made.program("1 reader", reader, shares_memory=shares_memory)
+        made.program("2 sender", sender, shares_memory=shares_memory)
+        heard, timeout = made.end()
+        assert heard[0] == 250_000_000
+        assert heard[1].startswith("Frame(0x123")
+        assert timeout == (750_000_000, "timeout")
+
+
+@pytest.mark.conforms("G-17")
+@pytest.mark.parametrize("run", range(2))
+def test_an_answer_that_takes_bus_time_ends_its_programs_turn(run: int, shares_memory: bool) -> None:
+    with stage(2) as made:
+
+        def stops(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                hub.sleep(0.001)
+                fault = stack.enter_context(hub.bus("can0").faults.flip(bit=20))
+                made.at(hub, "waits")
+                assert not fault.wait(0.005)
+                made.at(hub, "has waited")
+
+        def other(hub: canwire.Hub) -> None:
+            hub.sleep(0.002)
+            made.at(hub, "other")
+
+        made.program("1 stops", stops, shares_memory=shares_memory)
+        made.program("2 other", other, shares_memory=shares_memory)
+        waits, between, waited = made.end()
+        assert (waits[1], between, waited[1]) == ("waits", (2_000_000, "other"), "has waited")
+        assert waited[0] == waits[0] + 5_000_000

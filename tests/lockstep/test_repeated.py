@@ -8,6 +8,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import pytest
+
 from tests.hubs import LONG_S
 from tests.lockstep.programs import bench
 
@@ -51,6 +53,7 @@ def played(home: Path, processes: int, seed: int) -> dict[str, str]:
         return made.run(programs, own_words=words, timeout_s=LONG_S * processes)
 
 
+@pytest.mark.conforms("G-17")
 def test_the_same_every_time(tmp_path: Path) -> None:
     first = played(tmp_path / "1", PROCESSES, 1)
     assert min(text.count("\n") for text in first.values()) > 1

@@ -7,8 +7,8 @@ import os
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from collections.abc import Callable, Coroutine, Iterator
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
     from canwire.hub.handles.timed import Timed
     from canwire.hub.protocol.link import Answer, Link
+
+
+Result = TypeVar("Result")
 
 
 class Holding(Protocol):
@@ -163,6 +166,19 @@ class Client:
             yield
         finally:
             self._timed.join()
+
+    def run(self, main: Coroutine[Any, Any, Result]) -> Result:
+        """`asyncio.run(main)` in the hub's time where that is virtual: asyncio.sleep, timeouts and loop.time() too.
+
+        Tasks wait for events and buses by their `fileno()` (loop.add_reader, python-can's Notifier with a loop).
+        """
+        import asyncio
+
+        if not self.virtual:
+            return asyncio.run(main)
+        from canwire.hub.handles.event_loop import run
+
+        return run(self, main)
 
     def time_state(self) -> m.TimeState:
         """The time, who takes part in it, and why it does not pass, if anybody should know."""
