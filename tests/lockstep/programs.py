@@ -99,6 +99,11 @@ class Bench:
             assert self._heard.wait_for(lambda: any(what in line for line in self.said), LONG_S), self.said
             return next(line for line in self.said if what in line)
 
+    def kill_hub(self) -> None:
+        """As kill -9 does."""
+        self._hub.kill()
+        self._hub.wait(LONG_S)
+
     def close(self) -> None:
         self._closing.close()
 

@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.hubs import LONG_S
 from tests.lockstep.programs import Bench, bench
 
@@ -68,6 +70,51 @@ def test_a_stopped_program_is_named_and_time_waits_on_for_it(tmp_path: Path) -> 
         assert f"canwire: {found['standstill']}" == said
         again = devices(made)
         assert (again["now_ns"], again["programs"]) == (found["now_ns"], found["programs"])
+        told = subprocess.run(
+            [sys.executable, "-m", "canwire", "devices", "--hub", made.address],
+            capture_output=True,
+            text=True,
+            timeout=LONG_S,
+            check=True,
+        ).stdout
+        assert f"  a ({endless.pid}), thread 0: runs\n  b ({other.pid}), thread 0: waits for 0." in told
+        assert f"! {found['standstill']}" in told
         os.kill(endless.pid, signal.SIGCONT)
         other.kill()
         made.hears(f"b ({other.pid}) has left")
+
+
+LOSES = """
+import canwire
+try:
+    with canwire.connect() as hub:
+        print("ready", flush=True)
+        hub.sleep(1e6)
+except canwire.HubLost:
+    print("lost", flush=True)
+"""
+
+
+def test_a_program_that_waits_for_its_turn_hears_that_the_hub_is_gone(tmp_path: Path) -> None:
+    with bench(tmp_path, "--programs", "1") as made:
+        waits = made.start("waits", LOSES)
+        assert first_line(waits) == "ready"
+        made.kill_hub()
+        assert first_line(waits) == "lost"
+        assert waits.wait(LONG_S) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--programs", "2"], "--programs and --patience are for --time lockstep"),
+        (["--time", "lockstep", "--programs", "0"], "'0': a number from 1 up, or different names"),
+        (["--time", "lockstep", "--programs", "a,a"], "'a,a': a number from 1 up, or different names"),
+        (["--time", "lockstep", "--patience", "0"], "patience_s 0.0: from 0.001"),
+    ],
+)
+def test_words_that_mean_nothing(words: list[str], said: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "canwire", "serve", "--socket", str(tmp_path / "hub.sock"), *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LONG_S)
+    assert done.returncode != 0
+    assert said in done.stderr

@@ -207,3 +207,13 @@ def _word() -> str:
 _WORD = uuid.uuid4().hex
 _NUMBERS = itertools.count()
 _THREAD = _Thread()
+
+
+def _after_fork() -> None:
+    """What this thread knew is the parent's, pages too."""
+    _THREAD.seats.clear()
+    _THREAD.leaving.clients.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)

@@ -69,7 +69,6 @@ from canwire.hub.protocol.time_messages import Joined as Joined
 from canwire.hub.protocol.time_messages import JoinTime as JoinTime
 from canwire.hub.protocol.time_messages import LeaveTime as LeaveTime
 from canwire.hub.protocol.time_messages import Stir as Stir
-from canwire.hub.protocol.time_messages import TimedProgram as TimedProgram
 from canwire.hub.protocol.time_messages import TimeState as TimeState
 from canwire.values.timing.bit_timing import BitTiming
 

@@ -6,6 +6,8 @@ number in there, whichever connection it asks through.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from canwire.hub.protocol.message import Message
 
 
@@ -52,7 +54,8 @@ class Joined(Message):
     now_ns: int
 
 
-class TimedProgram(Message):
+@dataclass(frozen=True)
+class TimedProgram:
     """One thread that takes part: `until_ns` is what it waits for (None: for a signal alone), where it `waits`.
 
     `name` has the process's number in it.

@@ -14,6 +14,7 @@ from canwire.hub.owner.lockstep.shared_page import SharedPage
 from canwire.hub.owner.lockstep.turns import Participant, Turns
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.time_messages import TimedProgram
 from canwire.platform import close_descriptors
 from canwire.timeline import NEVER, Timeline
 
@@ -100,7 +101,7 @@ class Lockstep:
 
     def state(self) -> m.TimeState:
         programs = tuple(
-            m.TimedProgram(
+            TimedProgram(
                 f"{one.name} {self._seats[one].program.process}",
                 one.thread,
                 one.waits,
