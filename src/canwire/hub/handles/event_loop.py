@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
+from contextvars import Context
 from selectors import DefaultSelector, SelectorKey
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, TypeVarTuple
 
 Result = TypeVar("Result")
+Ts = TypeVarTuple("Ts")
 
 
 class Waiting(Protocol):
@@ -29,8 +31,10 @@ class HubLoop(asyncio.SelectorEventLoop):
     def time(self) -> float:
         return self._hub.now_ns() / 1e9
 
-    def call_soon_threadsafe(self, *arguments: Any, **options: Any) -> asyncio.Handle:
-        handle = super().call_soon_threadsafe(*arguments, **options)
+    def call_soon_threadsafe(
+        self, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
+    ) -> asyncio.Handle:
+        handle = super().call_soon_threadsafe(callback, *args, context=context)
         self._hub.stir()
         return handle
 
