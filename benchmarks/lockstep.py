@@ -22,7 +22,16 @@ import canwire
 
 _PROGRAM = """
 import sys, canwire
-with canwire.connect(timed=True) as hub:
+
+def connected():
+    for _ in range(20):  # where many start at once, the hub may not answer within its two seconds
+        try:
+            return canwire.connect(timed=True)
+        except canwire.HubLost:
+            pass
+    raise SystemExit("the hub does not answer")
+
+with connected() as hub:
     for _ in range(int(sys.argv[1])):
         hub.sleep(0.001)
 """
@@ -37,8 +46,9 @@ def lockstep(programs: int, steps: int) -> float:
                                stderr=subprocess.DEVNULL)  # fmt: skip
         assert hub.stdout is not None
         hub.stdout.readline()
+        others: list[subprocess.Popen[bytes]] = []
         try:
-            others = [
+            others += [
                 subprocess.Popen(
                     [sys.executable, "-c", _PROGRAM, str(steps)],
                     env={**os.environ, "CANWIRE_HUB": address, "CANWIRE_NAME": f"program {number}"},
@@ -52,6 +62,8 @@ def lockstep(programs: int, steps: int) -> float:
             for one in others:
                 assert one.wait(60) == 0
         finally:
+            for one in others:
+                one.kill()
             hub.terminate()
             hub.wait(30)
             hub.stdout.close()
