@@ -28,8 +28,8 @@ def connect(
     """The hub at `address`, else at CANWIRE_HUB, else at this user's usual socket if somebody listens there.
 
     Else one inside this process, which all such calls share, in real time, until the last of their hubs is closed.
-    With `time` ("real", "fast", "virtual", "lockstep") or `config` (a file, or what was made of one): always a fresh one
-    inside this process, of its own. `name` is shown to others where this program holds something. A hub that nobody
+    With `time` ("real", "fast", "virtual", "lockstep") or `config` (a file, or what was made of one): always a fresh
+    one inside this process, of its own. `name` is shown to others where this program holds something. A hub that nobody
     holds any more, nor anything opened on it, is closed by itself; `with` or `close` says when.
 
     `timed`: this program keeps one time with others, on a hub of `canwire serve --time lockstep`; None: where
