@@ -22,6 +22,7 @@ open_log Recorder convert_log epoch_ns record
 lines_now
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
 DecodedMessages MessagePort OutgoingMessage Simulation
+TimeState TimedProgram
 LimitsConfig
 LimitReached
 ControllerOptions DelayCompensation

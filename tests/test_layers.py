@@ -117,6 +117,11 @@ HUB_WITHOUT_CLOCKS = {
     "hub.protocol.messages",
     "hub.protocol.lin_messages",
     "hub.owner.entrance",
+    "hub.owner.lockstep.keeper",
+    "hub.owner.lockstep.program",
+    "hub.owner.lockstep.turns",
+    "hub.protocol.time_messages",
+    "hub.protocol.turn_page",
     "hub.owner.session",
     "hub.owner.world",
 }

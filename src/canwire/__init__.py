@@ -134,6 +134,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
     from canwire.hub.protocol.lin_messages import LinLineState
+    from canwire.hub.protocol.time_messages import TimedProgram, TimeState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
     from canwire.hub.wall_clock import epoch_ns
@@ -259,6 +260,7 @@ _NAMES = {
     "hub.handles.lin": "LinControl Monitor",
     "hub.handles.scheduler": "Scheduler",
     "hub.protocol.fault_messages": "FaultInfo HubPlace",
+    "hub.protocol.time_messages": "TimeState TimedProgram",
     "hub.protocol.lin_messages": "LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
@@ -495,6 +497,8 @@ __all__ = [
     "SlcanReader",
     "SlotKind",
     "Ticks",
+    "TimeState",
+    "TimedProgram",
     "Timer",
     "TimingLimits",
     "TimingRange",

@@ -10,6 +10,9 @@ Their full names are `canwire_lab`, `canwire_bus` and `canwire_lin_bus`; the sho
     [tool.pytest.ini_options]
     canwire_short_fixtures = false
 
+`canwire_lockstep({"ecu": TEXT, "tester": TEXT})` runs programs in processes of their own that keep one virtual time,
+the same every time (docs/time.md).
+
 A test that fails shows, for every bus of its lab, the last frames with their senders and each node's state.
 Pytest loads this module by itself wherever canwire is installed, so nothing of canwire's machinery
 is imported here before a test asks for it.
@@ -17,12 +20,14 @@ is imported here before a test asks for it.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Generator, Iterator, Mapping
+from typing import IO, TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from canwire import Lab, LabBus, LabLinBus
 
 pytest_plugins = ["canwire.pytest_hub"]  # `canwire_hub`, `canwire_faults`
@@ -53,6 +58,76 @@ def canwire_lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
     request.node.stash[_LAB] = bench
     with bench:
         yield bench
+
+
+@pytest.fixture
+def canwire_lockstep(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[str, str]]:
+    """Run programs that keep one time, on a hub of each call's own; what each has printed, by name.
+
+    `canwire_lockstep(programs, timeout=60)`: Python programs as text by their names, in the order of their turns. They
+    find their hub as ever (canwire.toml's, or the usual boards). AssertionError, with what it printed last, for one
+    that fails, and with the hub's words if they have not all ended within `timeout` seconds of the clock.
+    """
+
+    def run(programs: Mapping[str, str], timeout: float = 60.0) -> dict[str, str]:
+        return _run_in_lockstep(tmp_path_factory.mktemp("lockstep"), programs, timeout)
+
+    return run
+
+
+def _run_in_lockstep(home: Path, programs: Mapping[str, str], timeout_s: float) -> dict[str, str]:
+    import concurrent.futures
+    import os
+    import subprocess
+    import sys
+
+    address = str(home / "hub.sock")
+    started: dict[str, subprocess.Popen[bytes]] = {}
+    variables = {**os.environ, "CANWIRE_HUB": address, "CANWIRE_TIMED": "1"}
+    serve = [
+        "-m",
+        "canwire",
+        "serve",
+        "--time",
+        "lockstep",
+        "--programs",
+        ",".join(programs),
+        "--socket",
+        address,
+    ]
+
+    def start(name: str, words: list[str], output: int | IO[bytes]) -> subprocess.Popen[bytes]:
+        with (home / f"{name}.err").open("wb") as errors:
+            named = {**variables, "CANWIRE_NAME": name}
+            started[name] = subprocess.Popen(
+                [sys.executable, *words], stdout=output, stderr=errors, env=named
+            )
+        return started[name]
+
+    def said(name: str, what: str) -> str:
+        return (home / f"{name}.{what}").read_text(errors="replace")
+
+    try:
+        with start("the hub", serve, subprocess.PIPE).stdout as introduction:  # type: ignore[union-attr]
+            assert introduction.readline(), said("the hub", "err")
+        for name, text in programs.items():
+            with (home / f"{name}.out").open("wb") as output:
+                start(name, ["-c", text], output)
+        with concurrent.futures.ThreadPoolExecutor(len(programs)) as pool:
+            ends = {pool.submit(started[name].wait, timeout_s): name for name in programs}
+            for end in concurrent.futures.as_completed(ends):
+                name = ends[end]
+                if end.exception() is not None or end.result():
+                    for one in started.values():
+                        one.kill()
+                    raise AssertionError(
+                        f"{name} failed:\n{said(name, 'err')}\nthe hub:\n{said('the hub', 'err')}"
+                    )
+    finally:
+        for one in started.values():
+            one.terminate()
+            one.wait()
+    return {name: said(name, "out") for name in programs}
 
 
 @pytest.fixture

@@ -172,7 +172,7 @@ def test_rings_that_cannot_be_made_leave_nothing_behind(
     with monkeypatch.context() as patch:
         patch.setattr(step, failing)
         with pytest.raises(OSError, match="Too many open files"):
-            SharedRings(8, 8, exact=True, doorbell=None, timeline=None)
+            SharedRings(8, 8, exact=True, doorbell=None, halts=None)
     gc.collect()
     assert descriptors("self") == before
 

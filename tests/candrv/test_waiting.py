@@ -18,7 +18,7 @@ ready: list[bool] = []
 class RealTime:
     """As much of a hub as a waiting room asks for."""
 
-    virtual = False
+    virtual = timed = False
 
 
 class Interrupted:

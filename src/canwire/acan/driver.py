@@ -103,7 +103,7 @@ class Driver:
         programs of another kind run it at another rate.
         """
         self._check()
-        patiently(partial(self._line.configure, config))
+        patiently(self._line.hub, partial(self._line.configure, config))
 
     def config(self) -> HardConfig | None:
         """How the controller is set up, by whomever, or None; BadTiming for a rate that is no whole kbit/s."""
@@ -128,7 +128,7 @@ class Driver:
         if bus_off:
             self._line.recover()
         else:
-            patiently(self._line.start)
+            patiently(self._line.hub, self._line.start)
         return False
 
     def bus_off(self) -> bool:
@@ -136,7 +136,7 @@ class Driver:
         self._check()
         status = self._line.status()
         if status.running:
-            patiently(self._line.stop)
+            patiently(self._line.hub, self._line.stop)
         return status.running and status.state != ErrorState.BUS_OFF
 
     def hold_filters(self) -> AbstractContextManager[None]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 import threading
-import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -91,14 +90,14 @@ class Service:
                 return ready()
 
 
-def patiently(call: Callable[[], object]) -> None:
+def patiently(hub: Hub, call: Callable[[], object]) -> None:
     """Programs configure a line one after the other: InUse counts once it has lasted for a while."""
     for pause_s in _PAUSES_S:
         try:
             call()
             return
         except InUse:
-            time.sleep(pause_s)
+            hub.sleep(pause_s)
     call()
 
 

@@ -41,7 +41,7 @@ from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.colour import GREEN, RED, YELLOW, painted
 
 if TYPE_CHECKING:
-    from canwire import Hub
+    from canwire import Hub, TimeState
 
 
 class LinUse(NamedTuple):
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print what is plugged in now; HubLost if the hub of that address does not answer."""
     with ExitStack() as closing:
-        hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire devices"))
+        hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire devices", timed=False))
         if not hub.address:
             complain(
                 "no hub is running; this is what a program finds by itself (`canwire serve` starts a shared one)"
@@ -74,16 +74,42 @@ def run(arguments: argparse.Namespace) -> int:
         found = list(boards_of(hub))
         if arguments.json:
             boards = [board_facts(board, states) for board, states in found]
-            facts = {"hub": hub.address, "time": hub.time, "boards": boards}
+            facts: dict[str, Any] = {"hub": hub.address, "time": hub.time, "boards": boards}
+            if hub.time == "lockstep":
+                facts["lockstep"] = time_facts(hub.time_state())
             facts["conflicts"] = [str(conflict) for conflict in conflicts_among(found)]
             print(json.dumps(facts, indent=2))
         else:
             print(*(tree(found) or ["no boards; `canwire plug usb-to-can-fd` plugs one in"]), sep="\n")
+            if hub.time == "lockstep":
+                print(*time_text(hub.time_state()), sep="\n")
             for conflict in conflicts_among(found):
                 print(painted(f"! {conflict}", RED))
             for late in sorted(lateness_among(found)):
                 print(painted(f"! {late}", RED))
     return 0
+
+
+def time_text(state: TimeState) -> list[str]:
+    """Who keeps one time, what each waits for, and why it does not pass."""
+    shown = [f"{_seconds(state.now_ns)} of one time for {len(state.programs)} threads of programs"]
+    for one in state.programs:
+        until = "a signal" if one.until_ns is None else _seconds(one.until_ns)
+        shown.append(f"  {one.name}, thread {one.thread}: {f'waits for {until}' if one.waits else 'runs'}")
+    return [*shown, *([painted(f"! {state.standstill}", RED)] if state.standstill else [])]
+
+
+def time_facts(state: TimeState) -> dict[str, Any]:
+    """For --json."""
+    programs = [
+        {"name": one.name, "thread": one.thread, "waits": one.waits, "until_ns": one.until_ns}
+        for one in state.programs
+    ]
+    return {"now_ns": state.now_ns, "programs": programs, "standstill": state.standstill}
+
+
+def _seconds(time_ns: int) -> str:
+    return f"{time_ns / 1e9:.9f} s"
 
 
 def conflicts_among(found: list[Found]) -> list[RateConflict]:

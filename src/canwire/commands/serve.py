@@ -3,6 +3,7 @@
 canwire serve                                   on this user's usual socket, where canwire.connect() looks
 canwire serve --socket ./bench --time fast      on a socket of its own; the buses do not wait for the clock
 canwire serve --config canwire.toml             these buses and boards
+canwire serve --time lockstep --programs 5      one virtual time for five programs, each started with CANWIRE_TIMED=1
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
 canwire serve --socketcand                      for Kayak, SavvyCAN and python-can's socketcand, too
 
@@ -54,11 +55,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HOST:PORT",
         help="serve socketcand's protocol, too (default: 127.0.0.1:29536)",
     )
-    add_time_argument(parser, ("real", "fast"), "programs that share a hub wait for each other by the clock")
+    parser.add_argument(
+        "--programs",
+        type=_programs,
+        metavar="N|NAMES",
+        help="lockstep: time begins once so many programs take part, or all of these (a,b,c: in this order)",
+    )
+    parser.add_argument(
+        "--patience",
+        type=float,
+        metavar="SECONDS",
+        help="lockstep: name a program that computes for longer (default: 5)",
+    )
+    add_time_argument(
+        parser, ("real", "fast", "lockstep"), "programs that share a hub wait for each other by the clock"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM, SIGHUP or SIGINT."""
+    time = arguments.time or "real"
+    if time != "lockstep" and (arguments.programs is not None or arguments.patience is not None):
+        raise canwire.BadValue("--programs and --patience are for --time lockstep")
     stop = canwire.Event(manual_reset=True)
 
     def end() -> None:
@@ -80,7 +98,9 @@ def run(arguments: argparse.Namespace) -> int:
             canwire.serve(
                 arguments.socket,
                 arguments.config,
-                arguments.time or "real",
+                time,
+                programs=1 if arguments.programs is None else arguments.programs,
+                patience_s=5.0 if arguments.patience is None else arguments.patience,
                 ready=ready,
                 stop=stop,
                 warn=complain,
@@ -89,6 +109,18 @@ def run(arguments: argparse.Namespace) -> int:
         beside.close()
         stop.close()
     return 0
+
+
+def _programs(text: str) -> int | list[str]:
+    """A number of them, or their names."""
+    names = [name.strip() for name in text.split(",")]
+    if len(names) == 1 and names[0].isdecimal() and int(names[0]) > 0:
+        return int(names[0])
+    if not all(names) or len(set(names)) < len(names) or names[0].lstrip("-").isdecimal():
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: a number from 1 up, or different names with commas between them"
+        )
+    return names
 
 
 def _ready(introduction: str) -> None:

@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     address = arguments.hub or os.environ.get("CANWIRE_HUB")
     with ExitStack() as closing:
         try:
-            hub = closing.enter_context(canwire.connect(address, name="canwire share"))
+            hub = closing.enter_context(canwire.connect(address, name="canwire share", timed=False))
         except HubLost:
             return serve(arguments, specs, address)
         if hub.address:
@@ -78,7 +78,7 @@ def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: 
     stop = Event(manual_reset=True)
 
     def ready(introduction: str) -> None:
-        with canwire.connect(address, name="canwire share") as hub:
+        with canwire.connect(address, name="canwire share", timed=False) as hub:
             share(hub, specs, arguments)
         print(introduction, flush=True)
 

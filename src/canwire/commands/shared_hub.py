@@ -35,9 +35,14 @@ def add_rate_argument(parser: argparse.ArgumentParser, option: str, help: str, u
     parser.add_argument(option, type=int, metavar="BIT/S", help=f"{help} (default: {usual})")
 
 
-def connected(arguments: argparse.Namespace, verb: str, closing: ExitStack) -> Hub:
-    """The shared hub; raises HubError if there is none: boards of this process alone would be nobody's."""
-    hub: Hub = closing.enter_context(canwire.connect(arguments.hub, name=f"canwire {verb}"))
+def connected(
+    arguments: argparse.Namespace, verb: str, closing: ExitStack, *, timed: bool | None = False
+) -> Hub:
+    """The shared hub; raises HubError if there is none: boards of this process alone would be nobody's.
+
+    A verb looks on where programs keep one time; a `timed` one takes part (None: where CANWIRE_TIMED says so).
+    """
+    hub: Hub = closing.enter_context(canwire.connect(arguments.hub, name=f"canwire {verb}", timed=timed))
     if not hub.address:
         raise HubError(f"no hub is running that `{verb}` could share; `canwire serve` starts one")
     return hub

@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
         closing.callback(stop.close)
         closing.enter_context(signals_call(stop.set))
         service = Service(complain)
-        hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire slcan"))
+        hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire slcan", timed=False))
         closing.callback(service.close)
         settings = _settings(arguments)
         for wire in _wires(arguments, closing):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
@@ -72,9 +71,9 @@ def _start(control: Control, mode: LineMode | None) -> None:
 
 
 def _started_by_somebody(hub: Hub, place: LinePlace, refusal: InUse, patience_s: float) -> LineStatus:
-    end_s = time.monotonic() + patience_s
+    end_s = hub.clock_s() + patience_s
     while not (status := place.status(hub)).running:
-        if time.monotonic() >= end_s:
+        if hub.clock_s() >= end_s:
             raise refusal
-        time.sleep(_LOOK_S)
+        hub.sleep(_LOOK_S)
     return status

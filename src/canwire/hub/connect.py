@@ -22,17 +22,41 @@ def connect(
     time: str | None = None,
     config: str | os.PathLike[str] | Config | None = None,
     name: str | None = None,
+    timed: bool | None = None,
 ) -> Hub:
     """The hub at `address`, else at CANWIRE_HUB, else at this user's usual socket if somebody listens there.
 
     Else one inside this process, which all such calls share, in real time, until the last of their hubs is closed.
-    With `time` ("real", "fast", "virtual") or `config` (a file, or what was made of one): always a fresh one
-    inside this process, of its own. `name` is shown to others where this program holds something. A hub that nobody
+    With `time` ("real", "fast", "virtual", "lockstep") or `config` (a file, or what was made of one): always a fresh
+    one inside this process, of its own. `name` is shown to others where this program holds something. A hub that nobody
     holds any more, nor anything opened on it, is closed by itself; `with` or `close` says when.
 
-    Raises HubLost if nobody listens at a given address, BadConfig for a bad configuration.
+    `timed`: this program keeps one time with others, on a hub of `canwire serve --time lockstep`; None: where
+    CANWIRE_TIMED is 1. It then goes on at its first turn. The order of turns is that of names: CANWIRE_NAME if that is
+    set, else `name`.
+
+    Raises HubLost if nobody listens at a given address, BadConfig for a bad configuration, WrongState if `timed` where
+    time passes otherwise.
     """
-    name = name or _name_of_program()
+    name = name or os.environ.get("CANWIRE_NAME") or _name_of_program()
+    if timed is None:
+        timed = time is None and config is None and _usually_timed()
+    return _taking_part(_connected(address, time, config, name), name, timed)
+
+
+def _taking_part(hub: Hub, name: str, timed: bool) -> Hub:
+    if timed:
+        try:
+            hub.keep_time(os.environ.get("CANWIRE_NAME") or name)
+        except BaseException:
+            hub.close()
+            raise
+    return hub
+
+
+def _connected(
+    address: str | None, time: str | None, config: str | os.PathLike[str] | Config | None, name: str
+) -> Hub:
     if time is not None or config is not None:
         if address is not None:
             raise BadValue(f"the hub at {address} has its own time and boards: leave time and config out")
@@ -50,6 +74,14 @@ def connect(
     )  # boards and all, which who uses a shared hub has no need of
 
     return _hub(common_link(name))
+
+
+def _usually_timed() -> bool:
+    """What CANWIRE_TIMED says; raises BadValue for more than 1 or 0."""
+    said = os.environ.get("CANWIRE_TIMED", "")
+    if said not in ("", "0", "1"):
+        raise BadValue(f"CANWIRE_TIMED={said!r}: 1 to keep one time with other programs, 0 or nothing else")
+    return said == "1"
 
 
 def _hub(link: Link) -> Hub:

@@ -9,14 +9,16 @@ from collections.abc import Callable
 
 from canwire.boards.config.configuration import Config
 from canwire.hub.links.local import LocalLink
-from canwire.hub.owner.engine import REAL, VIRTUAL, Engine
+from canwire.hub.owner.engine import LOCKSTEP, REAL, VIRTUAL, Engine
+from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.world import World
 from canwire.hub.usual import usual_config
 
 
 def fresh_link(time: str, config: str | os.PathLike[str] | Config | None, name: str) -> LocalLink:
     """To a hub of its own, which ends with the link."""
-    engine = Engine(World(usual_config(config), virtual=time == VIRTUAL), time)
+    turns = Turns() if time == LOCKSTEP else None
+    engine = Engine(World(usual_config(config), virtual=time == VIRTUAL, turns=turns), time)
     _RUNNING.add(engine)
     return _local(engine, name, lambda: _end(engine))
 

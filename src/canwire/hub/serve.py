@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from canwire.boards.wiring import config_warnings
 from canwire.errors import HubError
 from canwire.hub.links.answering import Server
-from canwire.hub.owner.engine import REAL, Engine
+from canwire.hub.owner.engine import LOCKSTEP, REAL, Engine
+from canwire.hub.owner.lockstep.pace import PATIENCE_S, LockstepPace
+from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config
 from canwire.platform import raise_descriptor_limit
+from canwire.values.checks import finite, whole
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
@@ -22,6 +25,7 @@ if TYPE_CHECKING:
 
 # a signal that comes between the interpreter's last look and the system's wait is heard only once that wait is over
 _LOOK_AGAIN_S = 1.0
+_MOST_PROGRAMS = 4096
 
 
 def serve(
@@ -29,6 +33,8 @@ def serve(
     config: str | os.PathLike[str] | Config | None = None,
     time: str = REAL,
     *,
+    programs: int | Sequence[str] = 1,
+    patience_s: float = PATIENCE_S,
     ready: Callable[[str], object],
     stop: Event,
     warn: Callable[[str], object] | None = None,
@@ -36,12 +42,14 @@ def serve(
     """Keep a hub on a socket (None: the user's usual one) until `stop` is set.
 
     `ready` gets one line about it once clients can connect; before that `warn` gets one for everything unusual about
-    the buses, and later one whenever lines of a bus come to run at different rates. Time is "real" or "fast". Raises
-    HubError if another hub listens there, BadConfig for a bad configuration.
+    the buses, and later one whenever lines of a bus come to run at different rates. Time is "real", "fast" or
+    "lockstep": that begins once so many `programs` take part, or all of these names, in whose order they have their
+    turns, and who computes for longer than `patience_s` is named to `warn`. Raises HubError if another hub listens
+    there, BadConfig for a bad configuration.
     """
     config = usual_config(config)
     raise_descriptor_limit()
-    engine = Engine(World(config), time)
+    engine = _engine(config, time, programs, patience_s)
     with contextlib.ExitStack() as closing:
         closing.callback(engine.close)
         server = Server(engine, default_address() if address is None else address)
@@ -56,6 +64,18 @@ def serve(
             pass
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
+
+
+def _engine(config: Config, time: str, programs: int | Sequence[str], patience_s: float) -> Engine:
+    if time != LOCKSTEP:
+        return Engine(World(config), time)
+    finite("patience_s", patience_s, 0.001, 1e9)
+    if isinstance(programs, int):
+        turns = Turns(whole("programs", programs, 1, _MOST_PROGRAMS))
+    else:
+        turns = Turns(len(programs), programs)
+    world = World(config, turns=turns)
+    return Engine(world, time, LockstepPace(world, patience_s))
 
 
 def _introduction(engine: Engine, path: str) -> str:

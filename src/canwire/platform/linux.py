@@ -83,15 +83,20 @@ class EventDescriptor(Waiting):
                 return True
         return False
 
-    def clear(self) -> None:
-        """Consume whatever signal there is, without waiting."""
+    def take(self) -> bool:
+        """Consume whatever signal there is, without waiting; was there one?"""
         try:
-            os.read(self._read, _ALL)
+            return bool(os.read(self._read, _ALL))
         except BlockingIOError:
-            pass  # there was none
+            return False
         except OSError:
             if not self._closed:
                 raise
+            return False
+
+    def clear(self) -> None:
+        """Consume whatever signal there is, without waiting."""
+        self.take()
 
     def close(self) -> None:
         """A second time does nothing; from now on nothing is signalled here, and no descriptor is touched."""

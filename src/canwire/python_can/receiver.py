@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
@@ -46,6 +45,7 @@ class Receiver:
         self._name = name
         self._errors = errors
         self._virtual = channel.hub.virtual
+        self._now_s = channel.hub.clock_s
         self._lock = threading.Lock()
 
     def keep(self, keeps: Callable[[can.Message], bool] | None, *, exact: bool) -> None:
@@ -95,7 +95,7 @@ class Receiver:
             raise Closed(str(self._name))
 
     def _received(self, timeout: float | None) -> can.Message | None:
-        end_s = None if timeout is None else time.monotonic() + timeout
+        end_s = None if timeout is None else self._now_s() + timeout
         while True:
             with self._lock:
                 moved, events = self._take()
@@ -111,7 +111,7 @@ class Receiver:
                 continue
             if self.watched:
                 self.tell()
-            left = None if end_s is None else end_s - time.monotonic()
+            left = None if end_s is None else end_s - self._now_s()
             if left is not None and left <= 0:
                 self._end.lease.check()
                 return None

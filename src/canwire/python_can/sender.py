@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 
 from can import CanOperationError, CanTimeoutError
 
@@ -22,6 +21,7 @@ class Sender:
 
     def __init__(self, channel: HubChannel, receiver: Receiver, company: Company) -> None:
         self._channel = channel
+        self._now_s = channel.hub.clock_s
         self._receiver = receiver
         self._company = company
         self._taken, self._taken_s = -1, 0.0
@@ -38,7 +38,7 @@ class Sender:
             if free < ring.capacity or self._receiver.state in _SILENT:
                 self._check_moving()
             else:
-                self._taken, self._taken_s = ring.taken, time.monotonic()
+                self._taken, self._taken_s = ring.taken, self._now_s()
             if not free:
                 self._wait_for_room(timeout)
             ring.put_bytes(record)
@@ -49,18 +49,15 @@ class Sender:
         before, end_s = -1, 0.0
         while pending := self._channel.status().pending:
             if pending != before:
-                before, end_s = pending, time.monotonic() + _STUCK_S
-            elif time.monotonic() >= end_s:
+                before, end_s = pending, self._now_s() + _STUCK_S
+            elif self._now_s() >= end_s:
                 self._company.gave_up(pending, _why(self._status()))
                 return
-            if hub.virtual:
-                hub.run_for(_FLUSH_LOOK_S)
-            else:
-                time.sleep(_FLUSH_LOOK_S)
+            hub.sleep(_FLUSH_LOOK_S)
 
     def _check_moving(self) -> None:
         """Raise CanOperationError if what waits would wait for ever; looked at when nothing has gone for a while."""
-        taken, now_s = self._end.ring.taken, time.monotonic()
+        taken, now_s = self._end.ring.taken, self._now_s()
         if self._receiver.state not in _SILENT:
             if taken != self._taken:
                 self._taken, self._taken_s = taken, now_s
@@ -78,9 +75,9 @@ class Sender:
     def _wait_for_room(self, timeout: float | None) -> None:
         """Holding the lock: who comes later sends later."""
         ring = self._end.ring
-        end_s = None if timeout is None else time.monotonic() + timeout
+        end_s = None if timeout is None else self._now_s() + timeout
         while not ring.free():
-            left = _LOOK_S if end_s is None else min(_LOOK_S, end_s - time.monotonic())
+            left = _LOOK_S if end_s is None else min(_LOOK_S, end_s - self._now_s())
             if left <= 0:
                 what = f"{self._channel.name}: {ring.capacity} messages wait already"
                 if not timeout:

@@ -115,4 +115,4 @@ class HubLink:
 def connect_again(hub: Hub) -> Callable[[], Hub]:
     """First this connection, then ones to the same address."""
     waiting = [hub]
-    return lambda: waiting.pop() if waiting else canwire.connect(hub.address, name=NAME)
+    return lambda: waiting.pop() if waiting else canwire.connect(hub.address, name=NAME, timed=False)

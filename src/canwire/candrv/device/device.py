@@ -12,7 +12,6 @@ Source: CANDRV manual (seed 000), chapter 6, 8.1, 8.13 to 8.18, 8.23; rulings.md
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, TypeVar
@@ -256,7 +255,7 @@ class Device:
             except InUse:
                 if pause_s is None:
                     raise
-                time.sleep(pause_s)
+                self.hub.sleep(pause_s)
             else:
                 with control:
                     return call(control)

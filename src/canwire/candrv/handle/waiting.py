@@ -79,6 +79,9 @@ class WaitingRoom:
                 self.event.close()
 
     def _sleep(self, left: float | None) -> None:
+        if self._hub.timed:
+            self._await_turn(left)
+            return
         virtual = self._hub.virtual
         if self._sleeps:
             self._changed.wait(None if virtual else left)
@@ -95,6 +98,16 @@ class WaitingRoom:
             finally:
                 self._sleeps = False
                 self._changed.notify_all()
+
+    def _await_turn(self, left: float | None) -> None:
+        """One time with other programs: each thread waits for itself, since time waits for each."""
+        try:
+            self.lock.release()
+            if not self.event.is_set():
+                self._hub.wait_once(left)
+            self.event.reset()
+        finally:
+            self.lock.acquire()
 
     def _now(self) -> int:
         return self._hub.now_ns() if self._hub.virtual else time.monotonic_ns()

@@ -12,6 +12,7 @@ _USUAL = 80  # columns
 TIMES = {
     "real": "as the clock goes",
     "fast": "with the clock while buses rest, without waiting while they work",
+    "lockstep": "virtual, and one for all programs that take part (CANWIRE_TIMED=1), who run in turns",
     "virtual": "without waiting, the same every time",
 }
 

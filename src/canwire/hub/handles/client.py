@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import threading
+import time
 import weakref
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from collections.abc import Callable, Coroutine, Iterator
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
@@ -17,7 +18,11 @@ from canwire.values.checks import LONGEST_NS, nanoseconds
 if TYPE_CHECKING:
     from types import TracebackType
 
+    from canwire.hub.handles.timed import Timed
     from canwire.hub.protocol.link import Answer, Link
+
+
+Result = TypeVar("Result")
 
 
 class Holding(Protocol):
@@ -48,6 +53,7 @@ class Client:
         self._lock = threading.Lock()
         self._holdings: dict[int, Holding] = {}
         self._forked = False
+        self._timed: Timed | None = None
         self.doorbell = link.doorbell
         self._listen(self._notice)
         _OPEN.add(self)
@@ -61,12 +67,28 @@ class Client:
 
     @property
     def time(self) -> str:
-        """How it passes: "real" with the clock, "fast" as quickly as buses work, "virtual" while somebody waits."""
+        """How it passes: "real" with the clock, "fast" as quickly as buses work, "virtual" while somebody waits,
+        "lockstep" while all programs wait that take part."""
         return self._link.time
 
     @property
     def virtual(self) -> bool:
-        return self._link.time == "virtual"
+        """Waiting here takes virtual time."""
+        return self._timed is not None or self._link.time == "virtual"
+
+    @property
+    def timed(self) -> bool:
+        """This program keeps one time with others."""
+        return self._timed is not None
+
+    def keep_time(self, name: str) -> None:
+        """Take part in a lockstep hub's time, in the place of this name; waits for this thread's first turn.
+
+        Raises WrongState for a hub whose time passes otherwise.
+        """
+        from canwire.hub.handles.timed import Timed
+
+        self._timed = Timed(self, name)
 
     @property
     def lost(self) -> bool:
@@ -91,6 +113,8 @@ class Client:
             raise CanwireError(_FORKED)
         if self._closed:
             raise HubLost("this connection to the hub was closed")
+        if self._timed is not None:
+            self._timed.forget_now()
         return self._link.call(request)
 
     def call(self, request: m.Message) -> Any:
@@ -111,7 +135,55 @@ class Client:
 
     def now_ns(self) -> int:
         """The hub's time."""
+        if self._timed is not None:
+            return self._timed.now_ns()
         return int(self.call(m.Advance(0)).value)
+
+    def clock_s(self) -> float:
+        """Seconds on the clock that waiting goes by: the hub's where its time is virtual, else this computer's."""
+        return self.now_ns() / 1e9 if self.virtual else time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Do nothing for so many seconds of the hub's time; where that is not virtual, of the clock."""
+        if self._timed is not None:
+            self._timed.sleep(seconds)
+        elif self.virtual:
+            self.run_for(seconds)
+        else:
+            time.sleep(nanoseconds("seconds", seconds) / 1e9)
+
+    @contextlib.contextmanager
+    def away(self) -> Iterator[None]:
+        """For what takes time that is not the hub's: joining a thread, a file, a user. Its time passes meanwhile.
+
+        A program that keeps one time with others takes part in it again afterwards, at its turn.
+        """
+        if self._timed is None:
+            yield
+            return
+        self._timed.leave()
+        try:
+            yield
+        finally:
+            self._timed.join()
+
+    def run(self, main: Coroutine[Any, Any, Result]) -> Result:
+        """`asyncio.run(main)` in the hub's time where that is virtual: asyncio.sleep, timeouts and loop.time() too.
+
+        Tasks wait for events and buses by their `fileno()` (loop.add_reader, python-can's Notifier with a loop).
+        """
+        import asyncio
+
+        if not self.virtual:
+            return asyncio.run(main)
+        from canwire.hub.handles.event_loop import run
+
+        return run(self, main)
+
+    def time_state(self) -> m.TimeState:
+        """The time, who takes part in it, and why it does not pass, if anybody should know."""
+        state: m.TimeState = self.call(m.GetTime())
+        return state
 
     def run_for(self, seconds: float) -> None:
         """Virtual time: let so much of it pass."""
@@ -119,11 +191,28 @@ class Client:
 
     def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
         """Virtual time: let it pass until `ready()` or until `timeout` seconds of it are over; was it ready?"""
+        if self._timed is not None:
+            return self._timed.advance(ready, timeout)
         now_ns = self.now_ns()
         end_ns = now_ns + (LONGEST_NS if timeout is None else nanoseconds("timeout", timeout))
         while not ready() and now_ns < end_ns:
             now_ns = int(self.call(m.Advance(end_ns - now_ns)).value)
         return ready()
+
+    def wait_once(self, timeout: float | None) -> None:
+        """One time with others: until anything is signalled to this program, at most `timeout` seconds of it."""
+        if self._timed is not None:
+            self._timed.wait_once(timeout)
+
+    def stir(self) -> None:
+        """Have this program's own threads look again at what they wait for; from anywhere, signal handlers too."""
+        if self._timed is not None:
+            self._timed.stir()
+
+    def stir_everybody(self) -> None:
+        """Something changed, without the hub, that other programs may wait for."""
+        if self._timed is not None:
+            self._timed.stir_everybody()
 
     # what is held
 
@@ -146,6 +235,8 @@ class Client:
             self._closed = True
             self._forgotten.detach()
             self._link.close()
+            if self._timed is not None:
+                self._timed.lost()
 
     def leave_to_parent(self) -> None:
         """For a fork of this process: every handle says so from now on, and takes nothing out of the parent's queues.
@@ -174,6 +265,8 @@ class Client:
             return list(self._holdings.values())
 
     def _notice(self, notice: m.Message | None) -> None:
+        if notice is None and self._timed is not None:
+            self._timed.lost()
         if isinstance(notice, m.Gone):
             for holding in self._held():
                 if holding.handle in notice.handles:

@@ -120,6 +120,11 @@ class RingEnd:
         with self._lock:
             if not self._closed:
                 self._own.signal()
+                self.stir()
+
+    def stir(self) -> None:
+        """See hub/handles/event.py, Signal."""
+        self.lease.hub.stir()
 
     def show(self, more: bool) -> None:
         """Have the descriptor be readable while the threshold is met, or with `more`; not once the lease is over."""
@@ -158,6 +163,8 @@ class RingEnd:
             closed, self._closed = self._closed, True
             if self._waiting:
                 self._own.signal()
+                if not self.lease.hub.lost:
+                    self.stir()
             elif not closed:
                 self._own.close()
         self.ring.close()
@@ -177,7 +184,7 @@ class RingEnd:
         return self.ring.free() >= self.ring.free_threshold
 
     def _met_or_armed(self) -> bool:
-        if self._met():
+        if self._met() or self._over():
             return True
         self._arm()  # the signal also ends the passing of virtual time
         return False

@@ -29,6 +29,9 @@ class Signal(Protocol):
     def clock(self) -> Callable[[], int] | None:
         """On a hub in virtual time: its time in nanoseconds."""
 
+    def stir(self) -> None:
+        """The event was set by hand: where programs keep one time, have those who wait for it look again."""
+
 
 class Event:
     """Signalled or not. `wait` takes an auto-reset event's signal; a manual-reset one stays signalled until `reset`.
@@ -48,6 +51,8 @@ class Event:
     def set(self) -> None:
         """Signal the event."""
         self._own.signal()
+        for signal in tuple(self._signals):
+            signal.stir()
 
     def reset(self) -> None:
         """Take back every signal there is."""

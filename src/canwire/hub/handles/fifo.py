@@ -15,6 +15,21 @@ if TYPE_CHECKING:
     from canwire.hub.handles.client import Client
 
 
+class Telling:
+    """The other end's event, where programs keep one time: the hub has to know that its program may go on."""
+
+    def __init__(self, event: EventDescriptor, hub: Client) -> None:
+        self._event = event
+        self._hub = hub
+
+    def signal(self) -> None:
+        self._event.signal()
+        self._hub.stir_everybody()
+
+    def wait_for(self, *_: object) -> bool:
+        raise NotImplementedError("only the other end of a FIFO waits here")
+
+
 class Fifo(Lease):
     """A reference to a FIFO in one of three roles: "fifo" looks at it, "reader" and "writer" are its ends.
 
@@ -35,6 +50,12 @@ class Fifo(Lease):
         reader, writer = EventDescriptor.adopt_each(tuple(events), 2)
         ring.event, ring.free_event = reader, writer
         own, self._other = (writer, reader) if role == WRITER else (reader, writer)
+        if hub.timed:
+            telling = Telling(self._other, hub)
+            if role == WRITER:
+                ring.event = telling
+            else:
+                ring.free_event = telling
         self.end_of_ring = RingEnd(self, ring, own, reads=role != WRITER)
 
     def reset(self) -> None:

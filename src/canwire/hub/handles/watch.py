@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire.hub.handles.event import Event
@@ -32,7 +33,7 @@ class BoardWatch:
         with self._lock:
             if any(watcher.event is event for watcher in self._watchers):
                 return
-            watcher = Watcher(event)
+            watcher = Watcher(event, self._client)
             self._watchers.append(watcher)
         event.bind(watcher)
 
@@ -49,6 +50,8 @@ class BoardWatch:
             with self._lock:
                 for watcher in self._watchers:
                     watcher.descriptor.signal()
+                    if notice is not None:
+                        watcher.stir()
 
     def close(self) -> None:
         with self._lock:
@@ -65,11 +68,21 @@ class BoardWatch:
 class Watcher:
     """One event's signal (hub/handles/event.py)."""
 
-    advance = clock = None
-
-    def __init__(self, event: Event) -> None:
+    def __init__(self, event: Event, client: Client) -> None:
         self.event = event
+        self._client = client
         self.descriptor = EventDescriptor()
+
+    @property
+    def advance(self) -> Callable[[Callable[[], bool], float | None], bool] | None:
+        return self._client.advance if self._client.timed else None
+
+    @property
+    def clock(self) -> Callable[[], int] | None:
+        return self._client.now_ns if self._client.timed else None
 
     def rearm(self) -> None:
         """Every change signals anyway."""
+
+    def stir(self) -> None:
+        self._client.stir()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from canwire.errors import CanwireError, HubError, HubLost
 from canwire.hub.links.notices import Notices
 from canwire.hub.owner.engine import VIRTUAL
-from canwire.hub.owner.entrance import open_session
+from canwire.hub.owner.entrance import open_session, rung
 from canwire.hub.protocol.link import Answer, Listener
 from canwire.hub.protocol.messages import encode_request
 from canwire.hub.protocol.pending import Pending
@@ -118,8 +118,7 @@ class LocalLink:
             world.timeline.run_until(due_ns)
 
     def _rung(self) -> None:
-        self._doorbell.clear()
-        if not self._engine.attempt(lambda: self._engine.world.kick(self._session)):
+        if not self._engine.attempt(lambda: rung(self._engine.world, self._session, self._doorbell)):
             self._expelled = True
             self._leave()
             self._notices.tell(None)

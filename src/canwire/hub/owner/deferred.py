@@ -15,6 +15,10 @@ class Deferred:
         self._result: Answer | CanwireError | None = None
         self._callbacks: list[Callable[[Answer | CanwireError], None]] = []
 
+    @property
+    def settled(self) -> bool:
+        return self._result is not None
+
     def settle(self, result: Answer | CanwireError) -> None:
         """This is it; a second one is ignored."""
         if self._result is None:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from canwire.errors import BadValue, CanwireError, HubLost
+from canwire.hub.owner.lockstep.pace import LockstepPace
 from canwire.hub.owner.pace import FastPace, RealPace
 from canwire.hub.protocol.pending import Pending
 from canwire.platform import EventDescriptor, Poller, sharpen_sleep
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 
-REAL, FAST, VIRTUAL = "real", "fast", "virtual"
-_PACES = {REAL: RealPace, FAST: FastPace}
+REAL, FAST, VIRTUAL, LOCKSTEP = "real", "fast", "virtual", "lockstep"
+_PACES: dict[str, Callable[[World], RealPace]] = {REAL: RealPace, FAST: FastPace, LOCKSTEP: LockstepPace}
 _AFTER_FAILURE_S = 0.01  # a bus that fails at every turn must not take the whole processor
 
 
@@ -30,7 +31,7 @@ class HasFileno(Protocol):
 
 
 class Engine:
-    """Owns a world. In "real" and "fast" time one thread runs it; in "virtual" time whoever calls does, one at a time.
+    """Owns a world. In "virtual" time whoever calls runs it, one at a time; else a thread does.
 
     Everything that touches the world goes through `call` or `post`, or is a callback given to `watch`, and so has
     the world to itself. A callback that raises is reported on stderr, once for each place, and counted in
@@ -39,7 +40,7 @@ class Engine:
 
     def __init__(self, world: World, time: str = REAL, pace: RealPace | None = None) -> None:
         if time not in (*_PACES, VIRTUAL):
-            raise BadValue(f"time {time!r}: one of real, fast, virtual")
+            raise BadValue(f"time {time!r}: one of real, fast, virtual, lockstep")
         self.world = world
         self.time = time
         self.failures = 0

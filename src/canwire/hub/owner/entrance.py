@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from canwire.hub.owner.answers.everything import ANSWERS
+from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
+from canwire.hub.protocol.link import Answer
 from canwire.hub.protocol.messages import Message
 from canwire.platform import EventDescriptor
 
@@ -19,10 +21,27 @@ def open_session(
         f"{name} ({pid})",
         notify,
         doorbell,
-        virtual=world.virtual,
+        halts=world.timeline if world.virtual and world.lockstep is None else None,
         limits=world.limits,
-        answer=lambda request, asking: ANSWERS.answer(request, asking, world),
+        answer=lambda request, asking: _answer(request, asking, world),
         changed=world.look_anew,
     )
     world.sessions.append(session)
     return session
+
+
+def _answer(request: Message, session: Session, world: World) -> Answer | Deferred:
+    """One that takes time ends the turn of a program that keeps its time with others."""
+    answer = ANSWERS.answer(request, session, world)
+    if world.lockstep is None or isinstance(answer, tuple):
+        return answer
+    return world.lockstep.blocked(session, answer)
+
+
+def rung(world: World, session: Session, doorbell: EventDescriptor) -> None:
+    """A client has rung: it wrote into its transmit queues, or read from a full receive queue."""
+    if world.lockstep is None or not world.lockstep.has(session):
+        doorbell.clear()
+        world.kick(session)
+    elif doorbell.take():  # else this was looked at already, when its thread began to wait
+        world.lockstep.rung(session)

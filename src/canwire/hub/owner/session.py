@@ -11,7 +11,7 @@ from canwire.boards.config.limits import LimitsConfig
 from canwire.errors import NoSuchBoard, Unplugged
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.channel import HeldChannel
-from canwire.hub.owner.held.held import Gone, Held
+from canwire.hub.owner.held.held import Gone, Halts, Held
 from canwire.hub.owner.limits import check_room, enough
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
@@ -26,7 +26,7 @@ class Session:
     """Everything a client holds has a handle, a number that is only its own; `doorbell` is how it calls the hub.
 
     It knows only what it holds. `answer` finds out what a request is answered with, `changed` is told when a channel
-    came or went; both come from entrance.py.
+    came or went; both come from entrance.py. `halts` is told of its signals where time is virtual.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Session:
         notify: Callable[[m.Message], None],
         doorbell: EventDescriptor | None,
         *,
-        virtual: bool,
+        halts: Halts | None,
         limits: LimitsConfig,
         answer: Callable[[m.Message, Session], Answer | Deferred],
         changed: Callable[[], object],
@@ -43,7 +43,8 @@ class Session:
         self.name = name
         self.notify = notify
         self.doorbell = doorbell
-        self.virtual = virtual
+        self.halts = halts
+        self.shares_memory = True  # a link that carries no descriptors says no
         self.watching = False
         self.limits = limits
         self.plugged: dict[

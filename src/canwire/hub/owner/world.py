@@ -25,6 +25,8 @@ from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.lin import LinSlot
 from canwire.hub.owner.held.line import LineSlot
 from canwire.hub.owner.held.pipes import Pipes
+from canwire.hub.owner.lockstep.keeper import Lockstep
+from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.notes import Notes
 from canwire.hub.owner.reactor import LaterReactor
 from canwire.hub.owner.session import Session
@@ -43,14 +45,17 @@ _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up
 
 
 class World:
-    """What all sessions share."""
+    """What all sessions share. With `turns` its time is virtual, and that of all programs that take part."""
 
-    def __init__(self, config: Config, *, virtual: bool = False, bench: Bench | None = None) -> None:
+    def __init__(
+        self, config: Config, *, virtual: bool = False, bench: Bench | None = None, turns: Turns | None = None
+    ) -> None:
         self._bench = bench or Bench(Timeline(), {}, {})
         self.timeline = self._bench.timeline
-        self.virtual = virtual
+        self.virtual = virtual or turns is not None
+        self.lockstep = None if turns is None else Lockstep(self.timeline, turns, self)
         self.buses: dict[str, CanBus | LinBus] = {}
-        self.reactor = None if virtual else LaterReactor()
+        self.reactor = None if self.virtual else LaterReactor()
         self.machine = catalogue.Machine(self.timeline, self.buses, IsaBus(), self.reactor)
         self._can_buses: list[CanBus] = []
         self.sessions: list[Session] = []
@@ -89,6 +94,8 @@ class World:
             self.sessions.remove(session)
             session.close()
             self.notes.leave(session)
+            if self.lockstep is not None:
+                self.lockstep.gone(session)
             there = {board.info.hardware_id for board in self.boards.values()}
             for hardware_id, temporary in session.plugged.items():
                 if temporary and hardware_id in there:

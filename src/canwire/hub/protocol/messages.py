@@ -55,6 +55,13 @@ from canwire.hub.protocol.fault_messages import GetFault as GetFault
 from canwire.hub.protocol.fault_messages import ListFaults as ListFaults
 from canwire.hub.protocol.fault_messages import SetFault as SetFault
 from canwire.hub.protocol.message import Message as Message
+from canwire.hub.protocol.time_messages import AwaitTurn as AwaitTurn
+from canwire.hub.protocol.time_messages import GetTime as GetTime
+from canwire.hub.protocol.time_messages import Joined as Joined
+from canwire.hub.protocol.time_messages import JoinTime as JoinTime
+from canwire.hub.protocol.time_messages import LeaveTime as LeaveTime
+from canwire.hub.protocol.time_messages import Stir as Stir
+from canwire.hub.protocol.time_messages import TimeState as TimeState
 from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:  # what __getattr__ says to the interpreter
@@ -312,7 +319,7 @@ Request = (
     | ResetScheduler | GetSchedulerStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
     | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
     | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes | GetBus | SetFault | GetFault | AwaitFault
-    | CancelFault | ListFaults | ClearFaults
+    | CancelFault | ListFaults | ClearFaults | JoinTime | AwaitTurn | LeaveTime | Stir | GetTime
 )  # fmt: skip
 
 # the hub's replies
@@ -327,7 +334,7 @@ class Number(Message):
 
 
 class Welcome(Message):
-    """`time` is "real", "fast" or "virtual"; one descriptor: the doorbell of this client's transmit queues."""
+    """`time` is "real", "fast", "virtual" or "lockstep"; one descriptor: this client's doorbell."""
 
     version: int
     time: str
@@ -398,7 +405,7 @@ class Gone(Message):
 Reply = (
     Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
     | SchedulerState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
-    | Gone | BusFound | FaultState | FaultList
+    | Gone | BusFound | FaultState | FaultList | Joined | TimeState
 )  # fmt: skip
 
 

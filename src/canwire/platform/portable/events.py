@@ -113,12 +113,17 @@ class EventDescriptor(Waiting):
             self._tell_cleared()
         return taken
 
+    def take(self) -> bool:
+        """Consume whatever signal there is, without waiting; was there one?"""
+        taken, self._pending = self._pending, False
+        if self._pair is not None:
+            taken = self._drain() or taken
+        self._tell_cleared()
+        return taken
+
     def clear(self) -> None:
         """Consume whatever signal there is, without waiting."""
-        self._pending = False
-        if self._pair is not None:
-            self._drain()
-        self._tell_cleared()
+        self.take()
 
     def follow(self, follower: Follower) -> None:
         """Tell it of signals and of their taking back from now on."""

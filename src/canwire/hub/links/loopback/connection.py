@@ -50,6 +50,8 @@ class LoopbackConnection(Connection):
         if payload[:1] not in _ASIDES:
             super()._sort(payload)
         elif payload[:1] == asides.SIGNALLED and asides.number_in(payload) == asides.DOORBELL:
+            if self._doorbell is not None:
+                self._doorbell.receive()
             self._ring()
         else:
             self._passing.take(payload)

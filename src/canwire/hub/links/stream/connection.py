@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.stream.outbox import Outbox
-from canwire.hub.owner.entrance import open_session
+from canwire.hub.owner.entrance import open_session, rung
 from canwire.hub.owner.limits import check_room, enough, no_descriptors
 from canwire.hub.protocol.failure import failed, serial_in
 from canwire.hub.protocol.messages import (
@@ -204,10 +204,10 @@ class Connection:
 
     def _rung(self) -> None:
         """The client has something to send."""
-        if self._session is None:
+        if self._session is None or self._doorbell is None:
             return
         try:
-            self._engine.world.kick(self._session)
+            rung(self._engine.world, self._session, self._doorbell)
         except Exception as error:
             self._engine.report(error)
             self.close()

@@ -38,11 +38,7 @@ class SocketConnection(Connection):
             doorbell.close()
             raise
 
-        def rung() -> None:
-            doorbell.clear()
-            self._rung()
-
-        self._engine.watch(doorbell, rung)
+        self._engine.watch(doorbell, self._rung)
         return doorbell, copies
 
     def _forget_doorbell(self, doorbell: EventDescriptor) -> None:

@@ -18,7 +18,7 @@ answers = Answers()
 @answers.to(m.Advance)
 def _advance(request: m.Advance, session: Session, world: World) -> Answer:
     timeline = world.timeline
-    if session.virtual and request.span_ns > 0:
+    if world.virtual and world.lockstep is None and request.span_ns > 0:
         timeline.at(timeline.now_ns, world.kick_all)  # as a happening, whose signals count
         end_ns = timeline.now_ns + request.span_ns
         if end_ns < _LARGEST_NS:

@@ -15,6 +15,7 @@ from canwire.hub.owner.answers import (
     leases,
     lin,
     lines,
+    lockstep,
     notes,
 )
 from canwire.hub.owner.answers.registry import Answers
@@ -33,4 +34,5 @@ ANSWERS = Answers(
     fifos.answers,
     notes.answers,
     clock.answers,
+    lockstep.answers,
 )

@@ -35,9 +35,8 @@ class HeldChannel(HeldQueue):
         """
         size = mode.filter_size
         chosen = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
-        timeline = self.slot.can.line.timeline if self.holder.virtual else None
         queues = SharedRings(
-            mode.receive, mode.transmit, exact=mode.exact, doorbell=doorbell, timeline=timeline
+            mode.receive, mode.transmit, exact=mode.exact, doorbell=doorbell, halts=self.holder.halts
         )
         self.activate(False)
         self._forget_queues()

@@ -8,11 +8,17 @@ from typing import ClassVar, Protocol
 from canwire.platform import EventDescriptor
 
 
+class Halts(Protocol):
+    """What ends the passing of virtual time: a timeline, or what stands in for it."""
+
+    def halt(self) -> None: ...
+
+
 class Holder(Protocol):
-    """A client, as what it holds sees it."""
+    """A client, as what it holds sees it; `halts` is told of every signal that it gets."""
 
     name: str
-    virtual: bool
+    halts: Halts | None
     doorbell: EventDescriptor | None
 
     def channels_changed(self) -> None:

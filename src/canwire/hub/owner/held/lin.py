@@ -66,9 +66,8 @@ class HeldMonitor(HeldQueue):
 
     def set_up(self, mode: LinMonitorMode) -> tuple[Descriptor, ...]:
         """A new queue in new memory; descriptors for the client: memory and event."""
-        timeline = self.slot.lin.timeline if self.holder.virtual else None
         doorbell = self.holder.doorbell
-        queue = SharedRings(mode.receive, 0, exact=mode.exact, doorbell=doorbell, timeline=timeline)
+        queue = SharedRings(mode.receive, 0, exact=mode.exact, doorbell=doorbell, halts=self.holder.halts)
         self._forget()
         self._queue = queue
         self.monitor = LinMonitor(mode, ring=queue.receive)

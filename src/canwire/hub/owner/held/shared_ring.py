@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from canwire.hub.owner.held.held import Halts
 from canwire.hub.protocol.queues import transmit_offset
 from canwire.platform import (
     Descriptor,
@@ -12,19 +13,18 @@ from canwire.platform import (
     shared_event,
 )
 from canwire.ring import Ring, Signalled, ring_size, rounded_capacity
-from canwire.timeline import Timeline
 
 
 class Halting:
     """An event that also ends the passing of virtual time: somebody has something to look at."""
 
-    def __init__(self, event: EventDescriptor, timeline: Timeline) -> None:
+    def __init__(self, event: EventDescriptor, halts: Halts) -> None:
         self._event = event
-        self._timeline = timeline
+        self._halts = halts
 
     def signal(self) -> None:
         self._event.signal()
-        self._timeline.halt()
+        self._halts.halt()
 
     def wait_for(self, *_: object) -> bool:
         raise NotImplementedError("only the other end of a ring waits here")
@@ -33,8 +33,8 @@ class Halting:
 class SharedRings:
     """A ring that a client reads and, with room for `transmit` frames, one that it writes; in one memory.
 
-    `hand_over` gives the client its descriptors; the hub itself keeps one for each event, and the memory. `timeline`
-    is given in virtual time. Raises BadValue, and OSError with nothing left behind.
+    `hand_over` gives the client its descriptors; the hub itself keeps one for each event, and the memory. `halts`
+    is told of signals in virtual time. Raises BadValue, and OSError with nothing left behind.
     """
 
     def __init__(
@@ -44,9 +44,9 @@ class SharedRings:
         *,
         exact: bool,
         doorbell: EventDescriptor | None,
-        timeline: Timeline | None,
+        halts: Halts | None,
     ) -> None:
-        self._timeline = timeline
+        self._halts = halts
         self._events: list[EventDescriptor] = []
         self._for_client: list[Descriptor] = []
         begin = transmit_offset(receive)
@@ -83,7 +83,7 @@ class SharedRings:
         event = shared_event()
         self._events.append(event)
         self._for_client += event.copies()
-        return event if self._timeline is None else Halting(event, self._timeline)
+        return event if self._halts is None else Halting(event, self._halts)
 
     def _close(self) -> None:
         for event in self._events:

@@ -1,0 +1,219 @@
+"""How a program's threads keep their hub's one time: each waits for its turn, and knows what time it is meanwhile.
+
+A thread is known to its hub by the process's word and its own number, whichever connection it asks through; so all
+connections of a process to one hub share what is here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import sys
+import threading
+import uuid
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from canwire.errors import CanwireError
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.turn_page import TurnPage
+from canwire.platform import EventDescriptor, close_descriptors, map_memory
+from canwire.values.checks import nanoseconds
+
+_NEVER = (1 << 63) - 1
+
+
+class Connection(Protocol):
+    """What is needed of a client of the hub."""
+
+    doorbell: EventDescriptor
+
+    @property
+    def lost(self) -> bool: ...
+    def ask(self, request: m.Message) -> tuple[Any, tuple[int, ...]]: ...
+    def call(self, request: m.Message) -> Any: ...
+
+
+class _Seat:
+    """What a thread knows of a hub: the time since its last turn began, None: it has to ask. `page` is how it waits."""
+
+    def __init__(self) -> None:
+        self.now_ns: int | None = None
+        self.page: _Page | None = None
+
+
+class _Page:
+    """A thread's end of a page, and the connection that it came by."""
+
+    def __init__(self, client: Connection, memory: int, *event: int) -> None:
+        self.client = client
+        self.words = TurnPage(map_memory(memory))
+        self.event = EventDescriptor.adopt(*event)
+        close_descriptors(memory)
+
+    def wait(self, until_ns: int) -> int | None:
+        """The time at the next turn; None: the connection has ended."""
+        words = self.words
+        asked = words.ask(until_ns)
+        self.client.doorbell.signal()
+        while not words.given(asked):
+            if self.client.lost:
+                return None
+            self.event.wait()
+        return words.now_ns()
+
+
+class _Thread(threading.local):
+    """This thread's number in its process, and its seats by hub; once it has ended, hubs wait for it no longer."""
+
+    def __init__(self) -> None:
+        self._number = -1
+        self.seats: dict[str, _Seat] = {}
+        self.leaving = _Leaving()
+
+    @property
+    def number(self) -> int:
+        """In the order of asking: threads that never take part need none."""
+        if self._number < 0:
+            self._number = self.leaving.number = next(_NUMBERS)
+        return self._number
+
+
+class _Leaving:
+    """Goes with its thread."""
+
+    def __init__(self) -> None:
+        self.number = -1
+        self.clients: dict[str, Connection] = {}
+
+    def __del__(self) -> None:
+        if sys.is_finalizing():
+            return  # the connection ends with the process
+        for client in self.clients.values():
+            if not client.lost:
+                with contextlib.suppress(CanwireError):
+                    client.call(m.LeaveTime(self.number))
+
+
+class Timed:
+    """A connection whose program takes part. Made by the thread that connects, which waits for its first turn here."""
+
+    def __init__(self, client: Connection, name: str) -> None:
+        self._client = client
+        self._name = name
+        self._page: _Page | None = None
+        self._hub = self._joined()
+
+    def now_ns(self) -> int:
+        """The hub's time; without asking, where this thread's turn says it."""
+        seat = _THREAD.seats.get(self._hub)
+        if seat is None:
+            return self._asked_ns()
+        if seat.now_ns is None:
+            seat.now_ns = self._asked_ns()
+        return seat.now_ns
+
+    def forget_now(self) -> None:
+        """What this thread asked may have taken time."""
+        seat = _THREAD.seats.get(self._hub)
+        if seat is not None:
+            seat.now_ns = None
+
+    def sleep(self, seconds: float) -> None:
+        """Others run meanwhile, also in no time at all."""
+        until_ns = self.now_ns() + nanoseconds("seconds", seconds)
+        while self._await_turn(until_ns) < until_ns:
+            pass
+
+    def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
+        """Client.advance, in one time with other programs."""
+        if ready():
+            return True
+        if timeout == 0:
+            return False
+        now_ns = self.now_ns()
+        end_ns = _NEVER if timeout is None else now_ns + nanoseconds("timeout", timeout)
+        while now_ns < end_ns:
+            now_ns = self._await_turn(end_ns)
+            if ready():
+                return True
+        return False
+
+    def wait_once(self, timeout: float | None) -> None:
+        """Until anything is signalled to this program, at most so many seconds: whoever waits looks again then."""
+        end_ns = _NEVER if timeout is None else self.now_ns() + nanoseconds("timeout", timeout)
+        self._await_turn(end_ns)
+
+    def stir_everybody(self) -> None:
+        """Something changed that other programs may wait for, and the hub does not know of."""
+        self._client.call(m.Stir())
+
+    def stir(self) -> None:
+        """Have this program's threads look again, without a lock and without waiting."""
+        if self._page is not None:
+            self._page.words.stir()
+        self._client.doorbell.signal()
+
+    def lost(self) -> None:
+        """The connection has ended: whoever waits by its page sees that."""
+        if self._page is not None:
+            self._page.event.signal()
+
+    def leave(self) -> None:
+        """Time does not wait for this thread, until it `joins` again."""
+        self._client.call(m.LeaveTime(_THREAD.number))
+
+    def join(self) -> None:
+        """At its turn this thread goes on, and time waits for it."""
+        self._joined()
+
+    def _joined(self) -> str:
+        answer = self._client.ask(m.JoinTime(_word(), _THREAD.number, self._name))
+        joined: m.Joined = answer[0]
+        seat = self._seat(joined.hub)
+        seat.now_ns = joined.now_ns
+        if answer[1]:
+            self._page = seat.page = _Page(self._client, *answer[1])
+        return joined.hub
+
+    def _seat(self, hub: str) -> _Seat:
+        seat = _THREAD.seats.get(hub)
+        if seat is None:
+            seat = _THREAD.seats[hub] = _Seat()
+            if threading.current_thread() is not threading.main_thread():
+                _THREAD.leaving.clients[hub] = self._client
+        return seat
+
+    def _await_turn(self, until_ns: int) -> int:
+        seat = self._seat(self._hub)
+        seat.now_ns = None  # for whoever is interrupted meanwhile
+        page, until_ns = seat.page, min(until_ns, _NEVER)
+        now_ns = None if page is None else page.wait(until_ns)
+        if now_ns is None:
+            now_ns = int(self._client.ask(m.AwaitTurn(_THREAD.number, until_ns))[0].value)
+        seat.now_ns = now_ns
+        return now_ns
+
+    def _asked_ns(self) -> int:
+        return int(self._client.call(m.Advance(0)).value)
+
+
+def _word() -> str:
+    """This process's; a fork's is another one."""
+    return f"{os.getpid()}-{_WORD}"
+
+
+_WORD = uuid.uuid4().hex
+_NUMBERS = itertools.count()
+_THREAD = _Thread()
+
+
+def _after_fork() -> None:
+    """What this thread knew is the parent's, pages too."""
+    _THREAD.seats.clear()
+    _THREAD.leaving.clients.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)

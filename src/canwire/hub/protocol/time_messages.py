@@ -1,0 +1,75 @@
+"""Requests of programs that keep one time: who takes part, who waits until when, and how it stands.
+
+A thread of a program takes part. It is known by its program (a word that all connections of one process share) and its
+number in there, whichever connection it asks through.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from canwire.hub.protocol.message import Message
+
+
+class JoinTime(Message):
+    """-> Joined, at this thread's turn: no sooner than everybody is there who is expected. `name` says its place."""
+
+    program: str
+    thread: int
+    name: str
+
+
+class AwaitTurn(Message):
+    """-> Number: the time in ns, at this thread's turn.
+
+    That comes at `until_ns`, or once something is signalled to this program, or anybody stirs. A thread that the hub
+    does not know yet takes part from now on. An earlier one of the same thread is answered at once.
+    """
+
+    thread: int
+    until_ns: int
+
+
+class LeaveTime(Message):
+    """-> None: time does not wait for this thread any more; for one that takes no part, nothing happens."""
+
+    thread: int
+
+
+class Stir(Message):
+    """-> None: everybody who waits looks again, each in its turn at this very instant."""
+
+
+class GetTime(Message):
+    """-> TimeState"""
+
+
+class Joined(Message):
+    """`hub` tells hubs apart, whatever address they have.
+
+    With descriptors where memory can be shared: this thread's page (turn_page.py), and the event of its turns.
+    """
+
+    hub: str
+    now_ns: int
+
+
+@dataclass(frozen=True)
+class TimedProgram:
+    """One thread that takes part: `until_ns` is what it waits for (None: for a signal alone), where it `waits`.
+
+    `name` has the process's number in it.
+    """
+
+    name: str
+    thread: int
+    waits: bool
+    until_ns: int | None
+
+
+class TimeState(Message):
+    """One time for many programs: in the order of their turns; `standstill` says why time does not pass, or ""."""
+
+    now_ns: int
+    programs: tuple[TimedProgram, ...]
+    standstill: str

@@ -1,0 +1,72 @@
+"""How a thread waits for its turn without a message: five words in memory that it shares with its hub.
+
+    word  writer   what
+    0     program  asked: how often it has begun to wait
+    1     program  until when it waits, ns
+    2     program  stirs: how often its other threads were told to look again
+    3     hub      given: the `asked` that was answered by a turn
+    4     hub      the time then, ns
+
+Whoever has written tells the other one: the program by its doorbell, the hub by an event. The hub believes nothing
+here: the worst that a program can write is a wait of its own.
+"""
+
+from __future__ import annotations
+
+SIZE = 4096
+_ASKED, _UNTIL, _STIRS, _GIVEN, _NOW = range(5)
+_M63 = (1 << 63) - 1
+
+
+class TurnPage:
+    """Either end of it; `memory` has SIZE bytes."""
+
+    def __init__(self, memory: memoryview) -> None:
+        self._words = memory.cast("Q")
+        self.seen = 0  # the last `asked` that the hub has looked at
+        self._stirs_seen = 0
+
+    # the program's
+
+    def ask(self, until_ns: int) -> int:
+        """Begin to wait; the number of this wait."""
+        words = self._words
+        words[_UNTIL] = until_ns
+        asked = words[_ASKED] = words[_ASKED] + 1
+        return asked
+
+    def given(self, asked: int) -> bool:
+        """This wait is over."""
+        return self._words[_GIVEN] == asked
+
+    def now_ns(self) -> int:
+        """When it was over."""
+        return self._words[_NOW]
+
+    def stir(self) -> None:
+        words = self._words
+        words[_STIRS] = words[_STIRS] + 1
+
+    # the hub's
+
+    def asked(self) -> bool:
+        """A wait has begun since the last look."""
+        asked = self._words[_ASKED]
+        new = asked != self.seen
+        self.seen = asked
+        return new
+
+    def until_ns(self) -> int:
+        return self._words[_UNTIL] & _M63
+
+    def stirred(self) -> bool:
+        """Since the last look."""
+        stirs = self._words[_STIRS]
+        new = stirs != self._stirs_seen
+        self._stirs_seen = stirs
+        return new
+
+    def give(self, now_ns: int) -> None:
+        """The wait that was looked at last is over."""
+        self._words[_NOW] = now_ns
+        self._words[_GIVEN] = self.seen

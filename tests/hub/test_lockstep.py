@@ -1,0 +1,380 @@
+"""One time for many: threads of this process that keep it together, on a hub in it. Processes: tests/lockstep/."""
+
+from __future__ import annotations
+
+import asyncio
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+
+import pytest
+
+import canwire
+from canwire.boards.config.configuration import Config
+from canwire.hub.handles.hub import Hub
+from canwire.hub.links.local import LocalLink
+from canwire.hub.owner.engine import LOCKSTEP, Engine
+from canwire.hub.owner.lockstep.pace import LockstepPace
+from canwire.hub.owner.lockstep.turns import Turns
+from canwire.hub.owner.world import World
+from tests.hubs import LONG_S
+
+FRAME = canwire.Frame(0x123, b"\x01")
+
+
+class Stage:
+    """A hub whose time begins with `expected` threads, and what it said."""
+
+    def __init__(self, expected: int, patience_s: float) -> None:
+        world = World(Config.default(), turns=Turns(expected))
+        self.said: queue.Queue[str] = queue.Queue()
+        world.warn = self.said.put
+        self.engine = Engine(world, LOCKSTEP, LockstepPace(world, patience_s))
+        self.log: list[tuple[int, str]] = []
+        self._ended: list[tuple[threading.Thread, list[BaseException]]] = []
+
+    def connect(self, name: str, *, timed: bool = True, shares_memory: bool = True) -> canwire.Hub:
+        link = LocalLink(self.engine, name)
+        link._session.shares_memory = shares_memory
+        hub = Hub(link)
+        if timed:
+            hub.keep_time(name)
+        return hub
+
+    def program(self, name: str, work: Callable[[canwire.Hub], object], **options: bool) -> None:
+        """A thread that connects by this name and does this."""
+        failed: list[BaseException] = []
+
+        def run() -> None:
+            try:
+                with self.connect(name, **options) as hub:
+                    work(hub)
+            except BaseException as error:
+                failed.append(error)
+
+        thread = threading.Thread(target=run, daemon=True)
+        self._ended.append((thread, failed))
+        thread.start()
+
+    def at(self, hub: canwire.Hub, what: str) -> None:
+        self.log.append((hub.now_ns(), what))
+
+    def end(self) -> list[tuple[int, str]]:
+        """What was logged once all have ended, each without an error."""
+        for thread, failed in self._ended:
+            thread.join(LONG_S)
+            assert not thread.is_alive(), (self.log, list(self.said.queue))
+            for error in failed:
+                raise error
+        return self.log
+
+
+@contextmanager
+def stage(expected: int, patience_s: float = 5.0) -> Iterator[Stage]:
+    made = Stage(expected, patience_s)
+    with closing(made.engine):
+        yield made
+
+
+@pytest.fixture(params=["by a page", "by messages"])
+def shares_memory(request: pytest.FixtureRequest) -> bool:
+    return bool(request.param == "by a page")
+
+
+def line_of(hub: canwire.Hub, number: int) -> tuple[int, int]:
+    place = canwire.find_lines(hub, "can0")[number]
+    return place.board.id, place.line
+
+
+def bring_up(hub: canwire.Hub, stack: ExitStack, number: int) -> canwire.HubChannel:
+    board, line = line_of(hub, number)
+    control = stack.enter_context(hub.open_control(board, line))
+    timing = canwire.BitTiming.for_bit_rate(500_000, clock_hz=80_000_000)
+    control.initialise(canwire.LineMode(timing))
+    channel = stack.enter_context(hub.open_channel(board, line))
+    channel.set_up(canwire.ChannelMode(100, 100))
+    channel.activate()
+    control.start()
+    return channel
+
+
+@pytest.mark.conforms("G-17")
+@pytest.mark.parametrize("run", range(3))
+def test_turns_go_by_name_at_each_instant(run: int, shares_memory: bool) -> None:
+    with stage(3) as made:
+
+        def work(name: str, period_s: float) -> Callable[[canwire.Hub], None]:
+            def steps(hub: canwire.Hub) -> None:
+                for _ in range(3):
+                    made.at(hub, name)
+                    hub.sleep(period_s)
+
+            return steps
+
+        for name, period_s in (("c", 0.001), ("a", 0.002), ("b", 0.001)):
+            made.program(name, work(name, period_s), shares_memory=shares_memory)
+        assert made.end() == [
+            (0, "a"), (0, "b"), (0, "c"), (1_000_000, "b"), (1_000_000, "c"), (2_000_000, "a"), (2_000_000, "b"),
+            (2_000_000, "c"), (4_000_000, "a"),
+        ]  # fmt: skip
+
+
+def test_frames_wake_their_reader_at_the_instant_they_come(shares_memory: bool) -> None:
+    with stage(2) as made:
+
+        def reader(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                channel = bring_up(hub, stack, 0)
+                hub.sleep(0.001)
+                for _ in range(2):
+                    frame = channel.receive(timeout=0.01)
+                    made.at(hub, "nothing" if frame is None else f"{frame.id:X} of {frame.timestamp_ns}")
+
+        def sender(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                channel = bring_up(hub, stack, 1)
+                hub.sleep(0.002)
+                channel.send(FRAME)
+                hub.sleep(0.1)
+
+        made.program("reader", reader, shares_memory=shares_memory)
+        made.program("sender", sender, shares_memory=shares_memory)
+        (first_ns, heard), nothing = made.end()
+        assert heard == f"123 of {first_ns}"
+        assert 2_100_000 < first_ns < 2_130_000
+        assert nothing == (first_ns + 10_000_000, "nothing")
+
+
+def test_an_event_set_by_another_thread_of_the_program(shares_memory: bool) -> None:
+    with stage(2) as made, closing(canwire.Event()) as event:
+        ready = threading.Event()
+
+        def waiter(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                board, line = line_of(hub, 0)
+                channel = stack.enter_context(hub.open_channel(board, line))
+                channel.set_up(canwire.ChannelMode(10, 0))
+                channel.reading.assign(event)
+                ready.set()
+                assert event.wait(5.0)
+                made.at(hub, "set")
+                assert not event.wait(0.25)
+                made.at(hub, "not set again")
+
+        def setter(hub: canwire.Hub) -> None:
+            hub.sleep(1.5)
+            assert ready.is_set()
+            event.set()
+            hub.sleep(0.1)
+
+        made.program("b waiter", waiter, shares_memory=shares_memory)
+        made.program("a setter", setter, shares_memory=shares_memory)
+        assert made.end() == [(1_500_000_000, "set"), (1_750_000_000, "not set again")]
+
+
+def test_a_fifo_between_programs_wakes_its_reader(shares_memory: bool) -> None:
+    with stage(2) as made:
+        numbers: list[int] = []
+
+        def reader(hub: canwire.Hub) -> None:
+            fifo = hub.create_fifo(4, 1)
+            numbers.append(fifo.id)
+            with hub.open_fifo(fifo.id, "reader") as end:
+                assert end.end_of_ring.wait(10.0)
+                made.at(hub, str(end.end_of_ring.ring.take_bytes()))
+
+        def writer(hub: canwire.Hub) -> None:
+            hub.sleep(1.0)
+            with hub.open_fifo(numbers[0], "writer") as end:
+                end.end_of_ring.ring.put_bytes(b"x")
+                hub.sleep(1.0)
+
+        made.program("1 reader", reader, shares_memory=shares_memory)
+        made.program("2 writer", writer, shares_memory=shares_memory)
+        assert made.end() == [(1_000_000_000, "b'x'")]
+
+
+def test_a_thread_that_ends_is_not_waited_for_and_one_that_is_away_neither(shares_memory: bool) -> None:
+    with stage(1) as made:
+
+        def main(hub: canwire.Hub) -> None:
+            def helper() -> None:
+                hub.sleep(2.0)
+                made.at(hub, "helper")
+
+            thread = threading.Thread(target=helper)
+            with hub.away():
+                thread.start()
+                thread.join()
+            made.at(hub, "joined")
+            hub.sleep(1.0)
+            made.at(hub, "main")
+
+        made.program("main", main, shares_memory=shares_memory)
+        assert made.end() == [(2_000_000_000, "helper"), (2_000_000_000, "joined"), (3_000_000_000, "main")]
+
+
+def test_who_looks_on_holds_nobody_up_and_has_the_time() -> None:
+    with stage(1) as made:
+        viewer = made.connect("viewer", timed=False)
+        made.program("a", lambda hub: hub.sleep(3600.0))
+        made.end()
+        assert (viewer.timed, viewer.virtual, viewer.now_ns()) == (False, False, 3_600_000_000_000)
+        assert viewer.time_state().programs == ()
+        assert "a (" in made.said.get(timeout=LONG_S)
+        viewer.close()
+
+
+def test_who_computes_for_too_long_is_named_and_time_waits_on() -> None:
+    go_on = threading.Event()
+    with stage(2, patience_s=0.05) as made:
+        viewer = made.connect("viewer", timed=False)
+
+        def busy(hub: canwire.Hub) -> None:
+            hub.sleep(0.5)
+            assert go_on.wait(LONG_S)
+            made.at(hub, "busy")
+
+        made.program("busy", busy)
+        made.program("idle", lambda hub: hub.sleep(1.0))
+        said = made.said.get(timeout=LONG_S)
+        while "did not join" in said:
+            said = made.said.get(timeout=LONG_S)
+        assert "time stands at 0.500000000 s: busy (" in said
+        assert "computes" in said
+        state = viewer.time_state()
+        assert (state.now_ns, state.standstill) == (500_000_000, said)
+        assert [(one.name.split()[0], one.waits, one.until_ns) for one in state.programs] == [
+            ("busy", False, None),
+            ("idle", True, 1_000_000_000),
+        ]
+        go_on.set()
+        assert made.end() == [(500_000_000, "busy")]
+        viewer.close()
+
+
+def test_a_loop_without_time_is_named_and_so_is_a_wait_for_ever() -> None:
+    over = threading.Event()
+    with stage(1, patience_s=0.05) as made:
+
+        def polls(hub: canwire.Hub) -> None:
+            while not over.is_set():
+                hub.sleep(0)
+
+        made.program("polls", polls)
+        said = made.said.get(timeout=LONG_S)
+        assert "polls (" in said
+        assert "again and again" in said
+        over.set()
+        made.end()
+    with stage(1, patience_s=0.05) as made:
+
+        def waits(hub: canwire.Hub) -> None:
+            with ExitStack() as stack, pytest.raises(canwire.HubLost):
+                bring_up(hub, stack, 0).receive(timeout=None)
+
+        made.program("waits", waits)
+        assert "everybody waits without a timeout" in made.said.get(timeout=LONG_S)
+        made.engine.close()
+        made.end()
+
+
+def test_only_a_hub_in_lockstep_keeps_one_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(canwire.WrongState, match="--time lockstep"):
+        canwire.connect(time="virtual", timed=True)
+    monkeypatch.setenv("CANWIRE_TIMED", "perhaps")
+    with pytest.raises(canwire.BadValue, match="CANWIRE_TIMED='perhaps'"):
+        canwire.connect()
+    monkeypatch.setenv("CANWIRE_TIMED", "1")
+    with canwire.connect(time="virtual") as hub:  # its own, which nobody else is on
+        assert not hub.timed
+
+
+def test_a_program_alone_has_its_own_time() -> None:
+    with canwire.connect(time="lockstep", timed=True, name="me") as hub:
+        hub.sleep(10.0)
+        assert (hub.now_ns(), hub.clock_s(), hub.time) == (10_000_000_000, 10.0, "lockstep")
+        with hub.away():
+            pass
+        hub.run_for(1.0)
+        assert hub.now_ns() == 11_000_000_000
+        assert repr(hub) == "<hub in this process, lockstep time>"
+
+
+def test_a_second_connection_of_a_thread_that_runs_has_its_turn() -> None:
+    with stage(1) as made:
+
+        def both(hub: canwire.Hub) -> None:
+            with made.connect("another") as other:
+                hub.sleep(1.0)
+                made.at(other, "other")
+                other.sleep(1.0)
+                made.at(hub, "first")
+            hub.sleep(1.0)
+            made.at(hub, "after")
+
+        made.program("one", both)
+        assert made.end() == [(10**9, "other"), (2 * 10**9, "first"), (3 * 10**9, "after")]
+
+
+def test_asyncio_waits_by_the_hubs_time(shares_memory: bool) -> None:
+    with stage(2) as made:
+
+        async def tasks(hub: canwire.Hub, channel: canwire.HubChannel, event: canwire.Event) -> None:
+            heard = asyncio.Event()
+
+            def arrived() -> None:
+                event.reset()
+                heard.set()
+
+            asyncio.get_running_loop().add_reader(event.fileno(), arrived)
+            await asyncio.gather(asyncio.wait_for(heard.wait(), 1.0), asyncio.sleep(0.25))
+            made.at(hub, f"{channel.receive()}")
+            with pytest.raises(asyncio.TimeoutError):
+                await asyncio.wait_for(asyncio.Event().wait(), 0.5)
+            made.at(hub, "timeout")
+
+        def reader(hub: canwire.Hub) -> None:
+            with ExitStack() as stack, closing(canwire.Event()) as event:
+                channel = bring_up(hub, stack, 0)
+                channel.reading.assign(event)
+                hub.run(tasks(hub, channel, event))
+
+        def sender(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                channel = bring_up(hub, stack, 1)
+                hub.sleep(0.1)
+                channel.send(FRAME)
+                hub.sleep(2.0)
+
+        made.program("1 reader", reader, shares_memory=shares_memory)
+        made.program("2 sender", sender, shares_memory=shares_memory)
+        heard, timeout = made.end()
+        assert heard[0] == 250_000_000
+        assert heard[1].startswith("Frame(0x123")
+        assert timeout == (750_000_000, "timeout")
+
+
+@pytest.mark.conforms("G-17")
+@pytest.mark.parametrize("run", range(2))
+def test_an_answer_that_takes_bus_time_ends_its_programs_turn(run: int, shares_memory: bool) -> None:
+    with stage(2) as made:
+
+        def stops(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                hub.sleep(0.001)
+                fault = stack.enter_context(hub.bus("can0").faults.flip(bit=20))
+                made.at(hub, "waits")
+                assert not fault.wait(0.005)
+                made.at(hub, "has waited")
+
+        def other(hub: canwire.Hub) -> None:
+            hub.sleep(0.002)
+            made.at(hub, "other")
+
+        made.program("1 stops", stops, shares_memory=shares_memory)
+        made.program("2 other", other, shares_memory=shares_memory)
+        waits, between, waited = made.end()
+        assert (waits[1], between, waited[1]) == ("waits", (2_000_000, "other"), "has waited")
+        assert waited[0] == waits[0] + 5_000_000
