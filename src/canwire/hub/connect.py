@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
     from canwire.hub.protocol.link import Link
 
+_NETWORK = "zenoh://"
+
 
 def connect(
     address: str | None = None,
@@ -28,7 +30,8 @@ def connect(
 
     Else one inside this process, which all such calls share, in real time, until the last of their hubs is closed.
     With `time` ("real", "fast", "virtual") or `config` (a file, or what was made of one): always a fresh one
-    inside this process, of its own. `name` is shown to others where this program holds something. A hub that nobody
+    inside this process, of its own. An address is a socket's path, or zenoh://REALM/HOST for a hub on another
+    machine (docs/machines.md). `name` is shown to others where this program holds something. A hub that nobody
     holds any more, nor anything opened on it, is closed by itself; `with` or `close` says when.
 
     Raises HubLost if nobody listens at a given address, BadConfig for a bad configuration.
@@ -42,7 +45,7 @@ def connect(
         return _hub(fresh_link("real" if time is None else time, config, name))
     address = address or os.environ.get("CANWIRE_HUB")
     if address:
-        return _hub(SocketLink(address, name))
+        return _hub(_link_to(address, name))
     usual = default_address()
     if somebody_listens(usual):
         return _hub(SocketLink(usual, name))
@@ -51,6 +54,14 @@ def connect(
     )  # boards and all, which who uses a shared hub has no need of
 
     return _hub(common_link(name))
+
+
+def _link_to(address: str, name: str) -> Link:
+    if not address.startswith(_NETWORK):
+        return SocketLink(address, name)
+    from canwire.hub.links.network.client import NetworkLink  # needs an extra
+
+    return NetworkLink(address, name)
 
 
 def _hub(link: Link) -> Hub:

@@ -65,7 +65,7 @@ from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 from canwire.hub.protocol.message import Message as Message
 from canwire.values.timing.bit_timing import BitTiming
 
-VERSION = 1
+VERSION = 2
 LARGEST_REQUEST = 1 << 16
 LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")

@@ -1,0 +1,366 @@
+"""A link to a hub on another machine: calls as queries, and rings of this process that are copies of the hub's."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import ctypes
+import itertools
+import os
+import secrets
+import socket
+import sys
+import threading
+import time
+import traceback
+import weakref
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from canwire.errors import BadMessage, CanwireError, HubError, HubLost, LimitReached
+from canwire.hub.links.network import keys, wire
+from canwire.hub.links.network.access import Login, usual_login
+from canwire.hub.links.network.calls import Asked, answered_in, encode
+from canwire.hub.links.network.discovery import offers_in
+from canwire.hub.links.network.notes import IncomingNotes
+from canwire.hub.links.network.opening import Copies, copied
+from canwire.hub.links.network.pump import Pump
+from canwire.hub.links.network.settings import LEASE_S, for_client, load_zenoh, open_for_client
+from canwire.hub.links.notices import Notices
+from canwire.hub.owner.limits import enough
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.failure import raised
+from canwire.hub.protocol.link import Answer, Listener
+from canwire.hub.protocol.pending import Pending
+from canwire.platform import EventDescriptor, close_descriptors
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_QUERY_S = 60.0  # Zenoh forgets a query after so long; one that waits on is asked again
+_FIRST_S, _LONGEST_S = (
+    0.25,
+    5.0,
+)  # before a call is asked again: its query, or the answer, may have been dropped
+_LOOK_S = 0.1
+
+
+class Patience(NamedTuple):
+    """How long silence is borne: by a call, and by the link while its connection is broken."""
+
+    call_s: float = 1.7
+    broken_s: float = 1.5
+    lease_s: float = LEASE_S
+
+
+class _Call:
+    """A call on its way."""
+
+    def __init__(self, request: m.Message, payload: bytes) -> None:
+        self.request = request
+        self.payload = payload
+        self.answered: Pending[tuple[Answer, tuple[tuple[int, int], ...]]] = Pending()
+
+
+class NetworkLink:
+    """hub/protocol/link.py's Link over Zenoh. Threads of Zenoh's bring what comes, one of its own sends.
+
+    A call raises HubLost where nothing came from the hub for `patience.call_s`, but what is open stays so: once the
+    network is back all goes on from where it was. The link is `lost` when the hub says so, or when its connection is
+    broken and not there again in time. A fork of this process cannot use it.
+
+    Raises BadValue for an address that is none, HubLost if no such hub is there, HubError if it lets nobody in,
+    BadMessage if it speaks another version.
+    """
+
+    def __init__(
+        self, address: str, name: str, login: Login | None = None, patience: Patience | None = None
+    ) -> None:
+        place = keys.parse(address)
+        self.address = address
+        self._patience = patience or Patience()
+        login = login or usual_login()
+        self._user = login.user
+        self._pid = os.getpid()
+        self._lock = threading.Lock()
+        self._serials = itertools.count(1)
+        self._calls: dict[int, _Call] = {}
+        self._copies: dict[int, Copies] = {}  # by handle
+        self._notices = Notices()
+        self._lost = self._closed = False
+        self._last_words = ""
+        self._broken_s: float | None = None  # since when its connection is
+        self._zenoh = load_zenoh()
+        self._session = open_for_client(for_client(place.endpoint, login, self._patience.lease_s))
+        try:
+            self._offer = self._find(place)
+        except BaseException:
+            self._session.close()
+            raise
+        self.time = self._offer.time
+        self._doorbell = EventDescriptor(shared=True)
+        self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, secrets.token_hex(8))
+        self._pump = Pump(self._send, self._doorbell)
+        self._pump.add(IncomingNotes(self._note))
+        _OPEN.add(self)
+        try:
+            self._open(name)
+        except BaseException:
+            self.close()
+            raise
+
+    def call(self, request: m.Message) -> Answer:
+        self._check()
+        serial = next(self._serials)
+        payload = m.encode_request(serial, request)[m.LENGTH.size :]
+        self._pump.flush()
+        call = _Call(request, payload)
+        with self._lock:
+            if self.lost:
+                raise self._why()
+            self._calls[serial] = call
+            oldest = min(self._calls)
+        asked = Asked(serial, oldest, socket.gethostname(), self._pump.written(), payload)
+        try:
+            answer, positions = self._insist(call, encode(asked))
+        finally:
+            with self._lock:
+                self._calls.pop(serial, None)
+        self._pump.await_arrival(positions, self._patience.call_s)
+        return answer
+
+    def listen(self, listener: Listener) -> None:
+        self._notices.listen(listener)
+        if self._lost and not self._closed:
+            listener(None)
+
+    @property
+    def lost(self) -> bool:
+        return self._lost or self._closed or self._pid != os.getpid()
+
+    @property
+    def doorbell(self) -> EventDescriptor:
+        return self._doorbell
+
+    def close(self) -> None:
+        """Give back everything held; a second time does nothing."""
+        if self._pid != os.getpid():
+            return
+        with self._lock:
+            closed, self._closed = self._closed, True
+        if closed:
+            return
+        _OPEN.discard(self)
+        self._notices.close()
+        self._fail_calls()
+        if not self._lost:
+            self._pump.flush()
+        self._pump.close()
+        self._session.close()  # the token goes with it, and tells the hub
+        for copies in self._copies.values():
+            copies.let_go()
+        self._doorbell.close()
+
+    def leave_to_parent(self) -> None:
+        """In a fork: Zenoh's threads are not here, so its session must never be closed, not even at the end."""
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._session))
+
+    # opening
+
+    def _find(self, place: keys.Place) -> keys.Offer:
+        """The hub that is meant: by its name, or the only one at its own endpoint."""
+        offers = offers_in(self._session, place.realm)
+        named = [offer for offer in offers if offer.name == place.name]
+        if place.by_host and not named:
+            named = offers
+        if len(named) == 1:
+            offer = named[0]
+            if offer.version != m.VERSION:
+                raise BadMessage(
+                    f"{self.address}: that hub speaks version {offer.version}, this program {m.VERSION}; install the "
+                    "same canwire on both machines"
+                )
+            return offer
+        if not named:
+            there = ", ".join(offer.name for offer in offers) or "none"
+            raise HubLost(f"{self.address}: no such hub at {place.endpoint}; in realm {place.realm}: {there}")
+        which = ", ".join(f"{offer.name} ({offer.instance})" for offer in named)
+        raise HubError(
+            f"{self.address}: several hubs could be meant: {which}; end one of them, or name the other"
+        )
+
+    def _open(self, name: str) -> None:
+        direct = self._zenoh.handlers.Callback
+        self._session.declare_subscriber(f"{self._keys}/down", direct(self._came, indirect=False))
+        self._session.liveliness().declare_subscriber(
+            keys.token(self._offer), direct(self._hub_came_or_went, indirect=False)
+        )
+        self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
+        self._publisher = self._session.declare_publisher(
+            f"{self._keys}/up", congestion_control=self._zenoh.CongestionControl.DROP, express=True
+        )
+        self._pump.start()
+        self.call(m.Hello(m.VERSION, self._pid, name))
+
+    # calls
+
+    def _insist(self, call: _Call, asked: bytes) -> tuple[Answer, tuple[tuple[int, int], ...]]:
+        """Ask until there is an answer, or a reason to give up."""
+        began_s = time.monotonic()
+        again_s, pause_s = began_s, _FIRST_S
+        while True:
+            now_s = time.monotonic()
+            if now_s >= again_s:
+                self._query(asked)
+                again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
+            with contextlib.suppress(TimeoutError):
+                return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))
+            silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
+            if silent_s > self._patience.call_s:
+                raise HubLost(
+                    f"{self.address} has not been heard of for {silent_s:.1f} s; what is open stays so and goes on "
+                    "if the network comes back"
+                )
+
+    def _query(self, asked: bytes) -> None:
+        with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment
+            self._session.get(
+                f"{self._keys}/call",
+                self._zenoh.handlers.Callback(self._answered, indirect=False),
+                payload=asked,
+                timeout=_QUERY_S,
+                congestion_control=self._zenoh.CongestionControl.DROP,
+                express=True,
+            )
+
+    def _send(self, payload: bytes) -> None:
+        with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment, or closed
+            self._publisher.put(payload)
+
+    def _check(self) -> None:
+        if self._pid != os.getpid():
+            raise CanwireError(
+                "this connection belongs to the process that was forked; connect anew in this one"
+            )
+        if sys.is_finalizing():
+            raise HubLost("the interpreter is ending: close what is open before, or by atexit")
+        if self.lost:
+            raise self._why()
+
+    def _why(self) -> HubLost:
+        if self._closed:
+            return HubLost(f"the connection to {self.address} was closed")
+        said = f": {self._last_words}" if self._last_words else ""
+        return HubLost(f"{self.address} is gone{said}; connect again and reopen boards by hardware id")
+
+    # what comes, in Zenoh's threads: nothing may wait here
+
+    def _answered(self, reply: Any) -> None:
+        if reply.ok is None:
+            return  # timed out, or nobody there at the moment: it is asked again
+        self._guarded(lambda: self._take_answer(reply.ok.payload.to_bytes()))
+
+    def _take_answer(self, payload: bytes) -> None:
+        answer = answered_in(payload)
+        serial, _, reply = m.decode_reply(answer.reply)
+        self._pump.heard_ns = time.monotonic_ns()
+        with self._lock:
+            call = self._calls.get(serial)
+        if call is None or call.answered.settled:
+            return  # answered before, or given up
+        if isinstance(reply, m.Failed):
+            error = raised(reply)
+            call.answered.fail(error)
+            if isinstance(error, HubLost):
+                self._lose(reply.text)
+            return
+        try:
+            with enough(type(call.request).__name__):
+                copies = copied(call.request, reply, answer.rings, self._doorbell)
+        except LimitReached as error:
+            call.answered.fail(error)
+            return
+        self._adopt(call.request, reply, copies)
+        if not call.answered.settle(((reply, copies.descriptors), answer.positions)):
+            close_descriptors(*copies.descriptors)
+
+    def _adopt(self, request: m.Message, reply: m.Message, copies: Copies) -> None:
+        """Rings of a handle in place of those before."""
+        handle = reply.handle if isinstance(reply, m.FifoOpened) else getattr(request, "handle", 0)
+        if isinstance(request, m.Close) or copies.opened:
+            with self._lock:
+                before = self._copies.pop(handle, None)
+                if copies.opened:
+                    self._copies[handle] = copies
+            for mirror, events in copies.opened:
+                self._pump.add(mirror, *events)
+            if before is not None:
+                self._pump.remove(tuple(one.mirror.number for one in before.opened))
+                before.let_go()
+
+    def _came(self, sample: Any) -> None:
+        payload = sample.payload.to_bytes()
+        if payload[:1] == bytes((wire.FAREWELL,)):
+            self._lose(wire.farewell_in(payload))
+        else:
+            self._guarded(lambda: self._pump.take(payload))
+
+    def _note(self, payload: bytes) -> None:
+        _, _, notice = m.decode_reply(payload)
+        self._notices.tell(notice)
+
+    def _hub_came_or_went(self, sample: Any) -> None:
+        if sample.kind == self._zenoh.SampleKind.PUT:
+            self._broken_s = None
+            self._pump.wake()
+        elif self._broken_s is None and not self.lost:
+            self._broken_s = time.monotonic()
+            waiting = threading.Timer(self._patience.broken_s, self._give_up)
+            waiting.daemon = True
+            waiting.start()
+
+    def _give_up(self) -> None:
+        broken_s = self._broken_s
+        if broken_s is not None and time.monotonic() - broken_s >= self._patience.broken_s - _LOOK_S:
+            self._lose("its connection broke")
+
+    def _guarded(self, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except BadMessage as error:
+            traceback.print_exc(file=sys.stderr)
+            self._lose(str(error))
+
+    def _lose(self, why: str) -> None:
+        """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""
+        with self._lock:
+            if self._lost or self._closed:
+                return
+            self._lost = True
+            self._last_words = why
+        self._fail_calls()
+        self._notices.tell(None)
+
+    def _fail_calls(self) -> None:
+        with self._lock:
+            calls = list(self._calls.values())
+        for call in calls:
+            call.answered.fail(self._why())
+
+
+_OPEN: weakref.WeakSet[NetworkLink] = weakref.WeakSet()
+
+
+def _after_fork() -> None:
+    for link in list(_OPEN):
+        link.leave_to_parent()
+
+
+def _at_exit() -> None:
+    """Zenoh's threads must not come to an interpreter that is gone."""
+    for link in list(_OPEN):
+        link.close()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
+atexit.register(_at_exit)
