@@ -1,16 +1,18 @@
 """Hubs to test on, reached in every way there is: embedded in this process, and served by a process of its own.
 
-Whoever tests on all of them writes `hub_process, mortal_hub, connect = fixtures(CONFIG)` into a conftest.py. One more
+Whoever tests on all of them writes `hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)` into a conftest.py. One more
 way to reach a hub is a name in WAYS and a branch of `reached`.
 """
 
 from __future__ import annotations
 
+import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
+from threading import Event
 from typing import NamedTuple
 
 import pytest
@@ -19,10 +21,12 @@ import canwire
 from canwire.boards.config.configuration import Config
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
+from canwire.hub.links.network.bridge import Bridge, Offered
+from canwire.hub.links.unix_socket.client import SocketLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 
-WAYS = ("embedded", "process")
+WAYS = ("embedded", "process", "network")
 LONG_S = 30  # after which something that should happen never will
 
 Connect = Callable[[str], canwire.Hub]  # a connection of this name; each stands for a program of its own
@@ -67,10 +71,26 @@ def connected(engine: Engine, name: str = "program") -> canwire.Hub:
 
 
 @contextmanager
+def offering(hub: str, **offered: object) -> Iterator[Bridge]:
+    """The hub of that socket on the network, on a port of its own of this machine's loopback."""
+    place: dict[str, object] = {"realm": "tests", "name": "bench", "listen": (f"tcp/127.0.0.1:{free_port()}",)}
+    lost = Event()
+    bridge = Bridge(lambda name: SocketLink(hub, name), Offered(**(place | offered)), lost.set)  # type: ignore[arg-type]
+    with closing(bridge):
+        yield bridge
+
+
+def free_port() -> int:
+    """A port of the loopback that nobody listens on."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return int(listener.getsockname()[1])
+
+
+@contextmanager
 def reached(way: str, config: str, served: Callable[[], str]) -> Iterator[Connect]:
     """Makes connections to one hub, which are closed in the end; `served` starts it, if need be, and has its socket."""
     with ExitStack() as stack:
-        if way == "process":
+        if way in ("process", "network"):
             address = served()
 
             def connect(name: str) -> canwire.Hub:
@@ -85,14 +105,20 @@ def reached(way: str, config: str, served: Callable[[], str]) -> Iterator[Connec
         yield connect
 
 
-def fixtures(config: str) -> tuple[object, object, object]:
-    """`hub_process`, `mortal_hub` and `connect` for a conftest.py, on hubs of this configuration."""
+def fixtures(config: str) -> tuple[object, object, object, object]:
+    """`hub_process`, `hub_network`, `mortal_hub` and `connect` for a conftest.py, on hubs of this configuration."""
 
     @pytest.fixture(scope="session")
     def hub_process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         """Socket of a hub that all tests of this run share; what a test leaves behind goes with its connections."""
         with serving(tmp_path_factory.mktemp("hub"), config) as (address, _):
             yield address
+
+    @pytest.fixture(scope="session")
+    def hub_network(hub_process: str) -> Iterator[str]:
+        """The same hub's address on the network."""
+        with offering(hub_process) as bridge:
+            yield bridge.address
 
     @pytest.fixture
     def mortal_hub(tmp_path: Path) -> Iterator[Served]:
@@ -103,7 +129,8 @@ def fixtures(config: str) -> tuple[object, object, object]:
     @pytest.fixture(params=WAYS)
     def connect(request: pytest.FixtureRequest) -> Iterator[Connect]:
         """Makes connections to one hub; each stands for a program of its own."""
-        with reached(request.param, config, lambda: str(request.getfixturevalue("hub_process"))) as made:
+        served = "hub_network" if request.param == "network" else "hub_process"
+        with reached(request.param, config, lambda: str(request.getfixturevalue(served))) as made:
             yield made
 
-    return hub_process, mortal_hub, connect
+    return hub_process, hub_network, mortal_hub, connect

@@ -145,7 +145,7 @@ class Bridge:
 
         def reply(answer: bytes) -> None:
             with contextlib.suppress(self._zenoh.ZError):  # the session is closed, or the asker is gone
-                query.reply(query.key_expr, answer, congestion_control=self._zenoh.CongestionControl.DROP)
+                query.reply(query.key_expr, answer)  # as the query is: dropped rather than waited for
             query.drop()
 
         try:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import sys
 import threading
+import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
@@ -100,18 +102,21 @@ class Guest:
         except CanwireError as error:
             self._answer(asked, failed(error))
         except Exception as error:
+            traceback.print_exc(file=sys.stderr)
             self._answer(asked, failed(HubError(f"the hub's network side failed at this request: {error!r}")))
-            raise
 
     def _do(self, asked: Asked) -> None:
         serial, request = m.decode_request(asked.request)
-        if serial != asked.serial or isinstance(request, m.Hello):
+        if isinstance(request, m.Hello):  # the answer to the first one was lost
+            self._answer(asked, m.Welcome(m.VERSION, self._link.time))
+            return
+        if serial != asked.serial:
             raise BadMessage(
                 f"{type(request).__name__} with serial {serial} in a call with serial {asked.serial}"
             )
         access.check(self.user, self._may, request)
         if not self.pump.await_arrival(asked.positions, _ARRIVAL_S):
-            raise HubLost(
+            raise HubError(
                 "what was sent before this call did not arrive: the network loses too much; try again"
             )
         reply, descriptors = self._link.call(request)

@@ -43,8 +43,8 @@ def usual(lease_s: float) -> Settings:
         "transport/shared_memory/enabled": False,  # on by default; stopped a router at 351 sessions
         "transport/unicast/max_sessions": SESSIONS,
         "transport/link/tx/lease": round(lease_s * 1000),
-        # a full queue: neither wait (who calls has better things to do) nor give up the connection after 5 s
-        f"{queue}/drop/wait_before_drop": 0,
+        # a full queue: neither wait for long (who calls has better things to do) nor hang up, usual after 5 s
+        f"{queue}/drop/wait_before_drop": 1_000,  # microseconds
         f"{queue}/block/wait_before_close": 3_600_000_000,
         "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2.0},
     }
