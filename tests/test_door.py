@@ -15,6 +15,7 @@ import canwire
 
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
+Offer offer offered_hubs
 lines_now
 LimitsConfig
 LimitReached

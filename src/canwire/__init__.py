@@ -116,6 +116,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
+    from canwire.hub.links.network.keys import Offer
+    from canwire.hub.offer import offer, offered_hubs
     from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
     from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.serve import serve
@@ -219,6 +221,8 @@ _NAMES = {
     "hub.handles.lease": "Lease",
     "hub.handles.lin": "LinControl Monitor",
     "hub.handles.scheduler": "Scheduler",
+    "hub.links.network.keys": "Offer",
+    "hub.offer": "offer offered_hubs",
     "hub.protocol.fault_messages": "FaultInfo HubPlace",
     "hub.protocol.lin_messages": "LinLineState",
     "hub.serve": "serve",
@@ -404,6 +408,7 @@ __all__ = [
     "NotInitialised",
     "NotReceived",
     "NotTransmitted",
+    "Offer",
     "NothingHeard",
     "Periodic",
     "Place",
@@ -453,6 +458,8 @@ __all__ = [
     "lin_checksum",
     "lines_now",
     "linmsg_of_record",
+    "offer",
+    "offered_hubs",
     "parse_candump_line",
     "parse_frame",
     "parse_lin_frame",

@@ -4,6 +4,7 @@ canwire serve                                   on this user's usual socket, whe
 canwire serve --socket ./bench --time fast      on a socket of its own; the buses do not wait for the clock
 canwire serve --config canwire.toml             these buses and boards
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
+canwire serve --network                         offered to other machines, too (see canwire offer)
 
 One line says when it is ready; before that, stderr has a line for everything unusual about the buses, such as a cable
 that is too long. SIGTERM, SIGHUP and Ctrl-C end it: the socket is removed, and every client gets HubLost.
@@ -23,7 +24,10 @@ import sys
 from collections.abc import Iterator
 
 import canwire
+from canwire import BadValue
 from canwire.commands.console import complain
+from canwire.commands.network.beside import offering, usual_hub
+from canwire.commands.network.options import add_offer_arguments, given
 from canwire.commands.shell.ending import signals_call
 from canwire.commands.shell.parser import add_time_argument
 
@@ -46,23 +50,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LINK",
         help=f"plug in a CANBUS dongle, too, found by this link (default: {USUAL_LINK} where canwire slcan has it)",
     )
+    parser.add_argument(
+        "--network", action="store_true", help="offer it to other machines, too, with the options below"
+    )
+    add_offer_arguments(parser.add_argument_group("with --network"))
     add_time_argument(parser, ("real", "fast"), "programs that share a hub wait for each other by the clock")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM, SIGHUP or SIGINT."""
+    if given(arguments) and not arguments.network:
+        raise BadValue("these options say how a hub is offered to other machines: give --network, too")
     stop = canwire.Event(manual_reset=True)
 
     def end() -> None:
         _tell_systemd("STOPPING=1")
         stop.set()
 
-    dongle = contextlib.ExitStack()
+    beside = contextlib.ExitStack()
 
     def ready(introduction: str) -> None:
+        if arguments.network:
+            said = beside.enter_context(offering(arguments, usual_hub(arguments.socket)))
+            introduction += f", {said}"
         _ready(introduction)
         if arguments.dongle is not None:
-            dongle.enter_context(_dongle(arguments.dongle, arguments.socket))
+            beside.enter_context(_dongle(arguments.dongle, arguments.socket))
 
     try:
         with signals_call(end):
@@ -75,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
                 warn=complain,
             )
     finally:
-        dongle.close()
+        beside.close()
         stop.close()
     return 0
 

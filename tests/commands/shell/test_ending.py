@@ -47,6 +47,7 @@ LASTING = [
     Lasting("fault can0 noise --rate 1e-9", ": set"),
     Lasting("slcan --pty {folder}/pty", "dongle", regular=True),
     Lasting("serve --socket {folder}/own.sock", "canwire hub on", regular=True),
+    Lasting("offer --listen tcp/127.0.0.1:0", "offered as", regular=True),
 ]
 WITHOUT_HUB = ("demo", "serve")
 AT_ONCE = {
