@@ -42,6 +42,7 @@ _FIRST_S, _LONGEST_S = (
     5.0,
 )  # before a call is asked again: its query, or the answer, may have been dropped
 _LOOK_S = 0.1
+_LAST_WORDS_NS = 100_000_000  # what was under way when a connection broke comes within so long
 
 
 class Patience(NamedTuple):
@@ -88,7 +89,6 @@ class NetworkLink:
         self._notices = Notices()
         self._lost = self._closed = False
         self._last_words = ""
-        self._broken_s: float | None = None  # since when its connection is
         self._zenoh = load_zenoh()
         self._session = open_for_client(for_client(place.endpoint, login, self._patience.lease_s))
         try:
@@ -193,6 +193,9 @@ class NetworkLink:
         self._session.declare_subscriber(f"{self._keys}/down", direct(self._came, indirect=False))
         self._session.liveliness().declare_subscriber(
             keys.token(self._offer), direct(self._hub_came_or_went, indirect=False)
+        )
+        self._session.info.declare_transport_events_listener(
+            direct(self._connected_or_not, indirect=False)
         )
         self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
         self._publisher = self._session.declare_publisher(
@@ -309,18 +312,26 @@ class NetworkLink:
         self._notices.tell(notice)
 
     def _hub_came_or_went(self, sample: Any) -> None:
-        if sample.kind == self._zenoh.SampleKind.PUT:
-            self._broken_s = None
-            self._pump.wake()
-        elif self._broken_s is None and not self.lost:
-            self._broken_s = time.monotonic()
-            waiting = threading.Timer(self._patience.broken_s, self._give_up)
-            waiting.daemon = True
-            waiting.start()
+        """Its token: gone where the hub, or its way to a router, is."""
+        if sample.kind == self._zenoh.SampleKind.DELETE:
+            self._break()
 
-    def _give_up(self) -> None:
-        broken_s = self._broken_s
-        if broken_s is not None and time.monotonic() - broken_s >= self._patience.broken_s - _LOOK_S:
+    def _connected_or_not(self, event: Any) -> None:
+        """The connection to the hub or a router: without it nobody tells of tokens."""
+        if event.kind == self._zenoh.SampleKind.DELETE:
+            self._break()
+        else:
+            self._pump.wake()
+
+    def _break(self) -> None:
+        """Wait for a sign of life from now on, and for so long."""
+        if not self.lost:
+            giving_up = threading.Timer(self._patience.broken_s, self._give_up, (time.monotonic_ns(),))
+            giving_up.daemon = True
+            giving_up.start()
+
+    def _give_up(self, broken_ns: int) -> None:
+        if self._pump.heard_ns <= broken_ns + _LAST_WORDS_NS:
             self._lose("its connection broke")
 
     def _guarded(self, work: Callable[[], object]) -> None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.network import access
-from canwire.hub.links.network.calls import Answered, Asked, asked_in, encode
+from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode
 from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.notes import OutgoingNotes
 from canwire.hub.links.network.opening import Opened, filled, taken_over
@@ -133,7 +133,10 @@ class Guest:
             self._rings[handle] = tuple(one.mirror.number for one in opened)
         rings = filled(opened)
         self._add(opened, outgoing=False)  # what the client puts in next finds its ring here
-        self._answer(asked, reply, rings)
+        begun = tuple(
+            (one.mirror.number, one.mirror.written) for one in opened if isinstance(one.mirror, Outgoing)
+        )
+        self._answer(asked, reply, rings, begun)
         self._add(opened, outgoing=True)  # what is sent from now on finds the client's
 
     def _add(self, opened: list[Opened], *, outgoing: bool) -> None:
@@ -141,9 +144,9 @@ class Guest:
             if isinstance(mirror, Outgoing) == outgoing:
                 self.pump.add(mirror, *events)
 
-    def _answer(self, asked: Asked, reply: m.Message, rings: tuple[tuple[int, int], ...] = ()) -> None:
+    def _answer(self, asked: Asked, reply: m.Message, rings: Positions = (), begun: Positions = ()) -> None:
         """To everybody who asked; behind everything that the client's queues hold by now."""
-        positions = self.pump.written()
+        positions = self.pump.written() + begun
         self.pump.flush()
         answer = encode(Answered(m.encode_reply(asked.serial, reply)[m.LENGTH.size :], rings, positions))
         with self._lock:

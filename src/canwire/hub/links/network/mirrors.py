@@ -15,7 +15,8 @@ from canwire.hub.links.network.wire import Report
 from canwire.ring import Ring
 
 BATCH = 64  # records sent together at most ...
-HOLD_NS = 1_000_000  # ... or those of so long after the batch before
+HOLD_NS = 1_000_000  # ... or those that came within so long ...
+AT_ONCE = 4  # ... once there were so many smaller batches in that time
 WINDOW = 1 << 19  # bytes under way at most, that nobody has said to have come
 REPORT_NS = 2_000_000  # between two reports of records taken one by one
 _LARGEST_BATCH = 1 << 16
@@ -31,7 +32,8 @@ class Outgoing:
         self._lock = threading.Lock()
         self._origin = ring.taken
         self._sent = self._received = filled
-        self._last_ns = -HOLD_NS
+        self._began_ns = -HOLD_NS  # the span of HOLD_NS that ...
+        self._batches = 0  # ... so many batches went out in
         self._window = max(1, WINDOW // ring.record_size)
         self._batch = max(1, min(BATCH, _LARGEST_BATCH // ring.record_size))
 
@@ -54,11 +56,13 @@ class Outgoing:
         with self._lock:
             unsent = self._unsent()
             count = min(unsent, self._batch, self._window - (self._sent - self._received))
-            if count <= 0 or not (at_once or unsent >= self._batch or now_ns >= self._last_ns + HOLD_NS):
+            if count <= 0 or not (at_once or unsent >= self._batch or not self._holds(now_ns)):
                 return None
+            if now_ns >= self._began_ns + HOLD_NS:
+                self._began_ns, self._batches = now_ns, 0
+            self._batches += 1
             message = wire.frames(self.number, self._sent, self._records(count))
             self._sent += count
-            self._last_ns = now_ns
             return message
 
     def acknowledge(self, report: Report) -> None:
@@ -79,15 +83,19 @@ class Outgoing:
         with self._lock:
             waiting = self._unsent() if self._sent - self._received < self._window else 0
             held = self._sent - (self._ring.taken - self._origin)
-            holding = waiting > 0 or now_ns < self._last_ns + HOLD_NS
+            holding = waiting > 0 or self._holds(now_ns)
             wanted = self._batch if holding else 1
             self._ring.threshold = max(1, min(self._ring.capacity, held + wanted))
             self._ring.arm()
-            return self._last_ns + HOLD_NS if holding else None
+            return self._began_ns + HOLD_NS if holding else None
 
     def close(self) -> None:
         self._ring.event = self._ring.free_event = None
         self._ring.close()
+
+    def _holds(self, now_ns: int) -> bool:
+        """There were so many small batches that the next one should be larger."""
+        return now_ns < self._began_ns + HOLD_NS and self._batches >= AT_ONCE
 
     def _unsent(self) -> int:
         return self._ring.taken - self._origin + self._ring.fill() - self._sent
