@@ -1,7 +1,7 @@
 """Hubs to test on, reached in every way there is: embedded in this process, and served by a process of its own.
 
-Whoever tests on all of them writes `hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)` into a conftest.py. One more
-way to reach a hub is a name in WAYS and a branch of `reached`.
+Whoever tests on all of them writes `hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)` into a
+conftest.py. One more way to reach a hub is a name in WAYS and a branch of `reached`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from canwire.hub.owner.world import World
 WAYS = ("embedded", "process", "network")
 NETWORK = os.environ.get("CANWIRE_TEST_NETWORK", "")  # "all": every behaviour test runs over the network, too
 _ONE_OF = 8  # else one in so many, and always the same
-# what two programs see of one FIFO without asking the hub is there at once in shared memory, and a moment later elsewhere
+# what programs see of one FIFO without asking the hub is there at once in shared memory, elsewhere a moment later
 _SHARED_MEMORY = (
     "test_order_is_kept_and_what_is_too_much_is_refused",
     "test_levels_and_reset",

@@ -10,7 +10,9 @@ _MANY = ("listen", "via")
 
 def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
     """Where, as what, and to whom."""
-    parser.add_argument("--realm", metavar="NAME", help="what the hub's address begins with (default: canwire)")
+    parser.add_argument(
+        "--realm", metavar="NAME", help="what the hub's address begins with (default: canwire)"
+    )
     parser.add_argument("--name", metavar="NAME", help="the hub's name (default: this machine's)")
     parser.add_argument(
         "--listen",

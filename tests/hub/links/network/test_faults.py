@@ -72,7 +72,9 @@ def numbers(receiver: HubChannel, count: int) -> list[int]:
 
 
 @pytest.mark.parametrize(("room", "lost"), [(256, 0), (64, 136)])
-def test_a_cut_link_goes_on_and_what_is_lost_is_counted(place: Place, cable: Cable, room: int, lost: int) -> None:
+def test_a_cut_link_goes_on_and_what_is_lost_is_counted(
+    place: Place, cable: Cable, room: int, lost: int
+) -> None:
     with place.here() as here, elsewhere(over(cable)) as hub:
         running(here)
         receiver = channel(hub, 1, receive=room, transmit=0)
@@ -183,12 +185,11 @@ def test_another_version_is_named_at_both_ends(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_second_hub_of_a_name_is_refused(place: Place) -> None:
-    with pytest.raises(HubError, match=f"zenoh://tests/bench already .{place.bridge.offer.instance}"):
-        with offered(via=(f"tcp/127.0.0.1:{place.port}",)):
-            pass
-    with offered(name="other", via=(f"tcp/127.0.0.1:{place.port}",)):
-        with elsewhere(place.address) as hub:
-            assert hub.boards()
+    already = f"zenoh://tests/bench already .{place.bridge.offer.instance}"
+    with pytest.raises(HubError, match=already), offered(via=(f"tcp/127.0.0.1:{place.port}",)):
+        pass
+    with offered(name="other", via=(f"tcp/127.0.0.1:{place.port}",)), elsewhere(place.address) as hub:
+        assert hub.boards()
 
 
 def test_nobody_there_is_said_soon() -> None:

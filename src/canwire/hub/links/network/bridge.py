@@ -57,6 +57,7 @@ class Bridge:
         self._lock = threading.Lock()  # held for moments only
         self._greeting = threading.Lock()
         self._guests: dict[str, Guest] = {}
+        self._heard: dict[str, Any] = {}  # subscribers
         self._leaving: dict[
             str, float
         ] = {}  # clients whose connection is broken, and until when they may be back
@@ -89,7 +90,6 @@ class Bridge:
         session.declare_queryable(
             keys.clients(realm, instance, "call"), direct(self._asked, indirect=False), complete=True
         )
-        session.declare_subscriber(keys.clients(realm, instance, "up"), direct(self._came, indirect=False))
         session.liveliness().declare_subscriber(
             keys.clients(realm, instance, "here"), direct(self._came_or_went, indirect=False)
         )
@@ -208,8 +208,16 @@ class Bridge:
                 name = hello.name if asked.host == socket.gethostname() else f"{hello.name} on {asked.host}"
                 link = self._dial(name)
                 self._guests[client] = Guest(link, user, may, self._sender(user, client), self._is_healthy)
+                self._hear(user, client)
         welcome = m.encode_reply(serial, m.Welcome(m.VERSION, self.offer.time))[m.LENGTH.size :]
         return encode(Answered(welcome, (), ()))
+
+    def _hear(self, user: str, client: str) -> None:
+        """By its own key: an access list lets nobody know of subscribers to everybody's."""
+        key = keys.client(self.offer.realm, self.offer.instance, user, client) + "/up"
+        self._heard[client] = self._session.declare_subscriber(
+            key, self._zenoh.handlers.Callback(self._came, indirect=False)
+        )
 
     def _sender(self, user: str, client: str) -> Callable[[bytes], object]:
         """What puts something on the way to a client, or drops it: it is sent again then."""
@@ -237,6 +245,9 @@ class Bridge:
         with self._lock:
             self._leaving.pop(client, None)
             guest = self._guests.pop(client, None)
+            heard = self._heard.pop(client, None)
+        if heard is not None:
+            heard.undeclare()
         if guest is not None:
             guest.close()
 

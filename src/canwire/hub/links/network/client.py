@@ -194,9 +194,7 @@ class NetworkLink:
         self._session.liveliness().declare_subscriber(
             keys.token(self._offer), direct(self._hub_came_or_went, indirect=False)
         )
-        self._session.info.declare_transport_events_listener(
-            direct(self._connected_or_not, indirect=False)
-        )
+        self._session.info.declare_transport_events_listener(direct(self._connected_or_not, indirect=False))
         self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
         self._publisher = self._session.declare_publisher(
             f"{self._keys}/up", congestion_control=self._zenoh.CongestionControl.DROP, express=True
