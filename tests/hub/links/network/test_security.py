@@ -45,7 +45,9 @@ def test_each_user_may_do_so_much() -> None:
         running(here)
         with as_user(place, "eve", "ear") as eve, as_user(place, "bob", "pass") as bob:
             heard = channel(eve, 1, transmit=0)
-            with pytest.raises(HubError, match=r"SetUpChannel needs the right to send .* eve may only listen"):
+            with pytest.raises(
+                HubError, match=r"SetUpChannel needs the right to send .* eve may only listen"
+            ):
                 eve.open_channel(eve.boards()[1].id, 0).set_up(ChannelMode(receive=1, transmit=1))
             sender = channel(bob, 0)
             sender.send(Frame(0x42))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import ctypes
 import itertools
@@ -13,20 +12,19 @@ import sys
 import threading
 import time
 import traceback
-import weakref
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from canwire.errors import BadMessage, CanwireError, HubError, HubLost, LimitReached
+from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
 from canwire.hub.links.network.calls import Asked, answered_in, encode
-from canwire.hub.links.network.discovery import offers_in
+from canwire.hub.links.network.discovery import find
+from canwire.hub.links.network.held_copies import HeldCopies
+from canwire.hub.links.network.lifetimes import LIVING
 from canwire.hub.links.network.notes import IncomingNotes
-from canwire.hub.links.network.opening import Copies, copied
 from canwire.hub.links.network.pump import Pump
 from canwire.hub.links.network.settings import LEASE_S, for_client, load_zenoh, open_for_client
 from canwire.hub.links.notices import Notices
-from canwire.hub.owner.limits import enough
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import raised
 from canwire.hub.protocol.link import Answer, Listener
@@ -85,14 +83,13 @@ class NetworkLink:
         self._lock = threading.Lock()
         self._serials = itertools.count(1)
         self._calls: dict[int, _Call] = {}
-        self._copies: dict[int, Copies] = {}  # by handle
         self._notices = Notices()
         self._lost = self._closed = False
         self._last_words = ""
         self._zenoh = load_zenoh()
         self._session = open_for_client(for_client(place.endpoint, login, self._patience.lease_s))
         try:
-            self._offer = self._find(place)
+            self._offer = find(self._session, place, address)
         except BaseException:
             self._session.close()
             raise
@@ -101,7 +98,8 @@ class NetworkLink:
         self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, secrets.token_hex(8))
         self._pump = Pump(self._send, self._doorbell)
         self._pump.add(IncomingNotes(self._note))
-        _OPEN.add(self)
+        self._copies = HeldCopies(self._pump, self._doorbell)
+        LIVING.add(self)
         try:
             self._open(name)
         except BaseException:
@@ -149,15 +147,14 @@ class NetworkLink:
             closed, self._closed = self._closed, True
         if closed:
             return
-        _OPEN.discard(self)
+        LIVING.discard(self)
         self._notices.close()
         self._fail_calls()
         if not self._lost:
             self._pump.flush()
         self._pump.close()
         self._session.close()  # the token goes with it, and tells the hub
-        for copies in self._copies.values():
-            copies.let_go()
+        self._copies.close()
         self._doorbell.close()
 
     def leave_to_parent(self) -> None:
@@ -165,28 +162,6 @@ class NetworkLink:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._session))
 
     # opening
-
-    def _find(self, place: keys.Place) -> keys.Offer:
-        """The hub that is meant: by its name, or the only one at its own endpoint."""
-        offers = offers_in(self._session, place.realm)
-        named = [offer for offer in offers if offer.name == place.name]
-        if place.by_host and not named:
-            named = offers
-        if len(named) == 1:
-            offer = named[0]
-            if offer.version != m.VERSION:
-                raise BadMessage(
-                    f"{self.address}: that hub speaks version {offer.version}, this program {m.VERSION}; install the "
-                    "same canwire on both machines"
-                )
-            return offer
-        if not named:
-            there = ", ".join(offer.name for offer in offers) or "none"
-            raise HubLost(f"{self.address}: no such hub at {place.endpoint}; in realm {place.realm}: {there}")
-        which = ", ".join(f"{offer.name} ({offer.instance})" for offer in named)
-        raise HubError(
-            f"{self.address}: several hubs could be meant: {which}; end one of them, or name the other"
-        )
 
     def _open(self, name: str) -> None:
         direct = self._zenoh.handlers.Callback
@@ -275,28 +250,12 @@ class NetworkLink:
                 self._lose(reply.text)
             return
         try:
-            with enough(type(call.request).__name__):
-                copies = copied(call.request, reply, answer.rings, self._doorbell)
+            descriptors = self._copies.adopt(call.request, reply, answer.rings)
         except LimitReached as error:
             call.answered.fail(error)
             return
-        self._adopt(call.request, reply, copies)
-        if not call.answered.settle(((reply, copies.descriptors), answer.positions)):
-            close_descriptors(*copies.descriptors)
-
-    def _adopt(self, request: m.Message, reply: m.Message, copies: Copies) -> None:
-        """Rings of a handle in place of those before."""
-        handle = reply.handle if isinstance(reply, m.FifoOpened) else getattr(request, "handle", 0)
-        if isinstance(request, m.Close) or copies.opened:
-            with self._lock:
-                before = self._copies.pop(handle, None)
-                if copies.opened:
-                    self._copies[handle] = copies
-            for mirror, events in copies.opened:
-                self._pump.add(mirror, *events)
-            if before is not None:
-                self._pump.remove(tuple(one.mirror.number for one in before.opened))
-                before.let_go()
+        if not call.answered.settle(((reply, descriptors), answer.positions)):
+            close_descriptors(*descriptors)
 
     def _came(self, sample: Any) -> None:
         payload = sample.payload.to_bytes()
@@ -354,22 +313,3 @@ class NetworkLink:
             calls = list(self._calls.values())
         for call in calls:
             call.answered.fail(self._why())
-
-
-_OPEN: weakref.WeakSet[NetworkLink] = weakref.WeakSet()
-
-
-def _after_fork() -> None:
-    for link in list(_OPEN):
-        link.leave_to_parent()
-
-
-def _at_exit() -> None:
-    """Zenoh's threads must not come to an interpreter that is gone."""
-    for link in list(_OPEN):
-        link.close()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork)
-atexit.register(_at_exit)

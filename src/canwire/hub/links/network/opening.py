@@ -95,15 +95,6 @@ class Copies(NamedTuple):
     descriptors: tuple[int, ...]
     rings: SharedRings | None
 
-    def close(self) -> None:
-        """What nobody took."""
-        for mirror, events in self.opened:
-            mirror.close()
-            for event in events:
-                event.close()
-        self.let_go()
-        close_descriptors(*self.descriptors)
-
     def let_go(self) -> None:
         """Once nothing moves any more."""
         if self.rings is not None:
