@@ -144,29 +144,29 @@ def over(address: str, local: str, *, gap_s: float = 0.0, single: bool = False) 
         canwire.connect(local) as here,
         here.create_fifo(QUEUE, RECORD) as made,
         canwire.connect(address) as hub,
+        hub.open_fifo(made.id, "reader") as fifo,
     ):
-        with hub.open_fifo(made.id, "reader") as fifo:
-            process = CONTEXT.Process(target=writer, args=(local, made.id, gap_s, single, stop))
-            process.start()
-            end = fifo.end_of_ring
-            assert end.wait(PATIENCE_S)
-            began, count = time.perf_counter(), 0
-            while (len(arrived) < PACED) if gap_s else (time.perf_counter() - began < SPAN_S):
-                if not end.ring.fill():
-                    end.wait(1.0)
-                elif single or gap_s:
-                    record = end.ring.take_bytes()
-                    assert record is not None
-                    count += 1
-                    if gap_s:
-                        arrived.append(time.monotonic_ns() - int.from_bytes(record[:8], "little"))
-                else:
-                    taken = sum(len(block) for block in end.ring.acquire(4096)) // RECORD
-                    end.ring.release(taken)
-                    count += taken
-            rate = count / (time.perf_counter() - began)
-            stop.set()
-            process.join(PATIENCE_S)
+        process = CONTEXT.Process(target=writer, args=(local, made.id, gap_s, single, stop))
+        process.start()
+        end = fifo.end_of_ring
+        assert end.wait(PATIENCE_S)
+        began, count = time.perf_counter(), 0
+        while (len(arrived) < PACED) if gap_s else (time.perf_counter() - began < SPAN_S):
+            if not end.ring.fill():
+                end.wait(1.0)
+            elif single or gap_s:
+                record = end.ring.take_bytes()
+                assert record is not None
+                count += 1
+                if gap_s:
+                    arrived.append(time.monotonic_ns() - int.from_bytes(record[:8], "little"))
+            else:
+                taken = sum(len(block) for block in end.ring.acquire(4096)) // RECORD
+                end.ring.release(taken)
+                count += taken
+        rate = count / (time.perf_counter() - began)
+        stop.set()
+        process.join(PATIENCE_S)
     return rate, arrived
 
 

@@ -20,6 +20,7 @@ AT_ONCE = 4  # ... once there were so many smaller batches in that time
 WINDOW = 1 << 19  # bytes under way at most, that nobody has said to have come
 REPORT_NS = 2_000_000  # between two reports of records taken one by one
 _LARGEST_BATCH = 1 << 16
+_MOST = 32  # batches made at a time
 _EIGHTH = 8
 
 
@@ -51,19 +52,19 @@ class Outgoing:
         """Something was sent that has not come, as far as is known."""
         return self._sent != self._received
 
-    def batch(self, now_ns: int, *, at_once: bool = False) -> bytes | None:
-        """What is to be sent now, None: nothing; `at_once` does not wait for more."""
+    def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
+        """What is to be sent now; `at_once` does not wait for more."""
         with self._lock:
             unsent = self._unsent()
-            count = min(unsent, self._batch, self._window - (self._sent - self._received))
-            if count <= 0 or not (at_once or unsent >= self._batch or not self._holds(now_ns)):
-                return None
+            count = min(unsent, _MOST * self._batch, self._window - (self._sent - self._received))
+            if not at_once and count % self._batch and self._holds(now_ns):
+                count -= count % self._batch
+            if count <= 0:
+                return []
             if now_ns >= self._began_ns + HOLD_NS:
                 self._began_ns, self._batches = now_ns, 0
             self._batches += 1
-            message = wire.frames(self.number, self._sent, self._records(count))
-            self._sent += count
-            return message
+            return self._cut(count)
 
     def acknowledge(self, report: Report) -> None:
         """The copy is so far; raises BadMessage for what cannot be."""
@@ -100,13 +101,16 @@ class Outgoing:
     def _unsent(self) -> int:
         return self._ring.taken - self._origin + self._ring.fill() - self._sent
 
-    def _records(self, count: int) -> list[memoryview]:
+    def _cut(self, count: int) -> list[bytes]:
+        """So many records that were not sent yet, in batches."""
         size = self._ring.record_size
         skip = (self._sent - (self._ring.taken - self._origin)) * size
         found = []
         for block in self._ring.acquire(skip // size + count):
-            if len(block) > skip:
-                found.append(block[skip:])
+            for at in range(skip, len(block), self._batch * size):
+                records = block[at : at + self._batch * size]
+                found.append(wire.frames(self.number, self._sent, records))
+                self._sent += len(records) // size
             skip = max(0, skip - len(block))
         return found
 

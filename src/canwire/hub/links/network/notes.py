@@ -38,14 +38,16 @@ class OutgoingNotes:
     def unconfirmed(self) -> bool:
         return self._sent != self._received
 
-    def batch(self, now_ns: int, *, at_once: bool = False) -> bytes | None:
-        """The next notice."""
+    def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
+        """What was not sent yet."""
         with self._lock:
-            place = self._sent - self._received
-            if place >= len(self._kept):
-                return None
-            self._sent += 1
-            return wire.frames(self.number, self._sent - 1, [memoryview(self._kept[place])])
+            waiting = list(self._kept)[self._sent - self._received :]
+            found = [
+                wire.frames(self.number, self._sent + place, memoryview(notice))
+                for place, notice in enumerate(waiting)
+            ]
+            self._sent += len(found)
+            return found
 
     def acknowledge(self, report: Report) -> None:
         """So many have come."""

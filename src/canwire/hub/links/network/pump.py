@@ -226,8 +226,9 @@ class Pump:
             elif isinstance(mirror, Watched):
                 counts += filter(None, [mirror.changed()])
             else:
-                while (batch := mirror.batch(now_ns, at_once=at_once)) is not None:
-                    self._send(batch)
+                while found := mirror.batches(now_ns, at_once=at_once):
+                    for batch in found:
+                        self._send(batch)
         if reports:
             self._send(wire.reports(reports))
         if counts:

@@ -39,9 +39,9 @@ class Count(NamedTuple):
     own: int
 
 
-def frames(ring: int, first: int, records: list[memoryview]) -> bytes:
+def frames(ring: int, first: int, records: memoryview) -> bytes:
     """A batch of records, or of one notice, from this position on."""
-    return b"".join((_HEAD.pack(FRAMES, ring, first), *records))
+    return b"".join((_HEAD.pack(FRAMES, ring, first), records))
 
 
 def frames_in(payload: bytes) -> tuple[int, int, memoryview]:
