@@ -150,6 +150,7 @@ def over(address: str, local: str, *, gap_s: float = 0.0, single: bool = False) 
         process.start()
         end = fifo.end_of_ring
         assert end.wait(PATIENCE_S)
+        end.threshold = 1 if single or gap_s else 16 * BATCH
         began, count = time.perf_counter(), 0
         while (len(arrived) < PACED) if gap_s else (time.perf_counter() - began < SPAN_S):
             if not end.ring.fill():

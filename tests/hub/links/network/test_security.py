@@ -73,7 +73,7 @@ def test_a_user_cannot_take_another_one_s_keys(monkeypatch: pytest.MonkeyPatch) 
     """The rights go by keys, and Zenoh's access list says whose those are: a client that lies is not heard."""
     with offered(access=Access(users=USERS)) as place:
         monkeypatch.setattr(
-            "canwire.hub.links.network.client.Patience.__new__.__defaults__", (0.4, 0.4, LEASE_S)
+            "canwire.hub.links.network.settings.Patience.__new__.__defaults__", (0.4, 0.4, LEASE_S)
         )
         login = Login(user="eve", password="ear")
         monkeypatch.setattr(
@@ -185,6 +185,7 @@ def test_paths_of_certificates_count_from_the_file(tmp_path: Path) -> None:
         ("transport/shared_memory/enabled", False),
         ("transport/unicast/max_sessions", SESSIONS),
         ("transport/link/tx/lease", 10_000),
+        ("transport/link/tx/queue/size/data", 16),
         ("transport/link/tx/queue/congestion_control/drop/wait_before_drop", 1_000),
         ("transport/link/tx/queue/congestion_control/block/wait_before_close", 3_600_000_000),
     ],

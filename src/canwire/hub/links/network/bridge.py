@@ -15,6 +15,7 @@ from canwire.hub.links.network.access import Access, right_of
 from canwire.hub.links.network.calls import Answered, asked_in, encode
 from canwire.hub.links.network.discovery import offers_in
 from canwire.hub.links.network.guest import Guest
+from canwire.hub.links.network.sending import sender
 from canwire.hub.links.network.settings import LEASE_S, check_reach, for_hub, load_zenoh, open_for_hub
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed, serial_in
@@ -207,30 +208,16 @@ class Bridge:
             if client not in self._guests and not self._closed:
                 name = hello.name if asked.host == socket.gethostname() else f"{hello.name} on {asked.host}"
                 link = self._dial(name)
-                self._guests[client] = Guest(link, user, may, self._sender(user, client), self._is_healthy)
-                self._hear(user, client)
+                # by its own key: an access list lets nobody know of subscribers to everybody's
+                key = keys.client(self.offer.realm, self.offer.instance, user, client)
+                self._guests[client] = Guest(
+                    link, user, may, sender(self._session, key + "/down"), self._is_healthy
+                )
+                self._heard[client] = self._session.declare_subscriber(
+                    key + "/up", self._zenoh.handlers.Callback(self._came, indirect=False)
+                )
         welcome = m.encode_reply(serial, m.Welcome(m.VERSION, self.offer.time))[m.LENGTH.size :]
         return encode(Answered(welcome, (), ()))
-
-    def _hear(self, user: str, client: str) -> None:
-        """By its own key: an access list lets nobody know of subscribers to everybody's."""
-        key = keys.client(self.offer.realm, self.offer.instance, user, client) + "/up"
-        self._heard[client] = self._session.declare_subscriber(
-            key, self._zenoh.handlers.Callback(self._came, indirect=False)
-        )
-
-    def _sender(self, user: str, client: str) -> Callable[[bytes], object]:
-        """What puts something on the way to a client, or drops it: it is sent again then."""
-        key = keys.client(self.offer.realm, self.offer.instance, user, client) + "/down"
-        publisher = self._session.declare_publisher(
-            key, congestion_control=self._zenoh.CongestionControl.DROP, express=True
-        )
-
-        def send(payload: bytes) -> None:
-            with contextlib.suppress(self._zenoh.ZError):  # the session is closed
-                publisher.put(payload)
-
-        return send
 
     def _say_farewell(self, client: str, text: str) -> None:
         guest = self._guests.get(client)

@@ -9,6 +9,9 @@ from __future__ import annotations
 import msgspec
 
 from canwire.errors import BadMessage
+from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.message import Message
+from canwire.hub.protocol.pending import Pending
 
 Positions = tuple[tuple[int, int], ...]
 
@@ -54,3 +57,12 @@ def answered_in(payload: bytes) -> Answered:
         return _answered.decode(payload)
     except (msgspec.MsgspecError, ValueError) as error:
         raise BadMessage(f"an answer of {len(payload)} bytes: {error}") from None
+
+
+class Call:
+    """A client's call on its way."""
+
+    def __init__(self, request: Message, payload: bytes) -> None:
+        self.request = request
+        self.payload = payload
+        self.answered: Pending[tuple[Answer, Positions]] = Pending()

@@ -12,23 +12,23 @@ import sys
 import threading
 import time
 import traceback
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
-from canwire.hub.links.network.calls import Asked, answered_in, encode
+from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
 from canwire.hub.links.network.lifetimes import LIVING
 from canwire.hub.links.network.notes import IncomingNotes
 from canwire.hub.links.network.pump import Pump
-from canwire.hub.links.network.settings import LEASE_S, for_client, load_zenoh, open_for_client
+from canwire.hub.links.network.sending import sender
+from canwire.hub.links.network.settings import Patience, for_client, load_zenoh, open_for_client
 from canwire.hub.links.notices import Notices
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import raised
 from canwire.hub.protocol.link import Answer, Listener
-from canwire.hub.protocol.pending import Pending
 from canwire.platform import EventDescriptor, close_descriptors
 
 if TYPE_CHECKING:
@@ -41,23 +41,6 @@ _FIRST_S, _LONGEST_S = (
 )  # before a call is asked again: its query, or the answer, may have been dropped
 _LOOK_S = 0.1
 _LAST_WORDS_NS = 100_000_000  # what was under way when a connection broke comes within so long
-
-
-class Patience(NamedTuple):
-    """How long silence is borne: by a call, and by the link while its connection is broken."""
-
-    call_s: float = 1.7
-    broken_s: float = 1.5
-    lease_s: float = LEASE_S
-
-
-class _Call:
-    """A call on its way."""
-
-    def __init__(self, request: m.Message, payload: bytes) -> None:
-        self.request = request
-        self.payload = payload
-        self.answered: Pending[tuple[Answer, tuple[tuple[int, int], ...]]] = Pending()
 
 
 class NetworkLink:
@@ -82,7 +65,7 @@ class NetworkLink:
         self._pid = os.getpid()
         self._lock = threading.Lock()
         self._serials = itertools.count(1)
-        self._calls: dict[int, _Call] = {}
+        self._calls: dict[int, Call] = {}
         self._notices = Notices()
         self._lost = self._closed = False
         self._last_words = ""
@@ -111,7 +94,7 @@ class NetworkLink:
         serial = next(self._serials)
         payload = m.encode_request(serial, request)[m.LENGTH.size :]
         self._pump.flush()
-        call = _Call(request, payload)
+        call = Call(request, payload)
         with self._lock:
             if self.lost:
                 raise self._why()
@@ -171,15 +154,13 @@ class NetworkLink:
         )
         self._session.info.declare_transport_events_listener(direct(self._connected_or_not, indirect=False))
         self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
-        self._publisher = self._session.declare_publisher(
-            f"{self._keys}/up", congestion_control=self._zenoh.CongestionControl.DROP, express=True
-        )
+        self._sender = sender(self._session, f"{self._keys}/up")
         self._pump.start()
         self.call(m.Hello(m.VERSION, self._pid, name))
 
     # calls
 
-    def _insist(self, call: _Call, asked: bytes) -> tuple[Answer, tuple[tuple[int, int], ...]]:
+    def _insist(self, call: Call, asked: bytes) -> tuple[Answer, tuple[tuple[int, int], ...]]:
         """Ask until there is an answer, or a reason to give up."""
         began_s = time.monotonic()
         again_s, pause_s = began_s, _FIRST_S
@@ -209,8 +190,7 @@ class NetworkLink:
             )
 
     def _send(self, payload: bytes) -> None:
-        with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment, or closed
-            self._publisher.put(payload)
+        self._sender(payload)
 
     def _check(self) -> None:
         if self._pid != os.getpid():

@@ -21,6 +21,7 @@ WINDOW = 1 << 19  # bytes under way at most, that nobody has said to have come
 REPORT_NS = 2_000_000  # between two reports of records taken one by one
 _LARGEST_BATCH = 1 << 16
 _MOST = 32  # batches made at a time
+_AGAIN_NS = 10_000_000  # before the same records are asked for once more
 _EIGHTH = 8
 
 
@@ -128,6 +129,10 @@ class Incoming:
         self._told_ns = -REPORT_NS
         self._missing = False
         self._asked = False
+        self._again = (
+            -1,
+            0,
+        )  # what was asked for, and when: what is under way behind a gap is no reason to ask
         self._worth_telling = max(1, min(WINDOW // ring.record_size, ring.capacity) // 4)
         self._eighth = max(1, ring.capacity // _EIGHTH)
 
@@ -170,12 +175,15 @@ class Incoming:
         """What is to be told now, None: nothing; `at_once` tells everything new."""
         with self._lock:
             received, taken = self.received, self._ring.taken - self._origin
-            due = self._asked or self._missing or received - self._told_received >= self._worth_telling
+            again = self._missing and (received != self._again[0] or now_ns >= self._again[1] + _AGAIN_NS)
+            due = self._asked or again or received - self._told_received >= self._worth_telling
             fresh = taken - self._told_taken
             due |= fresh >= self._eighth or (fresh > 0 and (at_once or now_ns >= self._told_ns + REPORT_NS))
             if not due:
                 return None
-            made = Report(self.number, received, taken, self._missing)
+            if again:
+                self._again = received, now_ns
+            made = Report(self.number, received, taken, again)
             self._told_received, self._told_taken = received, taken
             self._told_ns = now_ns
             self._missing = self._asked = False

@@ -10,7 +10,7 @@ import json
 import os
 import socket
 import tempfile
-from typing import Any
+from typing import Any, NamedTuple
 
 from canwire.errors import BadValue, ExtraMissing, HubError, HubLost
 from canwire.hub.links.network.access import Access, Login, Tls, User
@@ -23,6 +23,14 @@ _TOKENS = ["liveliness_token", "liveliness_query", "declare_liveliness_subscribe
 _BOTH = ["ingress", "egress"]
 
 Settings = dict[str, Any]
+
+
+class Patience(NamedTuple):
+    """How long silence is borne: by a call, and by the link while its connection is broken."""
+
+    call_s: float = 1.7
+    broken_s: float = 1.5
+    lease_s: float = LEASE_S
 
 
 def load_zenoh() -> Any:
@@ -43,6 +51,7 @@ def usual(lease_s: float) -> Settings:
         "transport/shared_memory/enabled": False,  # on by default; stopped a router at 351 sessions
         "transport/unicast/max_sessions": SESSIONS,
         "transport/link/tx/lease": round(lease_s * 1000),
+        "transport/link/tx/queue/size/data": 16,  # of 64 KiB: a window (mirrors.py) fits, and so nothing is dropped
         # a full queue: neither wait for long (who calls has better things to do) nor hang up, usual after 5 s
         f"{queue}/drop/wait_before_drop": 1_000,  # microseconds
         f"{queue}/block/wait_before_close": 3_600_000_000,
