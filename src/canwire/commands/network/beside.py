@@ -18,7 +18,7 @@ from canwire.commands.network.options import words_of
 @contextlib.contextmanager
 def offering(arguments: argparse.Namespace, hub: str) -> Iterator[str]:
     """Its first line, once others can connect; raises HubError, after what it said on stderr, if that fails."""
-    command = [sys.executable, "-m", "canwire", "offer", "--hub", hub, *words_of(arguments)]
+    command = [sys.executable, "-m", "canwire", "offer", "--beside", "--hub", hub, *words_of(arguments)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         line = process.stdout.readline().strip()

@@ -22,11 +22,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_hub_argument(parser)
     add_offer_arguments(parser)
+    parser.add_argument(
+        "--beside", action="store_true", help=argparse.SUPPRESS
+    )  # the hub's own: ends with it
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Offer it until SIGTERM, SIGHUP or SIGINT."""
     stop = canwire.Event(manual_reset=True)
+    said: list[str] = []
+
+    def ready(address: str) -> None:
+        said.append(address)
+        print(f"offered as {address}", flush=True)
+
     try:
         with signals_call(stop.set):
             canwire.offer(
@@ -37,9 +46,12 @@ def run(arguments: argparse.Namespace) -> int:
                 via=arguments.via or (),
                 access=arguments.access,
                 insecure=arguments.insecure,
-                ready=lambda address: print(f"offered as {address}", flush=True),
+                ready=ready,
                 stop=stop,
             )
+    except canwire.HubLost:
+        if not (said and arguments.beside):
+            raise
     finally:
         stop.close()
     return 0

@@ -206,7 +206,9 @@ class Bridge:
             raise HubError(f"{user} is no user of this hub")
         with self._greeting:
             if client not in self._guests and not self._closed:
-                name = hello.name if asked.host == socket.gethostname() else f"{hello.name} on {asked.host}"
+                name = hello.name
+                if asked.host != socket.gethostname():
+                    name += f", {hello.pid} on {asked.host}"
                 link = self._dial(name)
                 # by its own key: an access list lets nobody know of subscribers to everybody's
                 key = keys.client(self.offer.realm, self.offer.instance, user, client)
