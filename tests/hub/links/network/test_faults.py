@@ -148,6 +148,19 @@ def test_a_slow_client_loses_its_own_frames_and_holds_nobody_up(place: Place) ->
         assert numbers(idle, 32) == list(range(32))
 
 
+def test_who_makes_room_and_then_sends_finds_that_room_there(place: Place) -> None:
+    with elsewhere(place.address) as hub:
+        running(hub)
+        small, large = channel(hub, 1, receive=4, transmit=0), channel(hub, 1, transmit=0)
+        sender = channel(hub, 0)
+        for _ in range(100):
+            for number in range(4):
+                sender.send(Frame(number, b"\0\0\0" + bytes([number])))
+            assert numbers(large, 4) == list(range(4))
+            assert numbers(small, 4) == list(range(4))
+        assert small.status().lost == 0
+
+
 def test_what_was_sent_before_closing_at_once_has_arrived(place: Place) -> None:
     """Zenoh alone loses what is queued when its session is closed."""
     with place.here() as here, here.create_fifo(4096, 8) as fifo:

@@ -20,7 +20,7 @@ from canwire.platform import EventDescriptor, Poller
 from canwire.ring import RECHECK_S
 
 if TYPE_CHECKING:
-    from canwire.hub.links.network.wire import Count, Report
+    from canwire.hub.links.network.wire import Report
 
 Sender = Outgoing | OutgoingNotes
 Taker = Incoming | IncomingNotes
@@ -218,17 +218,26 @@ class Pump:
         return wait if RECHECK_S is None else min(wait, RECHECK_S)
 
     def _send_all(self, now_ns: int, *, at_once: bool = False) -> None:
-        reports: list[Report] = []
-        counts: list[Count] = []
-        for mirror in self._mirrors():
-            if isinstance(mirror, Taker):
-                reports += filter(None, [mirror.report(now_ns, at_once=at_once)])
-            elif isinstance(mirror, Watched):
-                counts += filter(None, [mirror.changed()])
-            else:
-                while found := mirror.batches(now_ns, at_once=at_once):
-                    for batch in found:
-                        self._send(batch)
+        """What was taken here is told before what is sent: who makes room and then sends finds that room there."""
+        while True:
+            mirrors = self._mirrors()
+            found = [
+                batch
+                for one in mirrors
+                if isinstance(one, Sender)
+                for batch in one.batches(now_ns, at_once=at_once)
+            ]
+            self._tell(mirrors, now_ns, at_once=at_once or bool(found))
+            for batch in found:
+                self._send(batch)
+            if not found:
+                return
+
+    def _tell(self, mirrors: list[Mirror], now_ns: int, *, at_once: bool) -> None:
+        takers = [one for one in mirrors if isinstance(one, Taker)]
+        reports = [made for one in takers if (made := one.report(now_ns, at_once=at_once)) is not None]
+        watched = [one for one in mirrors if isinstance(one, Watched)]
+        counts = [made for one in watched if (made := one.changed()) is not None]
         if reports:
             self._send(wire.reports(reports))
         if counts:
