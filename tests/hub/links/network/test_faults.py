@@ -297,6 +297,33 @@ def test_kill_9_of_a_client_in_mid_batch_gives_everything_back(place: Place) -> 
             assert here.line_status(board, 0).channels == 0
 
 
+_FORKING = """
+import gc, os, sys
+from canwire import *
+hub = connect(sys.argv[1])
+if os.fork() == 0:
+    try:
+        hub.now_ns()
+    except CanwireError as error:
+        print(error, flush=True)
+    hub.close()
+    del hub
+    gc.collect()
+    sys.exit(0)
+print(os.wait()[1], hub.now_ns() > 0)
+"""
+
+
+def test_a_fork_is_told_and_ends_and_its_parent_goes_on(place: Place) -> None:
+    """Zenoh's threads are not in the fork: whatever touched its session there would wait for ever."""
+    words = [sys.executable, "-c", _FORKING, place.address]
+    found = subprocess.run(words, capture_output=True, text=True, timeout=LONG_S, check=True).stdout
+    assert found.splitlines() == [
+        "this connection belongs to the process that was forked; connect again in this one",
+        "0 True",
+    ]
+
+
 def test_a_frozen_client_holds_nobody_up_and_goes_on(place: Place) -> None:
     with place.here() as here, elsewhere(place.address) as hub:
         running(here)
