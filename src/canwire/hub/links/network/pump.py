@@ -237,7 +237,7 @@ class Pump:
         takers = [one for one in mirrors if isinstance(one, Taker)]
         reports = [made for one in takers if (made := one.report(now_ns, at_once=at_once)) is not None]
         watched = [one for one in mirrors if isinstance(one, Watched)]
-        counts = [made for one in watched if (made := one.changed()) is not None]
+        counts = [changed for one in watched if (changed := one.changed()) is not None]
         if reports:
             self._send(wire.reports(reports))
         if counts:
