@@ -70,6 +70,7 @@ class Pair:
     def settle(self) -> None:
         """The link is whole again."""
         for _ in range(4):
+            self.now_ns += 50_000_000  # as long as the pump waits before it asks
             self.incoming.sent(self.outgoing.sent)
             report = self.tell()
             if report is not None:
