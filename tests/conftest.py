@@ -9,6 +9,7 @@ import hypothesis
 import pytest
 
 from canwire import pytest_plugin
+from tests.hubs import runs
 
 # a busy machine is no bug: timing belongs to the benchmarks
 # in CI the same examples each time; whoever develops gets new ones
@@ -20,6 +21,14 @@ def pytest_configure(config: pytest.Config) -> None:
     """Installed, pytest has found the plugin by its entry point already, under that name."""
     if not config.pluginmanager.is_registered(pytest_plugin):
         config.pluginmanager.register(pytest_plugin, "canwire")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Of the behaviour tests over the network some run always, all of them with CANWIRE_TEST_NETWORK=all."""
+    left_out = [item for item in items if not runs(item)]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if runs(item)]
 
 
 @pytest.fixture(autouse=True, scope="session")

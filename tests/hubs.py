@@ -1,13 +1,16 @@
 """Hubs to test on, reached in every way there is: embedded in this process, and served by a process of its own.
 
-Whoever tests on all of them writes `hub_process, mortal_hub, connect = fixtures(CONFIG)` into a conftest.py. One more
-way to reach a hub is a name in WAYS and a branch of `reached`.
+Whoever tests on all of them writes `hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)` into a
+conftest.py. One more way to reach a hub is a name in WAYS and a branch of `reached`.
 """
 
 from __future__ import annotations
 
+import os
+import socket
 import subprocess
 import sys
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
@@ -22,14 +25,23 @@ from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 
-WAYS = ("embedded", "process")
+WAYS = ("embedded", "process", "network")
+NETWORK = os.environ.get("CANWIRE_TEST_NETWORK", "")  # "all": every behaviour test runs over the network, too
+_ONE_OF = 8  # else one in so many, and always the same
+# what programs see of one FIFO without asking the hub is there at once in shared memory, elsewhere a moment later
+_SHARED_MEMORY = (
+    "test_order_is_kept_and_what_is_too_much_is_refused",
+    "test_levels_and_reset",
+    "test_threads_of_a_program_share_an_end",
+    "test_a_fifo_lives_as_long_as_somebody_refers_to_it",
+)
 LONG_S = 30  # after which something that should happen never will
 
 Connect = Callable[[str], canwire.Hub]  # a connection of this name; each stands for a program of its own
 
 
 class Served(NamedTuple):
-    """A hub in a process of its own: its socket, and that process."""
+    """A hub in a process of its own: its address, and that process."""
 
     address: str
     process: subprocess.Popen[str]
@@ -67,10 +79,44 @@ def connected(engine: Engine, name: str = "program") -> canwire.Hub:
 
 
 @contextmanager
+def offering(hub: str, *options: str) -> Iterator[Served]:
+    """`canwire offer` for the hub of that socket, on a port of its own of this machine's loopback: address, process."""
+    port = free_port()
+    command = [sys.executable, "-m", "canwire", "offer", "--hub", hub, "--realm", "tests", "--name", "bench"]
+    process = subprocess.Popen(
+        [*command, "--listen", f"tcp/127.0.0.1:{port}", *options], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    try:
+        assert "offered as" in process.stdout.readline()
+        yield Served(f"zenoh://tests/bench?via=tcp/127.0.0.1:{port}", process)
+    finally:
+        process.terminate()
+        process.wait(LONG_S)
+        process.stdout.close()
+
+
+def free_port() -> int:
+    """A port of the loopback that nobody listens on."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return int(listener.getsockname()[1])
+
+
+def runs(item: pytest.Item) -> bool:
+    """For tests that run in every way: is this one to run in this way?"""
+    callspec = getattr(item, "callspec", None)
+    if callspec is None or callspec.params.get("connect") != "network":
+        return True
+    if item.name.startswith(_SHARED_MEMORY):
+        return False
+    return NETWORK == "all" or zlib.crc32(item.nodeid.encode()) % _ONE_OF == 0
+
+
+@contextmanager
 def reached(way: str, config: str, served: Callable[[], str]) -> Iterator[Connect]:
     """Makes connections to one hub, which are closed in the end; `served` starts it, if need be, and has its socket."""
     with ExitStack() as stack:
-        if way == "process":
+        if way in ("process", "network"):
             address = served()
 
             def connect(name: str) -> canwire.Hub:
@@ -85,13 +131,19 @@ def reached(way: str, config: str, served: Callable[[], str]) -> Iterator[Connec
         yield connect
 
 
-def fixtures(config: str) -> tuple[object, object, object]:
-    """`hub_process`, `mortal_hub` and `connect` for a conftest.py, on hubs of this configuration."""
+def fixtures(config: str) -> tuple[object, object, object, object]:
+    """`hub_process`, `hub_network`, `mortal_hub` and `connect` for a conftest.py, on hubs of this configuration."""
 
     @pytest.fixture(scope="session")
     def hub_process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         """Socket of a hub that all tests of this run share; what a test leaves behind goes with its connections."""
         with serving(tmp_path_factory.mktemp("hub"), config) as (address, _):
+            yield address
+
+    @pytest.fixture(scope="session")
+    def hub_network(hub_process: str) -> Iterator[str]:
+        """The same hub's address on the network."""
+        with offering(hub_process) as (address, _):
             yield address
 
     @pytest.fixture
@@ -103,7 +155,8 @@ def fixtures(config: str) -> tuple[object, object, object]:
     @pytest.fixture(params=WAYS)
     def connect(request: pytest.FixtureRequest) -> Iterator[Connect]:
         """Makes connections to one hub; each stands for a program of its own."""
-        with reached(request.param, config, lambda: str(request.getfixturevalue("hub_process"))) as made:
+        served = "hub_network" if request.param == "network" else "hub_process"
+        with reached(request.param, config, lambda: str(request.getfixturevalue(served))) as made:
             yield made
 
-    return hub_process, mortal_hub, connect
+    return hub_process, hub_network, mortal_hub, connect

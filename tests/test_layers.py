@@ -140,6 +140,7 @@ HUB_ON_TOP = {  # what stands in no room of the hub
     "hub.connect",
     "hub.finding",
     "hub.in_process",
+    "hub.offer",
     "hub.serve",
     "hub.usual",
     "hub.wall_clock",

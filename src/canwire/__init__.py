@@ -132,6 +132,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.lease import Lease
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
+    from canwire.hub.links.network.keys import Offer
+    from canwire.hub.offer import offer, offered_hubs
     from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
     from canwire.hub.protocol.lin_messages import LinLineState
     from canwire.hub.protocol.time_messages import TimedProgram, TimeState
@@ -259,6 +261,8 @@ _NAMES = {
     "hub.handles.lease": "Lease",
     "hub.handles.lin": "LinControl Monitor",
     "hub.handles.scheduler": "Scheduler",
+    "hub.links.network.keys": "Offer",
+    "hub.offer": "offer offered_hubs",
     "hub.protocol.fault_messages": "FaultInfo HubPlace",
     "hub.protocol.time_messages": "TimeState TimedProgram",
     "hub.protocol.lin_messages": "LinLineState",
@@ -478,6 +482,7 @@ __all__ = [
     "NotReceived",
     "NotTransmitted",
     "NothingHeard",
+    "Offer",
     "OutgoingMessage",
     "Periodic",
     "Place",
@@ -540,6 +545,8 @@ __all__ = [
     "load_database",
     "log_dtype",
     "log_formats",
+    "offer",
+    "offered_hubs",
     "open_log",
     "parse_candump_line",
     "parse_frame",

@@ -38,7 +38,7 @@ kind = "usb-to-can-fd"
 serial = "HW000001"
 buses = ["can0", "can0", "lin0"]
 """
-hub_process, mortal_hub, connect = fixtures(CONFIG)
+hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)
 
 
 @pytest.fixture

@@ -40,7 +40,7 @@ buses = ["can0", "can0"]
 REGISTRY = '[candrv.CID1]\nBoard = "{}"\n'
 BOARDS = ["inducan104", "picocom1"]
 
-hub_process, mortal_hub, connect = fixtures(CONFIG)
+hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)
 
 
 @pytest.fixture(autouse=True)

@@ -64,6 +64,10 @@ def commands(page: Path) -> str:
                 lines.append(line[2:])
                 if re.match(r"canwire serve\b.*&$", line[2:]):
                     lines.append('until canwire devices >/dev/null 2>&1; do kill -0 "$!" || exit 99; done')
+                if re.match(r"canwire serve\b.* --network\b.*&$", line[2:]):
+                    lines.append(
+                        'until canwire devices --network >/dev/null 2>&1; do kill -0 "$!" || exit 99; done'
+                    )
     return "\n".join(lines)
 
 

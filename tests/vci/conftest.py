@@ -38,7 +38,7 @@ kind = "usb-to-can"
 serial = "HW000002"
 """
 
-hub_process, mortal_hub, connect = fixtures(CONFIG)
+hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)
 
 
 @pytest.fixture

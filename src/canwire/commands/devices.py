@@ -2,6 +2,7 @@
 
 canwire devices            a tree for people
 canwire devices --json     one object with everything: identity, capabilities, settings, counters
+canwire devices --network  hubs that are offered to other machines, here or at an endpoint of another one
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from canwire import (
 )
 from canwire.commands.console import complain
 from canwire.commands.lin.line import mode_text
+from canwire.commands.network.offers import print_offers
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.colour import GREEN, RED, YELLOW, painted
 
@@ -60,11 +62,20 @@ Found = tuple[BoardInfo, list[Use]]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--network",
+        nargs="?",
+        const="tcp/localhost:7449",
+        metavar="ENDPOINT",
+        help="list the hubs that are offered there instead (default: tcp/localhost:7449)",
+    )
     add_hub_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what is plugged in now; HubLost if the hub of that address does not answer."""
+    if arguments.network is not None:
+        return print_offers(arguments.network, as_json=arguments.json)
     with ExitStack() as closing:
         hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire devices", timed=False))
         if not hub.address:

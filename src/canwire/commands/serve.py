@@ -6,6 +6,7 @@ canwire serve --config canwire.toml             these buses and boards
 canwire serve --time lockstep --programs 5      one virtual time for five programs, each started with CANWIRE_TIMED=1
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
 canwire serve --socketcand                      for Kayak, SavvyCAN and python-can's socketcand, too
+canwire serve --network                         offered to other machines, too (see canwire offer)
 
 One line says when it is ready; before that, stderr has a line for everything unusual about the buses, such as a cable
 that is too long. SIGTERM, SIGHUP and Ctrl-C end it: the socket is removed, and every client gets HubLost.
@@ -25,7 +26,10 @@ import sys
 from collections.abc import Iterator
 
 import canwire
+from canwire import BadValue
 from canwire.commands.console import complain
+from canwire.commands.network.beside import offering, usual_hub
+from canwire.commands.network.options import add_offer_arguments, given
 from canwire.commands.shell.ending import signals_call
 from canwire.commands.shell.parser import add_time_argument
 
@@ -67,6 +71,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         help="lockstep: name a program that computes for longer (default: 5)",
     )
+    parser.add_argument(
+        "--network", action="store_true", help="offer it to other machines, too, with the options below"
+    )
+    add_offer_arguments(parser.add_argument_group("with --network"))
     add_time_argument(
         parser, ("real", "fast", "lockstep"), "programs that share a hub wait for each other by the clock"
     )
@@ -76,7 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM, SIGHUP or SIGINT."""
     time = arguments.time or "real"
     if time != "lockstep" and (arguments.programs is not None or arguments.patience is not None):
-        raise canwire.BadValue("--programs and --patience are for --time lockstep")
+        raise BadValue("--programs and --patience are for --time lockstep")
+    if given(arguments) and not arguments.network:
+        raise BadValue("these options say how a hub is offered to other machines: give --network, too")
     stop = canwire.Event(manual_reset=True)
 
     def end() -> None:
@@ -86,6 +96,9 @@ def run(arguments: argparse.Namespace) -> int:
     beside = contextlib.ExitStack()
 
     def ready(introduction: str) -> None:
+        if arguments.network:
+            said = beside.enter_context(offering(arguments, usual_hub(arguments.socket)))
+            introduction += f", {said}"
         _ready(introduction)
         if arguments.dongle is not None:
             beside.enter_context(_dongle(arguments.dongle, arguments.socket))

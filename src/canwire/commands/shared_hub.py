@@ -21,7 +21,7 @@ def add_hub_argument(parser: argparse._ActionsContainer, *, again: bool = False)
         "--hub",
         metavar="ADDRESS",
         default=argparse.SUPPRESS if again else None,
-        help="the hub's socket (default: CANWIRE_HUB, or this user's)",
+        help="the hub's socket, or zenoh://REALM/HOST (default: CANWIRE_HUB, or this user's socket)",
     )
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
     from canwire.hub.protocol.link import Link
 
+_NETWORK = "zenoh://"
+
 
 def connect(
     address: str | None = None,
@@ -28,7 +30,8 @@ def connect(
 
     Else one inside this process, which all such calls share, in real time, until the last of their hubs is closed.
     With `time` ("real", "fast", "virtual", "lockstep") or `config` (a file, or what was made of one): always a fresh
-    one inside this process, of its own. `name` is shown to others where this program holds something. A hub that nobody
+    one inside this process, of its own. An address is a socket's path, or zenoh://REALM/HOST for a hub on another
+    machine (docs/machines.md). `name` is shown to others where this program holds something. A hub that nobody
     holds any more, nor anything opened on it, is closed by itself; `with` or `close` says when.
 
     `timed`: this program keeps one time with others, on a hub of `canwire serve --time lockstep`; None: where
@@ -65,7 +68,7 @@ def _connected(
         return _hub(fresh_link("real" if time is None else time, config, name))
     address = address or os.environ.get("CANWIRE_HUB")
     if address:
-        return _hub(RemoteLink(address, name))
+        return _hub(_link_to(address, name))
     usual = default_address()
     if somebody_listens(usual):
         return _hub(RemoteLink(usual, name))
@@ -82,6 +85,14 @@ def _usually_timed() -> bool:
     if said not in ("", "0", "1"):
         raise BadValue(f"CANWIRE_TIMED={said!r}: 1 to keep one time with other programs, 0 or nothing else")
     return said == "1"
+
+
+def _link_to(address: str, name: str) -> Link:
+    if not address.startswith(_NETWORK):
+        return RemoteLink(address, name)
+    from canwire.hub.links.network.client import NetworkLink  # needs an extra
+
+    return NetworkLink(address, name)
 
 
 def _hub(link: Link) -> Hub:

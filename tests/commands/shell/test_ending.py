@@ -53,6 +53,7 @@ LASTING = [
     Lasting("slcan --pty {folder}/pty", "dongle", regular=True),
     Lasting("socketcand --listen 127.0.0.1:0", "socketcand on", regular=True),
     Lasting("serve --socket {folder}/own.sock", "canwire hub on", regular=True),
+    Lasting("offer --listen tcp/127.0.0.1:0", "offered as", regular=True),
 ]
 WITHOUT_HUB = ("demo", "serve")
 AT_ONCE = {

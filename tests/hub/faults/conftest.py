@@ -12,7 +12,7 @@ from canwire.hub.owner.engine import Engine
 from tests.hub.faults.bench import CONFIG
 from tests.hubs import connected, embedded, fixtures
 
-hub_process, mortal_hub, connect = fixtures(CONFIG)
+hub_process, hub_network, mortal_hub, connect = fixtures(CONFIG)
 
 Programs = Callable[[str], Hub]
 

@@ -19,12 +19,12 @@ class Link(Protocol):
     """One client's connection.
 
     `call` may be used from any thread; it raises what the hub raised, or HubLost once the hub is gone, within
-    200 ms and for calls that wait too. Notices come on a thread of the link's own, each listener is called
-    for every one; after the hub is gone, once more with None.
+    200 ms (2 s between machines) and for calls that wait too. Notices come on a thread of the link's own, each
+    listener is called for every one; after the hub is gone, once more with None.
     """
 
     time: str  # "real", "fast" or "virtual"
-    address: str  # of the socket; "" in this process
+    address: str  # of the socket, or on the network; "" in this process
 
     def call(self, request: Message) -> Answer:
         """Ask and wait for the answer."""

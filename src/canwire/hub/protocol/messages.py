@@ -54,6 +54,10 @@ from canwire.hub.protocol.fault_messages import GetBus as GetBus
 from canwire.hub.protocol.fault_messages import GetFault as GetFault
 from canwire.hub.protocol.fault_messages import ListFaults as ListFaults
 from canwire.hub.protocol.fault_messages import SetFault as SetFault
+from canwire.hub.protocol.fifo_messages import CreateFifo as CreateFifo
+from canwire.hub.protocol.fifo_messages import FifoOpened as FifoOpened
+from canwire.hub.protocol.fifo_messages import OpenFifo as OpenFifo
+from canwire.hub.protocol.fifo_messages import ResetFifo as ResetFifo
 from canwire.hub.protocol.message import Message as Message
 from canwire.hub.protocol.time_messages import AwaitTurn as AwaitTurn
 from canwire.hub.protocol.time_messages import GetTime as GetTime
@@ -76,7 +80,7 @@ if TYPE_CHECKING:  # what __getattr__ says to the interpreter
     from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
     from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 
-VERSION = 1
+VERSION = 2
 LARGEST_REQUEST = 1 << 16
 LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")
@@ -273,26 +277,6 @@ class CancelQueued(Message):
     loaded: bool = True
 
 
-class CreateFifo(Message):
-    """-> FifoOpened (role "fifo"). Elements of `element_size` bytes, 1..65535; at least `capacity` of them."""
-
-    capacity: int
-    element_size: int
-
-
-class OpenFifo(Message):
-    """-> FifoOpened, with descriptors: memory, the reader's event, the writer's event. One reader, one writer."""
-
-    fifo: int
-    role: str
-
-
-class ResetFifo(Message):
-    """Fifo -> None; refused while a reader or writer is open."""
-
-    handle: int
-
-
 class CreateLuid(Message):
     """-> Number, never given out before."""
 
@@ -372,13 +356,6 @@ class ChannelState(Message):
 
 class SchedulerState(Message):
     status: CyclicStatus
-
-
-class FifoOpened(Message):
-    handle: int
-    fifo: int
-    capacity: int
-    element_size: int
 
 
 class Failed(Message):

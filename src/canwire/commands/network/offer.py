@@ -1,0 +1,57 @@
+"""`canwire offer`: offer the hub that runs to other machines, as zenoh://REALM/NAME.
+
+canwire offer                                                 on this machine's loopback alone
+canwire offer --listen tcp/192.168.1.5:7449 --access lab.toml  to the users in that file
+canwire offer --listen tcp/0.0.0.0:7449 --insecure            to everybody who reaches this machine
+
+One line says the address; `canwire dump can0 --hub zenoh://canwire/NAME` uses it, as does CANWIRE_HUB. It ends by
+SIGTERM, SIGHUP, Ctrl-C, or with the hub. `canwire serve --network` does both. Needs canwire[network].
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import canwire
+from canwire.commands.network.options import add_offer_arguments
+from canwire.commands.shared_hub import add_hub_argument
+from canwire.commands.shell.ending import signals_call
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_hub_argument(parser)
+    add_offer_arguments(parser)
+    parser.add_argument(
+        "--beside", action="store_true", help=argparse.SUPPRESS
+    )  # the hub's own: ends with it
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Offer it until SIGTERM, SIGHUP or SIGINT."""
+    stop = canwire.Event(manual_reset=True)
+    said: list[str] = []
+
+    def ready(address: str) -> None:
+        said.append(address)
+        print(f"offered as {address}", flush=True)
+
+    try:
+        with signals_call(stop.set):
+            canwire.offer(
+                arguments.hub,
+                realm=arguments.realm or "canwire",
+                name=arguments.name,
+                listen=arguments.listen or (),
+                via=arguments.via or (),
+                access=arguments.access,
+                insecure=arguments.insecure,
+                ready=ready,
+                stop=stop,
+            )
+    except canwire.HubLost:
+        if not (said and arguments.beside):
+            raise
+    finally:
+        stop.close()
+    return 0

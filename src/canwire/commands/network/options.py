@@ -1,0 +1,44 @@
+"""How a hub is offered to other machines: the same options for `canwire offer` and `canwire serve --network`."""
+
+from __future__ import annotations
+
+import argparse
+
+_EACH = ("realm", "name", "access")
+_MANY = ("listen", "via")
+
+
+def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
+    """Where, as what, and to whom."""
+    parser.add_argument(
+        "--realm", metavar="NAME", help="what the hub's address begins with (default: canwire)"
+    )
+    parser.add_argument("--name", metavar="NAME", help="the hub's name (default: this machine's)")
+    parser.add_argument(
+        "--listen",
+        action="append",
+        metavar="ENDPOINT",
+        help="tcp/ADDRESS:PORT or tls/ADDRESS:PORT (default: tcp/127.0.0.1:7449)",
+    )
+    parser.add_argument("--via", action="append", metavar="ENDPOINT", help="connect to this Zenoh router")
+    parser.add_argument("--access", metavar="FILE", help="users, what each may do, and certificates (TOML)")
+    parser.add_argument(
+        "--insecure", action="store_true", help="let anybody in who reaches an endpoint, and do anything"
+    )
+
+
+def words_of(arguments: argparse.Namespace) -> list[str]:
+    """The same options for another process."""
+    words = ["--insecure"] if arguments.insecure else []
+    for option in _EACH:
+        value = getattr(arguments, option)
+        words += [f"--{option}", value] if value is not None else []
+    for option in _MANY:
+        for value in getattr(arguments, option) or ():
+            words += [f"--{option}", value]
+    return words
+
+
+def given(arguments: argparse.Namespace) -> bool:
+    """Any of them was."""
+    return bool(words_of(arguments))

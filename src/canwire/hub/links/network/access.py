@@ -1,0 +1,118 @@
+"""Who may do what: the file of a hub's users, the file of a program's own name, and which right a request needs."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from typing import Annotated, Literal, TypeVar
+
+import msgspec
+from msgspec import Meta
+
+from canwire.errors import BadConfig, HubError
+from canwire.hub.links.network.keys import ANYBODY
+from canwire.hub.protocol import messages as m
+
+LISTEN, SEND, CONFIGURE = "listen", "send", "configure"
+_RIGHTS = (LISTEN, SEND, CONFIGURE)
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}$")]
+Word = Annotated[str, Meta(pattern=r"^[^:\n]*$")]  # as Zenoh's dictionary of passwords takes it
+File = TypeVar("File", "Access", "Login")
+
+
+class Tls(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """[tls]: PEM files. The authority `ca` has signed this end's certificate and the other's."""
+
+    ca: str
+    certificate: str
+    key: str
+
+
+class User(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """[users.NAME]: without a password the name is that in a certificate."""
+
+    may: Literal["listen", "send", "configure"]
+    password: Word = ""
+
+
+class Access(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A hub's file (`canwire serve --access`): each user may do so much, and nobody else anything."""
+
+    users: dict[Name, User]
+    tls: Tls | None = None
+
+    def __post_init__(self) -> None:
+        if self.tls is None and not all(user.password for user in self.users.values()):
+            raise ValueError("each user needs a password where there is no [tls]")
+
+
+class Login(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A program's file (CANWIRE_NETWORK)."""
+
+    user: Name = ANYBODY
+    password: Word = ""
+    tls: Tls | None = None
+
+
+def load(kind: type[File], path: str) -> File:
+    """The file's contents, paths in it counted from where it stands; raises BadConfig."""
+    try:
+        with open(path, "rb") as file:
+            found = msgspec.convert(tomllib.load(file), kind, strict=True)
+    except OSError as error:
+        raise BadConfig(f"{path}: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:  # msgspec's and tomllib's are ValueErrors, too
+        raise BadConfig(f"{path}: {error}") from None
+    if found.tls is None:
+        return found
+    here = os.path.dirname(os.path.abspath(path))
+    tls = Tls(
+        **{name: os.path.join(here, value) for name, value in msgspec.structs.asdict(found.tls).items()}
+    )
+    return msgspec.structs.replace(found, tls=tls)
+
+
+def usual_login() -> Login:
+    """CANWIRE_NETWORK's file; nobody in particular without one."""
+    path = os.environ.get("CANWIRE_NETWORK")
+    return load(Login, path) if path else Login()
+
+
+_LISTENING = (
+    m.Hello, m.ListBoards, m.Watch, m.OpenChannel, m.OpenMonitor, m.Close, m.GetLineStatus, m.GetLinStatus,
+    m.GetFilterMode, m.SetFilterMode, m.SetAcceptanceFilter, m.ListIds, m.ReplaceFilters, m.SetUpChannel,
+    m.SetUpMonitor, m.Activate, m.GetChannelStatus, m.GetMonitorStatus, m.Advance, m.Sleep, m.GetRegisters,
+    m.GetNote, m.ListNotes, m.GetBus, m.GetFault, m.AwaitFault, m.ListFaults,
+)  # fmt: skip
+_SENDING = (
+    m.CancelQueued, m.PassOn, m.CountRefused, m.CreateFifo, m.OpenFifo, m.ResetFifo, m.CreateLuid, m.OpenScheduler,
+    m.AddCyclic, m.RemoveCyclic, m.StartCyclic, m.StopCyclic, m.RunScheduler, m.ResetScheduler, m.GetSchedulerStatus,
+    m.ReplaceCyclic, m.StartInTurn, m.OpenShare, m.OpenLayer,
+)  # fmt: skip
+
+
+def needed(request: m.Message) -> str:
+    """The right that a request needs."""
+    if isinstance(request, m.SetUpChannel):
+        return SEND if request.mode.transmit else LISTEN
+    if isinstance(request, _LISTENING):
+        return LISTEN
+    return SEND if isinstance(request, _SENDING) else CONFIGURE
+
+
+def check(user: str, may: str, request: m.Message) -> None:
+    """Raises HubError where this user may not ask for it."""
+    right = needed(request)
+    if _RIGHTS.index(right) > _RIGHTS.index(may):
+        raise HubError(
+            f"{type(request).__name__} needs the right to {right} on this hub, {user} may only {may}: "
+            f"the file of `canwire serve --access` says so"
+        )
+
+
+def right_of(access: Access | None, user: str) -> str | None:
+    """What a user may do; None for somebody unknown."""
+    if access is None:
+        return CONFIGURE
+    found = access.users.get(user)
+    return None if found is None else found.may

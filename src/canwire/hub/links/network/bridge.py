@@ -1,0 +1,270 @@
+"""A hub's end of the network: it offers the hub, and lets clients in, each with a link of its own to the hub."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from canwire.errors import BadMessage, CanwireError, HubError, HubLost
+from canwire.hub.links.network import keys, wire
+from canwire.hub.links.network.access import Access, right_of
+from canwire.hub.links.network.calls import Answered, asked_in, encode
+from canwire.hub.links.network.discovery import offers_in
+from canwire.hub.links.network.guest import Guest
+from canwire.hub.links.network.sending import sender
+from canwire.hub.links.network.settings import LEASE_S, check_reach, for_hub, load_zenoh, open_for_hub
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.failure import failed, serial_in
+from canwire.platform import EventDescriptor
+
+if TYPE_CHECKING:
+    from canwire.hub.protocol.link import Link
+
+LOOPBACK = f"tcp/127.0.0.1:{keys.PORT}"
+GRACE_S = 2.0  # a client whose connection is broken may be back within so long
+HEALTHY_S = 0.3  # between two looks whether the hub answers ...
+_UNHEALTHY_S = 0.8  # ... and the silence after which no sign of life is given for it
+
+
+class Offered(NamedTuple):
+    """How a hub is offered: realm and name, endpoints it listens on, routers it connects to, who may come in."""
+
+    realm: str = keys.REALM
+    name: str = ""
+    listen: tuple[str, ...] = (LOOPBACK,)
+    via: tuple[str, ...] = ()
+    access: Access | None = None
+    insecure: bool = False
+    lease_s: float = LEASE_S
+    grace_s: float = GRACE_S
+
+
+class Bridge:
+    """Offers the hub that `dial` makes links to, until `close` or until that hub is gone: then `lost` is called.
+
+    Raises BadValue, HubError if it cannot listen there or another hub has this name, HubLost without a hub.
+    """
+
+    def __init__(self, dial: Callable[[str], Link], offered: Offered, lost: Callable[[], object]) -> None:
+        check_reach(offered.listen, offered.access, insecure=offered.insecure)
+        zenoh = load_zenoh()
+        self._dial = dial
+        self._offered = offered
+        self._lost = lost
+        self._lock = threading.Lock()  # held for moments only
+        self._greeting = threading.Lock()
+        self._guests: dict[str, Guest] = {}
+        self._heard: dict[str, Any] = {}  # subscribers
+        self._leaving: dict[
+            str, float
+        ] = {}  # clients whose connection is broken, and until when they may be back
+        self._closed = False
+        self._stopping = EventDescriptor()
+        self._healthy_s = time.monotonic()
+        name = keys.word("name", offered.name or socket.gethostname())
+        self._own = dial("network")
+        self._zenoh = zenoh
+        try:
+            self._session = open_for_hub(
+                for_hub(offered.listen, offered.via, offered.access, offered.lease_s), offered.access
+            )
+        except BaseException:
+            self._own.close()
+            raise
+        instance = str(self._session.zid())
+        self.offer = keys.Offer(keys.word("realm", offered.realm), name, instance, m.VERSION, self._own.time)
+        try:
+            self._open()
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self) -> None:
+        self._refuse_second()
+        realm, _, instance, *_ = self.offer
+        direct = self._zenoh.handlers.Callback
+        session = self._session
+        session.declare_queryable(
+            keys.clients(realm, instance, "call"), direct(self._asked, indirect=False), complete=True
+        )
+        session.liveliness().declare_subscriber(
+            keys.clients(realm, instance, "here"), direct(self._came_or_went, indirect=False)
+        )
+        self._token = session.liveliness().declare_token(keys.token(self.offer))
+        self._own.listen(self._notice)
+        self._thread = threading.Thread(target=self._watch, name="canwire-bridge", daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> str:
+        """What programs connect to."""
+        place = keys.SCHEME + f"{self.offer.realm}/"
+        for endpoint in self._offered.listen:
+            protocol, _, where = endpoint.partition("/")
+            if protocol == "tcp":
+                return place + where.removesuffix(f":{keys.PORT}")
+        return place + f"{self.offer.name}?via={[*self._offered.listen, *self._offered.via][0]}"
+
+    def close(self) -> None:
+        """Say farewell, hang up on everybody; a second time does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        self._stopping.signal()
+        for client in list(self._guests):
+            self._say_farewell(client, "it was ended")
+        if hasattr(self, "_token"):
+            self._token.undeclare()
+            self._thread.join()
+        for client in list(self._guests):
+            self._leave(client)
+        self._session.close()
+        self._own.close()
+        self._stopping.close()
+
+    def _refuse_second(self) -> None:
+        """Two hubs of one name: whoever connects could not say which."""
+        for other in offers_in(self._session, self.offer.realm, self.offer.name):
+            raise HubError(
+                f"another hub is offered as {keys.SCHEME}{other.realm}/{other.name} already ({other.instance}); "
+                "give --name another one"
+            )
+
+    def _notice(self, notice: m.Message | None) -> None:
+        if notice is None:
+            self._lost()
+
+    # what comes, in Zenoh's threads: nothing may wait here
+
+    def _asked(self, query: Any) -> None:
+        user, client = keys.client_of(str(query.key_expr))
+        payload = b"" if query.payload is None else query.payload.to_bytes()
+
+        def reply(answer: bytes) -> None:
+            with contextlib.suppress(self._zenoh.ZError):  # the session is closed, or the asker is gone
+                query.reply(query.key_expr, answer)  # as the query is: dropped rather than waited for
+            query.drop()
+
+        try:
+            guest = self._guests.get(client)
+            if guest is not None and guest.user == user:
+                guest.ask(payload, reply)
+            else:
+                threading.Thread(target=self._greet, args=(user, client, payload, reply), daemon=True).start()
+        except BadMessage as error:
+            reply(_refused(payload, error))
+
+    def _came(self, sample: Any) -> None:
+        user, client = keys.client_of(str(sample.key_expr))
+        guest = self._guests.get(client)
+        if guest is not None and guest.user == user:
+            self._guarded(client, lambda: guest.pump.take(sample.payload.to_bytes()))
+
+    def _came_or_went(self, sample: Any) -> None:
+        _, client = keys.client_of(str(sample.key_expr))
+        with self._lock:
+            if sample.kind == self._zenoh.SampleKind.PUT:
+                self._leaving.pop(client, None)
+            elif client in self._guests:
+                self._leaving[client] = time.monotonic() + self._offered.grace_s
+                self._stopping.signal()  # the thread looks when
+
+    def _guarded(self, client: str, work: Callable[[], object]) -> None:
+        """A client that sends what cannot be is let go."""
+        try:
+            work()
+        except BadMessage as error:
+            self._say_farewell(client, str(error))
+            threading.Thread(target=self._leave, args=(client,), daemon=True).start()
+
+    # who comes
+
+    def _greet(self, user: str, client: str, payload: bytes, reply: Callable[[bytes], object]) -> None:
+        """The first call of a client has to be Hello."""
+        try:
+            reply(self._let_in(user, client, payload))
+        except CanwireError as error:
+            reply(_refused(payload, error))
+
+    def _let_in(self, user: str, client: str, payload: bytes) -> bytes:
+        asked = asked_in(payload)
+        serial, hello = m.decode_request(asked.request)
+        if not isinstance(hello, m.Hello):
+            raise HubLost(
+                "the hub does not know this connection any more: it was cut for too long; connect again"
+            )
+        if hello.version != m.VERSION:
+            raise BadMessage(
+                f"the client speaks version {hello.version}, this hub {m.VERSION}; install the same canwire for both"
+            )
+        may = right_of(self._offered.access, user)
+        if may is None:
+            raise HubError(f"{user} is no user of this hub")
+        with self._greeting:
+            if client not in self._guests and not self._closed:
+                name = hello.name
+                if asked.host != socket.gethostname():
+                    name += f", {hello.pid} on {asked.host}"
+                link = self._dial(name)
+                # by its own key: an access list lets nobody know of subscribers to everybody's
+                key = keys.client(self.offer.realm, self.offer.instance, user, client)
+                self._guests[client] = Guest(
+                    link, user, may, sender(self._session, key + "/down"), self._is_healthy
+                )
+                self._heard[client] = self._session.declare_subscriber(
+                    key + "/up", self._zenoh.handlers.Callback(self._came, indirect=False)
+                )
+        welcome = m.encode_reply(serial, m.Welcome(m.VERSION, self.offer.time))[m.LENGTH.size :]
+        return encode(Answered(welcome, (), ()))
+
+    def _say_farewell(self, client: str, text: str) -> None:
+        guest = self._guests.get(client)
+        if guest is not None:
+            key = keys.client(self.offer.realm, self.offer.instance, guest.user, client) + "/down"
+            with contextlib.suppress(self._zenoh.ZError):
+                self._session.put(
+                    key, wire.farewell(text), congestion_control=self._zenoh.CongestionControl.DROP
+                )
+
+    def _leave(self, client: str) -> None:
+        with self._lock:
+            self._leaving.pop(client, None)
+            guest = self._guests.pop(client, None)
+            heard = self._heard.pop(client, None)
+        if heard is not None:
+            heard.undeclare()
+        if guest is not None:
+            guest.close()
+
+    # its thread
+
+    def _watch(self) -> None:
+        """Look whether the hub answers, and let go of clients that did not come back."""
+        while not self._closed:
+            try:
+                self._own.call(m.Advance(0))
+            except HubLost:
+                return  # the link has told
+            self._healthy_s = now_s = time.monotonic()
+            with self._lock:
+                gone = [client for client, until_s in self._leaving.items() if now_s >= until_s]
+                wait_s = min([HEALTHY_S, *(until_s - now_s for until_s in self._leaving.values())])
+            for client in gone:
+                self._leave(client)
+            self._stopping.wait(max(0.0, wait_s))
+
+    def _is_healthy(self) -> bool:
+        return time.monotonic() - self._healthy_s < _UNHEALTHY_S
+
+
+def _refused(payload: bytes, error: CanwireError) -> bytes:
+    """An answer for somebody who is not let in."""
+    try:
+        serial = serial_in(asked_in(payload).request)
+    except BadMessage:
+        serial = 0
+    return encode(Answered(m.encode_reply(serial, failed(error))[m.LENGTH.size :], (), ()))

@@ -1,0 +1,68 @@
+"""A call and its answer as they travel: the hub's messages, and how far the rings were when it was said.
+
+A request is carried out behind what the client sent before it, and once however often it arrives; an answer is given to
+the program once everything has come that its queues held by then. So a link behaves as shared memory does.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from canwire.errors import BadMessage
+from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.message import Message
+from canwire.hub.protocol.pending import Pending
+
+Positions = tuple[tuple[int, int], ...]
+
+
+class Asked(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
+    """`oldest` is the lowest serial that the client still wants an answer to; `host` is where it runs."""
+
+    serial: int
+    oldest: int
+    host: str
+    positions: Positions
+    request: bytes
+
+
+class Answered(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
+    """`rings`: numbers of those that the reply opened, and how many records are in each already."""
+
+    reply: bytes
+    rings: Positions
+    positions: Positions
+
+
+_encoder = msgspec.msgpack.Encoder()
+_asked = msgspec.msgpack.Decoder(Asked)
+_answered = msgspec.msgpack.Decoder(Answered)
+
+
+def encode(message: Asked | Answered) -> bytes:
+    return _encoder.encode(message)
+
+
+def asked_in(payload: bytes) -> Asked:
+    """Raises BadMessage."""
+    try:
+        return _asked.decode(payload)
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise BadMessage(f"a call of {len(payload)} bytes: {error}") from None
+
+
+def answered_in(payload: bytes) -> Answered:
+    """Raises BadMessage."""
+    try:
+        return _answered.decode(payload)
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise BadMessage(f"an answer of {len(payload)} bytes: {error}") from None
+
+
+class Call:
+    """A client's call on its way."""
+
+    def __init__(self, request: Message, payload: bytes) -> None:
+        self.request = request
+        self.payload = payload
+        self.answered: Pending[tuple[Answer, Positions]] = Pending()

@@ -1,0 +1,295 @@
+"""A link to a hub on another machine: calls as queries, and rings of this process that are copies of the hub's."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import itertools
+import os
+import secrets
+import socket
+import sys
+import threading
+import time
+import traceback
+from typing import TYPE_CHECKING, Any
+
+from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
+from canwire.hub.links.network import keys, wire
+from canwire.hub.links.network.access import Login, usual_login
+from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
+from canwire.hub.links.network.discovery import find
+from canwire.hub.links.network.held_copies import HeldCopies
+from canwire.hub.links.network.lifetimes import LIVING
+from canwire.hub.links.network.notes import IncomingNotes
+from canwire.hub.links.network.pump import Pump
+from canwire.hub.links.network.sending import sender
+from canwire.hub.links.network.settings import Patience, for_client, load_zenoh, open_for_client
+from canwire.hub.links.notices import Notices
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.failure import raised
+from canwire.hub.protocol.link import Answer, Listener
+from canwire.platform import EventDescriptor, close_descriptors
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_QUERY_S = 60.0  # Zenoh forgets a query after so long; one that waits on is asked again
+_FIRST_S, _LONGEST_S = (
+    0.25,
+    5.0,
+)  # before a call is asked again: its query, or the answer, may have been dropped
+_LOOK_S = 0.1
+_LAST_WORDS_NS = 100_000_000  # what was under way when a connection broke comes within so long
+
+
+class NetworkLink:
+    """hub/protocol/link.py's Link over Zenoh. Threads of Zenoh's bring what comes, one of its own sends.
+
+    A call raises HubLost where nothing came from the hub for `patience.call_s`, but what is open stays so: once the
+    network is back all goes on from where it was. The link is `lost` when the hub says so, or when its connection is
+    broken and not there again in time. A fork of this process cannot use it.
+
+    Raises BadValue for an address that is none, HubLost if no such hub is there, HubError if it lets nobody in,
+    BadMessage if it speaks another version.
+    """
+
+    def __init__(
+        self, address: str, name: str, login: Login | None = None, patience: Patience | None = None
+    ) -> None:
+        place = keys.parse(address)
+        self.address = address
+        self._patience = patience or Patience()
+        login = login or usual_login()
+        self._user = login.user
+        self._pid = os.getpid()
+        self._lock = threading.Lock()
+        self._serials = itertools.count(1)
+        self._calls: dict[int, Call] = {}
+        self._notices = Notices()
+        self._lost = self._closed = False
+        self._last_words = ""
+        self._zenoh = load_zenoh()
+        self._session = open_for_client(for_client(place.endpoint, login, self._patience.lease_s))
+        try:
+            self._offer = find(self._session, place, address)
+        except BaseException:
+            self._session.close()
+            raise
+        self.time = self._offer.time
+        self._doorbell = EventDescriptor(shared=True)
+        self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, secrets.token_hex(8))
+        self._pump = Pump(self._send, self._doorbell)
+        self._pump.add(IncomingNotes(self._note))
+        self._copies = HeldCopies(self._pump, self._doorbell)
+        LIVING.add(self)
+        try:
+            self._open(name)
+        except BaseException:
+            self.close()
+            raise
+
+    def call(self, request: m.Message) -> Answer:
+        self._check()
+        serial = next(self._serials)
+        payload = m.encode_request(serial, request)[m.LENGTH.size :]
+        self._pump.flush()
+        call = Call(request, payload)
+        with self._lock:
+            if self.lost:
+                raise self._why()
+            self._calls[serial] = call
+            oldest = min(self._calls)
+        asked = Asked(serial, oldest, socket.gethostname(), self._pump.written(), payload)
+        try:
+            answer, positions = self._insist(call, encode(asked))
+        finally:
+            with self._lock:
+                self._calls.pop(serial, None)
+        self._pump.await_arrival(positions, self._patience.call_s)
+        return answer
+
+    def listen(self, listener: Listener) -> None:
+        self._notices.listen(listener)
+        if self._lost and not self._closed:
+            listener(None)
+
+    @property
+    def lost(self) -> bool:
+        return self._lost or self._closed or self._pid != os.getpid()
+
+    @property
+    def doorbell(self) -> EventDescriptor:
+        return self._doorbell
+
+    def close(self) -> None:
+        """Give back everything held; a second time does nothing."""
+        if self._pid != os.getpid():
+            return
+        with self._lock:
+            closed, self._closed = self._closed, True
+        if closed:
+            return
+        LIVING.discard(self)
+        self._notices.close()
+        self._fail_calls()
+        if not self._lost:
+            self._pump.flush()
+        self._pump.close()
+        self._session.close()  # the token goes with it, and tells the hub
+        self._copies.close()
+        self._doorbell.close()
+
+    def leave_to_parent(self) -> None:
+        """In a fork: Zenoh's threads are not here, so its session must never be closed, not even at the end."""
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._session))
+
+    # opening
+
+    def _open(self, name: str) -> None:
+        direct = self._zenoh.handlers.Callback
+        self._session.declare_subscriber(f"{self._keys}/down", direct(self._came, indirect=False))
+        self._session.liveliness().declare_subscriber(
+            keys.token(self._offer), direct(self._hub_came_or_went, indirect=False)
+        )
+        self._session.info.declare_transport_events_listener(direct(self._connected_or_not, indirect=False))
+        self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
+        self._sender = sender(self._session, f"{self._keys}/up")
+        self._pump.start()
+        self.call(m.Hello(m.VERSION, self._pid, name))
+
+    # calls
+
+    def _insist(self, call: Call, asked: bytes) -> tuple[Answer, tuple[tuple[int, int], ...]]:
+        """Ask until there is an answer, or a reason to give up."""
+        began_s = time.monotonic()
+        again_s, pause_s = began_s, _FIRST_S
+        while True:
+            now_s = time.monotonic()
+            if now_s >= again_s:
+                self._query(asked)
+                again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
+            with contextlib.suppress(TimeoutError):
+                return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))
+            silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
+            if silent_s > self._patience.call_s:
+                raise HubLost(
+                    f"{self.address} has not been heard of for {silent_s:.1f} s; what is open stays so and goes on "
+                    "if the network comes back"
+                )
+
+    def _query(self, asked: bytes) -> None:
+        with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment
+            self._session.get(
+                f"{self._keys}/call",
+                self._zenoh.handlers.Callback(self._answered, indirect=False),
+                payload=asked,
+                timeout=_QUERY_S,
+                congestion_control=self._zenoh.CongestionControl.DROP,
+                express=True,
+            )
+
+    def _send(self, payload: bytes) -> None:
+        self._sender(payload)
+
+    def _check(self) -> None:
+        if self._pid != os.getpid():
+            raise CanwireError(
+                "this connection belongs to the process that was forked; connect anew in this one"
+            )
+        if sys.is_finalizing():
+            raise HubLost("the interpreter is ending: close what is open before, or by atexit")
+        if self.lost:
+            raise self._why()
+
+    def _why(self) -> HubLost:
+        if self._closed:
+            return HubLost(f"the connection to {self.address} was closed")
+        said = f": {self._last_words}" if self._last_words else ""
+        return HubLost(f"{self.address} is gone{said}; connect again and reopen boards by hardware id")
+
+    # what comes, in Zenoh's threads: nothing may wait here
+
+    def _answered(self, reply: Any) -> None:
+        if reply.ok is None:
+            return  # timed out, or nobody there at the moment: it is asked again
+        self._guarded(lambda: self._take_answer(reply.ok.payload.to_bytes()))
+
+    def _take_answer(self, payload: bytes) -> None:
+        answer = answered_in(payload)
+        serial, _, reply = m.decode_reply(answer.reply)
+        self._pump.heard_ns = time.monotonic_ns()
+        with self._lock:
+            call = self._calls.get(serial)
+        if call is None or call.answered.settled:
+            return  # answered before, or given up
+        if isinstance(reply, m.Failed):
+            error = raised(reply)
+            call.answered.fail(error)
+            if isinstance(error, HubLost):
+                self._lose(reply.text)
+            return
+        try:
+            descriptors = self._copies.adopt(call.request, reply, answer.rings)
+        except LimitReached as error:
+            call.answered.fail(error)
+            return
+        if not call.answered.settle(((reply, descriptors), answer.positions)):
+            close_descriptors(*descriptors)
+
+    def _came(self, sample: Any) -> None:
+        payload = sample.payload.to_bytes()
+        if payload[:1] == bytes((wire.FAREWELL,)):
+            self._lose(wire.farewell_in(payload))
+        else:
+            self._guarded(lambda: self._pump.take(payload))
+
+    def _note(self, payload: bytes) -> None:
+        _, _, notice = m.decode_reply(payload)
+        self._notices.tell(notice)
+
+    def _hub_came_or_went(self, sample: Any) -> None:
+        """Its token: gone where the hub, or its way to a router, is."""
+        if sample.kind == self._zenoh.SampleKind.DELETE:
+            self._break()
+
+    def _connected_or_not(self, event: Any) -> None:
+        """The connection to the hub or a router: without it nobody tells of tokens."""
+        if event.kind == self._zenoh.SampleKind.DELETE:
+            self._break()
+        else:
+            self._pump.wake()
+
+    def _break(self) -> None:
+        """Wait for a sign of life from now on, and for so long."""
+        if not self.lost:
+            giving_up = threading.Timer(self._patience.broken_s, self._give_up, (time.monotonic_ns(),))
+            giving_up.daemon = True
+            giving_up.start()
+
+    def _give_up(self, broken_ns: int) -> None:
+        if self._pump.heard_ns <= broken_ns + _LAST_WORDS_NS:
+            self._lose("its connection broke")
+
+    def _guarded(self, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except BadMessage as error:
+            traceback.print_exc(file=sys.stderr)
+            self._lose(str(error))
+
+    def _lose(self, why: str) -> None:
+        """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""
+        with self._lock:
+            if self._lost or self._closed:
+                return
+            self._lost = True
+            self._last_words = why
+        self._fail_calls()
+        self._notices.tell(None)
+
+    def _fail_calls(self) -> None:
+        with self._lock:
+            calls = list(self._calls.values())
+        for call in calls:
+            call.answered.fail(self._why())

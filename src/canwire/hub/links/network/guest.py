@@ -1,0 +1,165 @@
+"""One client on the network, at the hub's end: it holds what that client would hold, and moves its rings there.
+
+To the hub it is a client like any other, over a link of its own; so the hub's rules are those for programs beside it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
+from canwire.hub.links.network import access
+from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode
+from canwire.hub.links.network.mirrors import Outgoing
+from canwire.hub.links.network.notes import OutgoingNotes
+from canwire.hub.links.network.opening import Opened, filled, taken_over
+from canwire.hub.links.network.pump import Pump
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.failure import failed
+
+if TYPE_CHECKING:
+    from canwire.hub.protocol.link import Link
+
+CALLS = 64  # of one client that wait at a time
+_ARRIVAL_S = 1.0  # what was sent before a call is waited for so long
+
+Reply = Callable[[bytes], object]
+
+
+class Guest:
+    """`ask` takes a call's bytes from any thread and returns at once; `send` takes payloads for the client."""
+
+    def __init__(
+        self,
+        link: Link,
+        user: str,
+        may: str,
+        send: Callable[[bytes], object],
+        healthy: Callable[[], bool],
+    ) -> None:
+        self.user = user
+        self._may = may
+        self._link = link
+        self._lock = threading.Lock()
+        self._known: dict[
+            int, list[Reply] | bytes
+        ] = {}  # by serial: who waits for it, or what it was answered
+        self._waiting = 0
+        self._numbers = itertools.count(1)
+        self._rings: dict[int, tuple[int, ...]] = {}  # by handle
+        self._closed = False
+        self._notes = OutgoingNotes()
+        self.pump = Pump(send, healthy=healthy)
+        self.pump.add(self._notes)
+        self.pump.start()
+        self._workers = ThreadPoolExecutor(CALLS, "canwire-guest")
+        link.listen(self._notice)
+
+    def ask(self, payload: bytes, reply: Reply) -> None:
+        """Carry it out once, and answer everybody who asks for it; raises BadMessage."""
+        asked = asked_in(payload)
+        with self._lock:
+            for serial in [serial for serial in self._known if serial < asked.oldest]:
+                if isinstance(self._known[serial], bytes):
+                    del self._known[serial]
+            known = self._known.get(asked.serial)
+            if isinstance(known, list):
+                known.append(reply)
+            elif known is None:
+                self._known[asked.serial] = [reply]
+                self._waiting += 1
+            crowded = self._waiting > CALLS
+        if isinstance(known, bytes):
+            reply(known)
+        elif known is None and crowded:
+            error = LimitReached(f"{CALLS} calls of this client wait for their answers; end one of them")
+            self._answer(asked, failed(error))
+        elif known is None:
+            with contextlib.suppress(RuntimeError):  # closed this very moment
+                self._workers.submit(self._work, asked)
+
+    def close(self) -> None:
+        """Give back what the client held; a second time does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        self._link.close()  # whoever waits for an answer gets HubLost
+        self._workers.shutdown(wait=True)
+        self.pump.close()
+
+    # a call
+
+    def _work(self, asked: Asked) -> None:
+        try:
+            self._do(asked)
+        except CanwireError as error:
+            self._answer(asked, failed(error))
+        except Exception as error:
+            traceback.print_exc(file=sys.stderr)
+            self._answer(asked, failed(HubError(f"the hub's network side failed at this request: {error!r}")))
+
+    def _do(self, asked: Asked) -> None:
+        serial, request = m.decode_request(asked.request)
+        if isinstance(request, m.Hello):  # the answer to the first one was lost
+            self._answer(asked, m.Welcome(m.VERSION, self._link.time))
+            return
+        if serial != asked.serial:
+            raise BadMessage(
+                f"{type(request).__name__} with serial {serial} in a call with serial {asked.serial}"
+            )
+        access.check(self.user, self._may, request)
+        if not self.pump.await_arrival(asked.positions, _ARRIVAL_S):
+            raise HubError(
+                "what was sent before this call did not arrive: the network loses too much; try again"
+            )
+        reply, descriptors = self._link.call(request)
+        opened: list[Opened] = []
+        try:
+            opened = taken_over(request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers))
+        except OSError as error:
+            raise LimitReached(f"{type(request).__name__}: {error.strerror}") from error
+        finally:
+            if isinstance(request, m.Close) or opened:
+                self._forget(getattr(request, "handle", 0))
+        if opened:
+            handle = reply.handle if isinstance(reply, m.FifoOpened) else request.handle
+            self._rings[handle] = tuple(one.mirror.number for one in opened)
+        rings = filled(opened)
+        self._add(opened, outgoing=False)  # what the client puts in next finds its ring here
+        begun = tuple(
+            (one.mirror.number, one.mirror.written) for one in opened if isinstance(one.mirror, Outgoing)
+        )
+        self._answer(asked, reply, rings, begun)
+        self._add(opened, outgoing=True)  # what is sent from now on finds the client's
+
+    def _add(self, opened: list[Opened], *, outgoing: bool) -> None:
+        for mirror, events in opened:
+            if isinstance(mirror, Outgoing) == outgoing:
+                self.pump.add(mirror, *events)
+
+    def _answer(self, asked: Asked, reply: m.Message, rings: Positions = (), begun: Positions = ()) -> None:
+        """To everybody who asked; behind everything that the client's queues hold by now."""
+        positions = self.pump.written() + begun
+        self.pump.flush()
+        answer = encode(Answered(m.encode_reply(asked.serial, reply)[m.LENGTH.size :], rings, positions))
+        with self._lock:
+            waiting = self._known.get(asked.serial)
+            self._known[asked.serial] = answer
+            self._waiting -= 1
+        for each in waiting if isinstance(waiting, list) else ():
+            each(answer)
+
+    def _forget(self, handle: int) -> None:
+        self.pump.remove(self._rings.pop(handle, ()))
+
+    def _notice(self, notice: m.Message | None) -> None:
+        if notice is not None:
+            self._notes.add(m.encode_reply(0, notice)[m.LENGTH.size :])
+            self.pump.wake()

@@ -1,0 +1,110 @@
+"""Names on the network: a hub's address as programs write it, and the keys that Zenoh carries things under.
+
+canwire/REALM/hub/NAME/INSTANCE/VERSION/TIME      a liveliness token for each hub that is offered
+canwire/REALM/to/INSTANCE/USER/CLIENT/...         one client's own: `call`, `up`, `down`, and `here`, its token
+
+Whoever may use a user's keys is that user: an access list of the hub's session sees to it.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+from canwire.errors import BadValue
+
+SCHEME = "zenoh://"
+REALM = "canwire"
+PORT = 7449
+ANYBODY = "anybody"  # the user where nobody is asked who they are
+_WORD = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+
+
+class Place(NamedTuple):
+    """Where a hub is: its realm and name, and the endpoint that leads to it."""
+
+    realm: str
+    name: str
+    endpoint: str
+    by_host: bool  # the name is the endpoint's own, and may be another one than the hub's
+
+    def __str__(self) -> str:
+        return f"{SCHEME}{self.realm}/{self.name}"
+
+
+class Offer(NamedTuple):
+    """A hub that is offered."""
+
+    realm: str
+    name: str
+    instance: str
+    version: int
+    time: str
+
+
+def word(what: str, text: str) -> str:
+    """A name that can stand in a key; raises BadValue."""
+    if not _WORD.fullmatch(text):
+        raise BadValue(f"{what} {text!r}: 1 to 64 letters, digits, and any of - _ .")
+    return text
+
+
+def parse(address: str) -> Place:
+    """zenoh://REALM/HOST[:PORT][?via=tcp/ADDRESS:PORT]; raises BadValue.
+
+    >>> parse("zenoh://lab/bench1:7450").endpoint
+    'tcp/bench1:7450'
+    >>> parse("zenoh://lab/bench1?via=tls/router:7447").endpoint
+    'tls/router:7447'
+    """
+    form = (
+        f"{address!r}: zenoh://REALM/HOST[:PORT], or zenoh://REALM/NAME?via=tcp/ADDRESS:PORT through a router"
+    )
+    parts = urlsplit(address)
+    host = parts.path.removeprefix("/")
+    if not address.startswith(SCHEME) or not host or "/" in host or parts.fragment:
+        raise BadValue(form)
+    name, _, port = host.partition(":")
+    if port and not (port.isdecimal() and 0 < int(port) < 1 << 16):
+        raise BadValue(form)
+    via = parts.query.removeprefix("via=")
+    if parts.query and (via == parts.query or "/" not in via):
+        raise BadValue(form)
+    endpoint = via or f"tcp/{name}:{port or PORT}"
+    return Place(word("realm", parts.netloc), word("host", name), endpoint, not via)
+
+
+def token(offer: Offer) -> str:
+    """The key of a hub's token."""
+    realm, name, instance, version, time = offer
+    return f"canwire/{realm}/hub/{name}/{instance}/{version}/{time}"
+
+
+def tokens(realm: str, name: str = "*") -> str:
+    """Those of hubs of that realm, of all of them or one."""
+    return f"canwire/{realm}/hub/{name}/**"
+
+
+def offer_of(key: str) -> Offer | None:
+    """What a token's key says; None for one of another form, which a later canwire may have."""
+    parts = key.split("/")
+    if len(parts) != 7 or parts[2] != "hub" or not parts[5].isdecimal():
+        return None
+    return Offer(parts[1], parts[3], parts[4], int(parts[5]), parts[6])
+
+
+def clients(realm: str, instance: str, part: str) -> str:
+    """Keys of all clients of a hub for one purpose."""
+    return f"canwire/{realm}/to/{instance}/*/*/{part}"
+
+
+def client(realm: str, instance: str, user: str, name: str) -> str:
+    """What the keys of one client begin with."""
+    return f"canwire/{realm}/to/{instance}/{user}/{name}"
+
+
+def client_of(key: str) -> tuple[str, str]:
+    """User and client of one of its keys."""
+    parts = key.split("/")
+    return parts[4], parts[5]

@@ -1,0 +1,34 @@
+"""Links that are open: what becomes of them in a fork of this process, and at its end."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import weakref
+from typing import Protocol
+
+
+class Living(Protocol):
+    """client.py's links."""
+
+    def leave_to_parent(self) -> None: ...
+    def close(self) -> None: ...
+
+
+LIVING: weakref.WeakSet[Living] = weakref.WeakSet()
+
+
+def _after_fork() -> None:
+    for link in list(LIVING):
+        link.leave_to_parent()
+
+
+def _at_exit() -> None:
+    """Zenoh's threads must not come to an interpreter that is gone."""
+    for link in list(LIVING):
+        link.close()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
+atexit.register(_at_exit)

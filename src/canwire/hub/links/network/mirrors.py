@@ -1,0 +1,205 @@
+"""A ring and its copy at the other end of a link: what was written there appears here, what was taken here goes there.
+
+Both have the same capacity, and a record stays in the original until the copy's reader has taken it. So the original
+fills up and counts what it loses just as if its reader were here, and whatever the link loses is still there to be
+sent again. No I/O, time handed in; any thread may call.
+"""
+
+from __future__ import annotations
+
+import threading
+
+from canwire.errors import BadMessage
+from canwire.hub.links.network import wire
+from canwire.hub.links.network.wire import Report
+from canwire.ring import Ring
+
+BATCH = 64  # records sent together at most ...
+HOLD_NS = 1_000_000  # ... or those that came within so long ...
+AT_ONCE = 4  # ... once there were so many smaller batches in that time
+WINDOW = 1 << 19  # bytes under way at most, that nobody has said to have come
+REPORT_NS = 2_000_000  # between two reports of records taken one by one
+_LARGEST_BATCH = 1 << 16
+_MOST = 32  # batches made at a time
+_AGAIN_NS = 10_000_000  # before the same records are asked for once more
+_EIGHTH = 8
+
+
+class Outgoing:
+    """The end of a ring whose records are sent; a `filled` ring has so many that the other end has already."""
+
+    def __init__(self, number: int, ring: Ring, filled: int = 0) -> None:
+        self.number = number
+        self._ring = ring
+        self._lock = threading.Lock()
+        self._origin = ring.taken
+        self._sent = self._received = filled
+        self._began_ns = -HOLD_NS  # the span of HOLD_NS that ...
+        self._batches = 0  # ... so many batches went out in
+        self._window = max(1, WINDOW // ring.record_size)
+        self._batch = max(1, min(BATCH, _LARGEST_BATCH // ring.record_size))
+
+    @property
+    def sent(self) -> int:
+        return self._sent
+
+    @property
+    def written(self) -> int:
+        """Where the ring's writer is."""
+        return self._ring.written - self._origin
+
+    @property
+    def unconfirmed(self) -> bool:
+        """Something was sent that has not come, as far as is known."""
+        return self._sent != self._received
+
+    def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
+        """What is to be sent now; `at_once` does not wait for more."""
+        with self._lock:
+            unsent = self._unsent()
+            count = min(unsent, _MOST * self._batch, self._window - (self._sent - self._received))
+            if not at_once and count % self._batch and self._holds(now_ns):
+                count -= count % self._batch
+            if count <= 0:
+                return []
+            if now_ns >= self._began_ns + HOLD_NS:
+                self._began_ns, self._batches = now_ns, 0
+            self._batches += 1
+            return self._cut(count)
+
+    def acknowledge(self, report: Report) -> None:
+        """The copy is so far; raises BadMessage for what cannot be."""
+        with self._lock:
+            taken = self._ring.taken - self._origin
+            if not (report.taken <= report.received <= taken + self._ring.fill()):
+                raise BadMessage(f"ring {self.number}: {report} of {self.written} records")
+            self._received = max(self._received, report.received)
+            self._sent = max(self._sent, self._received)
+            if report.again:
+                self._sent = self._received
+            if report.taken > taken:
+                self._ring.release(report.taken - taken)
+
+    def arm(self, now_ns: int) -> int | None:
+        """Have the ring's event signalled when there is something to send; when to look without it, None: never."""
+        with self._lock:
+            waiting = self._unsent() if self._sent - self._received < self._window else 0
+            held = self._sent - (self._ring.taken - self._origin)
+            holding = waiting > 0 or self._holds(now_ns)
+            wanted = self._batch if holding else 1
+            self._ring.threshold = max(1, min(self._ring.capacity, held + wanted))
+            self._ring.arm()
+            return self._began_ns + HOLD_NS if holding else None
+
+    def close(self) -> None:
+        self._ring.event = self._ring.free_event = None
+        self._ring.close()
+
+    def _holds(self, now_ns: int) -> bool:
+        """There were so many small batches that the next one should be larger."""
+        return now_ns < self._began_ns + HOLD_NS and self._batches >= AT_ONCE
+
+    def _unsent(self) -> int:
+        return self._ring.taken - self._origin + self._ring.fill() - self._sent
+
+    def _cut(self, count: int) -> list[bytes]:
+        """So many records that were not sent yet, in batches."""
+        size = self._ring.record_size
+        skip = (self._sent - (self._ring.taken - self._origin)) * size
+        found = []
+        for block in self._ring.acquire(skip // size + count):
+            for at in range(skip, len(block), self._batch * size):
+                records = block[at : at + self._batch * size]
+                found.append(wire.frames(self.number, self._sent, records))
+                self._sent += len(records) // size
+            skip = max(0, skip - len(block))
+        return found
+
+
+class Incoming:
+    """The end of a ring that is filled with what comes."""
+
+    def __init__(self, number: int, ring: Ring) -> None:
+        self.number = number
+        self._ring = ring
+        self._lock = threading.Lock()
+        self._origin = ring.taken
+        self._told_received = self.received
+        self._told_taken = 0
+        self._told_ns = -REPORT_NS
+        self._missing = False
+        self._asked = False
+        self._again = (
+            -1,
+            0,
+        )  # what was asked for, and when: what is under way behind a gap is no reason to ask
+        self._worth_telling = max(1, min(WINDOW // ring.record_size, ring.capacity) // 4)
+        self._eighth = max(1, ring.capacity // _EIGHTH)
+
+    @property
+    def received(self) -> int:
+        return self._ring.written - self._origin
+
+    @property
+    def filled(self) -> int:
+        """Records in the ring."""
+        return self._ring.contents()
+
+    def accept(self, first: int, records: memoryview) -> bool:
+        """Put them in; is there something to be told at once? Raises BadMessage for more than there is room for."""
+        with self._lock:
+            at = self.received
+            if first > at:
+                self._missing = True
+                return True
+            size = self._ring.record_size
+            rest = records[(at - first) * size :]
+            if len(rest) % size or len(rest) > self._ring.free() * size:
+                raise BadMessage(
+                    f"ring {self.number}: {len(rest)} bytes, room for {self._ring.free()} records"
+                )
+            while rest:
+                room = self._ring.acquire_free(len(rest) // size)
+                room[:] = rest[: len(room)]
+                self._ring.commit(len(room) // size)
+                rest = rest[len(room) :]
+            return self.received - self._told_received >= self._worth_telling
+
+    def sent(self, position: int) -> None:
+        """The other end has sent so much, and wants to know."""
+        with self._lock:
+            self._asked = True
+            self._missing |= position > self.received
+
+    def report(self, now_ns: int, *, at_once: bool = False) -> Report | None:
+        """What is to be told now, None: nothing; `at_once` tells everything new."""
+        with self._lock:
+            received, taken = self.received, self._ring.taken - self._origin
+            again = self._missing and (received != self._again[0] or now_ns >= self._again[1] + _AGAIN_NS)
+            due = self._asked or again or received - self._told_received >= self._worth_telling
+            fresh = taken - self._told_taken
+            due |= fresh >= self._eighth or (fresh > 0 and (at_once or now_ns >= self._told_ns + REPORT_NS))
+            if not due:
+                return None
+            if again:
+                self._again = received, now_ns
+            made = Report(self.number, received, taken, again)
+            self._told_received, self._told_taken = received, taken
+            self._told_ns = now_ns
+            self._missing = self._asked = False
+            return made
+
+    def arm(self, now_ns: int) -> int | None:
+        """Have the ring's other event signalled when there is something to tell; when to look without it."""
+        with self._lock:
+            free = self._ring.free()
+            fresh = self._ring.taken - self._origin - self._told_taken
+            patient = fresh > 0 or now_ns < self._told_ns + REPORT_NS
+            wanted = max(1, self._eighth - fresh) if patient else 1
+            self._ring.free_threshold = max(1, min(self._ring.capacity, free + wanted))
+            self._ring.arm_free()
+            return self._told_ns + REPORT_NS if patient else None
+
+    def close(self) -> None:
+        self._ring.event = self._ring.free_event = None
+        self._ring.close()

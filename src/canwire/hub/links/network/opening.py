@@ -1,0 +1,143 @@
+"""What a reply opens beside a handle: rings, as the hub's end of a link takes them over and as a client gets copies."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from typing import NamedTuple
+
+from canwire.hub.links.network.mirrors import Incoming, Outgoing
+from canwire.hub.links.network.pump import Mirror
+from canwire.hub.links.network.watched import Watched
+from canwire.hub.owner.held.shared_ring import SharedRings
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.queues import transmit_offset
+from canwire.hub.protocol.roles import FIFO, READER, WRITER
+from canwire.platform import EventDescriptor, close_descriptors, create_memory, map_memory
+from canwire.ring import Ring, ring_size, rounded_capacity
+
+Filled = tuple[tuple[int, int], ...]
+
+
+class Opened(NamedTuple):
+    """A mirror, and the events that go with it (Pump.add)."""
+
+    mirror: Mirror
+    events: tuple[EventDescriptor, ...]
+
+
+def role_of(request: m.Message) -> str:
+    """Of a FIFO that is opened."""
+    return request.role if isinstance(request, m.OpenFifo) else FIFO
+
+
+def taken_over(
+    request: m.Message,
+    reply: m.Message,
+    descriptors: tuple[int, ...],
+    doorbell: EventDescriptor,
+    number: Callable[[], int],
+) -> list[Opened]:
+    """The hub's end: what came with a reply for a client, which is to be moved to that client instead."""
+    if not descriptors:
+        return []
+    memory, *events = descriptors
+    try:
+        if isinstance(reply, m.FifoOpened):
+            return [_fifo_here(reply, role_of(request), memory, tuple(events), number())]
+        assert isinstance(reply, m.ChannelOpened), f"{reply} has descriptors that nobody knows"
+        return _queues_here(reply, memory, tuple(events), doorbell, number)
+    finally:
+        close_descriptors(memory)
+
+
+def _queues_here(
+    reply: m.ChannelOpened,
+    memory: int,
+    events: tuple[int, ...],
+    doorbell: EventDescriptor,
+    number: Callable[[], int],
+) -> list[Opened]:
+    heard = EventDescriptor.adopt_each(events, 2 if reply.transmit else 1)
+    queues = map_memory(memory)
+    begin = transmit_offset(reply.receive)
+    receive = Ring(reply.receive, exact=True, buffer=queues[:begin])
+    receive.event, receive.free_event = heard[0], doorbell
+    opened = [Opened(Outgoing(number(), receive), (heard[0],))]
+    if reply.transmit:
+        transmit = Ring(reply.transmit, exact=True, buffer=queues[begin:])
+        transmit.event, transmit.free_event = doorbell, heard[1]
+        opened.append(Opened(Incoming(number(), transmit), (heard[1],)))
+    return opened
+
+
+def _fifo_here(reply: m.FifoOpened, role: str, memory: int, events: tuple[int, ...], number: int) -> Opened:
+    ring = Ring.over(memory, reply.capacity, exact=True, record_size=reply.element_size)
+    ring.event, ring.free_event = reader, writer = EventDescriptor.adopt_each(events, 2)
+    if role == READER:
+        return Opened(Outgoing(number, ring), (reader, writer))
+    if role == WRITER:
+        return Opened(Incoming(number, ring), (writer, reader))
+    return Opened(Watched(number, ring), (reader, writer))
+
+
+def filled(opened: list[Opened]) -> Filled:
+    """Numbers, and what the client's copies begin with."""
+    return tuple(
+        (one.mirror.number, one.mirror.filled if isinstance(one.mirror, Incoming) else 0) for one in opened
+    )
+
+
+class Copies(NamedTuple):
+    """A client's end: mirrors with their events, descriptors for the program's handle, what else is to be closed."""
+
+    opened: list[Opened]
+    descriptors: tuple[int, ...]
+    rings: SharedRings | None
+
+    def let_go(self) -> None:
+        """Once nothing moves any more."""
+        if self.rings is not None:
+            self.rings.close()
+
+
+def copied(request: m.Message, reply: m.Message, rings: Filled, doorbell: EventDescriptor) -> Copies:
+    """A client's end of what the reply opened; raises OSError where the system gives no more memory or descriptors."""
+    if not rings:
+        return Copies([], (), None)
+    if isinstance(reply, m.FifoOpened):
+        return _fifo_copied(reply, role_of(request), rings[0], doorbell)
+    assert isinstance(reply, m.ChannelOpened), f"{reply} with rings that nobody knows"
+    made = SharedRings(reply.receive, reply.transmit, exact=True, doorbell=doorbell, timeline=None)
+    opened = [Opened(Incoming(rings[0][0], made.receive), ())]
+    if made.transmit is not None:
+        opened.append(Opened(Outgoing(rings[1][0], made.transmit), ()))
+    return Copies(opened, made.hand_over(), made)
+
+
+def _fifo_copied(
+    reply: m.FifoOpened, role: str, numbered: tuple[int, int], doorbell: EventDescriptor
+) -> Copies:
+    number, full = numbered
+    with contextlib.ExitStack() as undoing:
+        memory = create_memory(ring_size(rounded_capacity(reply.capacity), reply.element_size))
+        undoing.callback(close_descriptors, memory)
+        ring = Ring.over(memory, reply.capacity, exact=True, record_size=reply.element_size)
+        own = EventDescriptor(shared=True)
+        undoing.callback(own.close)
+        pair = (doorbell, own) if role == WRITER else (own, doorbell)
+        ring.event, ring.free_event = pair
+        given = (*pair[0].copies(), *pair[1].copies())
+        mirror: Mirror
+        if role == READER:
+            mirror = Incoming(number, ring)
+        elif role == WRITER:
+            while full > 0:  # what others wrote before and nobody has read yet takes room here, too
+                room = len(ring.acquire_free(full)) // reply.element_size
+                ring.commit(room)
+                full -= room
+            mirror = Outgoing(number, ring, ring.contents())
+        else:
+            mirror = Watched(number, ring, map_memory(memory))
+        undoing.pop_all()
+    return Copies([Opened(mirror, ())], (memory, *given), None)

@@ -1,0 +1,220 @@
+"""How Zenoh is set up, and why: each line of it answers something that was measured or that stands in its manual.
+
+Nothing here waits for long: what a full queue cannot take is dropped, and sent again by this package.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import os
+import socket
+import tempfile
+from typing import Any, NamedTuple
+
+from canwire.errors import BadValue, ExtraMissing, HubError, HubLost
+from canwire.hub.links.network.access import Access, Login, Tls, User
+
+SESSIONS = 1_000  # machines or programs that one hub lets in
+CONNECT_S = 1.5
+LEASE_S = 10.0  # silence of the other machine after which a connection is given up
+_ALL = ["put", "delete", "declare_subscriber", "query", "reply", "declare_queryable"]
+_TOKENS = ["liveliness_token", "liveliness_query", "declare_liveliness_subscriber"]
+_BOTH = ["ingress", "egress"]
+
+Settings = dict[str, Any]
+
+
+class Patience(NamedTuple):
+    """How long silence is borne: by a call, and by the link while its connection is broken."""
+
+    call_s: float = 1.7
+    broken_s: float = 1.5
+    lease_s: float = LEASE_S
+
+
+def load_zenoh() -> Any:
+    """The library; raises ExtraMissing. It takes 20 ms, which only who uses the network should pay."""
+    try:
+        import zenoh
+    except ImportError:
+        raise ExtraMissing("eclipse-zenoh", "network") from None
+    return zenoh
+
+
+def usual(lease_s: float) -> Settings:
+    """What both ends have in common."""
+    queue = "transport/link/tx/queue/congestion_control"
+    return {
+        "scouting/multicast/enabled": False,  # else every machine of the network is told, and asked
+        "scouting/gossip/enabled": False,
+        "transport/shared_memory/enabled": False,  # on by default; stopped a router at 351 sessions
+        "transport/unicast/max_sessions": SESSIONS,
+        "transport/link/tx/lease": round(lease_s * 1000),
+        "transport/link/tx/queue/size/data": 16,  # of 64 KiB: a window (mirrors.py) fits, and so nothing is dropped
+        # a full queue: neither wait for long (who calls has better things to do) nor hang up, usual after 5 s
+        f"{queue}/drop/wait_before_drop": 1_000,  # microseconds
+        f"{queue}/block/wait_before_close": 3_600_000_000,
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2.0},
+    }
+
+
+def for_client(endpoint: str, login: Login, lease_s: float = LEASE_S) -> Settings:
+    """A program's session: it listens nowhere."""
+    return {
+        **usual(lease_s),
+        "mode": "client",
+        "connect/endpoints": [endpoint],
+        "connect/timeout_ms": round(CONNECT_S * 1000),
+        "connect/exit_on_failure": True,
+        **_credentials(login.user, login.password),
+        **(_tls(login.tls, "connect") if login.tls is not None else {}),
+    }
+
+
+def for_hub(
+    listen: tuple[str, ...], via: tuple[str, ...], access: Access | None, lease_s: float = LEASE_S
+) -> Settings:
+    """A hub's session: it listens where it was told, and nowhere else."""
+    settings = {
+        **usual(lease_s),
+        "mode": "peer",
+        "listen/endpoints": list(listen),
+        "connect/endpoints": list(via),
+    }
+    if via:
+        settings |= {"connect/timeout_ms": round(CONNECT_S * 1000), "connect/exit_on_failure": True}
+    if access is not None:
+        settings |= {"access_control": rules(access.users)}
+        settings |= _tls(access.tls, "listen") if access.tls is not None else {}
+    return settings
+
+
+def rules(users: dict[str, User]) -> Settings:
+    """Each user has keys of its own, and sees which hubs there are; nobody else's, and nothing more."""
+    own = [_rule(user, _ALL + _TOKENS, f"canwire/*/to/*/{user}/**") for user in users]
+    everybody = _rule("hubs ", _TOKENS, "canwire/*/hub/**")  # no user's name has a space
+    subjects = [{"id": user, _told_by(what): [user]} for user, what in users.items()]
+    policies = [{"rules": [user, everybody["id"]], "subjects": [user]} for user in users]
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": [*own, everybody],
+        "subjects": subjects,
+        "policies": policies,
+    }
+
+
+def check_reach(listen: tuple[str, ...], access: Access | None, *, insecure: bool) -> None:
+    """Raises BadValue for a door that anybody on the network could come in by, unless that was asked for."""
+    if access is not None or insecure:
+        return
+    for endpoint in listen:
+        if not _is_loopback(endpoint):
+            raise BadValue(
+                f"{endpoint}: other machines reach it, and nobody would be asked who they are; give --access FILE "
+                "with users, or --insecure"
+            )
+
+
+def open_session(settings: Settings) -> Any:
+    """A session of Zenoh's; raises its ZError."""
+    zenoh = load_zenoh()
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
+
+
+def open_for_hub(settings: Settings, access: Access | None) -> Any:
+    """Raises HubError where it cannot listen or connect."""
+    zenoh = load_zenoh()
+    with tempfile.TemporaryDirectory() as place:  # for this user's eyes alone, and gone once it was read
+        passwords = {
+            name: user.password for name, user in (access.users if access else {}).items() if user.password
+        }
+        if passwords:
+            path = os.path.join(place, "passwords")
+            with open(path, "w", encoding="utf-8") as file:
+                file.writelines(f"{name}:{password}\n" for name, password in passwords.items())
+            settings = {**settings, "transport/auth/usrpwd/dictionary_file": path}
+            settings |= _credentials("hub", os.urandom(16).hex())
+        try:
+            return open_session(settings)
+        except zenoh.ZError as error:
+            where = ", ".join([*settings["listen/endpoints"], *settings["connect/endpoints"]])
+            raise HubError(f"{where}: {_reason(error)}") from None
+
+
+def open_for_client(settings: Settings) -> Any:
+    """Raises HubLost where nobody answers, or nobody lets this one in."""
+    zenoh = load_zenoh()
+    endpoint = settings["connect/endpoints"][0]
+    try:
+        return open_session(settings)
+    except zenoh.ZError as error:
+        if _somebody_listens(endpoint):
+            user = settings.get("transport/auth/usrpwd/user", "")
+            who = f"{user} with this password" if user else "anybody without a name"
+            raise HubLost(
+                f"{endpoint}: somebody listens but does not let {who} in (CANWIRE_NETWORK names the file with user, "
+                f"password and certificates); or it is no hub"
+            ) from None
+        raise HubLost(
+            f"{endpoint}: nobody answers; is `canwire serve --network` running there? ({_reason(error)})"
+        ) from None
+
+
+def _rule(name: str, messages: list[str], key: str) -> Settings:
+    return {"id": name, "messages": messages, "flows": _BOTH, "permission": "allow", "key_exprs": [key]}
+
+
+def _told_by(user: User) -> str:
+    """What says who somebody is: a password, or the name in a certificate."""
+    return "usernames" if user.password else "cert_common_names"
+
+
+def _credentials(user: str, password: str) -> Settings:
+    if not password:
+        return {}
+    return {"transport/auth/usrpwd/user": user, "transport/auth/usrpwd/password": password}
+
+
+def _tls(tls: Tls, side: str) -> Settings:
+    """Mutual: each end shows a certificate that the same authority has signed."""
+    return {
+        "transport/link/tls": {
+            "root_ca_certificate": tls.ca,
+            f"{side}_certificate": tls.certificate,
+            f"{side}_private_key": tls.key,
+            "enable_mtls": True,
+        }
+    }
+
+
+def _host_and_port(endpoint: str) -> tuple[str, int]:
+    host, _, port = endpoint.partition("/")[2].partition("?")[0].partition("#")[0].rpartition(":")
+    if not host or not port.isdecimal():
+        raise BadValue(f"{endpoint!r}: PROTOCOL/ADDRESS:PORT, such as tcp/192.168.1.5:7449")
+    return host.strip("[]"), int(port)
+
+
+def _is_loopback(endpoint: str) -> bool:
+    host, _ = _host_and_port(endpoint)
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _somebody_listens(endpoint: str) -> bool:
+    try:
+        socket.create_connection(_host_and_port(endpoint), 0.5).close()
+    except OSError:
+        return False
+    return True
+
+
+def _reason(error: Exception) -> str:
+    """Zenoh's words without the place in its sources."""
+    return str(error).partition(" at /")[0]

@@ -1,0 +1,65 @@
+"""A FIFO that one end only looks at: its counters."""
+
+from __future__ import annotations
+
+import threading
+
+from canwire.hub.links.network.wire import Count
+from canwire.ring import Ring
+
+
+class Watched:
+    """A FIFO that one end only looks at, and may put something into: its counters, on either end of the link.
+
+    The hub's end has the real one, the client's a picture of it. What the client puts in is counted here and put in
+    there, as elements of zeros: programs use such FIFOs to ring for each other.
+    """
+
+    def __init__(self, number: int, ring: Ring, picture: memoryview | None = None) -> None:
+        self.number = number
+        self._ring = ring
+        self._words = None if picture is None else picture[:256].cast("Q")
+        self._lock = threading.Lock()
+        self._shown = self._counts()
+        self._told: tuple[int, ...] = ()
+        self._own = 0  # put in by the client, as far as this end knows
+
+    def changed(self) -> Count | None:
+        """What is to be told; None: nothing new."""
+        with self._lock:
+            found = self._counts()
+            if self._words is not None:
+                self._own += found[0] + found[2] - self._shown[0] - self._shown[2]
+                self._shown = found
+            told = (*found, self._own)
+            if told == self._told:
+                return None
+            self._told = told
+            return Count(self.number, *told)
+
+    def now(self) -> Count:
+        """What was told last, for an end that may have missed it."""
+        with self._lock:
+            return Count(self.number, *(self._told or (*self._counts(), self._own)))
+
+    def show(self, count: Count) -> bool:
+        """The other end says so; is there something to be told at once?"""
+        with self._lock:
+            if self._words is None:
+                for _ in range(min(count.own - self._own, self._ring.capacity + 1)):
+                    self._ring.put_bytes(bytes(self._ring.record_size))
+                self._own = max(self._own, count.own)
+                return True
+            self._own += sum(self._counts()[::2]) - sum(self._shown[::2])
+            if count.own == self._own:  # else it does not know yet what was put in here
+                self._words[8], self._words[16], self._words[9] = count[1:4]
+            self._shown = self._counts()
+            return False
+
+    def close(self) -> None:
+        self._words = None
+        self._ring.event = self._ring.free_event = None
+        self._ring.close()
+
+    def _counts(self) -> tuple[int, int, int]:
+        return self._ring.written, self._ring.taken, self._ring.lost

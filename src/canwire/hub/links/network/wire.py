@@ -1,0 +1,100 @@
+"""What the two ends of a network link say to each other besides calls, as bytes.
+
+Positions count records from when a ring was opened; a position is the number of records before it. Each payload begins
+with its kind; numbers are little-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+from canwire.errors import BadMessage
+
+FRAMES, STATES, REPORTS, COUNTS, FAREWELL = range(1, 6)
+
+_HEAD = struct.Struct("<BxxxIQ")  # kind, ring, position of the first record
+_STATE = struct.Struct("<IQ")
+_REPORT = struct.Struct("<IQQ?")
+_COUNT = struct.Struct("<IQQQQ")
+NOTES = 0  # the number of what is no ring: notices, in their order
+
+
+class Report(NamedTuple):
+    """How far the copy of a ring is: records that came, records taken out; `again`: send anew from `received` on."""
+
+    ring: int
+    received: int
+    taken: int
+    again: bool
+
+
+class Count(NamedTuple):
+    """A FIFO that is only looked at: its counters, and how often the one who says so has put something in."""
+
+    ring: int
+    written: int
+    taken: int
+    lost: int
+    own: int
+
+
+def frames(ring: int, first: int, records: memoryview) -> bytes:
+    """A batch of records, or of one notice, from this position on."""
+    return b"".join((_HEAD.pack(FRAMES, ring, first), records))
+
+
+def frames_in(payload: bytes) -> tuple[int, int, memoryview]:
+    """Ring, position of the first record, records; raises BadMessage."""
+    if len(payload) < _HEAD.size:
+        raise BadMessage(f"a batch of {len(payload)} bytes: {_HEAD.size} at least")
+    _, ring, first = _HEAD.unpack_from(payload)
+    return ring, first, memoryview(payload)[_HEAD.size :]
+
+
+def states(found: list[tuple[int, int]]) -> bytes:
+    """Which rings were sent up to which position; none at all is a sign of life."""
+    return bytes((STATES,)) + b"".join(_STATE.pack(*state) for state in found)
+
+
+def states_in(payload: bytes) -> list[tuple[int, int]]:
+    """Rings and positions; raises BadMessage."""
+    return [(ring, sent) for ring, sent in _each(_STATE, payload)]
+
+
+def reports(found: list[Report]) -> bytes:
+    """How far copies are."""
+    return bytes((REPORTS,)) + b"".join(_REPORT.pack(*report) for report in found)
+
+
+def reports_in(payload: bytes) -> list[Report]:
+    """Raises BadMessage."""
+    return [
+        Report(ring, received, taken, bool(again)) for ring, received, taken, again in _each(_REPORT, payload)
+    ]
+
+
+def counts(found: list[Count]) -> bytes:
+    """FIFOs that are only looked at."""
+    return bytes((COUNTS,)) + b"".join(_COUNT.pack(*count) for count in found)
+
+
+def counts_in(payload: bytes) -> list[Count]:
+    """Raises BadMessage."""
+    return [Count(*count) for count in _each(_COUNT, payload)]
+
+
+def farewell(text: str) -> bytes:
+    """The last words of this end."""
+    return bytes((FAREWELL,)) + text.encode()
+
+
+def farewell_in(payload: bytes) -> str:
+    return payload[1:].decode(errors="replace")
+
+
+def _each(form: struct.Struct, payload: bytes) -> list[tuple[int, ...]]:
+    try:
+        return list(form.iter_unpack(memoryview(payload)[1:]))
+    except struct.error:
+        raise BadMessage(f"a message of {len(payload)} bytes: not 1 and a multiple of {form.size}") from None

@@ -1,0 +1,81 @@
+"""A hub offered to other machines, and which hubs are offered."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from canwire.errors import HubLost
+from canwire.hub.links.calling import RemoteLink
+from canwire.hub.usual import default_address
+from canwire.platform import raise_descriptor_limit
+
+if TYPE_CHECKING:
+    from canwire.hub.handles.event import Event
+    from canwire.hub.links.network.keys import Offer
+
+_LOOK_AGAIN_S = 1.0  # see serve.py
+
+
+def offer(
+    address: str | None = None,
+    *,
+    realm: str = "canwire",
+    name: str | None = None,
+    listen: Sequence[str] = (),
+    via: Sequence[str] = (),
+    access: str | None = None,
+    insecure: bool = False,
+    ready: Callable[[str], object],
+    stop: Event,
+) -> None:
+    """Offer the hub on a socket (None: the user's usual one) to other machines until `stop` is set.
+
+    `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` routers of
+    Zenoh's to connect to, `access` the file of users; without one, endpoints that other machines reach are refused
+    unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs connect to.
+
+    Raises HubLost without such a hub and once it is gone, HubError if another one has this name in the realm or the
+    endpoint is taken, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
+    """
+    from canwire.hub.links.network.access import Access, load
+    from canwire.hub.links.network.bridge import LOOPBACK, Bridge, Offered
+
+    raise_descriptor_limit()
+    socket = default_address() if address is None else os.path.abspath(address)
+    offered = Offered(
+        realm=realm,
+        name=name or "",
+        listen=tuple(listen) or (() if via else (LOOPBACK,)),
+        via=tuple(via),
+        access=None if access is None else load(Access, access),
+        insecure=insecure,
+    )
+    lost: list[bool] = []
+
+    def gone() -> None:
+        lost.append(True)
+        stop.set()
+
+    bridge = Bridge(lambda program: RemoteLink(socket, program), offered, gone)
+    with contextlib.closing(bridge):
+        ready(bridge.address)
+        while not stop.wait(_LOOK_AGAIN_S):
+            pass
+    if lost:
+        raise HubLost(f"the hub on {socket} is gone, and so is what was offered of it")
+
+
+def offered_hubs(endpoint: str = "tcp/localhost:7449", realm: str = "*") -> list[Offer]:
+    """Hubs that are offered at an endpoint, which is a hub's own or a router's; raises HubLost if nobody answers.
+
+    Each has `realm`, `name`, `instance`, `version` and `time`.
+    """
+    from canwire.hub.links.network.access import usual_login
+    from canwire.hub.links.network.discovery import offers_in
+    from canwire.hub.links.network.settings import for_client, open_for_client
+
+    with contextlib.closing(open_for_client(for_client(endpoint, usual_login()))) as session:
+        return offers_in(session, realm)

@@ -1,0 +1,31 @@
+"""docs/machines.md: what it shows on one machine runs, and its files are what canwire reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from canwire.hub.links.network.access import Access, Login, load
+from tests.docs.blocks import ROOT, blocks, run_console
+
+PAGE = ROOT / "docs" / "machines.md"
+
+
+@pytest.mark.realtime
+@pytest.mark.conforms("PL-11", "PL-25")
+def test_the_commands_of_the_page(tmp_path: Path) -> None:
+    said = run_console(PAGE, tmp_path)
+    assert "offered as zenoh://lab/127.0.0.1" in said
+    assert "fast time, version 2" in said
+    assert "HW000001  usb-to-can-fd  USB-to-CAN FD (simulated)" in said
+
+
+def test_the_files_of_the_page(tmp_path: Path) -> None:
+    hub, program = [block.text for block in blocks(PAGE) if block.language == "toml"]
+    for name, text in (("lab.toml", hub), ("me.toml", program)):
+        (tmp_path / name).write_text(text)
+    users = load(Access, str(tmp_path / "lab.toml")).users
+    login = load(Login, str(tmp_path / "me.toml"))
+    assert users[login.user].password == login.password
+    assert {name: user.may for name, user in users.items()} == {"runner": "configure", "visitor": "listen"}
