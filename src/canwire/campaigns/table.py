@@ -42,7 +42,7 @@ def check_table(path: str | Path) -> Path:
         raise BadValue(f"{path}: results are written to a file whose name ends in {' or '.join(_ENDINGS)}")
     if path.suffix == ".parquet":
         try:
-            import pyarrow.parquet  # type: ignore[import-untyped]  # noqa: F401
+            import pyarrow.parquet  # noqa: F401
         except ImportError:
             raise ExtraMissing("pyarrow", "parquet") from None
     if not path.parent.is_dir():

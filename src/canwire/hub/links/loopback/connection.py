@@ -50,8 +50,9 @@ class LoopbackConnection(Connection):
         if payload[:1] not in _ASIDES:
             super()._sort(payload)
         elif payload[:1] == asides.SIGNALLED and asides.number_in(payload) == asides.DOORBELL:
-            if self._doorbell is not None:
-                self._doorbell.receive()
+            doorbell: Any = self._doorbell
+            if doorbell is not None:
+                doorbell.receive()  # for those who look whether it was rung
             self._ring()
         else:
             self._passing.take(payload)

@@ -108,7 +108,7 @@ def copied(request: m.Message, reply: m.Message, rings: Filled, doorbell: EventD
     if isinstance(reply, m.FifoOpened):
         return _fifo_copied(reply, role_of(request), rings[0], doorbell)
     assert isinstance(reply, m.ChannelOpened), f"{reply} with rings that nobody knows"
-    made = SharedRings(reply.receive, reply.transmit, exact=True, doorbell=doorbell, timeline=None)
+    made = SharedRings(reply.receive, reply.transmit, exact=True, doorbell=doorbell, halts=None)
     opened = [Opened(Incoming(rings[0][0], made.receive), ())]
     if made.transmit is not None:
         opened.append(Opened(Outgoing(rings[1][0], made.transmit), ()))
