@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 from canwire.boards.wiring import config_warnings
 from canwire.errors import HubError
@@ -19,9 +22,7 @@ if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
     from canwire.hub.handles.event import Event
 
-
-# a signal that comes between the interpreter's last look and the system's wait is heard only once that wait is over
-_LOOK_AGAIN_S = 1.0
+_MANY = 4096
 
 
 def serve(
@@ -52,10 +53,38 @@ def serve(
                 warn(unusual)
             engine.world.warn = warn
         ready(_introduction(engine, server.path))
-        while not stop.wait(_LOOK_AGAIN_S):
-            pass
+        with _signals_end_waits(stop) as heard:
+            while not stop.is_set():
+                stop.wait()
+                with contextlib.suppress(BlockingIOError):
+                    heard.recv(_MANY)
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
+
+
+class _Heard(NamedTuple):
+    """See hub/handles/event.py, Signal."""
+
+    descriptor: socket.socket
+    advance: None = None
+    clock: None = None
+
+
+@contextlib.contextmanager
+def _signals_end_waits(event: Event) -> Iterator[socket.socket]:
+    """A signal that comes between the interpreter's last look and the system's wait would be heard only when that
+    wait is over: so each ends a wait for this event, which is as if it were set until what this yields was read."""
+    heard, told = socket.socketpair()
+    with heard, told, contextlib.ExitStack() as undone:
+        heard.setblocking(False)
+        told.setblocking(False)
+        if threading.current_thread() is threading.main_thread():  # no other one hears signals
+            before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+            undone.callback(signal.set_wakeup_fd, before)
+        bound = _Heard(heard)
+        event.bind(bound)
+        undone.callback(event.unbind, bound)
+        yield heard
 
 
 def _introduction(engine: Engine, path: str) -> str:
