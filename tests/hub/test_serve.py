@@ -230,7 +230,7 @@ def test_serving_within_a_program(tmp_path: Path) -> None:
 
 ASLEEP = """
 import signal, sys, threading
-import canwire.commands
+import canwire.commands, canwire.hub.serve
 from canwire.hub.handles import event
 
 def wait_readable(descriptors, timeout):
@@ -239,7 +239,8 @@ def wait_readable(descriptors, timeout):
         timeout = None  # once it looked every second whether it had missed anything
     return real(descriptors, timeout)
 
-real, event.wait_readable = event.wait_readable, wait_readable
+real = event.wait_readable
+event.wait_readable = canwire.hub.serve.wait_readable = wait_readable
 idle = threading.Event()
 threading.Thread(target=idle.wait, daemon=True).start()
 signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])  # the thread hears it: nothing ends the main one's wait

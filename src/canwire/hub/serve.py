@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from canwire.boards.wiring import config_warnings
 from canwire.errors import HubError
@@ -16,13 +17,15 @@ from canwire.hub.links.unix_socket.server import Server
 from canwire.hub.owner.engine import REAL, Engine
 from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config
-from canwire.platform import raise_descriptor_limit
+from canwire.platform import raise_descriptor_limit, wait_readable
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
     from canwire.hub.handles.event import Event
 
 _MANY = 4096
+_SELECTS = hasattr(select, "epoll")  # an event can be waited for together with others
+_LOOK_AGAIN_S = 0 if _SELECTS else 1.0
 
 
 def serve(
@@ -53,37 +56,27 @@ def serve(
                 warn(unusual)
             engine.world.warn = warn
         ready(_introduction(engine, server.path))
-        with _signals_end_waits(stop) as heard:
-            while not stop.is_set():
-                stop.wait()
+        with _signals_heard() as heard:
+            while not stop.wait(_LOOK_AGAIN_S):
+                if _SELECTS:
+                    wait_readable([stop.fileno(), heard.fileno()], None)
                 with contextlib.suppress(BlockingIOError):
                     heard.recv(_MANY)
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
 
 
-class _Heard(NamedTuple):
-    """See hub/handles/event.py, Signal."""
-
-    descriptor: socket.socket
-    advance: None = None
-    clock: None = None
-
-
 @contextlib.contextmanager
-def _signals_end_waits(event: Event) -> Iterator[socket.socket]:
-    """A signal that comes between the interpreter's last look and the system's wait would be heard only when that
-    wait is over: so each ends a wait for this event, which is as if it were set until what this yields was read."""
+def _signals_heard() -> Iterator[socket.socket]:
+    """Readable once a signal has come: one that comes between the interpreter's last look and the system's wait would
+    be heard only when that wait is over. Outside of the main thread, which alone hears signals, it stays silent."""
     heard, told = socket.socketpair()
     with heard, told, contextlib.ExitStack() as undone:
         heard.setblocking(False)
         told.setblocking(False)
-        if threading.current_thread() is threading.main_thread():  # no other one hears signals
+        if threading.current_thread() is threading.main_thread():
             before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
             undone.callback(signal.set_wakeup_fd, before)
-        bound = _Heard(heard)
-        event.bind(bound)
-        undone.callback(event.unbind, bound)
         yield heard
 
 
