@@ -7,7 +7,7 @@ receive on can0 and lin0, whose wires are disturbed at random by every kind of f
 of the hub nothing may be missing from their accounts. An honest program on can1 sends, receives, and counts each
 frame. Around them, in an order that --seed chooses: programs of the same kinds and hostile ones are killed, boards come
 and go, connections say rubbish. Beside all that two processes measure what a call takes and how soon a killed
-program's lease is free. For the first two thirds of the time the hub lives, so that one sees what grows; then it is
+program's lease is free. For the first two thirds of the time (--life) the hub lives, so that one sees what grows; then it is
 killed every minute. It ends with status 1 when a frame is missing or an account does not balance.
 """
 
@@ -52,9 +52,9 @@ class Soak:
         self.lives = 0
         self.began = time.monotonic()
 
-    def run(self, minutes: float) -> None:
+    def run(self, minutes: float, first_life: float) -> None:
         ends = self.began + 60 * minutes
-        life_ends = self.began + 40 * minutes
+        life_ends = self.began + 60 * first_life
         while time.monotonic() < ends:
             try:
                 self.live(min(life_ends, ends), last=life_ends >= ends)
@@ -98,7 +98,7 @@ class Soak:
         minute = (time.monotonic() - self.began) / 60
         self.samples.append(
             Sample(
-                minute, self.lives, served.resident_kb() / 1024, served.descriptors(), served.threads(),
+                minute, self.lives, served.own_kb() / 1024, served.shared_kb() / 1024, served.descriptors(), served.threads(),
                 len(called), quantile(called, 0.5), quantile(called, 0.99), max(called, default=0.0),
                 len(freed), quantile(freed, 0.5), max(freed, default=0.0), status.skipped_ns // 1_000_000,
             )
@@ -136,7 +136,8 @@ class Soak:
             ("honest frames sent, received in order, lost", f"{self.sent}, {self.got}, {self.lost}"),
             (f"calls beside the storm ({len(calls)}): p50, p99, longest", _times(calls)),
             (f"leases of killed programs back ({len(leases)}): p50, p99, longest", _times(leases)),
-            ("hub's memory over its longest life, in fifths", f"{growth(self.samples, 'memory_mb')} MB"),
+            ("hub's own memory over its longest life, in fifths", f"{growth(self.samples, 'memory_mb')} MB"),
+            ("rings that it shares with programs likewise", f"{growth(self.samples, 'shared_mb')} MB"),
             ("hub's descriptors likewise", growth(self.samples, "descriptors")),
             ("hub's threads likewise", growth(self.samples, "threads")),
             *((what, str(count)) for what, count in sorted(self.done.items())),
@@ -172,13 +173,16 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--minutes", type=float, default=1.0, metavar="N", help="how long (default: 1)")
+    parser.add_argument(
+        "--life", type=float, metavar="N", help="minutes of the hub's first life (default: 2/3)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of what is done when (default: 0)")
     parser.add_argument("--output", type=Path, default=Path("soak"), metavar="FOLDER", help="default: ./soak")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as home:
         soak = Soak(Path(home), arguments.output, arguments.seed)
         try:
-            soak.run(arguments.minutes)
+            soak.run(arguments.minutes, arguments.life or arguments.minutes * 2 / 3)
         finally:
             for process in Running.everybody:
                 process.kill()

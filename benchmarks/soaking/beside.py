@@ -32,9 +32,9 @@ def zygote(address: str) -> None:
             try:
                 hub = canwire.connect(address, name="holder")
                 kept = hub.open_control(hub.board(_BOARD).id, _LINE)
-            except BaseException:
-                os.kill(os.getppid(), signal.SIGKILL)  # who waits for its number must not wait for ever
-                raise
+            except canwire.HubError:  # who waits for its number must not wait for ever
+                print(0, flush=True)
+                os._exit(1)
             print(os.getpid(), flush=True)
             time.sleep(3600)
             del kept
@@ -50,10 +50,10 @@ def leases(address: str) -> None:
         while not _over(_PAUSE_S):
             parent.stdin.write("\n")
             parent.stdin.flush()
-            said = parent.stdout.readline()
-            if not said:
-                return  # the hub is gone
-            holder = int(said)
+            holder = int(parent.stdout.readline())
+            if not holder:
+                hub.boards()  # raises if the hub is gone
+                continue
             os.kill(holder, signal.SIGKILL)
             print(f"{_until_free(hub, board) * 1000:.3f}", flush=True)
         parent.stdin.close()

@@ -15,6 +15,7 @@ class Sample(NamedTuple):
     minute: float
     life: int
     memory_mb: float
+    shared_mb: float
     descriptors: int
     threads: int
     calls: int
@@ -65,7 +66,9 @@ def draw(samples: list[Sample], to: Path) -> None:
     for life in sorted({sample.life for sample in samples}):
         own = [sample for sample in samples if sample.life == life]
         minutes = [sample.minute for sample in own]
-        memory.plot(minutes, [sample.memory_mb for sample in own], color="tab:blue")
+        labels = ("its own", "rings shared with programs") if life == samples[0].life else (None, None)
+        memory.plot(minutes, [sample.memory_mb for sample in own], color="tab:blue", label=labels[0])
+        memory.plot(minutes, [sample.shared_mb for sample in own], color="tab:gray", label=labels[1])
         descriptors.plot(minutes, [sample.descriptors for sample in own], color="tab:green")
     minutes = [sample.minute for sample in samples]
     for field, label in (
@@ -75,6 +78,7 @@ def draw(samples: list[Sample], to: Path) -> None:
         times.plot(minutes, [getattr(sample, field) for sample in samples], label=label, linewidth=0.9)
     memory.set_ylabel("hub's memory (MB)")
     memory.set_ylim(bottom=0)
+    memory.legend(loc="lower right")
     descriptors.set_ylabel("its descriptors")
     descriptors.set_ylim(bottom=0)
     times.set_ylabel("ms, every 10 s")

@@ -29,8 +29,12 @@ class Served:
         assert self.process.stdout is not None
         assert "canwire hub on" in self.process.stdout.readline()
 
-    def resident_kb(self) -> int:
-        return self._told("VmRSS")
+    def own_kb(self) -> int:
+        """Memory of its own; the rings that it shares with clients are theirs."""
+        return self._told("RssAnon")
+
+    def shared_kb(self) -> int:
+        return self._told("RssShmem")
 
     def threads(self) -> int:
         return self._told("Threads")

@@ -31,7 +31,7 @@ from canwire.hub.protocol.messages import (
 from canwire.hub.protocol.pending import Pending
 from canwire.platform import EventDescriptor, close_descriptors, descriptor_limit
 
-_HELLO_TIMEOUT_S = 2.0
+_HELLO_TIMEOUT_S = 10.0  # a hub on a machine with thirty other programs took more than two
 _RECEIVED_AT_ONCE = 1 << 16
 _MOST_DESCRIPTORS = 64  # more than one message ever has
 _CLOSE_ON_EXEC = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
