@@ -271,9 +271,7 @@ PARSERS: dict[str, Parser] = {
         by_text(parse_lin_content), _TEXT, (b"10#0102", b"2A#R", b"3C#0102030405060708 classic")
     ),
     "LIN log lines": Parser(by_text(parse_lin_log_line), _TEXT, (b"(1.5) lin0 10#0102",)),
-    "ACAN's traces": Parser(
-        by_text(_trace), _TEXT, (b"12:00:00 00000000001 - 61 62 63 | abc", b"00000000001 - 61")
-    ),
+    "ACAN's traces": Parser(by_text(_trace), _TEXT, (b"00000000001 - 61 62 63 | abc", b"00000000001 - 61")),
     "LDF": Parser(by_file(".ldf", _ldf), (BadDescription,), (_LDF,)),
     "canwire.toml": Parser(by_text(Config.parse), (BadConfig,), (_TOML, b"")),
     "CANDRV's tables": Parser(

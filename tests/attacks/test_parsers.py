@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from canwire import BadConfig
+from canwire.boards.config.configuration import Config
 from tests.attacks.parsers import PARSERS
 
 _SLOW = {"LDF": 10, "rows of the page": 60, "ACAN's INI": 60, "CANDRV's tables": 60}
@@ -53,3 +55,8 @@ def test_it_refuses_in_its_own_words(name: str) -> None:
             parser.run(data)
 
     attack()
+
+
+def test_half_a_character_is_no_configuration() -> None:
+    with pytest.raises(BadConfig, match="surrogates"):
+        Config.parse('[[bus]]\nname = "can\udc94"\n')
