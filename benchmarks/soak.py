@@ -7,8 +7,8 @@ receive on can0 and lin0, whose wires are disturbed at random by every kind of f
 of the hub nothing may be missing from their accounts. An honest program on can1 sends, receives, and counts each
 frame. Around them, in an order that --seed chooses: programs of the same kinds and hostile ones are killed, boards come
 and go, connections say rubbish. Beside all that two processes measure what a call takes and how soon a killed
-program's lease is free. For the first two thirds of the time (--life) the hub lives, so that one sees what grows; then it is
-killed every minute. It ends with status 1 when a frame is missing or an account does not balance.
+program's lease is free. For the first two thirds of the time (--life) the hub lives, so that one sees what grows; then
+it is killed every minute. It ends with status 1 when a frame is missing or an account does not balance.
 """
 
 from __future__ import annotations
@@ -98,7 +98,8 @@ class Soak:
         minute = (time.monotonic() - self.began) / 60
         self.samples.append(
             Sample(
-                minute, self.lives, served.own_kb() / 1024, served.shared_kb() / 1024, served.descriptors(), served.threads(),
+                minute, self.lives, served.own_kb() / 1024, served.shared_kb() / 1024,
+                served.descriptors(), served.threads(),
                 len(called), quantile(called, 0.5), quantile(called, 0.99), max(called, default=0.0),
                 len(freed), quantile(freed, 0.5), max(freed, default=0.0), status.skipped_ns // 1_000_000,
             )

@@ -152,10 +152,8 @@ def _plugged(
     name: str, info: LineInfo, controller: str, machine: Machine, options: ControllerOptions
 ) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
-    timeline = machine.timeline
-    if info.bus:
-        bus = machine.buses[info.bus]
-    else:  # alone on a bus of its own, which goes with it
+    timeline, bus = machine.timeline, machine.buses.get(info.bus)
+    if bus is None:  # alone on a bus of its own, which goes with it
         bus = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
     if isinstance(bus, LinBus):
         lin = ideal_lin_line(name, timeline)
