@@ -13,9 +13,11 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import ChannelMode, Closed, HubError
+from canwire import ChannelMode, Closed, HubError, LineMode
 from canwire.boards.lin.modes import LinMonitorMode
-from tests.hubs import LONG_S, serving
+from canwire.bus.can.bus import CanBus
+from canwire.bus.lin.bus import LinBus
+from tests.hubs import LONG_S, connected, embedded, serving
 
 pytestmark = pytest.mark.skipif(
     not os.path.exists("/proc/self/fd"), reason="descriptors are counted in /proc"
@@ -102,3 +104,34 @@ def test_a_channel_keeps_its_hub(address: str) -> None:
     channel.set_up(ChannelMode(8, 8))
     assert not channel.status().active
     channel.hub.close()  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("buses", [("can0", "can0", "lin0"), ("", "", ""), ("can0", "", "lin0")], ids=str)
+def test_boards_take_their_buses_with_them(buses: tuple[str, ...]) -> None:
+    """One that stayed was looked at in every step of the hub's time, and in the soak some hundred a minute did."""
+    with embedded("", time="virtual") as engine, connected(engine) as hub:
+        before = buses_there()
+        for _ in range(3):
+            board = hub.plug("usb-to-can-fd", buses=buses)
+            assert buses_there() == before + buses.count("")
+            hub.unplug(board.hardware_id)
+            assert buses_there() == before
+
+
+def test_a_dongle_whose_outputs_float_takes_its_stub_with_it() -> None:
+    with embedded("", time="virtual") as engine, connected(engine) as hub:
+        before = buses_there()
+        for bus in ("can0", ""):
+            board = hub.plug("canbus-dongle", buses=(bus,))
+            control = hub.open_control(board.id, 0)
+            timing = board.lines[0].capabilities.timing(500_000)
+            control.initialise(LineMode(timing, registers=(("OCR", 0),)))
+            control.start()
+            assert buses_there() == before + 1 + (not bus)
+            hub.unplug(board.hardware_id)
+            assert buses_there() == before
+
+
+def buses_there() -> int:
+    gc.collect()
+    return sum(isinstance(one, CanBus | LinBus) for one in gc.get_objects())

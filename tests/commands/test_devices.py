@@ -25,7 +25,8 @@ from canwire import (
 from canwire.boards import catalogue
 from canwire.boards.isa import IsaPlace
 from canwire.commands import main
-from canwire.commands.devices import LinUse, board_facts, conflicts_among, tree
+from canwire.commands.devices import LinUse, board_facts, conflicts_among, lateness_among, tree
+from tests.hubs import connected, embedded
 
 IDLE = LineStatus(
     initialised=False,
@@ -225,6 +226,23 @@ def test_a_line_that_still_looks_for_its_rate() -> None:
     facts = board_facts(FD, [replace(BUSY, mode=LineMode(None)), IDLE, LIN_IDLE])
     assert facts["lines"][0]["status"]["mode"]["timing"] is None
     assert "no bit rate yet" in tree([(FD, [replace(BUSY, mode=LineMode(None)), IDLE, LIN_IDLE])])[1]
+
+
+@pytest.mark.parametrize("kind", ["CAN", "LIN"])
+def test_buses_that_cannot_keep_up_are_told_of_by_lines_of_either_kind(kind: str) -> None:
+    late: dict[str, Any] = {"behind_ns": 250_000_000, "skipped_ns": 3_000_000_000}
+    can = replace(IDLE, **late) if kind == "CAN" else IDLE
+    lin = LIN_IDLE._replace(status=replace(LIN_IDLE.status, **late)) if kind == "LIN" else LIN_IDLE
+    assert lateness_among([(FD, [IDLE, IDLE, LIN_IDLE])]) == set()
+    (said,) = lateness_among([(FD, [can, IDLE, lin])])
+    assert said.startswith("bus time is 0.25 s behind the clock, 3.00 s were left out since the hub began: ")
+
+
+def test_a_lin_lines_status_has_the_hubs_lateness() -> None:
+    with embedded("", time="virtual") as engine, connected(engine) as hub:
+        engine.world.lateness = lambda: (5, 7)
+        status = hub.lin_status(hub.plug("usb-to-can-fd").id, 2).status
+    assert (status.behind_ns, status.skipped_ns, status.lateness) == (5, 7, "")
 
 
 # with a real hub

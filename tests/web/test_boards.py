@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 
 import canwire
 from canwire.web.boards.leds import Leds, leds_of
-from canwire.web.lines import Line, look
+from canwire.web.lines import Line, lateness_of, look
 from tests.hubs import LONG_S
 
 if TYPE_CHECKING:
@@ -25,6 +26,28 @@ def test_every_board_and_line_is_in_the_tree(client: httpx.Client, hub: canwire.
     for place in canwire.every_line(hub):
         assert f'data-line="{place.address}"' in tree
         assert place.board.description in tree
+
+
+def test_buses_that_cannot_keep_up_are_told_once(
+    client: httpx.Client, hub: canwire.Hub, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = look(hub)
+    assert lateness_of(lines) == []
+    assert "behind the clock" not in client.get("/boards/tree").text
+    late = [
+        line._replace(can=replace(line.can, behind_ns=2 * 10**9)) for line in lines if line.can is not None
+    ]
+    late += [
+        line._replace(lin=line.lin._replace(status=replace(line.lin.status, behind_ns=2 * 10**9)))
+        for line in lines
+        if line.lin is not None
+    ]
+    assert {line.can is None for line in late} == {True, False}
+    monkeypatch.setattr("canwire.web.boards.view.look", lambda hub: late)
+    for shown in (late, [line for line in late if line.can is None]):
+        (said,) = lateness_of(shown)
+        assert said.startswith("bus time is 2.00 s behind the clock")
+    assert client.get("/boards/tree").text.count("bus time is 2.00 s behind the clock") == 1
 
 
 def test_a_line_is_started_at_a_rate_and_stopped(client: httpx.Client, hub: canwire.Hub) -> None:

@@ -152,9 +152,9 @@ def _plugged(
     name: str, info: LineInfo, controller: str, machine: Machine, options: ControllerOptions
 ) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
-    timeline = machine.timeline
-    alone = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
-    bus = machine.buses[info.bus] if info.bus else alone
+    timeline, bus = machine.timeline, machine.buses.get(info.bus)
+    if bus is None:  # alone on a bus of its own, which goes with it
+        bus = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
     if isinstance(bus, LinBus):
         lin = ideal_lin_line(name, timeline)
         plug_lin(lin, bus)
@@ -188,6 +188,7 @@ def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, re
 def pull(board: Board, machine: Machine) -> None:
     """Pull the board out, in the middle of a frame if need be; a second time does nothing."""
     for slot in board.lines:
+        home = slot.bus if isinstance(slot, BoardLine) else slot.line.controller.bus
         if isinstance(slot, BoardLinLine):
             unplug_lin(slot.line)
         elif slot.line.controller.bus is not None:
@@ -195,6 +196,8 @@ def pull(board: Board, machine: Machine) -> None:
             slot.line.driver.stop(slot.line.timeline.now_ns)
         else:
             slot.line.driver.close()
+        if not slot.info.bus and isinstance(home, (CanBus, LinBus)):
+            machine.timeline.remove(home)
     if board.card is not None and board.info.hardware_id in machine.isa.cards:
         driver = board.lines[0].line.driver
         assert isinstance(driver, Sja1000Driver)

@@ -135,7 +135,8 @@ def conflicts_among(found: list[Found]) -> list[RateConflict]:
 
 def lateness_among(found: list[Found]) -> set[str]:
     """What there is to say of buses that cannot keep up with the clock."""
-    said = {status.lateness for _, states in found for status in states if isinstance(status, LineStatus)}
+    every = [use.status if isinstance(use, LinUse) else use for _, uses in found for use in uses]
+    said = {status.lateness for status in every}
     return set(sorted(said - {""})[-1:])  # one sentence: the buses of a hub share their time
 
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Sequence
+import select
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from canwire.boards.wiring import config_warnings
@@ -15,17 +19,17 @@ from canwire.hub.owner.lockstep.pace import PATIENCE_S, LockstepPace
 from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config
-from canwire.platform import raise_descriptor_limit
+from canwire.platform import raise_descriptor_limit, wait_readable
 from canwire.values.checks import finite, whole
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
     from canwire.hub.handles.event import Event
 
-
-# a signal that comes between the interpreter's last look and the system's wait is heard only once that wait is over
-_LOOK_AGAIN_S = 1.0
 _MOST_PROGRAMS = 4096
+_MANY = 4096
+_SELECTS = hasattr(select, "epoll")  # an event can be waited for together with others
+_LOOK_AGAIN_S = 0 if _SELECTS else 1.0
 
 
 def serve(
@@ -60,8 +64,12 @@ def serve(
                 warn(unusual)
             engine.world.warn = warn
         ready(_introduction(engine, server.path))
-        while not stop.wait(_LOOK_AGAIN_S):
-            pass
+        with _signals_heard() as heard:
+            while not stop.wait(_LOOK_AGAIN_S):
+                if _SELECTS:
+                    wait_readable([stop.fileno(), heard.fileno()], None)
+                with contextlib.suppress(BlockingIOError):
+                    heard.recv(_MANY)
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
 
@@ -76,6 +84,20 @@ def _engine(config: Config, time: str, programs: int | Sequence[str], patience_s
         turns = Turns(len(programs), programs)
     world = World(config, turns=turns)
     return Engine(world, time, LockstepPace(world, patience_s))
+
+
+@contextlib.contextmanager
+def _signals_heard() -> Iterator[socket.socket]:
+    """Readable once a signal has come: one that comes between the interpreter's last look and the system's wait would
+    be heard only when that wait is over. Outside of the main thread, which alone hears signals, it stays silent."""
+    heard, told = socket.socketpair()
+    with heard, told, contextlib.ExitStack() as undone:
+        heard.setblocking(False)
+        told.setblocking(False)
+        if threading.current_thread() is threading.main_thread():
+            before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+            undone.callback(signal.set_wakeup_fd, before)
+        yield heard
 
 
 def _introduction(engine: Engine, path: str) -> str:

@@ -33,11 +33,6 @@ class Echoes:
         while self._count > _MOST:
             self._count -= len(self._sent.popleft()[1])
 
-    def clear(self) -> None:
-        """Nothing of it comes any more: the line was stopped."""
-        self._sent.clear()
-        self._count = 0
-
     def owners(self, records: Array) -> Array:
         """Slots by record; NOBODY for frames of others, on this line or elsewhere."""
         numpy = numpy_module()

@@ -194,7 +194,6 @@ class Port:
             if up != bool(self.interface.flags & UP):
                 self._setting.interfaces.show(self.interface, UP if up else 0)
                 if not up:
-                    self._echoes.clear()
                     self._tell_lost(errno.ENETDOWN)
 
     def _runs(self) -> bool:
@@ -253,8 +252,14 @@ class Port:
 
     @property
     def pending(self) -> int:
-        """Frames that have not come back from the bus."""
-        return 0 if self.lost else self._echoes.outstanding
+        """Frames that have not come back from the bus, and still may."""
+        if self.lost or not self._echoes.outstanding:
+            return 0
+        try:
+            return min(self._echoes.outstanding, self._channel.status().pending)
+        except CanwireError as error:
+            self._lose(error)
+            return 0
 
     # the end
 

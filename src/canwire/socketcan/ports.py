@@ -55,7 +55,7 @@ class Ports:
 
     def pending(self) -> int:
         """Frames on their way to a bus."""
-        return sum(port.pending for port in self._open.values())
+        return sum(port.pending for port in list(self._open.values()))  # one may turn out to be lost
 
     def progress(self) -> int:
         """Grows with each frame that goes out."""

@@ -39,6 +39,13 @@ class Line(NamedTuple):
         return self.can.running if self.can is not None else self.lin is not None and self.lin.status.running
 
     @property
+    def lateness(self) -> str:
+        """What is to be said of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
+        if self.can is not None:
+            return self.can.lateness
+        return "" if self.lin is None else self.lin.status.lateness
+
+    @property
     def state(self) -> str:
         """A word's key: "error-active", "stopped", "not-initialised", "shorted", ..."""
         if self.can is not None:
@@ -72,6 +79,11 @@ def _look_at(hub: Hub, place: LinePlace) -> Line | None:
     except (NoSuchBoard, Unplugged):
         return None
     return Line(place, None, LinUse(found.status, found.control_holder))
+
+
+def lateness_of(lines: list[Line]) -> list[str]:
+    """One sentence if any: the buses of a hub share their time."""
+    return sorted({line.lateness for line in lines} - {""})[-1:]
 
 
 def by_board(lines: list[Line], boards: tuple[BoardInfo, ...]) -> list[tuple[BoardInfo, list[Line]]]:

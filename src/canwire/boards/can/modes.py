@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from canwire.boards.lateness import lateness_text
 from canwire.values.controller_options import ControllerOptions
 from canwire.values.named import NamedInt
 from canwire.values.timing.bit_timing import BitTiming
@@ -37,9 +38,6 @@ class Siblings(NamedInt):
     EVERY = 4
     OTHERS = 5
     OTHERS_AND_OWN = 6
-
-
-_NOTEWORTHY_NS = 100_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,22 +139,6 @@ class LineStatus:
     def lateness(self) -> str:
         """What people should know of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
         return lateness_text(self.behind_ns, self.skipped_ns)
-
-
-def lateness_text(behind_ns: int, skipped_ns: int) -> str:
-    """In a sentence; "" below a tenth of a second.
-
-    >>> lateness_text(250_000_000, 0)
-    'bus time is 0.25 s behind the clock: the buses have more to do than this machine can simulate, or it was stopped'
-    """
-    told = []
-    if behind_ns >= _NOTEWORTHY_NS:
-        told.append(f"bus time is {behind_ns / 1e9:.2f} s behind the clock")
-    if skipped_ns >= _NOTEWORTHY_NS:
-        told.append(f"{skipped_ns / 1e9:.2f} s were left out since the hub began")
-    if not told:
-        return ""
-    return f"{', '.join(told)}: the buses have more to do than this machine can simulate, or it was stopped"
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,6 +59,7 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     def parse(cls, text: str, source: str = "canwire.toml") -> Config:
         """The text's configuration; `source` is what messages call it. Raises BadConfig."""
         try:
+            text.encode()  # half a character, which no file holds but a program's text may
             data = tomllib.loads(text)
         except ValueError as error:
             raise BadConfig(f"{source}: {error}") from None

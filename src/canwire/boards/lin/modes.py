@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from canwire.boards.description import LinCapabilities, LinFeature
+from canwire.boards.lateness import lateness_text
 from canwire.errors import BadValue, Unsupported
 from canwire.values.lin.event import LinEventKind, LinState
 from canwire.values.lin.timing import AUTO_RATE, checked_rate
@@ -34,7 +35,8 @@ class LinLineStatus:
     """A LIN line as it is now. `load` 0..100 %; `bit_rate` is 0 while it is being looked for.
 
     `status` holds VCI's LIN_STATUS_ bits: overrun 0x01, error limit 0x04, bus-off 0x08, stopped 0x10. `errors`
-    counts by LinErrorKind since the start, `lost` what found a monitor's queue full.
+    counts by LinErrorKind since the start, `lost` what found a monitor's queue full. `behind_ns` is how far bus time is
+    behind the clock now, `skipped_ns` what it has left out since the hub began.
     """
 
     initialised: bool
@@ -52,6 +54,13 @@ class LinLineStatus:
     lost: int
     monitors: int
     time_ns: int
+    behind_ns: int = 0
+    skipped_ns: int = 0
+
+    @property
+    def lateness(self) -> str:
+        """What people should know of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
+        return lateness_text(self.behind_ns, self.skipped_ns)
 
 
 @dataclass(frozen=True, slots=True)

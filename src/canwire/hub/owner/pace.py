@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import lateness_text
+from canwire.boards.lateness import lateness_text
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from canwire.web.boards import changes
 from canwire.web.boards.leds import leds_of
 from canwire.web.boards.registers import registers_of
 from canwire.web.desk import View
-from canwire.web.lines import by_board, look
+from canwire.web.lines import by_board, lateness_of, look
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -47,11 +47,11 @@ def _tree(desk: Desk, request: Request) -> Response:
         hub = desk.link.hub
         lines = look(hub)
         boards = by_board(lines, hub.boards())
-        conflicts = [str(conflict) for conflict in conflicts_on(hub)]
+        notices = [*map(str, conflicts_on(hub)), *lateness_of(lines)]
         leds = {line.place.address: leds_of(hub, line) for line in lines if line.can is not None}
     except HubLost as error:
         return desk.part(request, "boards/away.jinja", error=str(error))
-    return desk.part(request, "boards/tree.jinja", boards=boards, conflicts=conflicts, leds=leds)
+    return desk.part(request, "boards/tree.jinja", boards=boards, notices=notices, leds=leds)
 
 
 def _registers(desk: Desk, request: Request) -> Response:

@@ -29,7 +29,7 @@ from canwire.hub.protocol.messages import (
 from canwire.hub.protocol.pending import Pending
 from canwire.platform import Descriptor, EventDescriptor, close_descriptors, descriptor_limit
 
-_HELLO_TIMEOUT_S = 2.0
+_HELLO_TIMEOUT_S = 10.0  # a hub on a machine with thirty other programs took more than two
 
 
 class StreamLink:

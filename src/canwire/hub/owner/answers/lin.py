@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from canwire.errors import BadFrame, Unsupported, WrongState
 from canwire.hub.owner.answers.registry import DONE, Answers, opened
 from canwire.hub.owner.held.lin import HeldMonitor, LinSlot
@@ -20,7 +22,9 @@ answers = Answers()
 def _get_lin_status(request: m.GetLinStatus, session: Session, world: World) -> Answer:
     slot = world.lin_slot(request.board, request.line)
     holder = "" if slot.control is None else slot.control.name
-    return m.LinLineState(slot.lin.status(), holder, slot.exclusive), ()
+    behind_ns, skipped_ns = world.lateness()
+    status = replace(slot.lin.status(), behind_ns=behind_ns, skipped_ns=skipped_ns)
+    return m.LinLineState(status, holder, slot.exclusive), ()
 
 
 @answers.to(m.InitialiseLin)

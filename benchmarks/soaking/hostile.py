@@ -1,4 +1,4 @@
-"""What benchmarks/soak.py sets on a hub: each says that it has begun, and goes on until it is killed."""
+"""Hostile programs of the soak: each says that it has begun, and goes on until it is killed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ channel.set_up(canwire.ChannelMode(64, 4096))
 channel.activate()
 """
 GO = "print('at it', flush=True)\n"
-KINDS = {  # programs that go on until they are killed
+HOSTILE = {  # programs that go on until they are killed
     "reader": BEGIN + GO + "while True: channel.receive(1)",
     "caller": BEGIN + GO + "while True: hub.boards(), hub.line_status(board, 0)",
     "opener": BEGIN + GO + "while True:\n x = hub.open_channel(board, 0)\n"
@@ -20,8 +20,8 @@ KINDS = {  # programs that go on until they are killed
     + "time.sleep(99)",
     "vci": "import os, sys, time\nos.environ['CANWIRE_HUB'] = sys.argv[1]\nimport canwire.vci as vci\n"
     "vci.initialize()\nmanager = vci.get_device_manager()\n" + GO + "time.sleep(99)",
-    "python-can": "import sys, can\nbus = can.Bus(interface='canwire', channel='can0', hub=sys.argv[1])\n" + GO
-    + "while True: bus.recv(1)",
+    "python-can": "import sys\nfrom canwire.python_can import CanwireBus\nbus = CanwireBus('can1', hub=sys.argv[1])\n"
+    + GO + "while True: bus.recv(1)",
     "flood": BEGIN + GO
     + "def go():\n while True: hub.create_luid()\nfor _ in range(8): threading.Thread(target=go).start()",
     "rubbish": BEGIN + GO + "while True:\n channel.writing.ring.put_bytes(os.urandom(80)); hub.doorbell.signal()",
