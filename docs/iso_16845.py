@@ -77,18 +77,20 @@ waits for a late acknowledge.
 ## The long run
 
 Beside the standard's purposes stands a second opinion: a slow reference, written from the rules alone
-(`tests/bus/can/reference`), on which random schedules of frames, starts, stops and faults are played as on the bus, bit by bit, in
-whole frames and changing between both. `python -m tests.bus.can.reference.long_run` plays as many as one likes.
+(`tests/bus/can/reference`), on which random schedules of frames, starts, stops and faults are played as on the bus:
+bit by bit, in whole frames and changing between both.
+`python -m tests.bus.can.reference.long_run` plays as many as one likes. In November 2026:
 
-| November 2026 | schedules | frames | faults | errors told | state changes | arbitrations lost | differ |
-|---|---|---|---|---|---|---|---|
-| seeds 0 to 27,039 | 27,040 | 1,000,676 | 102,575 | 326,429 | 44,360 | 945,627 | 6 |
-| seeds 27,040 to 30,839, after the repairs | 3,800 | 140,593 | 14,613 | 46,364 | 6,360 | 131,428 | 0 |
+| seeds | frames | faults | errors told | state changes | arbitrations lost | schedules that differ |
+|---|---|---|---|---|---|---|
+| 0 to 27,039 | 1,000,676 | 102,575 | 326,429 | 44,360 | 945,627 | 6 |
+| 27,040 to 30,839, after the repairs | 140,593 | 14,613 | 46,364 | 6,360 | 131,428 | 0 |
 
-The six were three things. A passive sender whose missing acknowledge was spared (rule 3, exception A) went on to count 8 for a dominant
-bit in a later flag; a suspended node began a quarter of a bit early if all others came to rest at the sample point of its last suspended
-bit: both mended. And the reference did not say what becomes of a request in a bit that began with a glitch: the node begins at that
-bit's sample point, as an idle one begins at once. All six agree now, and are part of the short run in CI.
+The six were three things. A passive sender whose missing acknowledge was spared (rule 3, exception A) went on to count
+8 for a dominant bit in a later flag; a suspended node began a quarter of a bit early if all others came to rest at the
+sample point of its last suspended bit: both mended. And the reference did not say what becomes of a request in a bit
+that began with a glitch: the node begins at that bit's sample point, as an idle one begins at once. All six agree now,
+and are part of the short run in CI.
 """
 
 
