@@ -73,4 +73,4 @@ def test_a_description_that_means_nothing_is_refused(
     broken = tmp_path / "broken.dbc"
     broken.write_text("BO_ what\n")
     assert main(["web", "--hub", hub_address, "--db", str(broken)]) == 2
-    assert f"--db {broken}" in capsys.readouterr().err
+    assert f"canwire: {broken}: " in capsys.readouterr().err

@@ -1061,7 +1061,7 @@ NEEDS = {  # what a handle must be for each of them; filters belong to both of t
 FILTERS = {m.GetFilterMode, m.SetFilterMode, m.SetAcceptanceFilter, m.ListIds}
 
 
-WITH_HANDLES = (m.__name__, m.ReplaceFilters.__module__, m.AddCyclic.__module__)
+WITH_HANDLES = (m.__name__, m.ReplaceFilters.__module__, m.AddCyclic.__module__, m.ResetFifo.__module__)
 
 
 def named(build: Callable[[int], m.Message]) -> str:

@@ -47,6 +47,8 @@ CODES = {
     "BadText": Win32Error.ERROR_INVALID_PARAMETER,
     "BadConfig": Win32Error.ERROR_BADDB,
     "BadDescription": Win32Error.ERROR_INVALID_PARAMETER,
+    "BadLog": Win32Error.ERROR_INVALID_PARAMETER,
+    "BadSignals": Win32Error.ERROR_INVALID_PARAMETER,
     "LineError": Win32Error.ERROR_GEN_FAILURE,
     "QueueFull": Win32Error.ERROR_TIMEOUT,
     "Busy": Win32Error.ERROR_BUSY,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import pytest
 
 from canwire.boards.config.configuration import Config
@@ -12,11 +14,12 @@ from canwire.hub.owner.entrance import open_session
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.lin_messages import LinRequest
 from canwire.hub.protocol.link import Answer
 
 
 def test_every_request_but_the_links_own_hello_has_an_answer() -> None:
-    assert frozenset(m.Request.__args__) - {m.Hello} == ANSWERS.kinds
+    assert frozenset(get_args(m.Request | LinRequest)) - {m.Hello} == ANSWERS.kinds
 
 
 def test_a_request_without_an_answer_says_so() -> None:

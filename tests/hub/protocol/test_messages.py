@@ -24,7 +24,9 @@ from canwire import (
     LinSchedule,
     LinSlot,
 )
+from canwire.hub.protocol import lin_messages
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.lin_messages import LinReply, LinRequest
 
 SERIALS = st.integers(0, 2**64 - 1)
 TIMINGS = [
@@ -68,8 +70,8 @@ SIMPLE = {
     ControllerOptions: OPTIONS,
     LinSchedule: st.builds(LinSchedule.of, st.lists(SLOTS, min_size=1, max_size=4), st.text(max_size=10)),
 }
-REQUESTS = typing.get_args(m.Request)
-REPLIES = typing.get_args(m.Reply)
+REQUESTS = typing.get_args(m.Request | LinRequest)
+REPLIES = typing.get_args(m.Reply | LinReply)
 
 
 def values_of(kind: Any) -> st.SearchStrategy[Any]:
@@ -102,7 +104,8 @@ ANY_REPLY = st.sampled_from(REPLIES).flatmap(fields_of)
 
 
 def test_every_message_is_a_request_or_a_reply() -> None:
-    kinds = [kind for kind in vars(m).values() if isinstance(kind, type) and issubclass(kind, m.Message)]
+    there = [*vars(m).values(), *vars(lin_messages).values()]
+    kinds = [kind for kind in there if isinstance(kind, type) and issubclass(kind, m.Message)]
     assert {*kinds} - {m.Message} == {*REQUESTS, *REPLIES}
 
 
