@@ -25,7 +25,9 @@ from canwire import (
 from canwire.boards import catalogue
 from canwire.boards.isa import IsaPlace
 from canwire.commands import main
-from canwire.commands.devices import LinUse, board_facts, conflicts_among, lateness_among, tree
+from canwire.commands.devices.facts import board_facts
+from canwire.commands.devices.uses import LinUse, conflicts_among, lateness_among
+from canwire.commands.devices.verb import tree
 from tests.hubs import connected, embedded
 
 IDLE = LineStatus(

@@ -38,7 +38,7 @@ VERBS = {
     "record": Verb("canwire.commands.logs.record", "write what happens on a line of the hub to log files"),
     "convert": Verb("canwire.commands.logs.convert", "write a log in another format"),
     "demo": Verb("canwire.commands.demo", "show a small bus at work"),
-    "devices": Verb("canwire.commands.devices", "list the boards of the hub and who uses them"),
+    "devices": Verb("canwire.commands.devices.verb", "list the boards of the hub and who uses them"),
     "plug": Verb("canwire.commands.plug", "put a board into the hub"),
     "share": Verb("canwire.commands.share", "put real adapters on the hub, for every program at once"),
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),

@@ -7,7 +7,7 @@ from typing import Any
 import canwire
 from canwire import ChannelMode, Frame, LinePlace, Siblings, WantedMode
 from canwire.commands.can_line import bring_up
-from canwire.commands.devices import line_cells
+from canwire.commands.devices.verb import line_cells
 from canwire.commands.recover import recover
 from canwire.commands.stop import stop
 from tests.together.players.player import RATE, Player

@@ -9,54 +9,38 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import canwire
 from canwire import (
-    BitTiming,
-    BoardInfo,
     ErrorKind,
     ErrorState,
-    Feature,
     LineInfo,
-    LinePlace,
-    LinErrorKind,
-    LineStatus,
-    LinFeature,
-    LinLineStatus,
-    LinState,
-    NoSuchBoard,
-    RateConflict,
-    RunningLine,
-    Unplugged,
     format_rates,
     format_setter,
-    rate_conflicts,
 )
 from canwire.commands.console import complain
+from canwire.commands.devices.facts import board_facts, time_facts
+from canwire.commands.devices.uses import (
+    Found,
+    LinUse,
+    Use,
+    boards_of,
+    conflicts_among,
+    errors_by_kind,
+    lateness_among,
+)
 from canwire.commands.lin.line import mode_text
 from canwire.commands.network.offers import print_offers
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.colour import GREEN, RED, YELLOW, painted
 
 if TYPE_CHECKING:
-    from canwire import Hub, TimeState
-
-
-class LinUse(NamedTuple):
-    """A LIN line as it is, and who has it."""
-
-    status: LinLineStatus
-    control_holder: str
-    exclusive: bool
+    from canwire import TimeState
 
 
 _STATE = 3  # which of a line's cells
-Use = LineStatus | LinUse
-Found = tuple[BoardInfo, list[Use]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -110,51 +94,8 @@ def time_text(state: TimeState) -> list[str]:
     return [*shown, *([painted(f"! {state.standstill}", RED)] if state.standstill else [])]
 
 
-def time_facts(state: TimeState) -> dict[str, Any]:
-    """For --json."""
-    programs = [
-        {"name": one.name, "thread": one.thread, "waits": one.waits, "until_ns": one.until_ns}
-        for one in state.programs
-    ]
-    return {"now_ns": state.now_ns, "programs": programs, "standstill": state.standstill}
-
-
 def _seconds(time_ns: int) -> str:
     return f"{time_ns / 1e9:.9f} s"
-
-
-def conflicts_among(found: list[Found]) -> list[RateConflict]:
-    """Buses whose lines run at different rates."""
-    return rate_conflicts(
-        RunningLine(f"{board.hardware_id}:{index}", line.bus, status)
-        for board, states in found
-        for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
-        if isinstance(status, LineStatus)
-    )
-
-
-def lateness_among(found: list[Found]) -> set[str]:
-    """What there is to say of buses that cannot keep up with the clock."""
-    every = [use.status if isinstance(use, LinUse) else use for _, uses in found for use in uses]
-    said = {status.lateness for status in every}
-    return set(sorted(said - {""})[-1:])  # one sentence: the buses of a hub share their time
-
-
-def boards_of(hub: Hub) -> Iterator[Found]:
-    """Every board with the status of its lines; one that is pulled out meanwhile is left out."""
-    for board in hub.boards():
-        try:
-            yield board, [use_of(hub, LinePlace(board, index)) for index in range(len(board.lines))]
-        except (NoSuchBoard, Unplugged):
-            continue
-
-
-def use_of(hub: Hub, place: LinePlace) -> Use:
-    """A line of either kind as it is."""
-    if place.info.lin is None:
-        return hub.line_status(place.board.id, place.line)
-    found = hub.lin_status(place.board.id, place.line)
-    return LinUse(found.status, found.control_holder, found.exclusive)
 
 
 def tree(found: list[Found]) -> list[str]:
@@ -227,11 +168,6 @@ def counters_text(status: Use) -> str:
     )
 
 
-def errors_by_kind(status: LinLineStatus) -> dict[str, int]:
-    """How often which LinErrorKind came, by name."""
-    return {kind.name: count for kind, count in zip(LinErrorKind, status.errors, strict=True) if kind}
-
-
 def holders_text(status: Use) -> str:
     """Who has it."""
     exclusive = " (exclusive)" if status.exclusive else ""
@@ -244,69 +180,3 @@ def holders_text(status: Use) -> str:
         f"{channels}{exclusive}, control {status.control_holder or 'free'}, "
         f"cyclic list {status.scheduler_holder or 'free'}{setter}"
     )
-
-
-def board_facts(board: BoardInfo, states: list[Use]) -> dict[str, Any]:
-    """For --json."""
-    lines = [
-        line_facts(index, line, status)
-        for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
-    ]
-    return {**asdict(board), "lines": lines}
-
-
-def line_facts(index: int, line: LineInfo, status: Use) -> dict[str, Any]:
-    """For --json: numbers as numbers, states, errors and features by their names, bytes in hex."""
-    if isinstance(status, LinUse):
-        return _lin_facts(index, line, status)
-    capabilities = asdict(line.capabilities)
-    capabilities["features"] = [str(one.name) for one in Feature if line.capabilities.can(one)]
-    return {
-        **asdict(line),
-        "index": index,
-        "capabilities": capabilities,
-        "status": {
-            **asdict(status),
-            "state": ErrorState(status.state).name,
-            "last_error": ErrorKind(status.last_error).name,
-            "mode": _mode_facts(status),
-        },
-    }
-
-
-def _lin_facts(index: int, line: LineInfo, use: LinUse) -> dict[str, Any]:
-    """A LIN line has no `capabilities`, but those in `lin`."""
-    assert line.lin is not None
-    features = [str(one.name) for one in LinFeature if line.lin.can(one)]
-    mode = use.status.mode
-    return {
-        **asdict(line),
-        "index": index,
-        "capabilities": None,
-        "lin": {**asdict(line.lin), "features": features},
-        "status": {
-            **asdict(use.status),
-            "state": LinState(use.status.state).name,
-            "errors": errors_by_kind(use.status),
-            "mode": None if mode is None else {**asdict(mode), "note": mode.note.hex()},
-            "control_holder": use.control_holder,
-            "exclusive": use.exclusive,
-        },
-    }
-
-
-def _mode_facts(status: LineStatus) -> dict[str, Any] | None:
-    if status.mode is None:
-        return None
-    return {
-        **asdict(status.mode),
-        "note": status.mode.note.hex(),
-        "timing": _timing_facts(status.mode.timing),
-        "data_timing": _timing_facts(status.mode.data_timing),
-    }
-
-
-def _timing_facts(timing: BitTiming | None) -> dict[str, Any] | None:
-    if timing is None:
-        return None
-    return {**asdict(timing), "bit_rate": timing.bit_rate, "sample_point": round(timing.sample_point, 4)}

@@ -1,0 +1,1 @@
+"""`canwire devices`: the boards of the hub, their lines, and who uses them."""

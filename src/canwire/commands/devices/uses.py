@@ -1,0 +1,73 @@
+"""The lines of a hub as they are now, and who has them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire import (
+    BoardInfo,
+    LinePlace,
+    LinErrorKind,
+    LineStatus,
+    LinLineStatus,
+    NoSuchBoard,
+    RateConflict,
+    RunningLine,
+    Unplugged,
+    rate_conflicts,
+)
+
+if TYPE_CHECKING:
+    from canwire import Hub
+
+
+class LinUse(NamedTuple):
+    """A LIN line as it is, and who has it."""
+
+    status: LinLineStatus
+    control_holder: str
+    exclusive: bool
+
+
+Use = LineStatus | LinUse
+Found = tuple[BoardInfo, list[Use]]
+
+
+def conflicts_among(found: list[Found]) -> list[RateConflict]:
+    """Buses whose lines run at different rates."""
+    return rate_conflicts(
+        RunningLine(f"{board.hardware_id}:{index}", line.bus, status)
+        for board, states in found
+        for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
+        if isinstance(status, LineStatus)
+    )
+
+
+def lateness_among(found: list[Found]) -> set[str]:
+    """What there is to say of buses that cannot keep up with the clock."""
+    every = [use.status if isinstance(use, LinUse) else use for _, uses in found for use in uses]
+    said = {status.lateness for status in every}
+    return set(sorted(said - {""})[-1:])  # one sentence: the buses of a hub share their time
+
+
+def boards_of(hub: Hub) -> Iterator[Found]:
+    """Every board with the status of its lines; one that is pulled out meanwhile is left out."""
+    for board in hub.boards():
+        try:
+            yield board, [use_of(hub, LinePlace(board, index)) for index in range(len(board.lines))]
+        except (NoSuchBoard, Unplugged):
+            continue
+
+
+def use_of(hub: Hub, place: LinePlace) -> Use:
+    """A line of either kind as it is."""
+    if place.info.lin is None:
+        return hub.line_status(place.board.id, place.line)
+    found = hub.lin_status(place.board.id, place.line)
+    return LinUse(found.status, found.control_holder, found.exclusive)
+
+
+def errors_by_kind(status: LinLineStatus) -> dict[str, int]:
+    """How often which LinErrorKind came, by name."""
+    return {kind.name: count for kind, count in zip(LinErrorKind, status.errors, strict=True) if kind}
