@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 _MOST_PROGRAMS = 4096
 _MANY = 4096
-_SELECTS = hasattr(select, "epoll")  # an event can be waited for together with others
-_LOOK_AGAIN_S = 0 if _SELECTS else 1.0
+_LOOK_AGAIN_S = 1.0  # where a signal may come between the interpreter's last look and the system's wait
 
 
 def serve(
@@ -64,14 +63,22 @@ def serve(
                 warn(unusual)
             engine.world.warn = warn
         ready(_introduction(engine, server.path))
-        with _signals_heard() as heard:
-            while not stop.wait(_LOOK_AGAIN_S):
-                if _SELECTS:
-                    wait_readable([stop.fileno(), heard.fileno()], None)
-                with contextlib.suppress(BlockingIOError):
-                    heard.recv(_MANY)
+        _await(stop)
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
+
+
+def _await(stop: Event) -> None:
+    """Until it is set; signals are heard at once where an event can be waited for together with others."""
+    if not hasattr(select, "epoll"):
+        while not stop.wait(_LOOK_AGAIN_S):
+            pass
+        return
+    with _signals_heard() as heard:
+        while not stop.wait(0):
+            wait_readable([stop.fileno(), heard.fileno()], None)
+            with contextlib.suppress(BlockingIOError):
+                heard.recv(_MANY)
 
 
 def _engine(config: Config, time: str, programs: int | Sequence[str], patience_s: float) -> Engine:
