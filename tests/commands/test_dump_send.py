@@ -102,7 +102,14 @@ class FakeHub:
     def __init__(self) -> None:
         self.control = FakeControl()
         self.held = False
+        self.time_s = 0.0
         self.states: dict[tuple[int, int], list[LineStatus]] = {}
+
+    def clock_s(self) -> float:
+        return self.time_s
+
+    def sleep(self, seconds: float) -> None:
+        self.time_s += seconds
 
     def boards(self) -> tuple[BoardInfo, ...]:
         fd = catalogue.kind("usb-to-can-fd").info(1, "HW000001", ("can0", "can0", "lin0"))
