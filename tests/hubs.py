@@ -24,6 +24,7 @@ from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
+from canwire.platform import PORTABLE
 
 WAYS = ("embedded", "process", "network")
 NETWORK = os.environ.get("CANWIRE_TEST_NETWORK", "")  # "all": every behaviour test runs over the network, too
@@ -107,7 +108,7 @@ def runs(item: pytest.Item) -> bool:
     callspec = getattr(item, "callspec", None)
     if callspec is None or callspec.params.get("connect") != "network":
         return True
-    if item.name.startswith(_SHARED_MEMORY):
+    if PORTABLE or item.name.startswith(_SHARED_MEMORY):
         return False
     return NETWORK == "all" or zlib.crc32(item.nodeid.encode()) % _ONE_OF == 0
 

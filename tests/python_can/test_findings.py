@@ -167,7 +167,7 @@ def test_a_bus_off_line_takes_no_messages(reads: bool) -> None:
                 pass
         else:
             sender.send(message())  # nothing has said so yet
-            time.sleep(0.6)
+            hub.run_for(0.6)
         with pytest.raises(can.CanOperationError, match="bus-off"):
             sender.send(message())
         sender.state = can.BusState.ACTIVE

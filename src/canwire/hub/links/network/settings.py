@@ -12,8 +12,9 @@ import socket
 import tempfile
 from typing import Any, NamedTuple
 
-from canwire.errors import BadValue, ExtraMissing, HubError, HubLost
+from canwire.errors import BadValue, ExtraMissing, HubError, HubLost, Unsupported
 from canwire.hub.links.network.access import Access, Login, Tls, User
+from canwire.platform import PORTABLE
 
 SESSIONS = 1_000  # machines or programs that one hub lets in
 CONNECT_S = 1.5
@@ -34,7 +35,9 @@ class Patience(NamedTuple):
 
 
 def load_zenoh() -> Any:
-    """The library; raises ExtraMissing. It takes 20 ms, which only who uses the network should pay."""
+    """The library; raises ExtraMissing, Unsupported. It takes 20 ms, which only who uses the network should pay."""
+    if PORTABLE:
+        raise Unsupported("hubs of other machines are reached from Linux alone so far: docs/platforms.md")
     try:
         import zenoh
     except ImportError:
