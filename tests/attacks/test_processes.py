@@ -191,6 +191,7 @@ def test_a_hub_that_is_stopped_goes_on_where_it_was(tmp_path: Path) -> None:
         honest = Honest(served.address)
         honest.exchange(3)
         os.kill(served.process.pid, signal.SIGSTOP)
+        os.waitid(os.P_PID, served.process.pid, os.WSTOPPED)  # until then it may answer still
         answers: list[int] = []
         asking = threading.Thread(target=lambda: answers.append(len(honest.hub.boards())))
         asking.start()

@@ -157,7 +157,9 @@ def test_lines_that_disagree_and_one_that_is_bus_off(hub_address: str) -> None:
             bring_up(hub, place, WantedMode(rate))
             channel.activate()
         channel.send(Frame(0x123))
-        closing.enter_context(hub.bus("can0").faults.flip(bit=3, times=None))
+        closing.enter_context(
+            hub.bus("can0").faults.flip(bit=2, times=None)
+        )  # dominant: no arbitration is lost by it
         deadline = canwire.Event()
         while place.status(hub).tec < 128:
             deadline.wait(0.01)
