@@ -89,7 +89,8 @@ import canwire
 try:
     with canwire.connect() as hub:
         print("ready", flush=True)
-        hub.sleep(1e6)
+        while True:  # alone it sleeps as long as it likes in no time
+            hub.sleep(1e6)
 except canwire.HubLost:
     print("lost", flush=True)
 """
