@@ -13,6 +13,7 @@ import socket
 import struct
 import sys
 import threading
+from collections.abc import Callable
 from typing import Any
 
 from canwire.platform.waiting import Waiting, wait_readable
@@ -104,8 +105,8 @@ class EventDescriptor(Waiting):
         if self.leave():
             close_descriptors(*descriptors)
 
-    def __del__(self) -> None:
-        if not getattr(self, "_closed", True):
+    def __del__(self, ending: Callable[[], bool] = sys.is_finalizing) -> None:
+        if not getattr(self, "_closed", True) and not ending():  # at its end the system closes what is open
             self.close()
 
     def leave(self) -> bool:
