@@ -18,6 +18,9 @@ FENCE = re.compile(
     r"^(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w+)\n(?P<text>.*?)^```\n", re.MULTILINE | re.DOTALL
 )
 LONG_S = 60  # after which something that should end never will
+UNTIL_IT_SERVES = (  # without a hub `canwire devices` shows what a program has by itself: an empty address
+    """until canwire devices --json 2>/dev/null | grep -q '"hub": "/'; do kill -0 "$!" || exit 99; done"""
+)
 
 
 class Block(NamedTuple):
@@ -63,7 +66,7 @@ def commands(page: Path) -> str:
             if line.startswith("$ "):
                 lines.append(line[2:])
                 if re.match(r"canwire serve\b.*&$", line[2:]):
-                    lines.append('until canwire devices >/dev/null 2>&1; do kill -0 "$!" || exit 99; done')
+                    lines.append(UNTIL_IT_SERVES)
                 if re.match(r"canwire serve\b.* --network\b.*&$", line[2:]):
                     lines.append(
                         'until canwire devices --network >/dev/null 2>&1; do kill -0 "$!" || exit 99; done'
