@@ -90,8 +90,8 @@ The six were three things. A passive sender whose missing acknowledge was spared
 8 for a dominant bit in a later flag; a suspended node began a quarter of a bit early if all others came to rest at the
 sample point of its last suspended bit: both mended, and part of the short run in CI. The third is open: what becomes of
 a request in a bit that began with a glitch. Where all rest behind that glitch the bus begins at the bit's sample point,
-as the reference has it now; elsewhere (seeds 37192, 38848) a quarter of a bit later, at the bit's end. Seeds 35280 and 40996
-differ otherwise, or were not looked into.
+as the reference has it now; elsewhere (seeds 37192, 38848) a quarter of a bit later, at the bit's end. Seeds 35280
+and 40996 were not looked into.
 """
 
 
