@@ -155,7 +155,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.recording.recorder import Recorder
     from canwire.logs.source import LogFault
     from canwire.logs.writer import LogWriter, create_log
-    from canwire.platform import EventDescriptor
+    from canwire.platform import EventDescriptor, signals_end_waits
     from canwire.ring import Ring
     from canwire.timeline import Timer
     from canwire.values.acceptance import Acceptance
@@ -284,7 +284,7 @@ _NAMES = {
     "logs.recording.recorder": "Recorder",
     "logs.source": "LogFault",
     "logs.writer": "LogWriter create_log",
-    "platform": "EventDescriptor",
+    "platform": "EventDescriptor signals_end_waits",
     "ring": "Ring",
     "timeline": "Timer",
     "values.acceptance": "Acceptance",
@@ -562,6 +562,7 @@ __all__ = [
     "repeat_run",
     "run_campaign",
     "serve",
+    "signals_end_waits",
     "start_line",
     "state_directory",
     "wire_fields",

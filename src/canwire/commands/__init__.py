@@ -122,7 +122,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(words: list[str]) -> int:
-    from canwire import CanwireError
+    from canwire import CanwireError, signals_end_waits
 
     parser = Parser(
         prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper.", formatter_class=Help
@@ -145,7 +145,8 @@ def _run(words: list[str]) -> int:
         answer(parser)
     arguments = parser.parse_args(words)
     try:
-        return int(arguments.run(arguments))
+        with signals_end_waits():
+            return int(arguments.run(arguments))
     except (CanwireError, OSError) as error:
         if isinstance(error, BrokenPipeError) or is_full(error):
             raise

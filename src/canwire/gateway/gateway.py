@@ -15,6 +15,7 @@ from canwire.gateway.rules import GatewayCounts, GatewayRules, Passage
 from canwire.hub.bring_up import bring_up
 from canwire.hub.connect import connect
 from canwire.hub.finding import LinePlace, find_lines, lines_now
+from canwire.hub.handles.event import Event
 from canwire.hub.wanted_mode import WantedMode
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Gateway:
             raise BadValue("a gateway needs rules for one direction at least")
         self._closing = ExitStack()
         self._failure: BaseException | None = None
-        self._over = threading.Event()
+        self._over = Event(manual_reset=True)
         try:
             first = hub or self._closing.enter_context(connect(name="gateway"))
             second = other_hub or first
