@@ -113,11 +113,14 @@ class LabTime:
 
     def close(self) -> None:
         """End the lab; a second time does nothing."""
-        if not self._closed:
+        if self._closed:
+            return
+        try:
+            if self.pacer is not None:
+                self.pacer.close()  # before anything is closed: a script whose timer is due still finds its node
+        finally:
             self._closed = True
             self._leave()
-            if self.pacer is not None:
-                self.pacer.close()
 
     def _stalled(self) -> str | None:
         """What is busy and gets nowhere; whoever has buses knows."""
