@@ -50,9 +50,7 @@ class Clock:
         self.sampling = False
         self.synchronised = False
         self.joins = False  # it begins its SOF with somebody else's
-        self.edged = (
-            False  # a dominant level has begun its bit: not to be cut short, should it be an idle one
-        )
+        self.edged = False  # a dominant level has begun its bit: an idle one is not to be cut short
         self.edge_ps = _NEVER  # of an edge still on its way
         self.check_ps = _NEVER  # of a second sample point, or of the end of what an edge has to last
         self.forced = _FREE  # a stimulus puts this level in front of its receiver
