@@ -7,8 +7,9 @@ receive on can0 and lin0, whose wires are disturbed at random by every kind of f
 of the hub nothing may be missing from their accounts. An honest program on can1 sends, receives, and counts each
 frame. Around them, in an order that --seed chooses: programs of the same kinds and hostile ones are killed, boards come
 and go, connections say rubbish. Beside all that two processes measure what a call takes and how soon a killed
-program's lease is free. For the first two thirds of the time (--life) the hub lives, so that one sees what grows; then
-it is killed every minute. It ends with status 1 when a frame is missing or an account does not balance.
+program's lease is free, and a third how late a bare sleep of 20 ms ends: the machine's own share of both. For the first
+two thirds of the time (--life) the hub lives, so that one sees what grows; then it is killed every minute. It ends with
+status 1 when a frame is missing or an account does not balance.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ class Soak:
         self.sent = self.got = self.lost = 0
         self.calls_ms: list[float] = []
         self.leases_ms: list[float] = []
+        self.sleeps_ms: list[float] = []
         self.samples: list[Sample] = []
         self.wrong: list[str] = []
         self.lives = 0
@@ -72,16 +74,16 @@ class Soak:
             honest = Honest(served.address)
             crowd = Crowd(honest.hub, served.address, self.home)
             attacks = Attacks(honest, crowd, self.home, self.random, self.done)
-            meters = Meter("calls", served.address), Meter("leases", served.address)
+            meters = [Meter(what, served.address) for what in ("calls", "leases", "sleeps")]
             look = time.monotonic() + _LOOK_S
             while time.monotonic() < until:
                 attacks.one()
                 honest.exchange(10)
                 if time.monotonic() >= look:
                     look = time.monotonic() + _LOOK_S
-                    self.sample(served, honest, *meters)
+                    self.sample(served, honest, [meter.take() for meter in meters])
             attacks.end()
-            self.sample(served, honest, *meters)
+            self.sample(served, honest, [meter.take() for meter in meters])
             for meter in meters:
                 meter.end()
             self.settle(honest, crowd)
@@ -90,18 +92,20 @@ class Soak:
         finally:
             served.process.kill()
 
-    def sample(self, served: Served, honest: Honest, calls: Meter, leases: Meter) -> None:
+    def sample(self, served: Served, honest: Honest, measured: list[list[float]]) -> None:
         status = honest.hub.line_status(honest.board, 0)
-        called, freed = calls.take(), leases.take()
+        called, freed, slept = measured
         self.calls_ms += called
         self.leases_ms += freed
+        self.sleeps_ms += slept
         minute = (time.monotonic() - self.began) / 60
         self.samples.append(
             Sample(
                 minute, self.lives, served.own_kb() / 1024, served.shared_kb() / 1024,
                 served.descriptors(), served.threads(),
                 len(called), quantile(called, 0.5), quantile(called, 0.99), max(called, default=0.0),
-                len(freed), quantile(freed, 0.5), max(freed, default=0.0), status.skipped_ns // 1_000_000,
+                len(freed), quantile(freed, 0.5), max(freed, default=0.0),
+                quantile(slept, 0.99), max(slept, default=0.0), status.skipped_ns // 1_000_000,
             )
         )  # fmt: skip
         print(f"{self.samples[-1]}", flush=True)
@@ -132,11 +136,12 @@ class Soak:
         (self.output / "soak.md").write_text(self.table(), encoding="utf-8")
 
     def table(self) -> str:
-        calls, leases = self.calls_ms, self.leases_ms
+        calls, leases, sleeps = self.calls_ms, self.leases_ms, self.sleeps_ms
         rows = [
             ("honest frames sent, received in order, lost", f"{self.sent}, {self.got}, {self.lost}"),
             (f"calls beside the storm ({len(calls)}): p50, p99, longest", _times(calls)),
             (f"leases of killed programs back ({len(leases)}): p50, p99, longest", _times(leases)),
+            (f"a bare sleep's lateness beside them ({len(sleeps)}): p50, p99, longest", _times(sleeps)),
             ("hub's own memory over its longest life, in fifths", f"{growth(self.samples, 'memory_mb')} MB"),
             ("rings that it shares with programs likewise", f"{growth(self.samples, 'shared_mb')} MB"),
             ("hub's descriptors likewise", growth(self.samples, "descriptors")),

@@ -79,6 +79,7 @@ OUTSIDE_MAY = {
 CLOCKS = {"time", "threading", "_thread", "socket", "socketserver", "selectors", "select", "ssl", "queue",
           "concurrent", "multiprocessing", "subprocess", "signal"}  # fmt: skip
 MAY_HAVE_CLOCKS = {
+    "__main__",
     "pacing",
     "platform",
     "hub",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 
 import pytest
@@ -384,3 +385,30 @@ def test_any_plan_runs_by_the_rules(plan: Plan) -> None:
 def test_running_in_pieces_changes_nothing(plan: Plan, steps: list[int]) -> None:
     """As the paced timeline does it: the same happenings, however far each run goes."""
     assert as_the_timeline_runs_it(plan, steps) == as_the_timeline_runs_it(plan, [])
+
+
+def there() -> int:
+    """Timers in memory, called or not."""
+    gc.collect()
+    return sum(isinstance(found, Timer) for found in gc.get_objects())
+
+
+def test_who_sets_and_cancels_far_timers_fills_no_memory() -> None:
+    """A fault that lasts for a day, a wait for an hour, taken back at once: any client may do that again and again."""
+    timeline = Timeline()
+    before = there()
+    live = [timeline.at(LATE + number, lambda: None) for number in range(100)]
+    for _ in range(10_000):
+        timeline.at(LATE, lambda: None).cancel()
+    assert there() - before <= 2 * len(live) + 1
+    del live
+
+
+def test_cancelled_ones_that_go_early_change_no_order(bench: Bench) -> None:
+    kept = []
+    for number in range(500):
+        bench.timer(1000 - number // 3, f"{number}")
+        bench.timeline.at(LATE, lambda: None).cancel()
+        kept.append((1000 - number // 3, f"{number}"))
+    bench.timeline.run_until(1000)
+    assert bench.log == sorted(kept, key=lambda entry: entry[0])

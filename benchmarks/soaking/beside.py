@@ -1,7 +1,8 @@
-"""What is measured beside the storm, each by a process of its own: `python beside.py leases|calls ADDRESS`.
+"""What is measured beside the storm, each by a process of its own: `python beside.py leases|calls|sleeps ADDRESS`.
 
 `leases`: a program that holds a line's control is killed, and again; a line for each: milliseconds until somebody
-else has it. `calls`: milliseconds that a call took, every 20 ms. They end with their input or with the hub.
+else has it. `calls`: milliseconds that a call took, every 20 ms. `sleeps`: how late a process woke that asked nobody
+for anything but 20 ms of sleep, which is the machine's own doing. They end with their input or with the hub.
 """
 
 from __future__ import annotations
@@ -80,6 +81,14 @@ def calls(address: str) -> None:
         print(f"{(time.perf_counter() - began) * 1000:.3f}", flush=True)
 
 
+def sleeps(_: str) -> None:
+    began = time.perf_counter()
+    while not _over(_CALL_EVERY_S):
+        woke = time.perf_counter()
+        print(f"{(woke - began - _CALL_EVERY_S) * 1000:.3f}", flush=True)
+        began = time.perf_counter()
+
+
 def _over(pause_s: float) -> bool:
     """Its input has ended; else after the pause."""
     return bool(select.select([0], [], [], pause_s)[0])
@@ -87,4 +96,4 @@ def _over(pause_s: float) -> bool:
 
 if __name__ == "__main__":
     with contextlib.suppress(canwire.HubLost):
-        {"zygote": zygote, "leases": leases, "calls": calls}[sys.argv[1]](sys.argv[2])
+        {"zygote": zygote, "leases": leases, "calls": calls, "sleeps": sleeps}[sys.argv[1]](sys.argv[2])

@@ -25,6 +25,8 @@ class Sample(NamedTuple):
     leases: int
     lease_p50: float
     lease_max: float
+    sleep_p99: float
+    sleep_max: float
     skipped_ms: int
 
 
@@ -73,7 +75,7 @@ def draw(samples: list[Sample], to: Path) -> None:
     minutes = [sample.minute for sample in samples]
     for field, label in (
         ("call_p50", "call, median"), ("call_p99", "call, p99"), ("lease_p50", "lease back, median"),
-        ("lease_max", "lease back, longest"),
+        ("lease_max", "lease back, longest"), ("sleep_p99", "a bare sleep's lateness, p99"),
     ):  # fmt: skip
         times.plot(minutes, [getattr(sample, field) for sample in samples], label=label, linewidth=0.9)
     memory.set_ylabel("hub's memory (MB)")

@@ -10,8 +10,6 @@
 Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
 """
 
-from typing import TYPE_CHECKING
-
 from canwire.errors import (
     BadConfig,
     BadDescription,
@@ -47,6 +45,7 @@ from canwire.errors import (
 )
 from canwire.version import __version__
 
+TYPE_CHECKING = False  # type checkers take it as true; `typing` would be most of what the door takes to load
 if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire import acan as acan
     from canwire import candrv as candrv

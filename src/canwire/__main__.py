@@ -1,14 +1,32 @@
-"""`python -m canwire` is the `canwire` command."""
+"""`canwire` and `python -m canwire`: the command, which Ctrl-C ends at any moment without a traceback."""
 
 from __future__ import annotations
 
+import signal
 import sys
 
-if __name__ == "__main__":
-    try:
-        from canwire.commands import main
 
-        status = main()
-    except KeyboardInterrupt:  # while it was still being loaded
-        status = 130
-    sys.exit(status)
+def main() -> int:
+    """Run the command line of this process; its exit status.
+
+    While it is being loaded, and once all is given back, Ctrl-C is the system's own: nothing is held that would need
+    an exception, and one in the middle of an import could hang.
+    """
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # ignored: to be left alone
+    if ours:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from canwire.commands import main as run
+
+    try:
+        if ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        return run()
+    except KeyboardInterrupt:  # before or after a verb's own work, or a second one while it ended
+        return 128 + signal.SIGINT
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -23,6 +23,7 @@ cdef class Timeline:
     cdef bint _outdated
     cdef unsigned long long _sequence
     cdef list _timers
+    cdef Py_ssize_t _most_timers
     cdef list _sources
 
     cpdef void halt(self) noexcept
@@ -51,6 +52,8 @@ cdef class Timeline:
     cdef int _ask_sources(self) except -1
 
     cdef unsigned long long _next_timer_ns(self) except? 0
+
+    cdef _sweep(self)
 
     @cython.locals(due_ns="unsigned long long", first_ns="unsigned long long", bound_ns="unsigned long long", at_ns="unsigned long long", source=Source, first=Source)
     cdef bint _step(self, unsigned long long limit_ns) except -1

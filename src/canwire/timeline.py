@@ -9,10 +9,11 @@ callbacks as they were scheduled, then sources as they were added, so a run repe
 from __future__ import annotations
 
 from collections.abc import Callable
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 
 NEVER = (1 << 63) - 1
 _NEVER = NEVER
+_FEW = 64  # timers among which nobody looks for cancelled ones
 
 
 class Source:
@@ -60,6 +61,7 @@ class Timeline:
         self._halted = False
         self._sequence = 0
         self._timers: list[tuple[int, int, Timer]] = []
+        self._most_timers = _FEW  # with more of them, cancelled ones go
         self._sources: list[Source] = []
         self._outdated = True  # what is known of sources
 
@@ -78,6 +80,8 @@ class Timeline:
         """
         timer = Timer(max(time_ns, self.now_ns), callback, background)
         self._sequence += 1
+        if len(self._timers) >= self._most_timers:
+            self._sweep()
         heappush(self._timers, (timer.time_ns, self._sequence, timer))
         self.interrupted = True
         return timer
@@ -162,6 +166,12 @@ class Timeline:
         while self._timers and self._timers[0][2].callback is None:
             heappop(self._timers)
         return self._timers[0][0] if self._timers else _NEVER
+
+    def _sweep(self) -> None:
+        """Cancelled timers go before their time: else whoever sets and cancels far ones fills the memory."""
+        self._timers = [entry for entry in self._timers if entry[2].callback is not None]
+        heapify(self._timers)
+        self._most_timers = max(_FEW, 2 * len(self._timers))
 
     def _step(self, limit_ns: int) -> bool:
         """Run the next timer, or the next source for as long as nothing else is due."""

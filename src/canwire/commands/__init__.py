@@ -24,6 +24,7 @@ from canwire.commands.shell.ending import (
     signals_raise,
 )
 from canwire.commands.shell.parser import Help, Parser
+from canwire.commands.shell.whole_imports import with_whole_imports
 
 
 class Verb(NamedTuple):
@@ -107,7 +108,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with signals_raise():
             try:
-                return _run(words)
+                return with_whole_imports(lambda: _run(words))
             finally:
                 sys.stdout.flush()
     except BrokenPipeError:

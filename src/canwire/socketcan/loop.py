@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 READABLE, WRITABLE, HUNG_UP = select.EPOLLIN, select.EPOLLOUT, select.EPOLLHUP | select.EPOLLERR
 _MOST_EVENTS = 256
+_FEW = 64  # timers among which nobody looks for cancelled ones
 
 
 class Timer:
@@ -37,6 +38,7 @@ class Loop:
         self._epoll = select.epoll()
         self._calls: dict[int, Callable[[int], object]] = {}
         self._timers: list[tuple[float, int, Timer]] = []
+        self._most_timers = _FEW  # with more of them, cancelled ones go
         self._serials = itertools.count()
         self._soon: deque[Callable[[], object]] = deque()
         self._running = False
@@ -58,6 +60,10 @@ class Loop:
 
     def call_at(self, due_s: float, call: Callable[[], object]) -> Timer:
         timer = Timer(due_s, call)
+        if len(self._timers) >= self._most_timers:
+            self._timers = [entry for entry in self._timers if entry[2].call is not None]
+            heapq.heapify(self._timers)
+            self._most_timers = max(_FEW, 2 * len(self._timers))
         heapq.heappush(self._timers, (due_s, next(self._serials), timer))
         return timer
 

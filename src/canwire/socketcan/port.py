@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
-from canwire import BusEvent, CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
+from canwire import BusEvent, CanwireError, ChannelMode, EventKind, HubError, Siblings
 from canwire.socketcan.constants import CAN_MTU
 from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
@@ -150,21 +150,35 @@ class Port:
             self._reading.ring.arm()
 
     def _hand_on(self, records: Array) -> None:
+        was_up, up = self._follow(records)
+        batch = self._batch_of(records)
+        for listener in list(self.listeners):
+            listener.take(batch)
+        if was_up and not up:
+            self._tell_lost(errno.ENETDOWN)
+
+    def _follow(self, records: Array) -> tuple[bool, bool]:
+        """The interface is up while its line runs; whether it was, and whether it is now."""
+        was_up = bool(self.interface.flags & UP)
+        started_or_stopped = (records["info"] & TYPE_MASK == EventKind.INFO).any()
+        # down: STARTED may have been lost with a full queue, and then anything tells that the line runs again
+        up = self._runs() if started_or_stopped or not was_up else was_up
+        if up != was_up:
+            self._setting.interfaces.show(self.interface, UP if up else 0)
+        return was_up, up
+
+    def _batch_of(self, records: Array) -> Batch:
         owners = self._echoes.owners(records)
-        errors: Array | None = records["info"] & TYPE_MASK != 0
-        assert errors is not None
+        errors: Array = records["info"] & TYPE_MASK != 0
         if errors.any():
             rows = self._rows_of(records)
             kept = self._put_errors(records, rows, errors)
-            records, rows, owners, errors = records[kept], rows[kept], owners[kept], errors[kept]
-            batch = Batch(lambda: rows, owners, errors)
-        elif self.silent:
+            rows, owners, errors = rows[kept], owners[kept], errors[kept]
+            return Batch(lambda: rows, owners, errors)
+        if self.silent:
             heard = ~numpy_module().isin(owners, list(self.silent))
-            batch = Batch(lambda: self._rows_of(records[heard]), owners[heard], None)
-        else:
-            batch = Batch(lambda: self._rows_of(records), owners, None)
-        for listener in list(self.listeners):
-            listener.take(batch)
+            return Batch(lambda: self._rows_of(records[heard]), owners[heard], None)
+        return Batch(lambda: self._rows_of(records), owners, None)
 
     def _rows_of(self, records: Array) -> Array:
         rows = frames_received(records, self.interface.index, self._setting.epoch_ns)
@@ -176,7 +190,6 @@ class Port:
         kept = ~errors
         for at in errors.nonzero()[0]:
             event = BusEvent.from_record(records[at].tobytes())
-            self._follow(event)
             can_id, data = error_frame_of(event)
             if can_id & _ANY_CLASS:
                 kept[at] = True
@@ -187,16 +200,8 @@ class Port:
                 row["data"][: len(data)] = list(data)
         return kept
 
-    def _follow(self, event: BusEvent) -> None:
-        """The interface is up while its line runs."""
-        if event.kind is EventKind.INFO or event.state is ErrorState.STOPPED:
-            up = event.state is not ErrorState.STOPPED and self._runs()
-            if up != bool(self.interface.flags & UP):
-                self._setting.interfaces.show(self.interface, UP if up else 0)
-                if not up:
-                    self._tell_lost(errno.ENETDOWN)
-
     def _runs(self) -> bool:
+        """Asked of the line: what an event says of STARTED is the state before."""
         try:
             return self.place.status(self._setting.hub).running
         except HubError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import get_args
 
 import pytest
@@ -14,8 +15,10 @@ from canwire.hub.owner.entrance import open_session
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.fault_messages import Noise
 from canwire.hub.protocol.lin_messages import LinRequest
 from canwire.hub.protocol.link import Answer
+from canwire.timeline import Timer
 
 
 def test_every_request_but_the_links_own_hello_has_an_answer() -> None:
@@ -42,3 +45,24 @@ def test_two_answers_to_one_request_are_refused() -> None:
     with pytest.raises(ValueError, match="Watch has an answer already: watch"):
         Answers(one, two)
     assert Answers(one).kinds == {m.Watch}
+
+
+def test_waits_that_are_over_leave_nothing_for_later() -> None:
+    """A client that waits for a fault until next year and takes the fault back, again and again."""
+    world = World(Config.default(), virtual=True)
+    session = open_session(world, "one", 1, lambda notice: None, None)
+    before = _due()
+    for _ in range(500):
+        reply = session.handle(m.SetFault("can0", Noise(1e-9), None, False))
+        assert isinstance(reply, tuple)
+        (opened, _) = reply
+        assert isinstance(opened, m.Opened)
+        session.handle(m.AwaitFault(opened.handle, 10**17))
+        session.handle(m.CancelFault(opened.handle))
+        session.handle(m.Close(opened.handle))
+    world.timeline.run_until(world.timeline.now_ns + 1)
+    assert _due() - before < 10
+
+
+def _due() -> int:
+    return sum(isinstance(found, Timer) and found.callback is not None for found in gc.get_objects())

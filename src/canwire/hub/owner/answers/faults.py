@@ -9,6 +9,7 @@ from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
+from canwire.timeline import Timer
 
 answers = Answers()
 
@@ -35,15 +36,18 @@ def _await_fault(request: m.AwaitFault, session: Session, world: World) -> Answe
     if live.over:
         return _state(live)
     deferred = Deferred()
+    timer: Timer | None = None
 
     def tell() -> None:
         if tell in live.waiting:
             live.waiting.remove(tell)
+        if timer is not None:
+            timer.cancel()
         deferred.settle(_state(live))
 
     live.waiting.append(tell)
     if request.timeout_ns is not None:
-        world.timeline.at(world.timeline.now_ns + max(0, request.timeout_ns), tell)
+        timer = world.timeline.at(world.timeline.now_ns + max(0, request.timeout_ns), tell)
     return deferred
 
 

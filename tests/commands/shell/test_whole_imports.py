@@ -1,0 +1,141 @@
+"""Ctrl-C at any moment from the first import of a verb on: no traceback, no import that hangs, nothing left behind."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from canwire.commands.shell.whole_imports import with_whole_imports
+
+pytestmark = pytest.mark.finding("faults 10")
+
+MAIN = """
+import sys
+from canwire.__main__ import main
+try:
+    print("begins", flush=True)
+    sys.exit(main())
+except KeyboardInterrupt:  # by a signal before its first line
+    sys.exit(130)
+"""
+AT_STEP = """
+import atexit, os, signal, sys
+from canwire.__main__ import main
+steps, last = 0, int(sys.argv.pop(1))
+
+def step(frame, event, argument):
+    global steps
+    steps += 1
+    if steps == last:
+        sys.setprofile(None)
+        os.kill(os.getpid(), signal.SIGINT)
+
+atexit.register(lambda: print(steps, file=sys.stderr))
+sys.setprofile(step)
+sys.exit(main())
+"""
+ENDED = {130, -signal.SIGINT}
+POINTS = 8
+TAKEN_OVER = (
+    100  # steps after which Ctrl-C is the command's; before it is the interpreter's, as in any program
+)
+
+
+def at_step(step: int, words: list[str]) -> tuple[int, str]:
+    """A command that gets SIGINT at this step of the interpreter: its status, and what it said."""
+    ended = subprocess.run(
+        [sys.executable, "-c", AT_STEP, str(step), *words], capture_output=True, text=True, timeout=60
+    )
+    return ended.returncode, ended.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
+@pytest.mark.parametrize("words", ["devices", "bits 123#11"])
+def test_ctrl_c_at_any_step(hub_address: str, words: str) -> None:
+    own = [*words.split(), *(["--hub", hub_address] if words == "devices" else [])]
+    status, said = at_step(-1, own)
+    assert status == 0
+    steps = int(said)
+    for point in range(POINTS):
+        status, said = at_step(TAKEN_OVER + steps * point // (POINTS + 1), own)
+        assert status in ENDED, said
+        assert "Traceback" not in said
+
+
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
+@pytest.mark.parametrize(
+    ("words", "also"),
+    [("serve --socket {folder}/hub.sock", 0), ("slcan --pty {folder}/tty --hub {hub}", 0),
+     ("dump can0 --hub {hub}", 130)],
+    ids=["serve", "slcan", "dump"],
+)  # fmt: skip
+def test_ctrl_c_after_any_time(hub_address: str, tmp_path: Path, words: str, also: int) -> None:
+    """`also`: the status once it is at work. Which moments these are differs, what comes of it does not."""
+    folder = tmp_path / "own"
+    folder.mkdir()
+    own = words.format(folder=folder, hub=hub_address).split()
+    for moment in range(POINTS):
+        with subprocess.Popen(
+            [sys.executable, "-c", MAIN, *own],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        ) as running:  # fmt: skip
+            assert running.stdout is not None
+            assert running.stdout.readline() == "begins\n"
+            time.sleep(moment * 0.05)  # moments of its start, one after the other
+            running.send_signal(signal.SIGINT)
+            _, said = running.communicate(timeout=60)
+        assert running.returncode in ENDED | {also}, said
+        assert "Traceback" not in said
+        assert [name for name in os.listdir(folder) if not name.endswith(".lock")] == []
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    """Write a module that can be imported; its name."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def write(text: str) -> str:
+        name = f"interrupted_{tmp_path.name}"
+        (tmp_path / f"{name}.py").write_text(text)
+        return name
+
+    return write
+
+
+def test_an_import_is_finished_first(module: Callable[[str], str]) -> None:
+    name = module("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nvalue = [n for n in range(3)]\n")
+    reached: list[str] = []
+
+    def work() -> None:
+        found = importlib.import_module(name)
+        reached.append(found.__name__)
+
+    with pytest.raises(KeyboardInterrupt):
+        with_whole_imports(work)
+    assert sys.modules.pop(name).value == [0, 1, 2]
+    assert reached == []  # and not a line later
+
+
+def test_outside_of_imports_it_is_handled_at_once() -> None:
+    heard: list[int] = []
+    before = signal.signal(signal.SIGTERM, lambda number, _: heard.append(number))
+    try:
+        assert with_whole_imports(lambda: os.kill(os.getpid(), signal.SIGTERM) or list(heard)) == [
+            signal.SIGTERM
+        ]
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_handlers_are_as_before() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    assert with_whole_imports(lambda: signal.getsignal(signal.SIGINT)) is not before
+    assert signal.getsignal(signal.SIGINT) is before

@@ -1,0 +1,55 @@
+"""An interface is up while its line runs, and the program that sends on it notices both."""
+
+from __future__ import annotations
+
+import sys
+
+import canwire
+from tests.socketcan.bench import Bench, finished
+
+SENDER = """
+import errno, socket, struct
+wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+wire.bind(("HW000001_0",))
+wire.settimeout(30)
+print("bound", flush=True)
+while True:
+    try:
+        id, = struct.unpack_from("=I", wire.recv(16))
+    except TimeoutError:
+        break
+    except OSError as error:
+        print(errno.errorcode[error.errno], flush=True)
+        continue
+    try:
+        wire.send(struct.pack("=IB3x8s", id + 1, 0, b""))
+    except OSError as error:
+        print(errno.errorcode[error.errno], flush=True)
+    else:
+        print(f"{id + 1:03X}", flush=True)
+    if id == 0x7F0:
+        break
+"""
+
+
+def test_a_line_that_was_stopped_and_started_again_sends(bench: Bench) -> None:
+    """In the soak one ENETDOWN was followed by ENETDOWN for every send until the end."""
+    program = bench.start(sys.executable, "-c", SENDER, stdout=-1)
+    assert program.stdout is not None
+    assert program.stdout.readline() == "bound\n"
+    hub = bench.hub
+    own, other = hub.board("HW000001").id, hub.board("HW000002").id
+    channel = hub.open_channel(other, 0)
+    channel.set_up(canwire.ChannelMode(64, 64))
+    channel.activate()
+    with hub.open_control(other, 0) as control:
+        control.initialise(canwire.LineMode(hub.boards()[1].lines[0].capabilities.timing(500_000)))
+        control.start()
+    for id in (0x100, 0x200, 0x7F0):
+        with hub.open_control(own, 0) as control:
+            control.stop()
+            assert program.stdout.readline() == "ENETDOWN\n"
+            control.start()
+        channel.send(canwire.Frame(id))
+        assert program.stdout.readline() == f"{id + 1:03X}\n"
+    assert finished(program) == ""
