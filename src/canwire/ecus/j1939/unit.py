@@ -119,8 +119,8 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
         now_ns, now_s = self.node.time.timeline.now_ns, self._clock.time()
         next_s = self.j1939_dll.async_job_thread(now_s)
         if self._turn_timer is None and next_s < now_s + _IDLE_S:
-            due_ns = math.ceil(next_s * 1e9)
-            self._turn_at(due_ns if due_ns > now_ns else now_ns + _AGAIN_NS)
+            soonest_ns = now_ns + (1 if next_s > now_s else _AGAIN_NS)  # a deadline may be a rounding away
+            self._turn_at(max(soonest_ns, math.ceil(next_s * 1e9)))
 
 
 def _transport_by(clock: _LabClock) -> Any:
