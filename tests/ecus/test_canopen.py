@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -68,9 +69,7 @@ def test_it_boots_and_beats(bench: Bench) -> None:
     bench.lab.run_for(3.5)
     beats = bench.heard(0x705)
     assert [frame.data for frame in beats] == [b"\0", b"\x7f", b"\x7f", b"\x7f", b"\x7f"]
-    apart = [
-        after.timestamp_ns - before.timestamp_ns for before, after in zip(beats[1:], beats[2:], strict=False)
-    ]
+    apart = [after.timestamp_ns - before.timestamp_ns for before, after in pairwise(beats[1:])]
     assert all(abs(each - 1000 * MS) < 1 * MS for each in apart)
 
 

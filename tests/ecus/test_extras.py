@@ -57,5 +57,5 @@ def test_others_are_not_needed() -> None:
 
 def test_names() -> None:
     assert dir(canwire.ecus) == sorted(canwire.ecus.__all__)
-    with pytest.raises(AttributeError, match="'canwire.ecus' has no attribute 'Ecu'"):
+    with pytest.raises(AttributeError, match=r"'canwire\.ecus' has no attribute 'Ecu'"):
         _ = canwire.ecus.Ecu

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import pytest
@@ -165,9 +166,7 @@ def test_long_messages_to_everybody(bench: Bench, size: int) -> None:
     frames = bench.listener.receive_many(1000)
     packets = -(-size // 7)
     assert len(frames) == 1 + packets
-    apart = [
-        after.timestamp_ns - before.timestamp_ns for before, after in zip(frames, frames[1:], strict=False)
-    ]
+    apart = [after.timestamp_ns - before.timestamp_ns for before, after in pairwise(frames)]
     assert all(49.9 * MS <= each < 50.1 * MS for each in apart)  # stuffed bits make frames unlike
 
 
