@@ -41,7 +41,7 @@ J1939 = st.builds(
         BYTES, st.builds(lambda control, rest: bytes([control]) + rest, CONTROL, st.binary(max_size=7))
     ),
 )
-SHORT = hypothesis.settings(max_examples=60)
+SHORT = hypothesis.settings(max_examples=40)
 
 
 @SHORT

@@ -5,11 +5,15 @@ Source: CiA 301 4.2.0, 7.3.2 (states), 7.5.2 (the objects of the communication p
 
 from __future__ import annotations
 
+import threading
+from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 from canopen import LocalNode, Network, ObjectDictionary, SdoAbortedError
 
 from canwire import LabNode
+from canwire.ecus.bench import LabCondition
 from canwire.ecus.canopen.network import LabCanopen
 from canwire.ecus.canopen.pdos import Pdos
 from canwire.ecus.canopen.services import RESET_NODE, Emergencies, Nmt, Sdo
@@ -47,9 +51,15 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
         self.pdos = Pdos(self)
         self.resets = 0
         self._sync = 0
+        self._changing: AbstractContextManager[Any] = (
+            threading.RLock()
+        )  # the network's thread, and its owner's
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `bus.node` does it."""
+        self._changing = LabCondition(node)  # holds time still, as its bus does while this is called
+        for pdo in (*self.tpdo.map.values(), *self.rpdo.map.values()):
+            pdo.receive_condition = LabCondition(node)
         LabCanopen(node).create_node(self)
 
     def associate_network(self, network: Network) -> None:
@@ -65,37 +75,42 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
         """Off the network."""
         if not self.has_network():
             return
-        self.nmt.stop_heartbeat()
-        self.pdos.end()
-        self._listen_for_sync(0)
-        super().remove_network()
+        with self._changing:
+            self.nmt.stop_heartbeat()
+            self.pdos.end()
+            self._listen_for_sync(0)
+            super().remove_network()
 
     def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
         """Give an object a value, and do what follows; `check_writable` for who comes from outside."""
         if (index, subindex) == (_ERRORS, 0) and check_writable and any(data):
             raise SdoAbortedError(_NO_VALUE)  # 0 forgets the errors
-        super().set_data(index, subindex, data, check_writable)
-        if (index, subindex) == (_ERRORS, 0) and check_writable:
-            self.data_store[_ERRORS] = {0: bytes(data)}
-        if not self.has_network():
-            return
+        with self._changing:
+            super().set_data(index, subindex, data, check_writable)
+            if (index, subindex) == (_ERRORS, 0) and check_writable:
+                self.data_store[_ERRORS] = {0: bytes(data)}
+            if self.has_network():
+                self._follow(index, subindex, data)
+
+    def __repr__(self) -> str:
+        return f"<CANopen ECU {self.id}: {self.nmt.state}, {self.resets} resets>"
+
+    def _follow(self, index: int, subindex: int, data: bytes) -> None:
         if index == _SYNC:
             self._listen_for_sync(int.from_bytes(data, "little") & 0x1FFF_FFFF)
         elif index == _EMERGENCY:
             self.emcy.set_cob_id(int.from_bytes(data, "little"))
         self.pdos.written(index, subindex)
 
-    def __repr__(self) -> str:
-        return f"<CANopen ECU {self.id}: {self.nmt.state}, {self.resets} resets>"
-
     def _reset(self, code: int) -> None:
-        self.resets += 1
-        self.nmt.stop_heartbeat()
-        self.pdos.end()
-        for index in list(self.data_store):
-            if code == RESET_NODE or index in _COMMUNICATION:
-                del self.data_store[index]
-        self._boot()
+        with self._changing:
+            self.resets += 1
+            self.nmt.stop_heartbeat()
+            self.pdos.end()
+            for index in list(self.data_store):
+                if code == RESET_NODE or index in _COMMUNICATION:
+                    del self.data_store[index]
+            self._boot()
 
     def _boot(self) -> None:
         if _EMERGENCY in self.object_dictionary:
@@ -105,11 +120,12 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
         self.nmt.boot()
 
     def _entered(self) -> None:
-        operational = self.nmt.state == "OPERATIONAL"
-        if operational and not self.pdos.running:
-            self.pdos.begin()
-        elif not operational and self.pdos.running:
-            self.pdos.end()
+        with self._changing:
+            operational = self.nmt.state == "OPERATIONAL"
+            if operational and not self.pdos.running:
+                self.pdos.begin()
+            elif not operational and self.pdos.running:
+                self.pdos.end()
 
     def _listen_for_sync(self, cob_id: int) -> None:
         """Instead of the last one; 0: no more."""
@@ -120,4 +136,5 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             self.network.subscribe(cob_id, self._on_sync)
 
     def _on_sync(self, can_id: int, data: bytearray, timestamp: float) -> None:
-        self.pdos.on_sync()
+        with self._changing:
+            self.pdos.on_sync()

@@ -5,13 +5,16 @@ Source: SAE J1939-21 5.4.2 (requests), 5.4.4 (acknowledgment); J1939-73 5.7.1 (D
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 from j1939 import ControllerApplication, Dm1, ElectronicControlUnit, Name
 
 from canwire import BadValue, LabNode
+from canwire.ecus.bench import LabCondition
 from canwire.ecus.j1939.unit import LabJ1939
 
 GLOBAL = 0xFF
@@ -69,9 +72,13 @@ class J1939Ecu:
         self._waiting: deque[tuple[int, bytes, int, int]] = deque()
         self._faults: list[dict[str, int]] = []
         self._lamps: dict[str, int] = {}
+        self._sending: AbstractContextManager[Any] = (
+            threading.RLock()
+        )  # the unit's two threads, and its owner's
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `bus.node` does it."""
+        self._sending = LabCondition(node)  # holds time still, as its bus does while this is called
         self.start(LabJ1939(node))
 
     def start(self, unit: ElectronicControlUnit) -> None:
@@ -103,10 +110,11 @@ class J1939Ecu:
         if len(data) > _MOST:
             raise BadValue(f"parameter group {pgn:#06x}: {len(data)} bytes; {_MOST} fit")
         message = pgn, bytes(data), destination, priority
-        if self._waiting or not self._send(*message):
-            self._waiting.append(message)
-            if len(self._waiting) == 1:
-                self.application.add_timer(_RETRY_S, self._retry)
+        with self._sending:
+            if self._waiting or not self._send(*message):
+                self._waiting.append(message)
+                if len(self._waiting) == 1:
+                    self.application.add_timer(_RETRY_S, self._retry)
 
     def set_faults(self, faults: Sequence[Mapping[str, int]], lamps: Mapping[str, int] | None = None) -> None:
         """DM1 from now on: faults with `spn`, `fmi`, perhaps `oc`; lamps `pl`, `awl`, `rsl`, `mil` (j1939.DtcLamp)."""
@@ -125,9 +133,10 @@ class J1939Ecu:
         return bool(self.application.send_pgn(page, format, to, priority, list(data)))
 
     def _retry(self, _: Any) -> bool:
-        while self._waiting and self._send(*self._waiting[0]):
-            self._waiting.popleft()
-        return bool(self._waiting)
+        with self._sending:
+            while self._waiting and self._send(*self._waiting[0]):
+                self._waiting.popleft()
+            return bool(self._waiting)
 
     def _content(self, pgn: int) -> bytes:
         content = self.groups[pgn]
