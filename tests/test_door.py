@@ -20,7 +20,7 @@ Campaign CampaignRun Draw campaign repeat_run run_campaign
 BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogMark LogWriter MarkKind create_log log_dtype log_formats
 open_log Recorder convert_log epoch_ns record
 Offer offer offered_hubs
-lines_now
+lines_now unused_lines
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
 DecodedMessages MessagePort OutgoingMessage Simulation
 TimeState TimedProgram

@@ -115,7 +115,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
-    from canwire.hub.finding import LinePlace, every_line, find_lines, lines_now
+    from canwire.hub.finding import LinePlace, every_line, find_lines, lines_now, unused_lines
     from canwire.hub.handles.bus.bus import HubBus, HubLinBus
     from canwire.hub.handles.bus.can import CanBusFaults
     from canwire.hub.handles.bus.fault import HubFault
@@ -244,7 +244,7 @@ _NAMES = {
     "hub.bring_up": "bring_up start_line",
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
-    "hub.finding": "LinePlace every_line find_lines lines_now",
+    "hub.finding": "LinePlace every_line find_lines lines_now unused_lines",
     "hub.handles.bus.bus": "HubBus HubLinBus",
     "hub.handles.bus.can": "CanBusFaults",
     "hub.handles.bus.fault": "HubFault",
@@ -564,5 +564,6 @@ __all__ = [
     "signals_end_waits",
     "start_line",
     "state_directory",
+    "unused_lines",
     "wire_fields",
 ]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import canwire
-from canwire.commands.wall_clock import epoch_ns
+from canwire import epoch_ns
 from tests.hubs import LONG_S, Served, serving
 
 httpx = pytest.importorskip("httpx2")

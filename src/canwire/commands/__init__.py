@@ -8,6 +8,7 @@ SIGTERM, 129 after SIGHUP (but for verbs whose regular end these are); 141 when 
 from __future__ import annotations
 
 import argparse
+import gc
 import importlib
 import os
 import sys
@@ -101,8 +102,13 @@ class _ShowVersion(argparse.Action):
         parser.exit()
 
 
+_NEW_OBJECTS = 10_000  # between two collections; at the usual 700, collecting is a tenth of a verb's start
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line, sys.argv's by default; the exit status. argparse exits by itself (SystemExit)."""
+    if argv is None:
+        gc.set_threshold(_NEW_OBJECTS)
     words = list(sys.argv[1:] if argv is None else argv)
     have_streams()
     try:
@@ -120,6 +126,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         forget_output()
         print(f"canwire: standard output: {error.strerror}", file=sys.stderr)
         return FAILED
+    finally:
+        if argv is None:  # the process ends: what is left in circles goes with it
+            gc.freeze()
 
 
 def _run(words: list[str]) -> int:

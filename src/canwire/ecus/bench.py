@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from functools import partial
 
 from canwire import Closed, Frame, LabNode, Periodic, QueueFull
 
@@ -22,20 +23,13 @@ class LabFrames:
         self.node = node
         self.errors: list[Exception] = []
         self._take = take
-        self._due = False
-        node.on_frames(self._wake)
+        node.on_frames(partial(node.time.soon, self._turn))
 
     def close(self) -> None:
         """No more; the node stays on its bus."""
         self.node.on_frames(None)
 
-    def _wake(self) -> None:
-        if not self._due:
-            self._due = True
-            self.node.time.at(self.node.time.timeline.now_ns, self._turn)
-
     def _turn(self) -> None:
-        self._due = False
         while frames := self.node.receive_many(64):
             for frame in frames:
                 if frame.remote:

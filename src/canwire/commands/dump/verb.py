@@ -23,7 +23,7 @@ import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from canwire import BadValue
+from canwire import BadValue, epoch_ns
 from canwire.commands.can_line import wanted_by
 from canwire.commands.dump.filters import KINDS as FILTER_KINDS
 from canwire.commands.dump.filters import Capture, Masked, parse_capture
@@ -40,7 +40,6 @@ from canwire.commands.live.listening import (
 )
 from canwire.commands.shared_hub import connected
 from canwire.commands.shell.colour import has_colours
-from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
     from canwire import Hub
