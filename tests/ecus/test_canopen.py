@@ -394,6 +394,9 @@ def test_periodic_messages_of_the_master(bench: Bench) -> None:
     bench.master.sync.stop()
     bench.lab.run_for(0.1)
     assert len(bench.heard(0x285)) == 10
+    for period in (0, -1):
+        with pytest.raises(BadValue, match="at least one nanosecond"):
+            bench.master.send_periodic(0x80, b"", period)
 
 
 def test_a_bus_where_nobody_acknowledges_fills_no_memory() -> None:

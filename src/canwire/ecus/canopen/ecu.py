@@ -45,15 +45,12 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
         self.sdo = Sdo(self)
         self.nmt = Nmt(self.id, self, self._reset, self._entered)
         self.emcy = Emergencies(self)
-        self._write_callbacks[:] = [
-            self.nmt.on_write
-        ]  # the heartbeat's time; LocalNode's own was the other's
+        self._write_callbacks[:] = [self.nmt.on_write]  # in the place of LocalNode's
         self.pdos = Pdos(self)
         self.resets = 0
         self._sync = 0
-        self._changing: AbstractContextManager[Any] = (
-            threading.RLock()
-        )  # the network's thread, and its owner's
+        # the network's thread and its owner's meet here
+        self._changing: AbstractContextManager[Any] = threading.RLock()
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `bus.node` does it."""
