@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -332,9 +333,20 @@ def test_a_dictionary_of_one_s_own(tmp_path: Path) -> None:
         bus.nodes["bare"].expect(0x704, within=2)
 
 
-def test_a_pdo_that_the_file_leaves_open_is_off(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize(
+    ("told", "instead"),
+    [
+        ("DefaultValue=$NODEID+0x180", "DefaultValue="),
+        ("0x60000108", "0x60000120"),
+        ("0x60000108", "0x20000140"),
+    ],
+    ids=["no identifier", "more than the object has", "a text"],
+)
+def test_a_pdo_that_cannot_be_is_off(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, told: str, instead: str
+) -> None:
     file = tmp_path / "open.eds"
-    file.write_text(Path(CanopenEcu.EDS).read_text().replace("DefaultValue=$NODEID+0x180", "DefaultValue="))
+    file.write_text(Path(CanopenEcu.EDS).read_text().replace(told, instead))
     with Lab() as lab:
         bus = lab.can_bus("can0", bit_rate=500_000)
         listener, ecu = bus.node("listener"), CanopenEcu(4, file)
@@ -346,6 +358,35 @@ def test_a_pdo_that_the_file_leaves_open_is_off(tmp_path: Path, caplog: pytest.L
     assert "TPDO communication parameter 1 is off" in caplog.text
 
 
+def test_a_file_without_values(tmp_path: Path) -> None:
+    """The usual numbers, zeros in PDOs; a mapped object that is not there is left out."""
+    text, wanted = (
+        Path(CanopenEcu.EDS).read_text(),
+        {"1005", "1014", "1017", "6000sub1", "6401sub1", "6401sub2"},
+    )
+    sections = [f"[{part}" for part in text.split("[")[1:]]
+    stripped = [
+        re.sub("DefaultValue=.*", "DefaultValue=", part) if part[1 : part.index("]")] in wanted else part
+        for part in sections
+    ]
+    file = tmp_path / "no-values.eds"
+    file.write_text("".join(stripped).replace("0x62000108", "0x63000108"))
+    with Lab() as lab:
+        bus = lab.can_bus("can0", bit_rate=500_000)
+        listener, ecu, master = bus.node("listener"), CanopenEcu(4, file), LabCanopen(bus.node("master"))
+        bus.node("ecu", ecu)
+        ecu.nmt.state = "OPERATIONAL"
+        master.sync.transmit()
+        lab.run_for(2)
+        ecu.emcy.send(0x1000)
+        master.send_message(0x204, b"\xff")
+        lab.run_for(0.1)
+        frames = {frame.id: frame.data for frame in listener.receive_many(100)}
+        assert frames.pop(0x84) == bytes.fromhex("0010 00 0000000000")
+        assert frames == {0x704: b"\0", 0x184: b"\0", 0x284: bytes(4), 0x80: b"", 0x204: b"\xff"}
+        assert ecu.network.errors == []
+
+
 def test_periodic_messages_of_the_master(bench: Bench) -> None:
     bench.start()
     bench.master.sync.start(0.01)
@@ -353,6 +394,9 @@ def test_periodic_messages_of_the_master(bench: Bench) -> None:
     bench.master.sync.stop()
     bench.lab.run_for(0.1)
     assert len(bench.heard(0x285)) == 10
+    for period in (0, -1):
+        with pytest.raises(BadValue, match="at least one nanosecond"):
+            bench.master.send_periodic(0x80, b"", period)
 
 
 def test_a_bus_where_nobody_acknowledges_fills_no_memory() -> None:

@@ -189,6 +189,19 @@ def test_long_messages_to_one(bench: Bench, size: int) -> None:
     assert (control.count(16), control.count(17), control.count(19)) == (2, 2 * packets, 2)
 
 
+@pytest.mark.parametrize(("packets", "clears"), [(1, 15), (4, 4), (255, 1)])
+def test_how_many_packets_a_cts_allows(bench: Bench, packets: int, clears: int) -> None:
+    heard: list[tuple[int, int, bytes]] = []
+    receiver, sender = J1939Ecu(0x10, on_message=lambda *words: heard.append(words)), J1939Ecu(0x20)
+    for name, each in (("receiver", receiver), ("sender", sender)):
+        each.start(LabJ1939(bench.bus.node(name), max_cmdt_packets=packets))
+    bench.lab.run_for(1)
+    sender.send(0xEF00, bytes(range(100)), destination=0x10)
+    bench.lab.run_until_idle()
+    assert heard == [(0xEF00, 0x20, bytes(range(100)))]
+    assert [frame.data[0] for frame in bench.frames(TRANSPORT)].count(17) == clears
+
+
 def test_long_messages_wait_their_turn(bench: Bench) -> None:
     """can-j1939 takes one at a time to each destination; a short one goes between the packets of the last."""
     ecu = bench.ecu(0x80, 1)
@@ -264,6 +277,10 @@ def test_what_cannot_be() -> None:
         J1939Ecu(254)
     with pytest.raises(BadValue, match="0xfeee is not among the groups"):
         J1939Ecu(1, cycles={0xFEEE: 1})
+    with pytest.raises(BadValue, match="0xfeec: 1786 bytes; 1785 fit"):
+        J1939Ecu(1, groups={0xFEEC: bytes(1786)})
+    with pytest.raises(BadValue, match="0x20000: up to 0x1ffff"):
+        J1939Ecu(1, groups={0x20000: b""})
     with pytest.raises(BadValue, match="1786 bytes; 1785 fit"):
         J1939Ecu(1).send(0xFEEE, bytes(1786))
 

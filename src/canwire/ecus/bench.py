@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
 
-from canwire import Closed, Frame, LabNode, Periodic, QueueFull
+from canwire import BadValue, Closed, Frame, LabNode, Periodic, QueueFull
 
 # what libraries raise for frames that are too short, or make no sense
 _NONSENSE = (struct.error, LookupError, TypeError, ValueError, RuntimeError)
@@ -37,20 +37,23 @@ class LabFrames:
                 try:
                     self._take(frame)
                 except _NONSENSE as error:
-                    self.errors.append(error)
+                    self.errors.append(error.with_traceback(None))  # nor what it holds on to
 
 
 class LabTask:
     """Sends a frame at once, and again each `period` seconds of the lab's, in the place of a bus's `send_periodic`.
 
-    `missed` counts those for which there was no room: nobody acknowledges, say.
+    `missed` counts those for which there was no room: nobody acknowledges, say. Raises BadValue for no time.
     """
 
     def __init__(self, node: LabNode, frame: Frame, period: float) -> None:
+        period_ns = round(period * 1e9)
+        if period_ns <= 0:
+            raise BadValue(f"period {period} s: at least one nanosecond")
         self.missed = 0
         self._node = node
         self._frame = frame
-        self._periodic = Periodic(node, round(period * 1e9), self._send)
+        self._periodic = Periodic(node, period_ns, self._send)
         self._send()
 
     def stop(self) -> None:

@@ -16,7 +16,7 @@ from canwire import LabNode
 from canwire.ecus.bench import LabCondition
 from canwire.ecus.canopen.network import LabCanopen
 from canwire.ecus.canopen.pdos import Pdos
-from canwire.ecus.canopen.services import RESET_NODE, Emergencies, Nmt, Sdo
+from canwire.ecus.canopen.services import RESET_NODE, Emergencies, Nmt, Sdo, number_at
 
 _SYNC, _EMERGENCY, _ERRORS = 0x1005, 0x1014, 0x1003
 _COMMUNICATION = range(0x1000, 0x2000)  # what resetting the communication takes back
@@ -45,15 +45,12 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
         self.sdo = Sdo(self)
         self.nmt = Nmt(self.id, self, self._reset, self._entered)
         self.emcy = Emergencies(self)
-        self._write_callbacks[:] = [
-            self.nmt.on_write
-        ]  # the heartbeat's time; LocalNode's own was the other's
+        self._write_callbacks[:] = [self.nmt.on_write]  # in the place of LocalNode's
         self.pdos = Pdos(self)
         self.resets = 0
         self._sync = 0
-        self._changing: AbstractContextManager[Any] = (
-            threading.RLock()
-        )  # the network's thread, and its owner's
+        # the network's thread and its owner's meet here
+        self._changing: AbstractContextManager[Any] = threading.RLock()
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `bus.node` does it."""
@@ -113,10 +110,8 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             self._boot()
 
     def _boot(self) -> None:
-        if _EMERGENCY in self.object_dictionary:
-            self.emcy.set_cob_id(self.sdo[_EMERGENCY].raw)
-        told = self.sdo[_SYNC].raw if _SYNC in self.object_dictionary else _USUAL_SYNC
-        self._listen_for_sync(told & 0x1FFF_FFFF)
+        self.emcy.set_cob_id(number_at(self, _EMERGENCY, 0x80 + self.id))
+        self._listen_for_sync(number_at(self, _SYNC, _USUAL_SYNC) & 0x1FFF_FFFF)
         self.nmt.boot()
 
     def _entered(self) -> None:

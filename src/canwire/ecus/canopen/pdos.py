@@ -9,11 +9,12 @@ import logging
 from collections.abc import Iterator
 
 from canopen import LocalNode, SdoAbortedError
-from canopen.pdo import PdoMap
+from canopen.pdo import PdoMap, PdoVariable
 
 _LOG = logging.getLogger(__name__)
 _ON_CHANGE, _SYNC_MOST, _SYNC_IF_CHANGED = 254, 240, 0
 _LENGTH_ERROR, _COMMUNICATION = 0x8210, 1 << 4  # an emergency's code, and the error register's bit
+_MOST_BITS = 64
 _COM_RX, _MAP_RX, _COM_TX, _MAP_TX, _END = 0x1400, 0x1600, 0x1800, 0x1A00, 0x1C00
 
 
@@ -73,7 +74,7 @@ class Pdos:
                 self._apply(pdo)
 
     def _transmitted(self) -> Iterator[PdoMap]:
-        return (pdo for pdo in self._node.tpdo.map.values() if pdo.enabled)
+        return (pdo for pdo in self._node.tpdo.map.values() if pdo.enabled and pdo.map)
 
     def _changed_parameter(self, index: int) -> None:
         transmits = index >= _COM_TX
@@ -101,14 +102,21 @@ class Pdos:
         pdo.stop()
         self._due.discard(id(pdo))
         for var in pdo.map:
-            var.set_data(self._node.get_data(var.index, var.subindex))
+            var.set_data(self._value(var))
         if pdo.trans_type >= _ON_CHANGE and pdo.event_timer:
             pdo.start(pdo.event_timer / 1000)
         else:
             pdo.transmit()
 
     def _stale(self, pdo: PdoMap) -> bool:
-        return any(var.get_data() != self._node.get_data(var.index, var.subindex) for var in pdo.map)
+        return any(var.get_data() != self._value(var) for var in pdo.map)
+
+    def _value(self, var: PdoVariable) -> bytes:
+        """The dictionary's; zeros as long as nobody has given it one."""
+        try:
+            return bytes(self._node.get_data(var.index, var.subindex))
+        except SdoAbortedError:
+            return bytes(len(var.od) // 8)
 
     def _received(self, pdo: PdoMap) -> None:
         if not self.running or not pdo.enabled:
@@ -127,9 +135,14 @@ class Pdos:
 
 
 def _read(pdo: PdoMap) -> None:
-    """From the dictionary; what it does not say in full is a PDO that is off."""
+    """From the dictionary; one that it does not say in full, or that cannot be, is off."""
+    trouble = ""
     try:
         pdo.read()
     except (KeyError, SdoAbortedError) as error:
+        trouble = str(error)
+    if pdo.length > _MOST_BITS or any(var.length > len(var.od) for var in pdo.map):
+        trouble = f"{pdo.length} bits are mapped, or more of an object than it has"
+    if trouble:
         pdo.enabled = False
-        _LOG.warning("%s is off: %s", pdo.com_record.od.name, error)
+        _LOG.warning("%s is off: %s", pdo.com_record.od.name, trouble)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from canopen import LocalNode
+from canopen import LocalNode, SdoAbortedError
 from canopen.emcy import EmcyProducer
 from canopen.nmt import NmtBase, NmtSlave
 from canopen.sdo import SdoServer
@@ -19,6 +19,14 @@ _HEARTBEAT = 0x1017
 _ERROR_REGISTER, _ERRORS = 0x1001, 0x1003
 _NOT_VALID = 1 << 31
 TALKING = ("PRE-OPERATIONAL", "OPERATIONAL")
+
+
+def number_at(node: LocalNode, index: int, otherwise: int) -> int:
+    """An object's value; `otherwise` where the dictionary has none."""
+    try:
+        return int.from_bytes(node.get_data(index, 0), "little")
+    except SdoAbortedError:
+        return otherwise
 
 
 class Nmt(NmtSlave):  # type: ignore[misc]
@@ -50,7 +58,7 @@ class Nmt(NmtSlave):  # type: ignore[misc]
     def boot(self) -> None:
         """Send the boot-up message; pre-operational from then on, with heartbeats where the dictionary has them."""
         super().send_command(RESET_NODE)
-        if _HEARTBEAT in self._local_node.object_dictionary:
+        if number_at(self._local_node, _HEARTBEAT, 0):
             super().send_command(_PRE_OPERATIONAL)
         else:
             NmtBase.send_command(self, _PRE_OPERATIONAL)

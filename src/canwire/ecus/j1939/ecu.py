@@ -23,6 +23,7 @@ _PRIORITY = 6
 _RETRY_S = 0.05  # a message to the same destination is on its way: look again
 _DM1_S = 1.0
 _MOST = 1785  # bytes that the transport protocol carries
+_LAST = 0x1FFFF  # parameter group: a data page, a format, an extension
 _STATES = {0: "not started", 1: "claiming", 2: "claimed", 3: "cannot claim"}
 
 Content = bytes | Callable[[], bytes]
@@ -63,6 +64,8 @@ class J1939Ecu:
             raise BadValue(f"address {address!r}: 0 to 253")
         self.groups = dict(groups or {})
         self.cycles = dict(cycles or {})
+        for pgn, content in self.groups.items():
+            _check(pgn, b"" if callable(content) else content)
         for pgn in self.cycles:
             if pgn not in self.groups:
                 raise BadValue(f"cycles: parameter group {pgn:#06x} is not among the groups")
@@ -72,9 +75,8 @@ class J1939Ecu:
         self._waiting: deque[tuple[int, bytes, int, int]] = deque()
         self._faults: list[dict[str, int]] = []
         self._lamps: dict[str, int] = {}
-        self._sending: AbstractContextManager[Any] = (
-            threading.RLock()
-        )  # the unit's two threads, and its owner's
+        # the unit's two threads and its owner's meet here
+        self._sending: AbstractContextManager[Any] = threading.RLock()
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `bus.node` does it."""
@@ -105,10 +107,9 @@ class J1939Ecu:
         """One frame; more than 8 bytes by BAM to everybody, by RTS and CTS to one.
 
         Waits its turn behind another long message to the same destination. Raises BadValue for more than 1785 bytes,
-        can-j1939's RuntimeError while there is no address.
+        and can-j1939's RuntimeError while there is no address.
         """
-        if len(data) > _MOST:
-            raise BadValue(f"parameter group {pgn:#06x}: {len(data)} bytes; {_MOST} fit")
+        _check(pgn, data)
         message = pgn, bytes(data), destination, priority
         with self._sending:
             if self._waiting or not self._send(*message):
@@ -157,3 +158,10 @@ class J1939Ecu:
         if self._on_message is not None:
             addressed = pgn >> 8 & 0xFF < 240  # their low byte is a destination, or 0
             self._on_message(pgn & ~0xFF if addressed else pgn, source, bytes(data))
+
+
+def _check(pgn: int, data: bytes) -> None:
+    if not 0 <= pgn <= _LAST:
+        raise BadValue(f"parameter group {pgn:#06x}: up to {_LAST:#x}")
+    if len(data) > _MOST:
+        raise BadValue(f"parameter group {pgn:#06x}: {len(data)} bytes; {_MOST} fit")

@@ -69,8 +69,9 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
                 if callback(cookie):
                     start(due_ns + period_ns)
 
-            entry = callback, time.at(due_ns, turn, background=True)
-            self._timers.append(entry)
+            with time.touch():  # in real time it could be due before it is listed
+                entry = callback, time.at(due_ns, turn, background=True)
+                self._timers.append(entry)
 
         start(time.timeline.now_ns + period_ns)
 
