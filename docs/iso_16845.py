@@ -91,15 +91,16 @@ The ten were four things, mended, and their schedules are part of the short run 
 
 - A passive sender whose missing acknowledge was spared (rule 3, exception A) went on to count 8 for a dominant bit in a
   later flag.
-- A suspended node began a quarter of a bit early if all others came to rest at the sample point of its last suspended bit.
-- A frame offered in an idle bit that had begun with a glitch: where all came to rest behind that bit's sample point, its
-  SOF began there, elsewhere at the bit's end. An edge in an idle bit is a hard synchronisation: the bit begins with it,
-  and an SOF begins where a bit of its sender's does, so now always at that bit's end.
+- A suspended node began a quarter of a bit early if all others came to rest at the sample point of its last suspended
+  bit.
+- A frame offered in an idle bit that had begun with a glitch: where all came to rest behind that bit's sample point,
+  its SOF began there, elsewhere at the bit's end. An edge in an idle bit is a hard synchronisation: the bit begins with
+  it, and an SOF begins where a bit of its sender's does, so now always at that bit's end.
 - A level forced between the last sample of an intermission and its end made a suspended node forget that it was, if the
   bus had gone bit by bit: its suspended bits began anew with each request.
 
-Since then the random schedules know glitches, too: levels forced for parts of bits, dominant and recessive, often several
-in one bit (`--glitches`).
+Since then the random schedules know glitches, too: levels forced for parts of bits, dominant and recessive, often
+several in one bit (`--glitches`).
 """
 
 

@@ -354,7 +354,7 @@ class BitLevel:
         if self.shorted or self._wire == 0 or self._shown == 0 or self._forcing or self.pinned:
             return False
         for clock in self.clocks:
-            if clock.edged or not clock.station.resting() or clock.edge_ps != _NEVER:
+            if not clock.station.resting() or clock.edged or clock.edge_ps != _NEVER:
                 return False
         return self._free_together()
 
