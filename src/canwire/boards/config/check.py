@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import msgspec
@@ -96,8 +97,8 @@ class Check:
     def _port(self, index: int, board: BoardConfig) -> None:
         """An adapter's kind needs to know where it is, others are nowhere."""
         self._accept(f"board[{index}].port", lambda port: checked_port(board.kind, port), board.port)
-        for number, other in enumerate(self._boards[:index]):
-            if board.port and other.port == board.port:
+        for number, other in enumerate(self._boards[:index] if board.port else ()):
+            if other.port == board.port:
                 self._refuse(f"board[{index}].port", f"{board.port!r} twice; board[{number}] has it too")
 
     def _options(self, place: str, board: BoardConfig) -> None:
@@ -107,9 +108,9 @@ class Check:
         self._accept(f"{place}.fd_tolerant", lambda _: board.options, board.fd_tolerant)
 
     def _default(self, place: str, board: BoardConfig, names: Sequence[str], why: str) -> None:
-        for field in msgspec.structs.fields(board):
-            if field.name in names and getattr(board, field.name) != field.default:
-                self._refuse(f"{place}.{field.name}", why)
+        for name, default in _defaults(type(board)).items():
+            if name in names and getattr(board, name) != default:
+                self._refuse(f"{place}.{name}", why)
 
     def _apart(self, index: int, before: int) -> None:
         """Neither board is in the other's way."""
@@ -127,11 +128,11 @@ class Check:
             self._refuse(place, f"{why}; boards that share it all say shared_irq = true")
 
     def _once(self, names: Sequence[str], table: str, key: str) -> None:
+        seen: dict[str, int] = {}
         for index, name in enumerate(names):
-            if name and name in names[:index]:
-                self._refuse(
-                    f"{table}[{index}].{key}", f"{name!r} twice; {table}[{names.index(name)}] has it too"
-                )
+            if name and name in seen:
+                self._refuse(f"{table}[{index}].{key}", f"{name!r} twice; {table}[{seen[name]}] has it too")
+            seen[name] = index
 
     def _accept(self, place: str, check: Callable[[Any], object], value: object) -> None:
         try:
@@ -141,6 +142,12 @@ class Check:
 
     def _refuse(self, place: str, why: str) -> NoReturn:
         raise BadConfig(f"{self._source}: {place}: {why}")
+
+
+@cache
+def _defaults(table: type[msgspec.Struct]) -> dict[str, object]:
+    """By field; once, since msgspec evaluates every annotation for it."""
+    return {field.name: field.default for field in msgspec.structs.fields(table)}
 
 
 def _check_rate(bit_rate: int) -> None:
