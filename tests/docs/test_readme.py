@@ -74,8 +74,10 @@ def test_shared_boards(terminals: Terminals, tmp_path: Path) -> None:
     while not any(one["running"] for one in _lines(terminals, json_of)):
         assert heard.poll() is None
     assert heard.stdout is not None
+    status = None
     while not select.select([heard.stdout], [], [], 0)[0]:  # its line runs a moment before it listens
-        assert terminals.command(send).wait(60) == 0
+        status = terminals.command(send).wait(60)
+    assert status == 0
     assert line(heard).split()[-4:] == ["123", "[2]", "11", "22"]
     shown, _ = terminals.command(devices).communicate(timeout=60)
     assert "HW000001  usb-to-can-fd" in shown
