@@ -26,6 +26,7 @@ from canwire.commands.can_line import bring_up
 from canwire.commands.shared_hub import find_line
 from canwire.commands.shell.parser import Parser
 from tests.commands.conftest import served_here
+from tests.hubs import LONG_S
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ELSEWHERE = ("dump", "gen", "load", "view", "detect", "doctor", "simulate", "run")
@@ -133,5 +134,7 @@ def test_it_runs(example: str, capfd: pytest.CaptureFixture[str]) -> None:
     words = shlex.split(example)
     if words[0] == "completion":
         pytest.importorskip("argcomplete")
+    if words[0] == "send" or re.match(r"play .*(\bcan0\b|--map)", example):
+        words += ["--timeout", str(LONG_S)]  # a busy machine is no mistake of theirs
     assert main(words) == 0, capfd.readouterr().err
     assert "Traceback" not in capfd.readouterr().err
