@@ -154,6 +154,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.recording.record import record
     from canwire.logs.recording.recorder import Recorder
     from canwire.logs.source import LogFault
+    from canwire.logs.statistics.collecting import log_statistics
+    from canwire.logs.statistics.results import ChannelStatistics, IdentifierStatistics, LogStatistics
     from canwire.logs.writer import LogWriter, create_log
     from canwire.platform import EventDescriptor
     from canwire.ring import Ring
@@ -283,6 +285,8 @@ _NAMES = {
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
     "logs.source": "LogFault",
+    "logs.statistics.collecting": "log_statistics",
+    "logs.statistics.results": "ChannelStatistics IdentifierStatistics LogStatistics",
     "logs.writer": "LogWriter create_log",
     "platform": "EventDescriptor",
     "ring": "Ring",
@@ -384,6 +388,7 @@ __all__ = [
     "CanwireError",
     "Capabilities",
     "ChannelMode",
+    "ChannelStatistics",
     "ChannelStatus",
     "Closed",
     "Config",
@@ -423,6 +428,7 @@ __all__ = [
     "HubLinBus",
     "HubLost",
     "HubPlace",
+    "IdentifierStatistics",
     "InUse",
     "IsaPlace",
     "Lab",
@@ -469,6 +475,7 @@ __all__ = [
     "LogKind",
     "LogLine",
     "LogMark",
+    "LogStatistics",
     "LogWriter",
     "MarkKind",
     "MessageDescription",
@@ -545,6 +552,7 @@ __all__ = [
     "load_database",
     "log_dtype",
     "log_formats",
+    "log_statistics",
     "offer",
     "offered_hubs",
     "open_log",

@@ -70,6 +70,7 @@ AT_ONCE = {
     "recover",
     "run",
     "share",
+    "stats",
     "stop",
     "timing",
     "unplug",
