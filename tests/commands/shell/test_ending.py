@@ -40,6 +40,7 @@ LASTING = [
     Lasting("play {car} --time real", "private bus"),
     Lasting("play {car} HW000001:0", "frames onto"),
     Lasting("record can0 {folder}/out.blf", "recording", regular=True),
+    Lasting("plot can0 --db {examples}/engine.dbc EngineData --seconds 600 -o {folder}/x.html", "listening"),
     Lasting("demo --time real", "sensor"),
     Lasting("registers HW000003 --follow", "MOD"),
     Lasting("lin dump lin0", "listening"),

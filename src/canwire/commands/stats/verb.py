@@ -9,8 +9,8 @@ canwire stats drive.log --json                     an object, for programs
 
 Periods are in milliseconds: mean, shortest, longest, and jitter, which is their standard deviation. A gap is a period
 of more than three times the usual one (the median of an identifier's first 32). Load counts every bit of a frame, its
-stuff bits and the three behind it included; error frames are not in it. What cannot be read is left out and said, with its
-place; then the exit status is 1.
+stuff bits and the three behind it included; error frames are not in it. What cannot be read is left out and said, with
+its place; then the exit status is 1.
 """
 
 from __future__ import annotations

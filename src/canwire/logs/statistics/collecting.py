@@ -32,8 +32,8 @@ def log_statistics(
 
     Several logs are taken as one that goes on, like the files of a recording that rotates. The load needs bit rates
     (bit/s): the log's own, else `bit_rate` and `data_bit_rate`, for all channels of CAN or by their names.
-    Faults of a file are left out, and told by its Log. Memory does not grow with the log. Raises BadValue, BadLog, OSError. Needs
-    canwire[arrays].
+    Faults of a file are left out, and told by its Log. Memory does not grow with the log.
+    Raises BadValue, BadLog, OSError. Needs canwire[arrays].
 
     >>> found = log_statistics("examples/car-candump.log", bit_rate=500_000)
     >>> found.channels[0].frames, f"{found.channels[0].load:.0f} %", found.identifiers[0].count

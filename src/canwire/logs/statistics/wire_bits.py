@@ -1,7 +1,7 @@
 """How many bits frames have on the wire, stuff bits included, for many of them at once.
 
-`bus/can/bits.py` measures frame by frame, compiled; here it is numpy, in either form of the core, column by column. Tests
-hold both against each other. Source: ISO 11898-1:2015 chapters 8.4 and 10.4.
+`bus/can/bits.py` measures frame by frame, compiled; here it is numpy, column by column, in either form of the
+core. Tests hold both against each other. Source: ISO 11898-1:2015 chapters 8.4 and 10.4.
 """
 
 from __future__ import annotations
