@@ -103,7 +103,8 @@ def test_a_shared_line_by_verb_and_by_monitor(tmp_path: Path, capsys: pytest.Cap
                     while not recorder.count:
                         assert not recorder.wait(0.01)
                 process.send_signal(signal.SIGINT)
-                assert process.wait(LONG_S) == 0
+                said = process.stderr.read()
+                assert (process.wait(LONG_S), "0 lost" in said) == (0, True), said
         assert main(["record", "lin0", str(tmp_path / "x.trc"), "--hub", served.address]) == 2
         assert "trc holds no LIN frames" in capsys.readouterr().err
         assert main(["record", "lin0", str(out), "--data-bit-rate", "1000000", "--hub", served.address]) == 2

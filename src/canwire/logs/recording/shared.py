@@ -99,6 +99,6 @@ def shared_source(
         )
         if control is not None:
             control.close()
+        status = place.status(hub)  # before anything is heard: its marks stand there
         channel.activate()
-        status = place.status(hub)
         return SharedSource(channel, name or place.info.bus or line, epoch_ns(hub), status, closing.pop_all())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode
@@ -79,6 +80,7 @@ def shared_lin_source(
     """
     if wanted.data is not None:
         raise BadValue(f"data_bit_rate {wanted.data}: {place.address} is a LIN line")
+    begin_ns = _status(hub, place).time_ns  # marks stand before all that is heard
     monitor = closing.enter_context(hub.open_monitor(place.board.id, place.line))
     monitor.set_up(LinMonitorMode(receive=_QUEUE, events=tuple(map(int, _EVENTS))))
     monitor.activate()
@@ -86,7 +88,7 @@ def shared_lin_source(
     status = _status(hub, place)
     if status.running and wanted.nominal not in (None, status.bit_rate):
         raise BadValue(f"{place.address} runs at {status.bit_rate} bit/s; leave bit_rate out")
-    return SharedLinSource(monitor, name, epoch_ns(hub), status, closing.pop_all())
+    return SharedLinSource(monitor, name, epoch_ns(hub), replace(status, time_ns=begin_ns), closing.pop_all())
 
 
 def _start(hub: Hub, place: LinePlace, bit_rate: int | None) -> None:
