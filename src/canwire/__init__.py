@@ -153,6 +153,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.recording.record import record
     from canwire.logs.recording.recorder import Recorder
     from canwire.logs.source import LogFault
+    from canwire.logs.statistics.collecting import log_statistics
+    from canwire.logs.statistics.results import ChannelStatistics, IdentifierStatistics, LogStatistics
     from canwire.logs.writer import LogWriter, create_log
     from canwire.platform import EventDescriptor, signals_end_waits
     from canwire.ring import Ring
@@ -282,6 +284,8 @@ _NAMES = {
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
     "logs.source": "LogFault",
+    "logs.statistics.collecting": "log_statistics",
+    "logs.statistics.results": "ChannelStatistics IdentifierStatistics LogStatistics",
     "logs.writer": "LogWriter create_log",
     "platform": "EventDescriptor signals_end_waits",
     "ring": "Ring",
@@ -383,6 +387,7 @@ __all__ = [
     "CanwireError",
     "Capabilities",
     "ChannelMode",
+    "ChannelStatistics",
     "ChannelStatus",
     "Closed",
     "Config",
@@ -422,6 +427,7 @@ __all__ = [
     "HubLinBus",
     "HubLost",
     "HubPlace",
+    "IdentifierStatistics",
     "InUse",
     "IsaPlace",
     "Lab",
@@ -468,6 +474,7 @@ __all__ = [
     "LogKind",
     "LogLine",
     "LogMark",
+    "LogStatistics",
     "LogWriter",
     "MarkKind",
     "MessageDescription",
@@ -544,6 +551,7 @@ __all__ = [
     "load_database",
     "log_dtype",
     "log_formats",
+    "log_statistics",
     "offer",
     "offered_hubs",
     "open_log",

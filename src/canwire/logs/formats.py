@@ -30,9 +30,7 @@ class LogFormat:
 
 _ROWS = (
     LogFormat("candump", (".log", ".candump", ".txt"), "candump", "candump -l, -L and its screen lines"),
-    LogFormat(
-        "csv", (".csv",), "tables.csv_file", "a row for an entry; python-can's and SavvyCAN's are read"
-    ),
+    LogFormat("csv", (".csv",), "tables.csv", "a row for an entry; python-can's and SavvyCAN's are read"),
     LogFormat("asc", (".asc",), "asc", "Vector's text form"),
     LogFormat("trc", (".trc",), "trc", "PEAK's, 1.0 to 2.1; written is 2.1"),
     LogFormat("parquet", (".parquet",), "tables.parquet_file", "a row for an entry, for pandas and DuckDB"),

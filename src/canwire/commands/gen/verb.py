@@ -164,4 +164,8 @@ def _database(arguments: argparse.Namespace, chance: random.Random) -> Iterator[
             f"{len(messages.without)} messages have no cycle time and are left out ({messages.without[0]}, ...); "
             "--gap gives them one"
         )
+    if messages.too_long:
+        complain(
+            f"{len(messages.too_long)} messages need several frames and are left out ({messages.too_long[0]}, ...)"
+        )
     return messages.plan()

@@ -5,6 +5,7 @@ canwire record can0 drive.log --rotate-size 100M       drive-0001.log, drive-000
 canwire record can0 drive.mf4 --rotate-time 1h         a new file every hour
 canwire record can0 drive.pcapng --for 60              a minute
 canwire record can0 - --format candump                 onto standard output
+canwire record lin0 drive.blf                          a LIN line, too; trc holds no LIN
 
 Frames, error frames, changes of state, bit rates and the number of lost frames are recorded, as far as the format holds
 them. Whatever happens to this process, all that is older than a second can be read: formats that are readable only at
