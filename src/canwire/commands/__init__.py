@@ -37,6 +37,7 @@ VERBS = {
     "play": Verb("canwire.commands.play", "send the frames of a log, at their times"),
     "record": Verb("canwire.commands.logs.record", "write what happens on a line of the hub to log files"),
     "convert": Verb("canwire.commands.logs.convert", "write a log in another format"),
+    "query": Verb("canwire.commands.query.verb", "ask a log by SQL, signals too, however big it is"),
     "demo": Verb("canwire.commands.demo", "show a small bus at work"),
     "devices": Verb("canwire.commands.devices.verb", "list the boards of the hub and who uses them"),
     "plug": Verb("canwire.commands.plug", "put a board into the hub"),

@@ -67,6 +67,7 @@ AT_ONCE = {
     "devices",
     "doctor",
     "plug",
+    "query",
     "recover",
     "run",
     "share",

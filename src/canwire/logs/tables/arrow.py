@@ -18,9 +18,10 @@ _TYPES = tuple(LogKind.__members__)
 
 
 def load_pyarrow() -> Any:
-    """pyarrow and its Parquet; raises ExtraMissing."""
+    """pyarrow with its Parquet and functions; raises ExtraMissing."""
     try:
         import pyarrow
+        import pyarrow.compute
         import pyarrow.parquet
     except ModuleNotFoundError:
         raise ExtraMissing("pyarrow", "parquet") from None
