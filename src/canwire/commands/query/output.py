@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import date, datetime, time, timedelta
 from decimal import Decimal
+from itertools import islice
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -85,13 +86,9 @@ def _table(names: Sequence[str], rows: Iterable[list[Any]], file: TextIO) -> Non
     """Columns as wide as the first rows need; numbers to the right."""
     shown, numbers = [], [True] * len(names)
     rest = iter(rows)
-    for row in rest:
-        numbers = [
-            old and isinstance(value, int | float | None) for old, value in zip(numbers, row, strict=True)
-        ]
+    for row in islice(rest, _LOOKED_AT):
+        numbers = [old and _to_the_right(value) for old, value in zip(numbers, row, strict=True)]
         shown.append([_text(value) for value in row])
-        if len(shown) == _LOOKED_AT:
-            break
     widths = [max(map(len, column)) for column in zip(names, *shown, strict=True)]
 
     def line(values: Sequence[str]) -> str:
@@ -104,6 +101,10 @@ def _table(names: Sequence[str], rows: Iterable[list[Any]], file: TextIO) -> Non
     file.write(line(names))
     file.writelines(line(row) for row in shown)
     file.writelines(line([_text(value) for value in row]) for row in rest)
+
+
+def _to_the_right(value: Any) -> bool:
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
 def _text(value: Any) -> str:

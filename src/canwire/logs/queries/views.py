@@ -50,7 +50,8 @@ def entries(source: QuerySource) -> str:
     row = "row" if source.sorted_ else "0::uinteger as row"
     files = ", ".join(quoted(file) for file in source.files)
     return (
-        f"select time_ns, {time} as time, channel, direction, type, id, {_FLAGS}, dlc, data, detail, {row} "
+        f"select time_ns, {time} as time, channel, direction, type, id, {_FLAGS}, dlc, data, "
+        f"nullif(detail, '') as detail, {row} "
         f"from read_parquet([{files}])"
     )
 

@@ -75,7 +75,10 @@ def _bytes(arrow: Any, data: Any, lengths: Any) -> Any:
     numpy = load_numpy()
     offsets = numpy.zeros(len(lengths) + 1, "<i4")
     numpy.cumsum(lengths, out=offsets[1:])
-    used = data[numpy.arange(64) < lengths[:, None]]
+    most = int(lengths.max(initial=0))
+    used = data[:, :most]
+    if int(lengths.min(initial=most)) < most:
+        used = used[numpy.arange(most) < lengths[:, None]]
     buffers = [None, arrow.py_buffer(offsets), arrow.py_buffer(numpy.ascontiguousarray(used))]
     return arrow.Array.from_buffers(arrow.binary(), len(lengths), buffers)
 
@@ -121,9 +124,9 @@ def _frames(source: Source, batch: Any) -> numpy.ndarray:
         info |= numpy.where(batch.column(name).to_numpy(zero_copy_only=False), bit, 0).astype("u4")
     records["info"] = info
     lengths, values = _data(batch)
-    keep = numpy.arange(64) < numpy.minimum(lengths, 64)[:, None]
-    if int(lengths.max(initial=0)) <= 64:
-        records["data"][keep] = values
+    most = int(lengths.max(initial=0))
+    if most <= 64:
+        records["data"][:, :most][numpy.arange(most) < lengths[:, None]] = values
     return records
 
 

@@ -45,5 +45,11 @@ def by_identifier(records: numpy.ndarray) -> Any:
 def in_order(batch: LogBatch, rows: Any, order: str) -> LogBatch:
     """The records as they were recorded."""
     numpy = load_numpy()
-    keys = (rows,) if order == BY_ROW else (rows, batch.records["time_ns"])
-    return LogBatch(batch.records[numpy.lexsort(keys)], batch.channels)
+    times = batch.records["time_ns"]
+    if order == BY_ROW:
+        places = numpy.argsort(rows, kind="stable")
+    elif rows.any():
+        places = numpy.lexsort((rows, times))
+    else:
+        places = numpy.argsort(times, kind="stable")  # it makes use of what is in order already
+    return LogBatch(batch.records[places], batch.channels)
