@@ -186,9 +186,8 @@ def report(count: int, random: bool) -> None:
         folder = os.path.join(home, "day.trace")
         found = measured("write", folder, str(count), str(random))
         size = sum(path.stat().st_size for path in Path(folder).iterdir()) / count
-        print(
-            f"{count} entries in {len(os.listdir(folder))} files, {size:.2f} bytes each: a day {size * DAY / 1e9:.1f} GB"
-        )
+        files = len(os.listdir(folder))
+        print(f"{count} entries in {files} files, {size:.2f} bytes each: a day {size * DAY / 1e9:.1f} GB")
         print(f"{'':42}{'clock s':>9}{'processor s':>11}{'a day s':>9}{'MiB':>7}")
         line("written", found, DAY / count, f"{count / found['processor'] / 1e6:.2f} M frames/s of processor")
         found = measured("read", folder)

@@ -266,7 +266,7 @@ def test_what_is_no_trace_is_one_clear_error(tmp_path: Path) -> None:
     with pytest.raises(BadLog, match="a folder without Parquet files, so no trace"):
         open_trace(tmp_path)
     (tmp_path / "a.parquet").write_bytes(b"PAR1")
-    with pytest.raises(BadLog, match="nothing of it can be read; a.parquet: no whole Parquet file"):
+    with pytest.raises(BadLog, match=r"nothing of it can be read; a\.parquet: no whole Parquet file"):
         open_trace(tmp_path)
     with pytest.raises(FileNotFoundError):
         open_trace(tmp_path / "nothing")

@@ -1,7 +1,7 @@
 """Signals of a database's messages as tables, decoded while a query runs, and only those that it asks for.
 
 `signals` joins frames with a small table of what the database says. DuckDB hands a filter by message or signal through
-the join to the files as a filter by identifier, of which a trace's file has few row groups. The values are decoding.py's.
+the join to the files as a filter by identifier, of which a trace's file has few row groups.
 """
 
 from __future__ import annotations
