@@ -56,7 +56,7 @@ class FormWriter:
 
     def grown(self) -> int:
         """Bytes of the file that grows."""
-        return os.path.getsize(self.path) if self.path != "-" else 0
+        return os.path.getsize(self.path) if os.path.exists(self.path) else 0
 
     def turn(self) -> bool:
         """Begin the next file, where a log is a folder of them; False where it is one file."""

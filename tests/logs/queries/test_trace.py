@@ -32,10 +32,10 @@ from canwire import (
     open_trace,
 )
 from canwire.logs.queries import decoding
-from canwire.logs.trace import writing
+from canwire.logs.trace import packing, writing
 from tests.logs.contents import stamped
 
-pytest.importorskip("duckdb")
+duckdb = pytest.importorskip("duckdb")
 
 ROOT = Path(__file__).parents[3]
 ENGINE = ROOT / "examples" / "engine.dbc"
@@ -203,7 +203,7 @@ def test_only_what_is_asked_for_is_decoded(
 
 def test_one_identifier_needs_its_row_groups_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The data of all others are overwritten: who reads them notices."""
-    monkeypatch.setattr(writing, "ROW_GROUP", 100)
+    monkeypatch.setattr(packing, "ROW_GROUP", 100)
     frames = [Frame(0x100 + 0x50 * (number % 10), bytes((number % 256,) * 8)) for number in range(2000)]
     folder = trace_of(tmp_path, list(frames))
     file = folder / "00001.parquet"
@@ -218,7 +218,7 @@ def test_one_identifier_needs_its_row_groups_alone(tmp_path: Path, monkeypatch: 
     with open_trace(folder, database=ENGINE) as trace:
         query = "select count(*), max(value) from signals where signal = 'EngineSpeed'"
         assert trace.sql(query).fetchall() == [(200, 0xFEFE / 4)]
-        with pytest.raises(trace.error):
+        with pytest.raises(duckdb.Error):
             trace.sql("select max(data) from frames").fetchall()
 
 

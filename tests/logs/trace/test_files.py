@@ -14,9 +14,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import canwire
-from canwire import BadLog, BadValue, Frame, Lab, LogEntry, convert_log, create_log, open_log
+from canwire import BadLog, BadValue, Frame, Lab, LogEntry, LogWriter, convert_log, create_log, open_log
 from canwire.logs.recording import files as recording_files
 from canwire.logs.trace import writing
+from canwire.logs.trace.files import files_of, is_journal, opened
 from tests.logs.contents import entries, fresh, same, some
 
 CAR = Path(__file__).parents[3] / "examples" / "car-candump.log"
@@ -92,7 +93,7 @@ def test_what_was_flushed_is_read_while_it_grows(tmp_path: Path, small_files: No
         writer.flush()
         assert same(read(folder), log[: at + 40])
         assert writer.count == at + 40
-    assert sorted(os.listdir(folder)) == ["00001.parquet", "00002.parquet", "00003.parquet.journal"]
+    assert {"00001.parquet", "00003.parquet.journal"} <= {*os.listdir(folder)}
     writer.close()
     assert sorted(os.listdir(folder)) == ["00001.parquet", "00002.parquet", "00003.parquet"]
 
@@ -181,40 +182,56 @@ def full_disk() -> Iterator[None]:
     resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-@pytest.mark.parametrize("flushed", [True, False], ids=["journal", "whole files"])
-def test_a_full_disk_is_said_and_what_is_there_is_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full_disk: None, flushed: bool
-) -> None:
-    """The journal is full; or a file, which then is not there at all."""
-    folder = tmp_path / "log.trace"
-    log = some(40_000)
-    writer = create_log(folder)
-    if not flushed:
-        monkeypatch.setattr(writing, "ENTRIES", 1000)
-        writer.write_many(log[:1000])
-        log = [entry._replace(content=Frame(0x100, random.randbytes(8), timestamp_ns=entry.timestamp_ns))
-               for entry in log]  # fmt: skip
-        writer.rotate()
-        monkeypatch.setattr(writing, "ENTRIES", 1 << 20)
+def read_after(writer: LogWriter, raised: pytest.ExceptionInfo[OSError]) -> None:
+    """What the error and the writer say is what is read."""
+    assert raised.value.filename == writer.path
+    with open_log(writer.path) as opened:
+        assert len(list(opened)) == writer.count >= 1000
+        assert opened.faults == []
+    assert not any(name.endswith(".new") for name in os.listdir(writer.path))
+
+
+def test_a_disk_that_is_full_for_the_journal(tmp_path: Path, full_disk: None) -> None:
+    writer, log = create_log(tmp_path / "log.trace"), some(4000)
 
     def fill() -> None:
-        for at in range(0, len(log), 1000):
-            writer.write_many(log[at : at + 1000])
-            if flushed:
-                writer.flush()
-        writer.rotate()
+        for at in range(0, len(log), 100):
+            writer.write_many(log[at : at + 100])
+            writer.flush()
 
     with pytest.raises(OSError, match="the file ends whole, with its first") as raised:
         fill()
-    assert raised.value.filename == str(folder)
-    with open_log(folder) as opened:
-        assert len(list(opened)) == writer.count >= 1000
-        assert opened.faults == []
-    assert not any(name.endswith(".new") for name in os.listdir(folder))
-    if flushed:  # packed it fits
+    read_after(writer, raised)
+    writer.close()  # packed it fits
+    assert writer.count > 1000
+    assert os.listdir(writer.path) == ["00001.parquet"]
+
+
+def test_a_disk_that_is_full_for_a_whole_file(tmp_path: Path, full_disk: None) -> None:
+    """It is not there at all; the others are, and it is tried once more at the end."""
+    writer = create_log(tmp_path / "log.trace")
+    writer.write_many(some(1000))
+    writer.rotate()
+    writer.write_many(
+        LogEntry(number, "can0", Frame(0x100, random.randbytes(8), timestamp_ns=number))
+        for number in range(20_000)
+    )
+    writer.rotate()
+    with pytest.raises(OSError, match="the file ends whole, with its first 1000 entries") as raised:
+        writer.rotate()
+    read_after(writer, raised)
+    with pytest.raises(OSError, match="too large"):
         writer.close()
-        assert writer.count > 1000
-        assert not any(name.endswith(".journal") for name in os.listdir(folder))
-    else:
-        with pytest.raises(OSError, match="too large"):
-            writer.close()
+
+
+def test_a_journal_that_becomes_a_file_while_it_is_looked_for(tmp_path: Path) -> None:
+    log, folder = some(50), tmp_path / "log.trace"
+    writer = create_log(folder)
+    writer.write_many(log)
+    writer.flush()
+    (listed,) = files_of(str(folder))
+    assert is_journal(listed)
+    writer.close()
+    file, found = opened(listed)
+    file.close()
+    assert found == folder / "00001.parquet"

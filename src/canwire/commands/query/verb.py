@@ -48,11 +48,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Ask; 1 for faults in the trace. BadLog for what is none, BadValue for SQL that means nothing, ExtraMissing."""
     memory_bytes = _size(arguments.memory)
     with open_trace(arguments.trace, database=arguments.db, memory_bytes=memory_bytes) as trace:
+        import duckdb
+
         tell_faults(trace)
         query = _TABLES if arguments.sql is None else arguments.sql
         try:
             _answer(trace, query, arguments)
-        except trace.error as error:
+        except duckdb.Error as error:
             raise trace.mistake(error, query) from None
         return 1 if trace.fault_count else 0
 

@@ -12,7 +12,7 @@ from canwire.logs.log import open_log
 from canwire.logs.source import LogFault
 from canwire.logs.tables.order import ROW
 from canwire.logs.tables.parquet_file import open_parquet
-from canwire.logs.trace.files import files_of, is_journal
+from canwire.logs.trace.files import files_of, is_journal, opened
 
 
 class QuerySource(NamedTuple):
@@ -45,6 +45,7 @@ def _checked(path: str, listed: list[Path], home: str) -> QuerySource:
     dated, rows = False, True
     for number, file in enumerate(listed):
         try:
+            file = _found(file)
             if is_journal(file):
                 if not file.stat().st_size:
                     continue  # nothing was flushed yet
@@ -59,6 +60,13 @@ def _checked(path: str, listed: list[Path], home: str) -> QuerySource:
     if not files:
         raise BadLog(f"{path}: nothing of it can be read" + (f"; {faults[0]}" if faults else " yet"))
     return QuerySource(files, dated, rows, faults)
+
+
+def _found(file: Path) -> Path:
+    """What it is called by now."""
+    handle, file = opened(file)
+    handle.close()
+    return file
 
 
 def _whole(journal: Path, made: Path, faults: list[LogFault]) -> Path:

@@ -96,7 +96,7 @@ class Trace:
             raise self.mistake(self._placed(error, query), query) from None
 
     def mistake(self, error: Exception, query: str) -> BadValue:
-        """What DuckDB says of a query, in one line: what a relation raises when its rows are fetched is DuckDB's."""
+        """What DuckDB says of a query, in one line: a relation whose rows are fetched raises duckdb.Error itself."""
         return BadValue(one_line(error, query, self.tables))
 
     def _placed(self, error: Exception, query: str) -> Exception:
@@ -106,11 +106,6 @@ class Trace:
         except self._error as placed:
             return placed
         return error
-
-    @property
-    def error(self) -> type[Exception]:
-        """What relations raise: duckdb.Error."""
-        return self._error
 
     def close(self) -> None:
         """Forget the tables; a second time does nothing. Relations mean nothing afterwards."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import BinaryIO
 
 from canwire.errors import BadLog
 from canwire.logs.journal import SUFFIX
@@ -31,6 +32,17 @@ def files_of(folder: str) -> list[Path]:
     if not whole and not growing:
         raise BadLog(f"{folder}: a folder without Parquet files, so no trace")
     return [Path(folder, name) for name in sorted(whole | growing)]
+
+
+def opened(path: Path) -> tuple[BinaryIO, Path]:
+    """The file, and what it is called by now: a journal may have become a whole file since it was listed."""
+    try:
+        return path.open("rb"), path
+    except FileNotFoundError:
+        if not is_journal(path):
+            raise
+        whole = path.with_name(path.name.removesuffix(SUFFIX))
+        return whole.open("rb"), whole
 
 
 def is_journal(path: Path) -> bool:

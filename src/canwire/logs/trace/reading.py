@@ -11,7 +11,7 @@ from canwire.logs import journal
 from canwire.logs.batch import LogBatch, renumbered
 from canwire.logs.source import Source
 from canwire.logs.tables import parquet_file
-from canwire.logs.trace.files import files_of, is_journal
+from canwire.logs.trace.files import files_of, is_journal, opened
 
 _AT_ONCE = 1 << 17
 
@@ -38,7 +38,8 @@ def read(source: Source) -> Iterator[LogBatch]:
     """The files one after another. One that cannot be read is a fault; raises BadLog for a folder that is no trace."""
     for path in files_of(source.path):
         try:
-            with path.open("rb") as file:
+            file, path = opened(path)
+            with file:
                 yield from _read(source, TraceFile(source, path, file), is_journal(path))
         except (BadLog, OSError) as error:
             source.fault(path.name, str(error).removeprefix(f"{path}: "))

@@ -1,14 +1,11 @@
 """A trace out: entries gather in memory until a file of them is full, and once `sync` was called in a journal, too.
 
-Two ways were possible where the growing file is concerned: small files, put together now and then, or a journal. A file
-that is put together exists twice for a moment, or not at all; a journal is replaced by its file in one step.
+A full file is packed beside (packing.py), while the next one grows: until it is there its journal is.
 """
 
 from __future__ import annotations
 
-import json
 import os
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from canwire.errors import BadValue
@@ -17,17 +14,16 @@ from canwire.logs.batch import LOG_RECORD_SIZE, log_dtype
 from canwire.logs.entry import LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.journal import SUFFIX
-from canwire.logs.tables.arrow import load_pyarrow, schema_of_log, table_of
-from canwire.logs.tables.order import ROW, by_identifier, rows_among
-from canwire.logs.tables.parquet_file import ABOUT, PACKING, ROW_GROUP
+from canwire.logs.tables.arrow import load_pyarrow
 from canwire.logs.trace.files import file_name
+from canwire.logs.trace.packing import Packing, end_journal
 from canwire.values.record import load_numpy
 
 if TYPE_CHECKING:
     import numpy
 
 ENTRIES = 1 << 20
-"""Of a file: 88 MiB in memory while it grows, some 6 to 10 MB when it is whole; five minutes of a saturated bus."""
+"""Of a file: 88 MiB in memory while it grows, some 6 to 12 MB when it is whole; five minutes of a saturated bus."""
 
 
 class Writer(FormWriter):
@@ -37,72 +33,96 @@ class Writer(FormWriter):
     opens: ClassVar[bool] = False
 
     def begin(self) -> None:
-        self._arrow = load_pyarrow()
+        load_pyarrow()
         if self.path == "-":
             raise BadValue("trace: a folder, which cannot be written to standard output")
         os.makedirs(self.path, exist_ok=True)
         if os.listdir(self.path):
             raise BadValue(f"{self.path}: a folder that is not empty; give the trace a new one")
+        self._about: dict[str, Any] = {
+            "version": 1, "dated": self.dated, "start_ns": self.start_ns, "clock": self.clock}  # fmt: skip
         self._records = load_numpy().empty(ENTRIES, log_dtype())
         self._held = 0
         self._whole = 0  # entries in files that are
         self._number = 1
+        self._packing: Packing | None = None
         self._journal: journal.Writer | None = None
-        self._journals = False
+        self._flushed = False
 
     def put(self, records: numpy.ndarray) -> None:
         while len(records):
-            if self._held == ENTRIES:
+            if self._held == len(self._records):
                 self.turn()
-            taken = records[: ENTRIES - self._held]
+            taken = records[: len(self._records) - self._held]
             self._records[self._held : self._held + len(taken)] = taken
             self._held += len(taken)
             records = records[len(taken) :]
-            if self._journals:
+            if self._flushed:
                 self._log(taken)
 
     def sync(self) -> None:
         """From the first time on everything goes into a journal as well."""
-        if not self._journals:
-            self._journals = True
+        if not self._flushed:
+            self._finish()
+            self._flushed = True
             self._log(self._records[: self._held])
         if self._journal is not None:
-            self._journal.sync()
-            self._count()
+            try:
+                self._journal.sync()
+            finally:
+                self._count()
+        if self._packing is not None and self._packing.done:
+            self._finish()
 
     def grown(self) -> int:
         return self._held * LOG_RECORD_SIZE
 
     def turn(self) -> bool:
-        """Make the growing file whole, and begin another."""
+        """Have the growing file made whole, and begin another."""
+        self._finish()
         if self._held:
-            self._write(self._records[: self._held])
-            self._whole += self._held
+            path = os.path.join(self.path, file_name(self._number))
+            if self._journal is not None:
+                self._journal.sync()
+            self._packing = Packing(
+                path, self._records[: self._held], self.channels, self._about, self._journal
+            )
+            self._records = load_numpy().empty(ENTRIES, log_dtype())
             self._held = 0
+            self._journal = None
             self._number += 1
-        growing, self._journal = self._journal, None
-        if growing is not None:
-            assert growing.file is not None
-            growing.file.close()
-            os.remove(growing.path)
-        self.count = self._whole
         return True
 
     def end(self) -> None:
+        """Raises OSError where the last file does not fit; what was flushed is in its journal then."""
         try:
             self.turn()
+            self._finish()
+            if self._number == 1:
+                Packing(
+                    os.path.join(self.path, file_name(1)), self._records[:0], [], self._about, None
+                ).finish()
         finally:
-            if self._journal is not None and self._journal.file is not None:
-                self._journal.file.close()
-        if self._number == 1:
-            self._write(self._records[:0])
+            for growing in self._journals():
+                end_journal(growing)
+
+    def _finish(self) -> None:
+        """The file that is packed, if there is one, is there now."""
+        if self._packing is not None:
+            try:
+                self._packing.finish()
+                self._whole += len(self._packing.records)
+                self._packing = None
+            finally:
+                self._count()
 
     def _log(self, records: numpy.ndarray) -> None:
         if self._journal is None:
             path = os.path.join(self.path, file_name(self._number) + SUFFIX)
             file = cast(Any, open(path, "wb", buffering=0))  # noqa: SIM115
-            about = {"dated": self.dated, "start_ns": self.start_ns, "clock": self.clock}
-            self._journal = journal.Writer(path, file, **about)  # type: ignore[arg-type]
+            self._journal = journal.Writer(
+                path, file, dated=self.dated, start_ns=self.start_ns, clock=self.clock
+            )
             self._journal.channels = self.channels
             self._journal.begin()
         try:
@@ -111,24 +131,9 @@ class Writer(FormWriter):
             self._count()
 
     def _count(self) -> None:
-        self.count = self._whole + (self._journal.count if self._journal is not None else 0)
+        self.count = self._whole + sum(growing.count for growing in self._journals())
 
-    def _write(self, records: numpy.ndarray) -> None:
-        """A file, there as a whole or not at all."""
-        path = os.path.join(self.path, file_name(self._number))
-        rows, order = rows_among(records)
-        places = by_identifier(records)
-        about = {"version": 1, "dated": self.dated, "start_ns": self.start_ns, "clock": self.clock}
-        schema = schema_of_log(self._arrow)
-        table = table_of(self._arrow, schema, records[places], self.channels)
-        table = table.append_column(ROW, self._arrow.array(rows[places]))
-        table = table.replace_schema_metadata({ABOUT: json.dumps({**about, "order": order}).encode()})
-        packing = {**PACKING, "use_dictionary": [*PACKING["use_dictionary"], ROW]}
-        try:
-            with open(f"{path}.new", "wb") as file:
-                self._arrow.parquet.write_table(table, file, row_group_size=ROW_GROUP, **packing)
-            os.replace(f"{path}.new", path)
-        except BaseException:
-            with suppress(OSError):
-                os.remove(f"{path}.new")
-            raise
+    def _journals(self) -> list[journal.Writer]:
+        """Those that are not replaced by their files yet."""
+        packed = None if self._packing is None else self._packing.growing
+        return [growing for growing in (packed, self._journal) if growing is not None]
