@@ -318,3 +318,50 @@ def test_without_duckdb_one_line_names_the_extra(everything: Path, monkeypatch: 
     monkeypatch.setitem(sys.modules, "duckdb", None)
     with pytest.raises(ExtraMissing, match=r"duckdb is not installed; run: pip install 'canwire\[query\]'"):
         open_trace(everything)
+
+
+@pytest.mark.parametrize("column", ["data", "time_ns"])
+def test_damage_inside_a_file_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, column: str) -> None:
+    """Not before somebody reads it; `open_log` tells the place and gives the rest."""
+    monkeypatch.setattr(writing, "ENTRIES", 5000)
+    convert_log(CAR, tmp_path / "log.trace")
+    file = tmp_path / "log.trace" / "00002.parquet"
+    metadata = pyarrow.parquet.ParquetFile(file).metadata
+    page = metadata.row_group(0).column(metadata.schema.names.index(column)).data_page_offset
+    data = bytearray(file.read_bytes())
+    data[page : page + 400] = bytes(400)
+    file.write_bytes(data)
+    with open_trace(tmp_path / "log.trace") as trace:
+        assert trace.sql("select count(*) from frames").fetchall() == [(12974,)]
+        with pytest.raises(duckdb.Error) as raised:
+            trace.sql(f"select max({column}) from frames where id <> 1").fetchall()
+        assert "a file of the log is damaged" in str(trace.mistake(raised.value, ""))
+    with canwire.open_log(tmp_path / "log.trace") as log:
+        assert sum(map(len, log.batches())) == 7974
+        assert [fault.where for fault in log.faults] == ["00002.parquet, row 0"]
+
+
+def test_a_bit_that_flipped_is_noticed(tmp_path: Path) -> None:
+    """Not all of them make nonsense: pages have checksums."""
+    convert_log(CAR, tmp_path / "log.trace")
+    file = tmp_path / "log.trace" / "00001.parquet"
+    metadata = pyarrow.parquet.ParquetFile(file).metadata
+    whole = file.read_bytes()
+    numbers = random.Random(1)
+    for name in ("data", "time_ns", "id"):
+        column = metadata.row_group(0).column(metadata.schema.names.index(name))
+        data = bytearray(whole)
+        data[column.data_page_offset + numbers.randrange(60, column.total_compressed_size - 60)] ^= 0x10
+        file.write_bytes(data)
+        with canwire.open_log(file) as log, pytest.raises(BadLog, match="nothing of it can be read"):
+            list(log.batches())
+
+
+def test_too_little_memory_is_said(everything: Path) -> None:
+    with open_trace(everything, memory_bytes=64 << 20) as trace:
+        with pytest.raises(duckdb.Error) as raised:
+            trace.sql("select list(range) from range(100000000)").fetchall()
+        told = str(trace.mistake(raised.value, ""))
+    assert told.startswith("Out of Memory Error: ")
+    assert "--memory" in told
+    assert "\n" not in told

@@ -43,6 +43,7 @@ class Trace:
                 f"set temp_directory = {quoted(os.path.join(self._home.name, 'spilled'))}"
             )
             self.connection.execute("set preserve_insertion_order = false")
+            self.connection.execute("set python_enable_replacements = false")  # ours are no tables
             self.connection.execute(f"create view entries as {entries(self._source)}")
             for name, text in VIEWS.items():
                 self.connection.execute(f"create view {name} as {text}")

@@ -42,7 +42,8 @@ def record(
     `epoch_ns`; a LabNode, or a LabBus, on which a listening node is put. `format` is told by the path's suffix unless
     given. `channel` is the
     name in the log. With `rotate_bytes` or `rotate_s` (seconds) the files are NAME-0001, NAME-0002, ...: a new one as
-    soon as one is larger or older. `hub` is the hub's address.
+    soon as one is larger or older; a trace (`path` with a slash at its end) is one folder, which begins its next file
+    then, by bytes of records. `hub` is the hub's address.
 
     Frames, error frames, changes of state and losses are recorded; a line's own frames as well, a LabNode's where it
     has `self_reception`. Raises BadValue, NoSuchBoard, HubError, ExtraMissing, OSError.

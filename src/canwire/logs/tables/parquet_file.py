@@ -27,6 +27,7 @@ PACKING = {
     "compression": "zstd",
     "use_dictionary": [name for name in COLUMNS if name not in _DIFFERENCES],
     "column_encoding": _DIFFERENCES,
+    "write_page_checksum": True,
 }
 """How columns are packed: times and data by what changes, the rest by the few values that there are."""
 
@@ -90,7 +91,7 @@ def open_parquet(path: str, file: Any) -> tuple[Any, dict[str, Any]]:
     """The file and what it says of itself; raises BadLog for one that is cut, and for another table."""
     arrow = load_pyarrow()
     try:
-        opened = arrow.parquet.ParquetFile(file)
+        opened = arrow.parquet.ParquetFile(file, page_checksum_verification=True)
     except (arrow.ArrowException, OSError) as error:
         raise BadLog(f"{path}: no whole Parquet file ({error}); its recorder may have been killed") from None
     missing = [name for name in COLUMNS if name not in opened.schema_arrow.names]
@@ -98,7 +99,7 @@ def open_parquet(path: str, file: Any) -> tuple[Any, dict[str, Any]]:
         raise BadLog(f"{path}: a table without {', '.join(missing)}: no log of canwire")
     plain = [name for name in _WORDS if opened.schema_arrow.field(name).type == arrow.string()]
     if plain:  # others write no dictionaries
-        opened = arrow.parquet.ParquetFile(file, read_dictionary=plain)
+        opened = arrow.parquet.ParquetFile(file, read_dictionary=plain, page_checksum_verification=True)
     return opened, json.loads((opened.schema_arrow.metadata or {}).get(ABOUT, b"{}"))
 
 
@@ -124,7 +125,7 @@ def _groups(source: Source, file: Any, names: list[str]) -> Iterator[tuple[LogBa
         try:
             batch = next(groups, None)
         except (arrow.ArrowException, OSError) as error:
-            source.fault(f"row {before}", f"nothing from here on: {error}")
+            source.fault(f"row {before}", f"nothing from here on: {' '.join(str(error).split())}")
             return
         if batch is None:
             return
