@@ -103,6 +103,12 @@ def test_what_it_finds_is_a_log_again(tmp_path: Path, home: Path) -> None:
         wanted = [entry.frame for entry in log if entry.frame and entry.frame.id == 258]
         assert [entry.frame for entry in found] == wanted
         assert not found.faults
+    assert main(["query", str(home / "trace"), "select * from entries", "-o", str(part)]) == 0
+    with canwire.open_log(part) as found:
+        assert next(iter(found)).timestamp_ns == START_NS
+        assert found.dated
+    with canwire.open_trace(part) as trace:
+        assert trace.dated
 
 
 @pytest.mark.parametrize(

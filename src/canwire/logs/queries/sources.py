@@ -53,7 +53,7 @@ def _checked(path: str, listed: list[Path], home: str) -> QuerySource:
             with file.open("rb") as opened:
                 found, about = open_parquet(str(file), opened)
                 rows = rows and ROW in found.schema_arrow.names
-                dated = dated or bool(about.get("dated"))
+                dated = dated or bool(about["dated"])
             files.append(str(file))
         except (BadLog, OSError) as error:
             faults.append(LogFault(file.name, str(error).removeprefix(f"{file}: ")))

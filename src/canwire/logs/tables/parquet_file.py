@@ -10,10 +10,10 @@ from canwire.errors import BadLog
 from canwire.logs.batch import LogBatch
 from canwire.logs.entry import LogKind
 from canwire.logs.form import FormWriter
-from canwire.logs.source import Source
+from canwire.logs.source import DATED_NS, Source
 from canwire.logs.tables.arrow import batch_of_table, load_pyarrow, schema_of_log, table_of
 from canwire.logs.tables.columns import COLUMNS
-from canwire.logs.tables.order import BY_TIME, ROW, in_order
+from canwire.logs.tables.order import ROW, in_order
 from canwire.values.record import load_numpy
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ ROW_GROUP = 1 << 17
 ABOUT = b"canwire"
 _WORDS = ("channel", "direction", "type")
 _DIFFERENCES = {"time_ns": "DELTA_BINARY_PACKED", "data": "DELTA_BYTE_ARRAY"}
-PACKING = {
+PACKING: dict[str, Any] = {
     "compression": "zstd",
     "use_dictionary": [name for name in COLUMNS if name not in _DIFFERENCES],
     "column_encoding": _DIFFERENCES,
@@ -79,16 +79,16 @@ def recognises(head: bytes) -> bool:
 def read(source: Source) -> Iterator[LogBatch]:
     """Row group by row group, a trace's file at once. Raises BadLog for another table, and for a file that is cut."""
     file, about = open_parquet(source.path, source.file)
-    source.dated, source.start_ns = bool(about.get("dated")), about.get("start_ns")
+    source.dated, source.start_ns = about["dated"], about.get("start_ns")
     source.clock = about.get("clock", "")
-    if ROW in file.schema_arrow.names:
-        yield from _sorted(source, file, str(about.get("order", BY_TIME)))
+    if "order" in about and ROW in file.schema_arrow.names:
+        yield from _sorted(source, file, str(about["order"]))
     else:
         yield from (batch for batch, _, _ in _groups(source, file, list(COLUMNS)))
 
 
 def open_parquet(path: str, file: Any) -> tuple[Any, dict[str, Any]]:
-    """The file and what it says of itself; raises BadLog for one that is cut, and for another table."""
+    """The file and what it says of itself, "dated" at least; raises BadLog for one that is cut, or another table."""
     arrow = load_pyarrow()
     try:
         opened = arrow.parquet.ParquetFile(file, page_checksum_verification=True)
@@ -100,7 +100,16 @@ def open_parquet(path: str, file: Any) -> tuple[Any, dict[str, Any]]:
     plain = [name for name in _WORDS if opened.schema_arrow.field(name).type == arrow.string()]
     if plain:  # others write no dictionaries
         opened = arrow.parquet.ParquetFile(file, read_dictionary=plain, page_checksum_verification=True)
-    return opened, json.loads((opened.schema_arrow.metadata or {}).get(ABOUT, b"{}"))
+    about = json.loads((opened.schema_arrow.metadata or {}).get(ABOUT, b"{}"))
+    return opened, {**about, "dated": about["dated"] if "dated" in about else _by_its_times(opened)}
+
+
+def _by_its_times(opened: Any) -> bool:
+    """Whether times are dates, where a file that others wrote does not say it."""
+    if not opened.metadata.num_row_groups:
+        return False
+    column = opened.metadata.row_group(0).column(opened.schema_arrow.names.index("time_ns"))
+    return column.statistics is not None and (column.statistics.min or 0) >= DATED_NS
 
 
 def _sorted(source: Source, file: Any, order: str) -> Iterator[LogBatch]:
