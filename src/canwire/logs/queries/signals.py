@@ -21,7 +21,7 @@ _SIGNALS = """
 select time_ns, time, channel, message, signal, value, signal_text(number, data) as text, unit, row from (
     select f.time_ns, f.time, f.channel, s.message, s.signal, signal_value(s.number, f.data) as value, s.unit,
         s.number, f.data, f.row
-    from frames f join database_signals s on f.id = s.id and f.extended = s.extended where not f.remote
+    from main.frames f join main.database_signals s on f.id = s.id and f.extended = s.extended where not f.remote
 ) where value is not null
 """
 _SCHEMA = "database_messages"  # where the views by message stand, behind all tables of ours
@@ -41,8 +41,9 @@ class SignalTables:
                 f"{database.path}: signals of LIN frames are no table of a query yet; those of CAN are"
             )
         self._connection = connection
-        self._messages = {name.lower(): one for name, one in listed.items() if one.decodable}
-        self._functions = SignalFunctions(list(self._messages.values()))
+        decodable = [one for one in listed.values() if one.decodable]
+        self._messages = {one.name.lower(): one for one in reversed(decodable)}  # SQL's names have no case
+        self._functions = SignalFunctions(decodable)
         self._made: set[str] = set()
         self.path = database.path
         self.names = list(listed)
@@ -66,7 +67,7 @@ class SignalTables:
             return {message.name: [(message.id, message.extended)] for message in messages}
         matching = Matching(messages)
         found: dict[str, list[tuple[int, bool]]] = {message.name: [] for message in messages}
-        there = self._connection.execute("select distinct id, extended from frames").fetchall()
+        there = self._connection.execute("select distinct id, extended from main.frames").fetchall()
         for id, extended in sorted(there):
             number = matching.find(key_of(id, extended))
             if number >= 0:
@@ -98,6 +99,6 @@ class SignalTables:
         )
         ids = ", ".join(str(id) for id, _ in self._ids[message.name]) or "null"
         return (
-            f"select time_ns, time, channel{columns}, row from frames "
+            f"select time_ns, time, channel{columns}, row from main.frames "
             f"where id in ({ids}) and extended = {message.extended} and not remote"
         )
