@@ -86,7 +86,7 @@ def formats(folder: Path, count: int) -> None:
             read_s = seconds(lambda other=other: read_by_python_can(other))  # type: ignore[misc]
             line += f"{few / write_s / 1e3:32.0f}{few / read_s / 1e3:8.0f}"
         print(line)
-    for suffix in (".parquet", ".blf", ".pcapng"):
+    for suffix in (".parquet", ".trace", ".blf", ".pcapng"):
         spent = seconds(lambda suffix=suffix: canwire.convert_log(source, folder / f"c{suffix}"))  # type: ignore[misc]
         print(f"candump to {suffix[1:]}: {count / spent / 1e3:.0f} k frames/s")
 

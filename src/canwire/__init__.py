@@ -150,6 +150,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
     from canwire.logs.formats import LogFormat, log_formats
     from canwire.logs.log import Log, open_log
+    from canwire.logs.queries.trace import Trace, open_trace
     from canwire.logs.recording.record import record
     from canwire.logs.recording.recorder import Recorder
     from canwire.logs.source import LogFault
@@ -281,6 +282,7 @@ _NAMES = {
     "logs.formats": "LogFormat log_formats",
     "logs.log": "Log open_log",
     "logs.convert": "convert_log",
+    "logs.queries.trace": "Trace open_trace",
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
     "logs.source": "LogFault",
@@ -513,6 +515,7 @@ __all__ = [
     "Timer",
     "TimingLimits",
     "TimingRange",
+    "Trace",
     "Unplugged",
     "Unsupported",
     "WantedMode",
@@ -555,6 +558,7 @@ __all__ = [
     "offer",
     "offered_hubs",
     "open_log",
+    "open_trace",
     "parse_candump_line",
     "parse_frame",
     "parse_lin_frame",

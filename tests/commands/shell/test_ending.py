@@ -68,6 +68,7 @@ AT_ONCE = {
     "devices",
     "doctor",
     "plug",
+    "query",
     "recover",
     "run",
     "share",

@@ -45,7 +45,8 @@ def record(
     LIN line as a slave); a HubChannel or Monitor that is set up and active, which then belongs to the recorder, and
     whose times become dates by `epoch_ns`; a node of the lab, or a bus, on which a listening one is put. `format` is
     told by the path's suffix unless given. `channel` is the name in the log. With `rotate_bytes` or `rotate_s`
-    (seconds) the files are NAME-0001, NAME-0002, ...: a new one as soon as one is larger or older. `hub` is the hub's
+    (seconds) the files are NAME-0001, NAME-0002, ...: a new one as soon as one is larger or older; a trace (`path`
+    with a slash at its end) is one folder, which begins its next file then, by bytes of records. `hub` is the hub's
     address.
 
     Frames, error frames, changes of state and losses are recorded; a line's own frames as well, a LabNode's where it
