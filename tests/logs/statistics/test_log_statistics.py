@@ -225,3 +225,22 @@ def test_mistakes() -> None:
         log_statistics()
     with pytest.raises(BadValue, match="bit_rate 0"):
         log_statistics("examples/car-candump.log", bit_rate=0)
+
+
+def test_records_of_a_damaged_journal(tmp_path: Path) -> None:
+    """Kinds, channels and times that none has are no reason to fail."""
+    import random
+
+    path = tmp_path / "drive.journal"
+    with create_log(path) as writer:
+        writer.write_many(every(10**6, 200))
+    whole, numbers = path.read_bytes(), random.Random(4)
+    for _ in range(20):
+        spoilt = bytearray(whole)
+        for _ in range(40):
+            spoilt[numbers.randrange(200, len(whole))] = numbers.randrange(256)
+        path.write_bytes(spoilt)
+        with open_log(path) as log:
+            found = log_statistics(log, bit_rate=500_000)
+            assert found.entries + found.unlisted <= 201
+            assert found.entries

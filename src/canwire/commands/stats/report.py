@@ -26,7 +26,7 @@ def report(logs: Sequence[Log], found: LogStatistics, expected: Expected | None)
         yield ""
         yield from _table([_row(one, expected) for one in found.identifiers], expected is not None)
     if found.unlisted:
-        yield f"{found.unlisted} frames of further identifiers"
+        yield f"{found.unlisted} frames of further identifiers, or on no channel"
     if expected is not None and (missing := expected.missing(found.identifiers)):
         named = ", ".join(f"{one.name} ({_ms(one.cycle_s)} ms)" for one in missing[:_NAMED])
         more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""

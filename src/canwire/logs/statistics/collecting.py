@@ -65,7 +65,7 @@ class Collector:
         self._identifiers = Identifiers()
         self._begin_ns: int | None = None
         self._ends: tuple[int, int] | None = None
-        self._entries = self._marks = 0
+        self._entries = self._marks = self._nameless = 0
 
     def add(self, batch: LogBatch) -> None:
         """Some entries."""
@@ -85,7 +85,7 @@ class Collector:
         return LogStatistics(
             entries=self._entries,
             marks=self._marks,
-            unlisted=self._identifiers.unlisted,
+            unlisted=self._identifiers.unlisted + self._nameless,
             dated=self.dated,
             clock=self.clock,
             first_ns=first_ns,
@@ -115,6 +115,10 @@ class Collector:
                 self._channels.append(ChannelCounts(name, own, usual))
         numbers = [self._names.index(name) for name in batch.channels]
         records = batch.records
+        nameless = records["channel"] >= len(numbers)
+        if nameless.any():
+            self._nameless += int(nameless.sum())
+            records = records[~nameless]
         if numbers != list(range(len(numbers))):
             records = records.copy()
             records["channel"] = load_numpy().array(numbers, "u2")[records["channel"]]

@@ -81,7 +81,8 @@ class LogStatistics:
     """What `log_statistics` found: by channel and by identifier, each in the order of names and numbers.
 
     `entries` are all that could be read, `marks` those that speak of the log itself; `unlisted` counts frames of
-    identifiers beyond the first 65,536. Times are nanoseconds, of 1970 where `dated`.
+    identifiers beyond the first 65,536, and records of a damaged file that are on no channel. Times are
+    nanoseconds, of 1970 where `dated`.
     """
 
     entries: int

@@ -82,14 +82,16 @@ class _Reader:
 
 
 def _is_line_by_line(text: bytes) -> bool:
-    """Whether each line is a row: no cell goes on in the next one, and no row ends by a lone carriage return."""
+    """Whether each line is a row: none is cut, none ends by a lone carriage return, no cell goes on in the next one."""
     if text.count(b"\r") != text.count(b"\r\n"):
         return False
-    if b'"' not in text:
-        return True
     numpy = load_numpy()
     block = numpy.frombuffer(text, "u1")
     ends = numpy.append(numpy.flatnonzero(block == 10), len(text))
+    if int(numpy.diff(ends, prepend=-1).max()) > LONGEST:
+        return False
+    if b'"' not in text:
+        return True
     quoted = numpy.unique(numpy.searchsorted(ends, numpy.flatnonzero(block == 34)))
     begins = numpy.append(0, ends[:-1] + 1)
     lines = (text[begins[line] : ends[line]].decode("latin-1") for line in quoted.tolist())
