@@ -149,7 +149,9 @@ def test_signals_are_what_decoding_one_by_one_gives(tmp_path: Path, file: Path) 
     with open_trace(trace_of(tmp_path, list(frames)), database=database) as trace:
         query = "select time_ns, message, signal, value, text, unit from signals"
         assert set(trace.sql(query).fetchall()) == wanted
-        names = [(message.name, signal) for message in database.messages.values() for signal in message.signals]
+        names = [
+            (message.name, signal) for message in database.messages.values() for signal in message.signals
+        ]
         for message, signal in names[:: max(1, len(names) // 20)]:
             query = f'select time_ns, "{signal}" from "{message}" where "{signal}" is not null'
             told = {(row[0], row[3]) for row in wanted if row[1:3] == (message, signal)}
@@ -387,4 +389,6 @@ def test_names_that_sql_takes_for_the_same(tmp_path: Path) -> None:
             ("Frames", "Count", 2), ("STATE", "Level", 1), ("State", "SPEED", 30), ("State", "Speed", 20),
             ("State", "Time", 0)]  # fmt: skip
         assert trace.sql("select count(*) from frames").fetchall() == [(3,)]
-        assert trace.sql("select * exclude (time_ns, time, channel, row) from State").fetchall() == [(0, 20, 30)]
+        assert trace.sql("select * exclude (time_ns, time, channel, row) from State").fetchall() == [
+            (0, 20, 30)
+        ]
