@@ -94,6 +94,23 @@ def test_files(tmp_path: Path, home: Path, capsys: pytest.CaptureFixture[str], r
     assert "No such file" in capsys.readouterr().err
 
 
+def test_a_file_is_written_whole_or_stays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, out = tmp_path / "log.parquet", tmp_path / "out.csv"
+    convert_log(CAR, log)
+    out.write_text("before")
+    wrong = "select cast(case when range < 5000 then '1' else 'corrupt' end as int) from range(6000)"
+    assert main(["query", str(log), wrong, "-o", str(out)]) == 2
+    assert "Could not convert string 'corrupt'" in capsys.readouterr().err
+    assert out.read_text() == "before"
+    before = log.read_bytes()
+    convert_log(log, tmp_path / "log.trace")
+    for trace, place in ((log, log), (tmp_path / "log.trace", tmp_path / "log.trace" / "out.parquet")):
+        assert main(["query", str(trace), "select 1", "-o", str(place)]) == 2
+        assert "it is what is asked; give the answer a place of its own" in capsys.readouterr().err
+    assert log.read_bytes() == before
+    assert sorted(os.listdir(tmp_path)) == ["log.parquet", "log.trace", "out.csv"]
+
+
 @pytest.mark.conforms("PF-09")
 def test_what_it_finds_is_a_log_again(tmp_path: Path, home: Path) -> None:
     part = tmp_path / "part.parquet"

@@ -8,6 +8,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from datetime import date, datetime, time, timedelta
 from decimal import Decimal
 from itertools import islice
@@ -22,22 +23,28 @@ FORMS = {".csv": "csv", ".json": "json", ".parquet": "parquet"}
 
 
 def write_rows(rows: Any, form: str, path: str | None) -> None:
-    """Print a DuckDB relation, or write it to a file whose suffix tells the form. Raises BadValue, OSError."""
+    """Print a DuckDB relation, or write it to a file whose suffix tells the form.
+
+    A file that cannot be written as a whole stays as it was. Raises BadValue, OSError.
+    """
     if path is None:
         _WRITERS[form](rows.columns, _values(rows), sys.stdout)
         return
     form = FORMS.get(Path(path).suffix.lower(), "")
     if not form:
         raise BadValue(f"-o {path}: a file that ends with {', '.join(FORMS)}")
-    with open(path, "w", newline="", encoding="utf-8") as file:  # says what would be wrong with it
-        if form != "parquet":
-            _WRITERS[form](rows.columns, _values(rows), file)
-    if form == "parquet":
-        try:
-            rows.to_parquet(path, compression="zstd")
-        except BaseException:
-            os.remove(path)
-            raise
+    made = f"{path}.new"
+    try:
+        with open(made, "w", newline="", encoding="utf-8") as file:  # says what would be wrong with it
+            if form != "parquet":
+                _WRITERS[form](rows.columns, _values(rows), file)
+        if form == "parquet":
+            rows.to_parquet(made, compression="zstd")
+        os.replace(made, path)
+    except BaseException:
+        with suppress(FileNotFoundError):
+            os.remove(made)
+        raise
 
 
 def _values(rows: Any) -> Iterator[list[Any]]:

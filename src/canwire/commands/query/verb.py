@@ -18,6 +18,7 @@ What cannot be read is left out and said, with its place; then the exit status i
 from __future__ import annotations
 
 import argparse
+import os
 import re
 
 from canwire import BadValue, Trace, open_trace
@@ -47,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Ask; 1 for faults in the trace. BadLog for what is none, BadValue for SQL that means nothing, ExtraMissing."""
     memory_bytes = _size(arguments.memory)
+    _refuse_itself(arguments.trace, arguments.out)
     with open_trace(arguments.trace, database=arguments.db, memory_bytes=memory_bytes) as trace:
         import duckdb
 
@@ -65,6 +67,15 @@ def _answer(trace: Trace, query: str, arguments: argparse.Namespace) -> None:
         return
     form = "csv" if arguments.csv else "json" if arguments.json else "table"
     write_rows(rows, form, arguments.out)
+
+
+def _refuse_itself(trace: str, out: str | None) -> None:
+    """What is written must not be what is read, nor become a part of it."""
+    if out is None or not os.path.exists(trace):
+        return
+    for place in (out, os.path.dirname(os.path.abspath(out))):
+        if os.path.exists(place) and os.path.samefile(place, trace):
+            raise BadValue(f"-o {out}: it is what is asked; give the answer a place of its own")
 
 
 def _size(text: str) -> int:

@@ -13,6 +13,7 @@ _PLACE = re.compile(r"\n\s*\nLINE (\d+): (.*)\n( *)(\^+)")
 _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 _LITERAL = re.compile(r"\b(message|signal)\s*=\s*'((?:[^']|'')*)'", re.IGNORECASE)
 _BY_DATABASE = ("signals", "messages")
+_ABOUT_SQL = ("Parser", "Binder", "Catalog", "Conversion", "Not implemented", "Out of Range")
 _MEMORY = "Out of Memory Error"
 _DAMAGE = re.compile(r"corrupt|[Dd]ecompress|TProtocol|[Tt]hrift|bitpacked|Failed to read file")
 _HEX = re.compile(r"\b0[xX][0-9a-fA-F]+")
@@ -23,7 +24,7 @@ def one_line(error: Exception, query: str, tables: Iterable[str]) -> str:
     text = str(error)
     if text.startswith(_MEMORY):
         return f"{text.splitlines()[0]}; give it more (--memory; memory_bytes), or ask for less at once"
-    if _DAMAGE.search(text):
+    if not text.startswith(_ABOUT_SQL) and _DAMAGE.search(text):
         told = text.splitlines()[0]
         return f"a file of the log is damaged ({told}); `canwire convert` tells which, and keeps the others"
     place = _PLACE.search(text)
