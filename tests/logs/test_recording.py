@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import BadValue, BusEvent, Frame, Lab, LogMark, MarkKind, create_log, open_log
+from canwire import BadValue, BusEvent, Frame, Lab, LogEntry, LogMark, MarkKind, create_log, open_log
 from canwire.logs.recording import files as recording_files
 from tests.hubs import LONG_S, Served, serving
 from tests.logs.contents import some
@@ -200,3 +200,29 @@ def test_a_full_disk_is_said_and_the_file_ends_whole(tmp_path: Path, small_files
     with open_log(path) as opened:
         assert len(list(opened)) == count > 0
         assert opened.faults == []
+
+
+KILLED = """
+import os, sqlite3, sys
+database = sqlite3.connect(sys.argv[1])
+database.execute("pragma cache_size = 1")  # changes reach the file at once, and the journal what was there
+database.execute("update entries set channel = 'changed'")
+rows = [(k, "x" * 100) for k in range(5000)]
+database.executemany("insert into entries(time_ns, channel, type) values(?, '', ?)", rows)
+os._exit(0)
+"""
+
+
+@pytest.mark.conforms("PF-11")
+def test_a_database_whose_writer_was_killed_while_it_committed(tmp_path: Path) -> None:
+    path = tmp_path / "drive.db"
+    entries = [LogEntry(k, "can0", Frame(k, timestamp_ns=k)) for k in range(1000)]
+    with create_log(path) as log:
+        log.write_many(entries)
+    subprocess.run([sys.executable, "-c", KILLED, str(path)], check=True, timeout=LONG_S)
+    assert Path(f"{path}-journal").stat().st_size
+    before = path.read_bytes()
+    with open_log(path) as log:
+        assert [entry.channel for entry in log] == ["can0"] * 1000
+        assert not log.faults
+    assert path.read_bytes() == before

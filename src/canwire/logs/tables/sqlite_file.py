@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, ClassVar
 
 from canwire.errors import BadFrame, BadLog, BadText
@@ -86,11 +88,31 @@ def read(source: Source) -> Iterator[LogBatch]:
     """By time; a row that means nothing is a fault. Raises BadLog for another database."""
     if source.path == "-":
         raise BadLog("sqlite: a database cannot be read from standard input")
-    with closing(sqlite3.connect(f"file:{_quoted(source.path)}?mode=ro", uri=True)) as database:
+    with ExitStack() as closing_all:
         try:
+            database = _opened(source.path, closing_all)
             yield from _read(source, database)
         except sqlite3.DatabaseError as error:
             source.fault("database", str(error))
+
+
+def _opened(path: str, closing_all: ExitStack) -> sqlite3.Connection:
+    """To be read only; a copy of it if its writer was killed while it wrote: SQLite has to take back what was begun."""
+    database = closing_all.enter_context(closing(_connected(path, "ro")))
+    try:
+        database.execute("select name from sqlite_master").fetchone()
+    except sqlite3.OperationalError as error:
+        if not error.sqlite_errorname.startswith("SQLITE_READONLY"):
+            raise
+        folder = closing_all.enter_context(TemporaryDirectory(prefix="canwire-"))
+        for suffix in ("", "-journal"):
+            shutil.copy(path + suffix, f"{folder}/log{suffix}")
+        database = closing_all.enter_context(closing(_connected(f"{folder}/log", "rw")))
+    return database
+
+
+def _connected(path: str, mode: str) -> sqlite3.Connection:
+    return sqlite3.connect(f"file:{_quoted(path)}?mode={mode}", uri=True)
 
 
 def _read(source: Source, database: sqlite3.Connection) -> Iterator[LogBatch]:
