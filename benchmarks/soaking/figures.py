@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import statistics
 from collections.abc import Iterable
 from pathlib import Path
@@ -64,7 +65,7 @@ def draw(samples: list[Sample], to: Path) -> None:
     matplotlib.rcParams.update({"svg.hashsalt": "canwire", "font.size": 9})
     from matplotlib import pyplot
 
-    figure, (memory, descriptors, times) = pyplot.subplots(3, 1, sharex=True, figsize=(8, 6.5))
+    figure, (memory, descriptors, times) = pyplot.subplots(3, 1, sharex=True, figsize=(8, 7))
     for life in sorted({sample.life for sample in samples}):
         own = [sample for sample in samples if sample.life == life]
         minutes = [sample.minute for sample in own]
@@ -77,16 +78,18 @@ def draw(samples: list[Sample], to: Path) -> None:
         ("call_p50", "call, median"), ("call_p99", "call, p99"), ("lease_p50", "lease back, median"),
         ("lease_max", "lease back, longest"), ("sleep_p99", "a bare sleep's lateness, p99"),
     ):  # fmt: skip
-        times.plot(minutes, [getattr(sample, field) for sample in samples], label=label, linewidth=0.9)
+        values = [getattr(sample, field) or math.nan for sample in samples]  # 0: none ended in this time
+        times.plot(minutes, values, label=label, linewidth=0.9)
     memory.set_ylabel("hub's memory (MB)")
     memory.set_ylim(bottom=0)
-    memory.legend(loc="lower right")
+    above = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "frameon": False}
+    memory.legend(ncols=2, **above)
     descriptors.set_ylabel("its descriptors")
     descriptors.set_ylim(bottom=0)
     times.set_ylabel("ms, every 10 s")
     times.set_yscale("log")
     times.set_xlabel("minutes")
-    times.legend(loc="upper right", ncols=2)
+    times.legend(ncols=3, **above)
     figure.tight_layout()
     figure.savefig(to, metadata={"Date": None} if to.suffix == ".svg" else None)
     pyplot.close(figure)

@@ -24,8 +24,8 @@ from canwire.commands.shell.ending import (
     is_full,
     signals_raise,
 )
+from canwire.commands.shell.outside_imports import signals_outside_imports
 from canwire.commands.shell.parser import Help, Parser
-from canwire.commands.shell.whole_imports import with_whole_imports
 
 
 class Verb(NamedTuple):
@@ -117,7 +117,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with signals_raise():
             try:
-                return with_whole_imports(lambda: _run(words))
+                return signals_outside_imports(lambda: _run(words))
             finally:
                 sys.stdout.flush()
     except BrokenPipeError:

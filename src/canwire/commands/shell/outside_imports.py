@@ -1,0 +1,95 @@
+"""Signals are handled outside of imports: one that comes in the middle of an import has to wait for its end.
+
+An exception in the import system's own code can leave a module's lock taken, on which the next import waits for ever,
+or be raised where the interpreter only prints it (the callback that forgets such a lock), and the signal has done
+nothing. One in a module that makes classes can crash an extension that does not expect it (msgspec 0.22, whose code
+runs Python's there). An import that takes long is interrupted all the same, but not in the import system's own code.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Callable
+from types import FrameType
+from typing import Any, TypeVar
+
+Result = TypeVar("Result")
+Handler = Callable[[int, "FrameType | None"], Any]
+
+PATIENCE_S = 1.0
+_MACHINERY = "<frozen importlib"
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+_NUMBERS = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
+
+
+def signals_outside_imports(call: Callable[[], Result]) -> Result:
+    """What `call` returns or raises. In other threads than the main one signals are somebody else's."""
+    before: dict[int, Handler] = {}
+    try:
+        for number in _NUMBERS:
+            handler = signal.getsignal(number)
+            if callable(handler):
+                signal.signal(number, _put_off(handler))
+                before[number] = handler
+    except ValueError:  # no main thread
+        pass
+    try:
+        return call()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _put_off(handler: Handler) -> Handler:
+    def handle(number: int, frame: FrameType | None) -> None:
+        outermost = _outermost_import(frame)
+        if outermost is None:
+            handler(number, frame)
+        else:
+            sys.setprofile(_Later(handler, number, outermost).step)
+
+    return handle
+
+
+class _Later:
+    """A signal that waits: the interpreter tells of each step of the main thread until it can be handled."""
+
+    def __init__(self, handler: Handler, number: int, outermost: FrameType) -> None:
+        self._handler, self._number = handler, number
+        self._import: FrameType | None = outermost
+        self._patience_ends = time.monotonic() + PATIENCE_S
+        self._before = sys.getprofile()
+
+    def step(self, frame: FrameType, event: str, argument: object) -> None:
+        if frame is self._import and event == "return":
+            self._import = None  # the next step is the first that may be outside
+            return
+        if (
+            frame.f_code.co_filename == _HERE
+        ):  # the end of its own handling, in the midst of what was interrupted
+            return
+        if self._import is None:
+            self._import = _outermost_import(frame)
+        late = self._import is not None and time.monotonic() >= self._patience_ends
+        if self._import is None or (late and not _is_machinery(frame)):
+            sys.setprofile(self._before)
+            self._handler(self._number, frame)
+
+
+def _outermost_import(frame: FrameType | None) -> FrameType | None:
+    """The import that this frame is part of, as far as it was begun by what `signals_outside_imports` called."""
+    found = None
+    while frame is not None and frame.f_code is not signals_outside_imports.__code__:
+        if _is_machinery(frame):
+            found = frame
+        frame = frame.f_back
+    return found
+
+
+def _is_machinery(frame: FrameType) -> bool:
+    return frame.f_code.co_filename.startswith(_MACHINERY)
+
+
+_HERE = _is_machinery.__code__.co_filename
