@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -191,24 +192,32 @@ def _per_copy(row: Row, *, less: int) -> Row:
     return row._replace(points=[point._replace(copies=int(point.size) - less) for point in row.points])
 
 
+MEMORY: dict[str, Callable[[int], float]] = {
+    "memory of a lab's node, 2 x 1,024 frames": memory_of_nodes,
+    "memory of a lab's bus": memory_of_buses,
+    "memory of a channel, 2 x 1,024 frames": memory_of_channels,
+}
+
+
 def memory_rows(scale: int) -> list[Row]:
     many = [100 // scale, 400 // scale, 1000 // scale]
-    kinds: list[tuple[str, Callable[[int], float]]] = [
-        ("memory of a lab's node, 2 x 1,024 frames", memory_of_nodes),
-        ("memory of a lab's bus", memory_of_buses),
-        ("memory of a channel, 2 x 1,024 frames", memory_of_channels),
-    ]
     return [
-        Row(name, "of them", "KiB each", [Point(size, max(cost(size), 0.01)) for size in many], False)
-        for name, cost in kinds
+        Row(name, "of them", "KiB each", [Point(size, in_fresh_process(name, size)) for size in many], False)
+        for name in MEMORY
     ]
+
+
+def in_fresh_process(name: str, count: int) -> float:
+    """Where no memory that others gave back is used again."""
+    command = [sys.executable, __file__, "--memory", name, str(count)]
+    return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
 
 def shown(row: Row) -> list[str]:
     """Lines of the table: what it costs at each size, and how it grows."""
     points = ", ".join(f"{point.size:g}: {_figure(point.cost)}" for point in row.points)
     copies = [point for point in row.points if point.copies > 1]
-    per_copy = f"{1000 * copies[-1].cost / copies[-1].copies:.0f} ns" if copies else ""
+    per_copy = ", ".join(f"{point.size:g}: {1000 * point.cost / point.copies:.0f}" for point in copies)
     growth = f"{row.exponent():.2f}" if row.grows else ""
     return [f"| {row.name} | {row.unit} by {row.of}: {points} | {per_copy} | {growth} |"]
 
@@ -248,10 +257,14 @@ def main() -> int:
     )
     parser.add_argument("--short", action="store_true")
     parser.add_argument("--plot", type=Path)
+    parser.add_argument("--memory", nargs=2, help=argparse.SUPPRESS)
     asked = parser.parse_args()
+    if asked.memory:
+        print(MEMORY[asked.memory[0]](int(asked.memory[1])))
+        return 0
     timed = time_rows(10 if asked.short else 1, 2 if asked.short else 3)
     print(f"canwire {canwire.__version__}, {canwire.core_mode()} core")
-    print("| what grows | cost | per copy | exponent |\n|---|---|---|---|")
+    print("| what grows | cost | ns per copy | exponent |\n|---|---|---|---|")
     for row in [*timed, *memory_rows(10 if asked.short else 1)]:
         print("\n".join(shown(row)))
     if asked.plot:
