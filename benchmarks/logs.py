@@ -86,9 +86,22 @@ def formats(folder: Path, count: int) -> None:
             read_s = seconds(lambda other=other: read_by_python_can(other))  # type: ignore[misc]
             line += f"{few / write_s / 1e3:32.0f}{few / read_s / 1e3:8.0f}"
         print(line)
-    for suffix in (".parquet", ".blf", ".pcapng"):
+    for suffix in (".parquet", ".trace", ".blf", ".pcapng"):
         spent = seconds(lambda suffix=suffix: canwire.convert_log(source, folder / f"c{suffix}"))  # type: ignore[misc]
         print(f"candump to {suffix[1:]}: {count / spent / 1e3:.0f} k frames/s")
+
+
+def statistics(folder: Path, count: int) -> None:
+    """`log_statistics` of batches that are there already, and of a BLF file."""
+    from canwire.logs.statistics.collecting import Collector
+
+    with canwire.open_log(folder / "source.log") as log:
+        batches = list(log.batches())
+    collector = Collector({"": 500_000}, {})
+    spent = seconds(lambda: [collector.add(batch) for batch in batches])
+    print(f"statistics of batches: {count / spent / 1e3:.0f} k frames/s")
+    spent = seconds(lambda: canwire.log_statistics(folder / "ours.blf", bit_rate=500_000))
+    print(f"statistics of a BLF file: {count / spent / 1e3:.0f} k frames/s")
 
 
 def senders(folder: Path) -> None:
@@ -113,5 +126,7 @@ def senders(folder: Path) -> None:
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as home:
-        formats(Path(home), 100_000 if "--short" in sys.argv else 1_000_000)
+        many = 100_000 if "--short" in sys.argv else 1_000_000
+        formats(Path(home), many)
+        statistics(Path(home), many)
         senders(Path(home))

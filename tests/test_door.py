@@ -18,9 +18,10 @@ EXPORTED = """
 Gateway GatewayCounts GatewayRules
 Campaign CampaignRun Draw campaign repeat_run run_campaign
 BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogMark LogWriter MarkKind create_log log_dtype log_formats
-open_log Recorder convert_log epoch_ns record
+ChannelStatistics IdentifierStatistics LogStatistics log_statistics
+open_log Recorder Trace open_trace convert_log epoch_ns record
 Offer offer offered_hubs
-lines_now
+lines_now unused_lines
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
 DecodedMessages MessagePort OutgoingMessage Simulation
 TimeState TimedProgram
@@ -32,7 +33,7 @@ FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease
 CanBusFaults FaultInfo FaultStay HubBus HubFault HubLinBus HubPlace LinBusFaults Scripted
 NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange Unplugged Unsupported
 WrongState
-connect default_address frame_of_record kind_names serve WireField wire_fields
+connect default_address frame_of_record kind_names serve signals_end_waits WireField wire_fields
 RateConflict RunningLine rate_conflicts conflicts_on format_setter state_directory
 LinePlace WantedMode bring_up every_line find_lines format_rates start_line
 Acceptance BadFilter BadFrame BadText BadTiming BadValue BitLayout BitTiming BusEvent BusOff

@@ -99,9 +99,16 @@ MAY_LOCK = {
     "candrv.program",
     "candrv.handle.waiting",
     "candrv.handle.writing",
+    "ecus.canopen.ecu",
+    "ecus.j1939.ecu",
 }
-# VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; any thread may use a CANDRV handle
-RECORD = {"logs.recording.files", "logs.recording.recorder"}  # what happens now, in a thread
+# VCI's Lock and Unlock are its threads' own; ACAN tells on a thread; any thread may use a CANDRV handle; an ECU on a
+# shared board is called by its library's threads and by its owner's
+RECORD = {
+    "logs.recording.files",
+    "logs.recording.recorder",
+    "logs.trace.packing",
+}  # what happens now, in threads
 VIRTUAL_CLOCKS = {"lab.event_loop"}  # asyncio wants a selector; this one passes the lab's time
 OUTSIDE_WORLD = {  # real adapters: their I/O alone
     "drivers.slcan_dongle.link",

@@ -390,7 +390,7 @@ def test_running_in_pieces_changes_nothing(plan: Plan, steps: list[int]) -> None
 def there() -> int:
     """Timers in memory, called or not."""
     gc.collect()
-    return sum(isinstance(found, Timer) for found in gc.get_objects())
+    return sum(type(found) is Timer for found in gc.get_objects())
 
 
 def test_who_sets_and_cancels_far_timers_fills_no_memory() -> None:

@@ -115,7 +115,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
-    from canwire.hub.finding import LinePlace, every_line, find_lines, lines_now
+    from canwire.hub.finding import LinePlace, every_line, find_lines, lines_now, unused_lines
     from canwire.hub.handles.bus.bus import HubBus, HubLinBus
     from canwire.hub.handles.bus.can import CanBusFaults
     from canwire.hub.handles.bus.fault import HubFault
@@ -150,11 +150,14 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
     from canwire.logs.formats import LogFormat, log_formats
     from canwire.logs.log import Log, open_log
+    from canwire.logs.queries.trace import Trace, open_trace
     from canwire.logs.recording.record import record
     from canwire.logs.recording.recorder import Recorder
     from canwire.logs.source import LogFault
+    from canwire.logs.statistics.collecting import log_statistics
+    from canwire.logs.statistics.results import ChannelStatistics, IdentifierStatistics, LogStatistics
     from canwire.logs.writer import LogWriter, create_log
-    from canwire.platform import EventDescriptor
+    from canwire.platform import EventDescriptor, signals_end_waits
     from canwire.ring import Ring
     from canwire.timeline import Timer
     from canwire.values.acceptance import Acceptance
@@ -244,7 +247,7 @@ _NAMES = {
     "hub.bring_up": "bring_up start_line",
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
-    "hub.finding": "LinePlace every_line find_lines lines_now",
+    "hub.finding": "LinePlace every_line find_lines lines_now unused_lines",
     "hub.handles.bus.bus": "HubBus HubLinBus",
     "hub.handles.bus.can": "CanBusFaults",
     "hub.handles.bus.fault": "HubFault",
@@ -279,11 +282,14 @@ _NAMES = {
     "logs.formats": "LogFormat log_formats",
     "logs.log": "Log open_log",
     "logs.convert": "convert_log",
+    "logs.queries.trace": "Trace open_trace",
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
     "logs.source": "LogFault",
+    "logs.statistics.collecting": "log_statistics",
+    "logs.statistics.results": "ChannelStatistics IdentifierStatistics LogStatistics",
     "logs.writer": "LogWriter create_log",
-    "platform": "EventDescriptor",
+    "platform": "EventDescriptor signals_end_waits",
     "ring": "Ring",
     "timeline": "Timer",
     "values.acceptance": "Acceptance",
@@ -383,6 +389,7 @@ __all__ = [
     "CanwireError",
     "Capabilities",
     "ChannelMode",
+    "ChannelStatistics",
     "ChannelStatus",
     "Closed",
     "Config",
@@ -422,6 +429,7 @@ __all__ = [
     "HubLinBus",
     "HubLost",
     "HubPlace",
+    "IdentifierStatistics",
     "InUse",
     "IsaPlace",
     "Lab",
@@ -468,6 +476,7 @@ __all__ = [
     "LogKind",
     "LogLine",
     "LogMark",
+    "LogStatistics",
     "LogWriter",
     "MarkKind",
     "MessageDescription",
@@ -506,6 +515,7 @@ __all__ = [
     "Timer",
     "TimingLimits",
     "TimingRange",
+    "Trace",
     "Unplugged",
     "Unsupported",
     "WantedMode",
@@ -544,9 +554,11 @@ __all__ = [
     "load_database",
     "log_dtype",
     "log_formats",
+    "log_statistics",
     "offer",
     "offered_hubs",
     "open_log",
+    "open_trace",
     "parse_candump_line",
     "parse_frame",
     "parse_lin_frame",
@@ -561,7 +573,9 @@ __all__ = [
     "repeat_run",
     "run_campaign",
     "serve",
+    "signals_end_waits",
     "start_line",
     "state_directory",
+    "unused_lines",
     "wire_fields",
 ]

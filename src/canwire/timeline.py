@@ -21,8 +21,12 @@ class Source:
 
     `next_ns` is when the source acts next (NEVER: only once something else happens). `run` acts
     on everything up to and including `limit_ns`, moving the timeline's `now_ns` along, and returns
-    early, between two happenings, once the timeline is `interrupted`.
+    early, between two happenings, once the timeline is `interrupted`. A timeline that runs asks again once it was
+    interrupted, or the source itself has run: `known_ns` is what it heard last.
     """
+
+    def __init__(self) -> None:
+        self.known_ns = 0
 
     def next_ns(self) -> int:
         raise NotImplementedError
@@ -59,11 +63,14 @@ class Timeline:
         self._timers: list[tuple[int, int, Timer]] = []
         self._most_timers = _FEW  # with more of them, cancelled ones go
         self._sources: list[Source] = []
+        self._outdated = True  # what is known of sources
 
     def add(self, source: Source) -> None:
+        self._outdated = True
         self._sources.append(source)
 
     def remove(self, source: Source) -> None:
+        self._outdated = True
         self._sources = [other for other in self._sources if other is not source]
 
     def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
@@ -86,31 +93,21 @@ class Timeline:
 
     def next_ns(self) -> int:
         """When anything happens next; NEVER when nothing will."""
-        soonest = self._next_timer_ns()
-        for source in self._sources:
-            soonest = min(soonest, source.next_ns())
-        return soonest
+        return min(self._next_timer_ns(), self.busy_ns())
 
     def busy_ns(self) -> int:
         """When any source acts next, timers apart; NEVER when all of them rest."""
-        soonest = _NEVER
-        for source in self._sources:
-            soonest = min(soonest, source.next_ns())
-        return soonest
+        self._outdated = True
+        return self._busy_ns()
 
     def idle(self) -> bool:
         """True when no bus has anything to do and no timer but background ones waits."""
-        for source in self._sources:
-            if source.next_ns() != _NEVER:
-                return False
-        for _, _, timer in self._timers:
-            if timer.callback is not None and not timer.background:
-                return False
-        return True
+        self._outdated = True
+        return self._idle()
 
     def run_until(self, limit_ns: int) -> bool:
         """Let everything up to and including `limit_ns` happen; False if `halt` cut it short."""
-        self._halted = False
+        self._begin()
         while self._step(limit_ns):
             if self._halted:
                 return False
@@ -120,9 +117,9 @@ class Timeline:
 
     def run_until_idle(self, limit_ns: int) -> bool:
         """Let things happen until nothing is left to do; False if that is not so by `limit_ns`."""
-        self._halted = False
-        while not self.idle():
-            if self.next_ns() > limit_ns or not self._step(limit_ns):
+        self._begin()
+        while not self._idle():
+            if not self._step(limit_ns):
                 return False
         return True
 
@@ -131,11 +128,39 @@ class Timeline:
 
         Ends at the time of the last happening; False if `halt` cut it short.
         """
-        self._halted = False
-        while self.busy_ns() <= limit_ns and self._step(limit_ns):
+        self._begin()
+        while self._busy_ns() <= limit_ns and self._step(limit_ns):
             if self._halted:
                 return False
         return True
+
+    def _begin(self) -> None:
+        self._halted = False
+        self._outdated = True
+
+    def _busy_ns(self) -> int:
+        if self._outdated:
+            self._ask_sources()
+        soonest = _NEVER
+        for source in self._sources:
+            soonest = min(soonest, source.known_ns)
+        return soonest
+
+    def _idle(self) -> bool:
+        if self._outdated:
+            self._ask_sources()
+        for source in self._sources:
+            if source.known_ns != _NEVER:
+                return False
+        for _, _, timer in self._timers:
+            if timer.callback is not None and not timer.background:
+                return False
+        return True
+
+    def _ask_sources(self) -> None:
+        for source in self._sources:
+            source.known_ns = source.next_ns()
+        self._outdated = False
 
     def _next_timer_ns(self) -> int:
         while self._timers and self._timers[0][2].callback is None:
@@ -150,37 +175,36 @@ class Timeline:
 
     def _step(self, limit_ns: int) -> bool:
         """Run the next timer, or the next source for as long as nothing else is due."""
+        if self._outdated:
+            self._ask_sources()
         due_ns = self._next_timer_ns()
-        first_ns = _NEVER
+        first_ns = bound_ns = _NEVER
         first = None
-        for source in self._sources:
-            at_ns = source.next_ns()
+        for source in self._sources:  # the first in time, and when it is the turn of another
+            at_ns = source.known_ns
             if at_ns < first_ns:
+                bound_ns = first_ns - 1  # at equal times those added earlier go first
                 first_ns = at_ns
                 first = source
+            elif at_ns < bound_ns:
+                bound_ns = at_ns
         if due_ns <= first_ns:
             return due_ns <= limit_ns and due_ns != _NEVER and self._run_timer()
         if first is None or first_ns > limit_ns:
             return False
         self.interrupted = False
-        first.run(min(limit_ns, due_ns - 1, self._turn_of_others(first)))
+        first.run(min(limit_ns, due_ns - 1, bound_ns))
+        if self.interrupted:
+            self._outdated = True
+        elif not self._outdated:
+            first.known_ns = first.next_ns()
         return True
-
-    def _turn_of_others(self, running: Source) -> int:
-        """Until when one source may run: at equal times those added earlier go first."""
-        bound_ns = _NEVER
-        earlier = 1
-        for source in self._sources:
-            if source is running:
-                earlier = 0
-            else:
-                bound_ns = min(bound_ns, source.next_ns() - earlier)
-        return bound_ns
 
     def _run_timer(self) -> bool:
         time_ns, _, timer = heappop(self._timers)
         callback, timer.callback = timer.callback, None
         self.now_ns = time_ns
+        self._outdated = True
         if callback is not None:
             callback()
         return True

@@ -597,7 +597,9 @@ def channel_on(hub: Hub, address: str, closing: ExitStack, mode: ChannelMode) ->
 def test_frames_that_dump_did_not_read_in_time_are_counted(
     virtual: Hub, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = Namespace(log=False, count=4, timeout=None, seconds=None, stamps=None, json=False, db=None)
+    arguments = Namespace(
+        log=False, count=4, timeout=None, seconds=None, stamps=None, json=False, db=None, pcapng=None
+    )
     with ExitStack() as closing:
         place = find_line(virtual, "HW000001:0")
         listening = closing.enter_context(Listening(virtual, [("can0", place)], ANY, queue=4))

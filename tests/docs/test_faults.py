@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import canwire
+from tests.docs.blocks import blocks
 from tests.hubs import connected, embedded
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -38,6 +39,32 @@ def printed(code: str) -> str:
     with contextlib.redirect_stdout(output):
         exec(compile(code, "<faults.md>", "exec"), {"__name__": "sample"})
     return output.getvalue()
+
+
+def played(block: str, frames: int = 1) -> tuple[canwire.LabNode, canwire.LabNode, list[canwire.Frame]]:
+    """Sender, receiver, and what arrived, on a bus at 500 kbit/s that this block of the page was run on."""
+    with canwire.Lab() as lab:
+        bus = lab.can_bus("can0", bit_rate=500_000)
+        a, b = bus.node("a"), bus.node("b")
+        exec(compile(block, "<faults.md>", "exec"), {"bus": bus, "a": a, "b": b})
+        for _ in range(frames):
+            a.send(canwire.Frame(0x123, b"\x55"))
+        lab.run_until_idle()
+        return a, b, [frame for _ in range(frames) if (frame := b.receive()) is not None]
+
+
+def test_the_examples_do_what_is_said_above_them() -> None:
+    text = page()
+    twice, overload, alone, spike = [block.text for block in blocks(DOCS / "faults.md") if not block.mark][:4]
+    assert "its TEC is\n16, and 15 when the frame has got through" in text
+    assert played(twice)[0].tec == 15
+    assert "the next frame begins 18 bits behind this one instead of 3" in text
+    undisturbed, disturbed = played("", 2)[2], played(overload, 2)[2]
+    bits = [(two.timestamp_ns - one.timestamp_ns) / 2_000 for one, two in (undisturbed, disturbed)]
+    assert bits[1] - bits[0] == 18 - 3
+    a, _, arrived = played(alone)
+    assert ([frame.id for frame in arrived], a.tec > 0) == ([0x123], True)
+    assert len(played(spike)[2]) == 1
 
 
 def test_the_sample_on_a_hub_prints_what_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:

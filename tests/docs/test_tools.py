@@ -16,9 +16,15 @@ PAGE = ROOT / "docs" / "tools.md"
 
 def test_its_commands_run(tmp_path: Path) -> None:
     pytest.importorskip("textual")
+    pytest.importorskip("duckdb")
+    pytest.importorskip("matplotlib")
     shown = run_console(PAGE, tmp_path)
     assert "12974 entries from candump to blf" in shown
+    assert "258  936\n278  934\n" in shown
     assert "frames delivered" in shown
+    assert re.search(r"^vcan0: 12974 frames.* load 35\.8 %", shown, re.MULTILINE)
+    assert re.search(r"samples of 1 signals in .*now\.html", shown)
+    assert re.search(r"samples of \d signals in .*engine\.svg", shown)
     assert re.search(r"^  can0  10[01]   \[8\]  [0-9A-F]{2} ", shown, re.MULTILINE)
     assert re.search(r"^ \(\d{6}\.\d{9}\)  HW000002:1  10[0-3]   \[8\]", shown, re.MULTILINE)
     assert '"line": "can0"' in shown
@@ -28,6 +34,7 @@ def test_its_commands_run(tmp_path: Path) -> None:
 
 
 def test_its_programs_print_what_stands_there() -> None:
+    pytest.importorskip("duckdb")
     assert run_python(PAGE) >= 1
 
 

@@ -229,40 +229,6 @@ def test_serving_within_a_program(tmp_path: Path) -> None:
     stop.close()
 
 
-ASLEEP = """
-import signal, sys, threading
-import canwire.commands, canwire.hub.serve
-from canwire.hub.handles import event
-
-def wait_readable(descriptors, timeout):
-    if timeout != 0:
-        print("asleep", flush=True)
-        timeout = None  # once it looked every second whether it had missed anything
-    return real(descriptors, timeout)
-
-real = event.wait_readable
-event.wait_readable = canwire.hub.serve.wait_readable = wait_readable
-idle = threading.Event()
-threading.Thread(target=idle.wait, daemon=True).start()
-signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])  # the thread hears it: nothing ends the main one's wait
-sys.exit(canwire.commands.main(["serve", "--socket", "s"]))
-"""
-
-
-def test_a_signal_that_does_not_interrupt_the_wait_is_heard_at_once(tmp_path: Path) -> None:
-    """As one does not that comes in the moment before the wait begins."""
-    words = [sys.executable, "-c", ASLEEP]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=tmp_path) as process:
-        assert process.stdout is not None
-        assert "canwire hub on" in process.stdout.readline()
-        assert process.stdout.readline() == "asleep\n"
-        process.send_signal(signal.SIGTERM)
-        try:
-            assert process.wait(AGES) == 0
-        finally:
-            process.kill()
-
-
 # frames
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import statistics
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -167,3 +168,28 @@ def test_faults_in_the_middle_of_things(real: Lab) -> None:
     bus.faults.clear_short()
     real.run_until_idle()
     assert (a.pending, a.sent) == (0, 5)
+
+
+def test_closing_does_not_take_nodes_away_from_scripts_that_run() -> None:
+    """The timer that is due while the lab closes is the last one, and finds everything there."""
+    lab = Lab(time="real")
+    node = lab.can_bus().node("a")
+    begun, going_on = threading.Event(), threading.Event()
+    sent: list[bool] = []
+
+    def turn() -> None:
+        begun.set()
+        assert going_on.wait(AGES)
+        node.send(C04)
+        sent.append(True)
+
+    def end() -> None:
+        going_on.set()
+        close()
+
+    assert lab.pacer is not None
+    close, lab.pacer.close = lab.pacer.close, end  # type: ignore[method-assign]
+    lab.at(0, turn)
+    assert begun.wait(AGES)
+    lab.close()
+    assert sent == [True]

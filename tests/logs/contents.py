@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 from hypothesis import strategies as st
 
 from canwire import (
@@ -119,6 +122,18 @@ def stamped(content: object, time_ns: int) -> object:
     from dataclasses import replace
 
     return replace(content, timestamp_ns=time_ns)  # type: ignore[type-var]
+
+
+def fresh(path: Path) -> Path:
+    """The path, without the folder of a trace that an example before wrote there: a trace overwrites nothing."""
+    shutil.rmtree(path, ignore_errors=path.is_file() or not path.exists())
+    return path
+
+
+def same(found: list[LogEntry], wanted: list[LogEntry]) -> bool:
+    """Equal, with the times that take no part in a frame's comparison."""
+    times = [entry.content.timestamp_ns for entry in found]
+    return found == wanted and times == [entry.timestamp_ns for entry in wanted]
 
 
 def some(count: int = 200, step_ns: int = 1_000_000) -> list[LogEntry]:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from canwire import BadLog, BadValue, LogEntry, create_log, log_formats, open_log
-from tests.logs.contents import some
+from canwire import BadLog, BadValue, BusEvent, EventKind, Frame, LogEntry, create_log, log_formats, open_log
+from tests.logs.contents import START_NS, some
 
 SUFFIXES = {row.name: row.suffixes[0] for row in log_formats()}
 GROWING = ["candump", "csv", "pcapng", "asc", "blf", "trc", "journal"]  # readable as far as they go
@@ -117,3 +117,19 @@ def test_a_thousand_faults_are_kept_and_all_are_counted(tmp_path: Path) -> None:
     with open_log(path) as log:
         assert len(list(log)) == 1
         assert (len(log.faults), log.fault_count) == (1000, 1500)
+
+
+def test_times_before_a_blf_s_beginning(tmp_path: Path) -> None:
+    """Its objects count upwards from the beginning; a later batch may have earlier times, as two channels have them."""
+    path = tmp_path / "drive.blf"
+    with create_log(path) as writer:
+        for time_ns in (START_NS, START_NS - 5_000_000):
+            entries = [
+                LogEntry(time_ns, "can0", Frame(0x123, timestamp_ns=time_ns), "R"),
+                LogEntry(time_ns, "can0", BusEvent(EventKind.STATE, time_ns)),
+            ]
+            writer.write_many(entries)
+    assert writer.left_out == {"times before the log's beginning (that is written)": 2}
+    with open_log(path) as log:
+        assert [entry.timestamp_ns for entry in log] == [START_NS] * 4
+        assert log.faults == []

@@ -21,7 +21,7 @@ from canwire.logs.recording import files as recording_files
 from tests.hubs import LONG_S, Served, serving
 from tests.logs.contents import some
 
-FORMATS = ["log", "asc", "blf", "trc", "csv", "mf4", "parquet", "pcapng", "db"]
+FORMATS = ["log", "asc", "blf", "trc", "csv", "mf4", "parquet", "pcapng", "db", "trace"]
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ sys.stdin.read()
 
 @pytest.mark.realtime
 @pytest.mark.conforms("PF-11")
-@pytest.mark.parametrize("suffix", ["log", "blf", "mf4", "parquet", "db", "pcapng"])
+@pytest.mark.parametrize("suffix", ["log", "blf", "mf4", "parquet", "db", "pcapng", "trace"])
 def test_killed_all_that_is_older_than_a_second_is_there(tmp_path: Path, served: Served, suffix: str) -> None:
     path = tmp_path / f"drive.{suffix}"
     process = subprocess.Popen(
@@ -160,6 +160,8 @@ def test_killed_all_that_is_older_than_a_second_is_there(tmp_path: Path, served:
         (0x123, b"\x11\x22")
     ] * 50
     assert abs(frames[-1].timestamp_ns - time.time_ns()) < 60e9
+    if suffix == "trace":
+        assert os.listdir(path) == ["00001.parquet.journal"]
     if suffix in ("mf4", "parquet"):
         assert os.listdir(tmp_path) == [path.name + ".journal"]
         canwire.convert_log(str(path) + ".journal", path)

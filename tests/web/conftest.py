@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import canwire
-from canwire.commands.wall_clock import epoch_ns
+from canwire import epoch_ns
 from tests.hubs import LONG_S, Served, serving
 
 httpx = pytest.importorskip("httpx2")
@@ -23,7 +23,7 @@ from canwire.web.link import NAME  # noqa: E402
 from canwire.web.server import Site  # noqa: E402
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Locator, Page
 
 CHROMIUM = shutil.which("chromium")
 FLAGS = [
@@ -151,3 +151,17 @@ def page(browser: Browser, site: Site) -> Iterator[Page]:
     """A tab of somebody with the token."""
     with tab(browser, site.address) as made:
         yield made
+
+
+def counts(found: Locator, number: int) -> None:
+    """The page comes to show so many of them, in its own time."""
+    from playwright.sync_api import expect
+
+    expect(found).to_have_count(number)
+
+
+def holds(field: Locator, value: str) -> None:
+    """The field comes to have this value, in the page's own time."""
+    from playwright.sync_api import expect
+
+    expect(field).to_have_value(value)

@@ -13,6 +13,7 @@ import canwire
 from canwire.web.boards.leds import Leds, leds_of
 from canwire.web.lines import Line, lateness_of, look
 from tests.hubs import LONG_S
+from tests.web.conftest import counts
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -201,7 +202,7 @@ def test_changed_register_bits_are_marked(page: Page, hub: canwire.Hub) -> None:
     mode = canwire.WantedMode(500_000).mode(place.info.capabilities)
     with canwire.start_line(hub, place, mode) as control:
         chip.locator('tr[data-register="MOD"]').wait_for()
-        assert chip.locator('tr[data-register="MOD"] b.changed').count() == 0
+        counts(chip.locator('tr[data-register="MOD"] b.changed'), 0)
         control.stop()
         chip.locator('tr[data-register="MOD"] b.changed').first.wait_for()
     assert chip.get_attribute("open") is not None

@@ -12,7 +12,7 @@ import pytest
 from canwire.web.server import Site
 from canwire.web.views import VIEWS
 from canwire.web.words import HERE
-from tests.web.conftest import tab
+from tests.web.conftest import counts, tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -158,6 +158,6 @@ def test_nothing_can_be_pressed_before_its_script_is_there(page: Page) -> None:
     with page.expect_request("**/forms.js"):
         page.goto(urljoin(page.url, "/send"), wait_until="commit")
     page.locator("main[inert]").wait_for()
-    assert page.locator("main[inert]").count() == 1
+    counts(page.locator("main[inert]"), 1)
     held[0].continue_()
     page.locator("main:not([inert])").wait_for()

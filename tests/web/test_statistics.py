@@ -15,7 +15,7 @@ from canwire.web.lines import Line, can_lines
 from canwire.web.statistics.faults import Faults
 from canwire.web.statistics.sampler import KEPT, Sampler
 from tests.hubs import Served
-from tests.web.conftest import served_site, somebody
+from tests.web.conftest import counts, served_site, somebody
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -163,7 +163,7 @@ def test_plots_and_table_in_the_browser(page: Page, hub: canwire.Hub) -> None:
     page.get_by_role("link", name="Statistics").click()
     with canwire.start_line(hub, place, WantedMode(500_000).mode(place.info.capabilities)):
         page.get_by_role("img", name="Bus load: 0.0 % now").wait_for()
-        assert page.locator(".uplot").count() == 4
+        counts(page.locator(".uplot"), 4)
         page.get_by_role("row", name=place.address).get_by_text("error active").wait_for()
         page.locator("select[name=kind]").select_option("short")
         page.get_by_role("button", name="Set").click()

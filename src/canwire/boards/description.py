@@ -5,9 +5,8 @@ The numbers of `Feature`, `controller_type` and `bus_coupling` are VCI's (refere
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from canwire.errors import BadTiming
+from canwire.values.frozen import dataclass
 from canwire.values.named import NamedFlags
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import TimingLimits

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import canwire
 from canwire import (
     BadValue,
     Capabilities,
+    ChannelMode,
     LineMode,
     LinePlace,
     LineStatus,
@@ -17,23 +19,54 @@ from canwire import (
     format_setter,
 )
 from canwire.commands.console import complain
-from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument
+from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add_rate_argument, find_line
 
 if TYPE_CHECKING:
-    from canwire import Hub
+    from canwire import Hub, HubChannel
 
 
 def add_line_arguments(parser: argparse.ArgumentParser) -> None:
     """LINE, --bit-rate, --data-bit-rate, --hub."""
     add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
+    add_rate_arguments(parser)
+
+
+def add_rate_arguments(parser: argparse.ArgumentParser) -> None:
+    """--bit-rate, --data-bit-rate, --hub."""
     add_rate_argument(parser, "--bit-rate", "for a line that nobody started", WantedMode.USUAL_BIT_RATE)
     add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
     add_hub_argument(parser)
 
 
+def add_timeout_argument(parser: argparse._ActionsContainer, when: str = "") -> None:
+    """--timeout, as what sends frames has it; `when` it counts, if not all the time."""
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        default=1.0,
+        metavar="SECONDS",
+        help=f"{when}give up after this long without progress (1)",
+    )
+
+
 def wanted_by(arguments: argparse.Namespace) -> WantedMode:
     """What --bit-rate and --data-bit-rate ask for."""
     return WantedMode(arguments.bit_rate, arguments.data_bit_rate)
+
+
+def open_sender(
+    hub: Hub, name: str, wanted: WantedMode, queue: int, closing: ExitStack
+) -> tuple[LinePlace, HubChannel]:
+    """The line of that name, running, and a channel that only sends, with room for `queue` frames.
+
+    Raises NoSuchBoard, BadValue, InUse, HubError.
+    """
+    place = find_line(hub, name, to_send=True)
+    channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
+    channel.set_up(ChannelMode(receive=1, transmit=queue, frames=False))
+    bring_up(hub, place, wanted)
+    channel.activate()
+    return place, channel
 
 
 def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:

@@ -7,7 +7,7 @@ canwire play drive.log can0 --loop 3               three times; --loop alone: un
 canwire play drive.log can0 --filter 100:700       frames 100 to 1FF only
 canwire play drive.log                             onto a bus of its own, as fast as it goes, with a summary at the end
 canwire play drive.log --time real                 the same at the speed of the wall clock
-canwire play drive.log --log out.log --vcd out.vcd what a node on that bus received, and the level of the wire
+canwire play drive.log --log rx.log --vcd out.vcd  what a node on that bus received, and the level of the wire
 
 A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes. LINE=CHANNEL plays
 one channel of the log onto a line, as canplayer has it: `can1=can0` is --map can0=can1.

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING
 
 from canwire import (
     BadValue,
-    ChannelMode,
     ChannelStatus,
     ErrorKind,
     ErrorState,
@@ -29,10 +28,10 @@ from canwire import (
     LineStatus,
     QueueFull,
 )
-from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
+from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.databases.words import add_database_arguments, frames_of
-from canwire.commands.shared_hub import connected, find_line
+from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
@@ -53,13 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-n", "--count", type=int, default=1, metavar="COUNT", help="send the whole list COUNT times (1)"
     )
     parser.add_argument("--gap", type=float, default=0.0, metavar="SECONDS", help="time between two frames")
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        default=1.0,
-        metavar="SECONDS",
-        help="give up after this long without progress (1)",
-    )
+    add_timeout_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -70,11 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise BadValue(f"--{name} {getattr(arguments, name)}: {least} or more")
     with ExitStack() as closing:
         hub = connected(arguments, "send", closing)
-        place = find_line(hub, arguments.line, to_send=True)
-        channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-        channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        bring_up(hub, place, wanted_by(arguments))
-        channel.activate()
+        place, channel = open_sender(hub, arguments.line, wanted_by(arguments), _QUEUE, closing)
         sending = Sending(hub, place, channel, arguments.timeout)
         sending.send(frames, arguments.count, arguments.gap)
         return sending.result()

@@ -86,6 +86,18 @@ def decode_columns(
     return found
 
 
+def decode_signal(
+    records: numpy.ndarray, message: MessageDescription, name: str
+) -> tuple[numpy.ndarray, numpy.ndarray | None, numpy.ndarray]:
+    """One signal of `record_dtype()` records that are all frames of this message: see SignalColumns.
+
+    Its physical values, in which of them it is (None: in all), and its raw values.
+    """
+    numpy = load_numpy()
+    words = numpy.ascontiguousarray(records).view("<u8").reshape(len(records), 10)
+    return _Group(message, numpy.arange(len(records)), words).column(name)
+
+
 class _Group:
     """Frames of one message: `words` are all records as ten 64-bit words each."""
 
@@ -111,6 +123,16 @@ class _Group:
             undecoded,
             {name: raw for name, raw in self._raw.items() if signals[name].choices},
         )
+
+    def column(self, name: str) -> tuple[numpy.ndarray, numpy.ndarray | None, numpy.ndarray]:
+        """One signal alone, with the multiplexers that decide on it."""
+        signal = self._message.signals[name]
+        self._read(signal)
+        for other in self._message.signals.values():
+            if other.multiplexer:
+                self._read(self._message.signals[other.multiplexer])
+        self._without_unknown_multiplexers()
+        return scaled(signal, self._raw[name]), self._present[name], self._raw[name]
 
     def _read(self, signal: SignalDescription) -> None:
         """Its bits, and where they are bits of it; a multiplexed one's multiplexer first."""

@@ -1,25 +1,53 @@
-"""Small ECUs for the lab, on the protocol libraries that people use: ISO-TP by can-isotp, UDS by udsoncan.
+"""Small ECUs for the lab and shared boards, on the protocol libraries that people use.
 
     ecu = canwire.ecus.UdsEcu(identifiers={0xF190: b"CANWIRE0123456789"})
     bus.node("ecu", ecu)
     with Client(canwire.ecus.UdsConnection(bus.node("tester"))) as client:      # udsoncan's
         client.read_data_by_identifier(0xF190)
 
-`transport.py` has can-isotp run in the lab's time, `uds.py` is the ECU, `connection.py` what udsoncan's client talks
-through. Needs canwire[protocols].
+ISO-TP by can-isotp (`transport.py` has it run in the lab's time), UDS by udsoncan (`uds.py`, `connection.py`),
+CANopen by canopen (canopen/), J1939 by can-j1939 (j1939/). `bench.py` is what such libraries need of a node of the
+lab. Each library is asked for by the names that need it; canwire[protocols] has them all.
 """
 
+from importlib import import_module
 from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 from canwire import ExtraMissing
 
-if find_spec("isotp") is None:
-    raise ExtraMissing("can-isotp", "protocols")
-if find_spec("udsoncan") is None:
-    raise ExtraMissing("udsoncan", "protocols")
+if TYPE_CHECKING:
+    from canwire.ecus.canopen import CanopenEcu as CanopenEcu
+    from canwire.ecus.canopen import LabCanopen as LabCanopen
+    from canwire.ecus.connection import UdsConnection as UdsConnection
+    from canwire.ecus.j1939 import J1939Ecu as J1939Ecu
+    from canwire.ecus.j1939 import LabJ1939 as LabJ1939
+    from canwire.ecus.transport import LabIsoTp as LabIsoTp
+    from canwire.ecus.uds import UdsEcu as UdsEcu
 
-from canwire.ecus.connection import UdsConnection
-from canwire.ecus.transport import LabIsoTp
-from canwire.ecus.uds import UdsEcu
+_HOMES = {  # a name, where it is, and the libraries it needs
+    "CanopenEcu": ("canopen", ("canopen",)),
+    "J1939Ecu": ("j1939", ("j1939",)),
+    "LabCanopen": ("canopen", ("canopen",)),
+    "LabIsoTp": ("transport", ("isotp",)),
+    "LabJ1939": ("j1939", ("j1939",)),
+    "UdsConnection": ("connection", ("isotp", "udsoncan")),
+    "UdsEcu": ("uds", ("isotp", "udsoncan")),
+}
+_PACKAGES = {"isotp": "can-isotp", "j1939": "can-j1939"}  # whose name is not that of their module
 
-__all__ = ["LabIsoTp", "UdsConnection", "UdsEcu"]
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'canwire.ecus' has no attribute {name!r}")
+    home, libraries = _HOMES[name]
+    for library in libraries:
+        if find_spec(library) is None:
+            raise ExtraMissing(_PACKAGES.get(library, library), "protocols")
+    return getattr(import_module(f"canwire.ecus.{home}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(_HOMES)

@@ -14,7 +14,8 @@ from canwire.gateway.loops import PREFIX, Way, as_note, circle, identity, ways_a
 from canwire.gateway.rules import GatewayCounts, GatewayRules, Passage
 from canwire.hub.bring_up import bring_up
 from canwire.hub.connect import connect
-from canwire.hub.finding import LinePlace, find_lines, lines_now
+from canwire.hub.finding import LinePlace, find_lines, lines_now, unused_lines
+from canwire.hub.handles.event import Event
 from canwire.hub.wanted_mode import WantedMode
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Gateway:
             raise BadValue("a gateway needs rules for one direction at least")
         self._closing = ExitStack()
         self._failure: BaseException | None = None
-        self._over = threading.Event()
+        self._over = Event(manual_reset=True)
         try:
             first = hub or self._closing.enter_context(connect(name="gateway"))
             second = other_hub or first
@@ -205,7 +206,7 @@ def _pass_on(source: _End, target: _End, passage: Passage) -> None:
 
 def _unused(hub: Hub, name: str) -> LinePlace:
     places = find_lines(hub, name, "CAN")
-    return next((place for place, status in lines_now(hub, places) if status.unused), places[0])
+    return next(unused_lines(hub, places), places[0])
 
 
 def _forget(hub: Hub, note: str) -> None:

@@ -8,7 +8,7 @@ can0, lin0        every line on that bus
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -55,6 +55,11 @@ def lines_now(hub: Hub, places: Iterable[LinePlace]) -> list[tuple[LinePlace, Li
         with suppress(NoSuchBoard, Unplugged):
             found.append((place, place.status(hub)))
     return found
+
+
+def unused_lines(hub: Hub, places: Iterable[LinePlace]) -> Iterator[LinePlace]:
+    """Those of these CAN lines that do not run and that nobody has a channel or the control of. Raises HubLost."""
+    return (place for place, status in lines_now(hub, places) if status.unused)
 
 
 def find_lines(hub: Hub, name: str, bus_type: str | None = None) -> list[LinePlace]:

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-import select
-import signal
-import socket
-import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from canwire.boards.wiring import config_warnings
@@ -19,7 +15,7 @@ from canwire.hub.owner.lockstep.pace import PATIENCE_S, LockstepPace
 from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config
-from canwire.platform import raise_descriptor_limit, wait_readable
+from canwire.platform import raise_descriptor_limit, signals_end_waits
 from canwire.values.checks import finite, whole
 
 if TYPE_CHECKING:
@@ -27,8 +23,6 @@ if TYPE_CHECKING:
     from canwire.hub.handles.event import Event
 
 _MOST_PROGRAMS = 4096
-_MANY = 4096
-_LOOK_AGAIN_S = 1.0  # where a signal may come between the interpreter's last look and the system's wait
 
 
 def serve(
@@ -63,22 +57,10 @@ def serve(
                 warn(unusual)
             engine.world.warn = warn
         ready(_introduction(engine, server.path))
-        _await(stop)
+        with signals_end_waits():
+            stop.wait()
         if engine.closed:
             raise HubError("the hub's engine stopped; see the traceback above")
-
-
-def _await(stop: Event) -> None:
-    """Until it is set; signals are heard at once where an event can be waited for together with others."""
-    if not hasattr(select, "epoll"):
-        while not stop.wait(_LOOK_AGAIN_S):
-            pass
-        return
-    with _signals_heard() as heard:
-        while not stop.wait(0):
-            wait_readable([stop.fileno(), heard.fileno()], None)
-            with contextlib.suppress(BlockingIOError):
-                heard.recv(_MANY)
 
 
 def _engine(config: Config, time: str, programs: int | Sequence[str], patience_s: float) -> Engine:
@@ -91,20 +73,6 @@ def _engine(config: Config, time: str, programs: int | Sequence[str], patience_s
         turns = Turns(len(programs), programs)
     world = World(config, turns=turns)
     return Engine(world, time, LockstepPace(world, patience_s))
-
-
-@contextlib.contextmanager
-def _signals_heard() -> Iterator[socket.socket]:
-    """Readable once a signal has come: one that comes between the interpreter's last look and the system's wait would
-    be heard only when that wait is over. Outside of the main thread, which alone hears signals, it stays silent."""
-    heard, told = socket.socketpair()
-    with heard, told, contextlib.ExitStack() as undone:
-        heard.setblocking(False)
-        told.setblocking(False)
-        if threading.current_thread() is threading.main_thread():
-            before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
-            undone.callback(signal.set_wakeup_fd, before)
-        yield heard
 
 
 def _introduction(engine: Engine, path: str) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.boards.can.rates import data_rate
 from canwire.boards.description import Capabilities, Feature
 from canwire.errors import BadTiming
+from canwire.values.frozen import dataclass
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import check_data_rate
 

@@ -62,6 +62,12 @@ class BenchNode(Generic[FrameT, BusT]):
             frames.append(frame)
         return frames
 
+    def each_frame(self, use: Callable[[FrameT], object]) -> None:
+        """Hand over what has been received, and what comes meanwhile, oldest first."""
+        take = self._take
+        while (frame := take()) is not None:
+            use(frame)
+
     async def receive_async(self, timeout: float | None = None) -> FrameT | None:
         """The oldest frame, waiting for one; None after `timeout` seconds. Cancelled, it takes nothing."""
         deadline_ns = NEVER if timeout is None else self.time.now_ns + nanoseconds("timeout", timeout)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections import deque
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -32,6 +33,8 @@ class LabTime:
         self.timeline = Timeline()
         self.pacer = Pacer(self.timeline) if time == "real" else None
         self.waiters: dict[asyncio.Future[None], int] = {}
+        self._soon: deque[Callable[[], None]] = deque()
+        self._called_back = False
         self._closed = False
 
     @property
@@ -110,11 +113,14 @@ class LabTime:
 
     def close(self) -> None:
         """End the lab; a second time does nothing."""
-        if not self._closed:
+        if self._closed:
+            return
+        try:
+            if self.pacer is not None:
+                self.pacer.close()  # before anything is closed: a script whose timer is due still finds its node
+        finally:
             self._closed = True
             self._leave()
-            if self.pacer is not None:
-                self.pacer.close()
 
     def _stalled(self) -> str | None:
         """What is busy and gets nowhere; whoever has buses knows."""
@@ -124,6 +130,25 @@ class LabTime:
         """Whoever has buses closes them."""
 
     # for buses and nodes
+
+    def soon(self, callback: Callable[[], None]) -> None:
+        """Call back at this very time, behind what happens just now. Many at one time share a timer."""
+        self._soon.append(callback)
+        self._call_back_soon()
+
+    def _call_back_soon(self) -> None:
+        if not self._called_back:
+            self._called_back = True
+            self.timeline.at(self.timeline.now_ns, self._call_back)
+
+    def _call_back(self) -> None:
+        self._called_back = False
+        try:
+            while self._soon:
+                self._soon.popleft()()
+        finally:
+            if self._soon:  # one of them raised: the others are not to blame
+                self._call_back_soon()
 
     def touch(self) -> AbstractContextManager[None]:
         """Hold the timeline still while it is changed, and let everybody know afterwards."""

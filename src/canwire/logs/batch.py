@@ -123,6 +123,21 @@ def records_of_line(
     return found
 
 
+def renumbered(batch: LogBatch, channels: list[str]) -> numpy.ndarray:
+    """The batch's records, with channels numbered as in `channels`, to which new names are appended."""
+    records = batch.records
+    if batch.channels is channels:
+        return records
+    for name in batch.channels:
+        if name not in channels:
+            channels.append(name)
+    numbers = [channels.index(name) for name in batch.channels]
+    if numbers != list(range(len(numbers))):
+        records = records.copy()
+        records["channel"] = load_numpy().array(numbers, "u2")[records["channel"]]
+    return records
+
+
 def in_time(records: numpy.ndarray) -> numpy.ndarray:
     """The records in the order of their time stamps; equal ones stay as they were."""
     found: numpy.ndarray = records[load_numpy().argsort(records["time_ns"], kind="stable")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from typing import TYPE_CHECKING, BinaryIO, ClassVar
 
@@ -52,6 +53,14 @@ class FormWriter:
         if self.file is not None:
             self.drain()
             self.file.flush()
+
+    def grown(self) -> int:
+        """Bytes of the file that grows."""
+        return os.path.getsize(self.path) if os.path.exists(self.path) else 0
+
+    def turn(self) -> bool:
+        """Begin the next file, where a log is a folder of them; False where it is one file."""
+        return False
 
     def end(self) -> None:
         """Write what stands at the file's end."""

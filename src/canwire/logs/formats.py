@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,9 +31,7 @@ class LogFormat:
 
 _ROWS = (
     LogFormat("candump", (".log", ".candump", ".txt"), "candump", "candump -l, -L and its screen lines"),
-    LogFormat(
-        "csv", (".csv",), "tables.csv_file", "a row for an entry; python-can's and SavvyCAN's are read"
-    ),
+    LogFormat("csv", (".csv",), "tables.csv", "a row for an entry; python-can's and SavvyCAN's are read"),
     LogFormat("asc", (".asc",), "asc", "Vector's text form"),
     LogFormat("trc", (".trc",), "trc", "PEAK's, 1.0 to 2.1; written is 2.1"),
     LogFormat("parquet", (".parquet",), "tables.parquet_file", "a row for an entry, for pandas and DuckDB"),
@@ -42,6 +41,7 @@ _ROWS = (
     ),
     LogFormat("blf", (".blf",), "blf", "Vector's binary form"),
     LogFormat("mf4", (".mf4",), "mf4", "ASAM MDF 4, in the layout for bus logging"),
+    LogFormat("trace", (".trace",), "trace", "a folder of Parquet files, for `canwire query`"),
     LogFormat("journal", (".journal",), "journal", "a recording that is not finished yet"),
     LogFormat("busmaster", (".log",), "busmaster", "BUSMASTER's text form", writes=False),
 )
@@ -70,6 +70,8 @@ def format_named(name: str) -> LogFormat:
 
 def format_to_write(path: str, name: str | None) -> LogFormat:
     """What a file of that name is written as; raises BadValue for a suffix that means none, or a read-only one."""
+    if name is None and (path.endswith(("/", os.sep)) or os.path.isdir(path)):
+        return FORMATS["trace"]
     if name is None:
         suffix = Path(path).suffix.lower()
         found = next((row for row in FORMATS.values() if suffix in row.suffixes and row.writes), None)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Iterator
-from typing import Any
 
 from canwire.errors import BadFrame, BadText
 from canwire.logs.batch import LogBatch
@@ -11,20 +11,17 @@ from canwire.logs.entry import LogEntry
 from canwire.logs.source import Source
 
 _AT_ONCE = 20_000
-_LONGEST = 1 << 16  # of a line: longer ones are no text
+LONGEST = 1 << 16
+"""Bytes of a line: longer ones are no text."""
 
 
 def read_lines(source: Source, parse: Callable[[str], LogEntry | None]) -> Iterator[LogBatch]:
     """Batches of what `parse` makes of each line: None for one that is no entry; its errors are the source's faults."""
     found: list[LogEntry] = []
     number = 0
-    while raw := source.file.readline(_LONGEST):
+    while raw := source.file.readline(LONGEST):
         number += 1
-        try:
-            entry = parse(raw.decode("utf-8", "replace").rstrip("\r\n"))
-        except (BadFrame, BadText, ValueError, IndexError, KeyError, OverflowError) as error:
-            source.fault(f"line {number}", _short(str(error)))
-            continue
+        entry = parsed_line(source, parse, number, raw)
         if entry is not None:
             source.channel(entry.channel)
             found.append(entry)
@@ -35,8 +32,23 @@ def read_lines(source: Source, parse: Callable[[str], LogEntry | None]) -> Itera
         yield source.batch(found)
 
 
-def _short(text: Any) -> str:
-    return text if len(text) <= 200 else f"{text[:200]}..."
+def parsed_line(
+    source: Source, parse: Callable[[str], LogEntry | None], number: int, raw: bytes
+) -> LogEntry | None:
+    """What `parse` makes of this line; what it raises is a fault of the source, which has the line's number."""
+    try:
+        return parse(raw.decode("utf-8", "replace").rstrip("\r\n"))
+    except (BadFrame, BadText, ValueError, IndexError, KeyError, OverflowError) as error:
+        text = str(error)
+        source.fault(f"line {number}", text if len(text) <= 200 else f"{text[:200]}...")
+        return None
+
+
+def lines_of(text: bytes) -> Iterator[bytes]:
+    """The lines of a text, cut where they are too long."""
+    file = io.BytesIO(text)
+    while raw := file.readline(LONGEST):
+        yield raw
 
 
 def number_of(channel: str, channels: list[str]) -> int:

@@ -15,6 +15,7 @@ from canwire.logs.entry import LogEntry
 from canwire.logs.formats import HEAD, LogFormat, format_named, format_of_file, load_format
 from canwire.logs.journal import SUFFIX
 from canwire.logs.source import LogFault, Source
+from canwire.logs.trace.files import files_of
 
 
 class Log:
@@ -146,7 +147,7 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
     ...     for entry in log:
     ...         print(entry.timestamp_ns, entry.channel, entry.content)
 
-    Where the file is not there, but a killed recording's journal of it, that is read.
+    A folder is a trace. Where the file is not there, but a killed recording's journal of it, that is read.
 
     Raises BadLog for a file that is no log, BadValue for an unknown format, OSError for one that does not open.
     """
@@ -154,6 +155,11 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
     if name != "-" and not os.path.exists(name) and os.path.exists(name + SUFFIX):
         name, format = name + SUFFIX, "journal"
     with ExitStack() as closing:
+        if os.path.isdir(name) and format in (None, "trace"):
+            files_of(name)
+            return Log(
+                name, format_named("trace"), io.BytesIO(), closing.pop_all()
+            )  # it opens its files itself
         file: Any = sys.stdin.buffer if name == "-" else closing.enter_context(open(name, "rb"))
         file, head = _peeked(file)
         form = format_named(format) if format is not None else format_of_file(name, head)

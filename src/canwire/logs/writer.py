@@ -6,17 +6,13 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, BinaryIO, cast
+from typing import BinaryIO, cast
 
 from canwire.errors import Closed
-from canwire.logs.batch import LogBatch, batch_of
+from canwire.logs.batch import LogBatch, batch_of, renumbered
 from canwire.logs.entry import LogEntry, LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.formats import format_to_write, load_format
-from canwire.values.record import load_numpy
-
-if TYPE_CHECKING:
-    import numpy
 
 _KINDS = {
     LogKind.CAN_FRAME: "CAN frames",
@@ -66,6 +62,11 @@ class LogWriter:
         return self._form.needs_end
 
     @property
+    def size(self) -> int:
+        """Bytes of the file that grows; of a trace's, which is still to be packed, bytes of its records."""
+        return self._form.grown()
+
+    @property
     def left_out(self) -> dict[str, int]:
         """What the format cannot hold, and how often it came: {"LIN frames": 3}."""
         return dict(self._form.left_out)
@@ -83,7 +84,7 @@ class LogWriter:
         if self._closed:
             raise Closed(f"log {self.path}")
         form = self._form
-        records = _renumbered(batch, form.channels)
+        records = renumbered(batch, form.channels)
         kinds = records["kind"]
         for kind in LogKind:
             if kind not in form.holds and (missing := int((kinds == kind).sum())):
@@ -96,6 +97,14 @@ class LogWriter:
         """Everything handed in goes to the operating system, so that it survives this process."""
         if not self._closed:
             self._telling(self._form.sync)
+
+    def rotate(self) -> bool:
+        """Begin the next file of a trace; False for a log that is one file. Raises like `write_batch`."""
+        if self._closed:
+            raise Closed(f"log {self.path}")
+        turned: list[bool] = []
+        self._telling(lambda: turned.append(self._form.turn()))
+        return turned[0]
 
     def close(self) -> None:
         """Finish the file; a second time does nothing."""
@@ -128,21 +137,6 @@ class LogWriter:
             raise OSError(error.errno, told, self.path) from error
 
 
-def _renumbered(batch: LogBatch, channels: list[str]) -> numpy.ndarray:
-    """The batch's records, with channels numbered as in `channels`, to which new names are appended."""
-    records = batch.records
-    if batch.channels is channels:
-        return records
-    for name in batch.channels:
-        if name not in channels:
-            channels.append(name)
-    numbers = [channels.index(name) for name in batch.channels]
-    if numbers != list(range(len(numbers))):
-        records = records.copy()
-        records["channel"] = load_numpy().array(numbers, "u2")[records["channel"]]
-    return records
-
-
 def create_log(
     path: str | os.PathLike[str],
     *,
@@ -152,6 +146,8 @@ def create_log(
     clock: str = "",
 ) -> LogWriter:
     """A new log file, its format told by the suffix or by `format`; "-" is standard output. Overwrites.
+
+    A name that ends with a slash, or ".trace", or that is a folder's means a trace, whose folder must be new or empty.
 
     `dated`: time stamps count from 1970, else from a zero of their own. `start_ns`: when it began, if that is known
     (nanoseconds since 1970). `clock`: whose time it is. Raises BadValue for a format there is not, ExtraMissing where a

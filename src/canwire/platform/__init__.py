@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from canwire.errors import BadValue
 from canwire.platform.limits import descriptor_limit as descriptor_limit
 from canwire.platform.limits import raise_descriptor_limit as raise_descriptor_limit
+from canwire.platform.waiting import signals_end_waits as signals_end_waits
 from canwire.platform.waiting import wait_readable as wait_readable
 
 Descriptor = Any

@@ -2,14 +2,61 @@
 
 from __future__ import annotations
 
+import contextlib
 import select
+import signal
+import socket
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+
+_wake_up: socket.socket | None = None  # readable once a signal has come, while `signals_end_waits`
 
 
 def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
     """Block until one of them is readable, `timeout` seconds at most (None: for ever); False when time is over."""
+    wake_up = _wake_up
+    if wake_up is None or timeout == 0 or threading.current_thread() is not threading.main_thread():
+        return _any_readable(descriptors, timeout)
+    deadline = None if timeout is None else time.monotonic() + timeout
+    left = timeout
+    while _any_readable([wake_up.fileno(), *descriptors], left):
+        with contextlib.suppress(BlockingIOError):
+            wake_up.recv(_MANY)  # the handler runs now, and may raise
+        if _any_readable(descriptors, 0):
+            return True
+        left = None if deadline is None else max(0.0, deadline - time.monotonic())
+    return False
+
+
+@contextlib.contextmanager
+def signals_end_waits() -> Iterator[None]:
+    """For programs with handlers of their own that raise, or set what is waited for: none comes too late for a wait.
+
+    Python runs a signal's handler when it next looks. A signal between its last look and the system's wait (some ten
+    microseconds) would be heard only when that wait is over: never, where it has no timeout. Within this context all
+    waits of the main thread for frames, messages and events hear of signals whenever they come. Takes the place of
+    signal.set_wakeup_fd meanwhile. Elsewhere than in the main thread, which alone hears signals, it does nothing.
+    """
+    global _wake_up
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard, told = socket.socketpair()
+    with heard, told:
+        heard.setblocking(False)
+        told.setblocking(False)
+        descriptor = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+        before, _wake_up = _wake_up, heard
+        try:
+            yield
+        finally:
+            _wake_up = before
+            signal.set_wakeup_fd(descriptor)
+
+
+def _any_readable(descriptors: list[int], timeout: float | None) -> bool:
     if (
         sys.platform == "win32" or max(descriptors) < _SELECTABLE
     ):  # the quicker one, and it counts microseconds
@@ -43,4 +90,5 @@ class Waiting:
         return True
 
 
+_MANY = 4096
 _SELECTABLE = 1024  # select knows no descriptor from here up, but on Windows, where the number says nothing

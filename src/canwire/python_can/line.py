@@ -34,6 +34,7 @@ from canwire import (
     format_setter,
     lines_now,
     start_line,
+    unused_lines,
 )
 
 _CAN = "CAN"
@@ -85,10 +86,9 @@ def _on_bus(
     if not able:
         raise BadValue(f"{bus}: all its lines know classic CAN only; leave fd out")
     wanted = _as_others(hub, places, wanted)
-    for place, status in lines_now(hub, able):
-        if status.unused:
-            with suppress(InUse, NoSuchBoard, Unplugged):  # somebody was quicker
-                return place, start_line(hub, place, wanted.mode(place.info.capabilities))
+    for place in unused_lines(hub, able):
+        with suppress(InUse, NoSuchBoard, Unplugged):  # somebody was quicker
+            return place, start_line(hub, place, wanted.mode(place.info.capabilities))
     return _shared(hub, able, wanted)
 
 

@@ -22,6 +22,7 @@ from canwire import (
     format_setter,
     lines_now,
     start_line,
+    unused_lines,
 )
 
 if TYPE_CHECKING:
@@ -41,11 +42,10 @@ def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Contr
     if by_bus:
         able = [place for place in places if place.info.capabilities.data is not None]
         places = able or places  # where a bus has lines that know CAN FD, its interface does
+        for place in unused_lines(hub, places):
+            with suppress(InUse):  # somebody was quicker
+                return place, start_line(hub, place, wanted.mode(place.info.capabilities))
         there = lines_now(hub, places)
-        for place, status in there:
-            if status.unused:
-                with suppress(InUse):  # somebody was quicker
-                    return place, start_line(hub, place, wanted.mode(place.info.capabilities))
         there.sort(key=lambda pair: pair[1].channels)
         places = [place for place, _ in there] or places
     return _shared(hub, places, wanted)
@@ -59,10 +59,9 @@ def company_for(hub: Hub, own: LinePlace, wanted: WantedMode) -> tuple[LinePlace
     wanted = _at_rates_there(hub, own.info.bus, wanted)
     fd = own.info.capabilities.data is not None
     others.sort(key=lambda place: (place.info.capabilities.data is None) == fd)
-    for place, status in lines_now(hub, others):
-        if status.unused:
-            with suppress(InUse, LineError, BadValue):
-                return place, _kept_running(hub, place, wanted)
+    for place in unused_lines(hub, others):
+        with suppress(InUse, LineError, BadValue):
+            return place, _kept_running(hub, place, wanted)
     return None
 
 

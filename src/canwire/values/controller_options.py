@@ -6,10 +6,11 @@ Bosch M_CAN user's manual (the names of offset and filter window).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from math import isfinite
 
 from canwire.errors import BadValue
+from canwire.values.frozen import dataclass
 
 LONGEST_LOOP_NS = 2_000
 """Two bits of a data phase at 1 Mbit/s; transceivers have 50 to 255 ns, isolated ones some 100 more."""

@@ -6,9 +6,9 @@ Source: VCI V4 manual (seed 004) 7.3.14 (message types, error codes); ISO 11898-
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass, field
 
 from canwire.errors import BadValue
+from canwire.values.frozen import dataclass
 from canwire.values.named import NamedInt
 from canwire.values.record import (
     EVENT_BIT,
@@ -100,7 +100,7 @@ class BusEvent:
     """
 
     kind: EventKind
-    timestamp_ns: int = field(default=0, compare=True)
+    timestamp_ns: int = 0
     error: ErrorKind = ErrorKind.NONE
     state: ErrorState = ErrorState.ERROR_ACTIVE
     bit: int = -1

@@ -112,6 +112,48 @@ def test_a_suspended_node_starts_eight_bits_behind_its_own_intermission() -> Non
     assert second[0] - first[0] == (3 + 8) * BIT_NS + EOF_END
 
 
+def test_a_level_forced_in_the_last_quarter_bit_of_an_intermission_ends_no_suspension() -> None:
+    """The sample has been taken, the bit is not over: who sent knows by then that it is suspended."""
+    scenario = scene(PASSIVE, ACTIVE)
+    scenario.members.append(Member(True, True, 0, 0))
+    scenario.sends = [(0, 0, classic(0x100)), (EOF_END + 10_500, 0, classic(0x101))]
+    scenario.holds = [(EOF_END + 5_900, 10, RECESSIVE, 2)]
+    assert ends(agreed(scenario), 1) == [(EOF_END, 0x100), (EOF_END + (3 + 8) * BIT_NS + EOF_END, 0x101)]
+
+
+GLITCH_NS = 10_000  # when it begins, on a bus that is idle
+
+
+@pytest.mark.parametrize(
+    ("asked_ns", "seen_by", "begins_ns"),
+    [
+        ([10_600], None, 12_000),
+        ([10_600], 0, 12_000),
+        ([11_800], None, 12_000),  # behind the sample point, too
+        ([10_600, 11_800], 0, 12_000),  # and a second frame does not hasten the first
+        ([10_600], 1, 10_600),  # somebody else's bit
+    ],
+)
+def test_an_idle_bit_that_an_edge_began_lasts_its_time(
+    asked_ns: list[int], seen_by: int | None, begins_ns: int
+) -> None:
+    """An edge sets a clock that has been nobody's business; an SOF begins where a bit of its sender's does."""
+    scenario = scene(ACTIVE, ACTIVE)
+    scenario.glitches = [(GLITCH_NS, 500, DOMINANT, seen_by)]
+    scenario.sends = [(at_ns, 0, classic(0x100)) for at_ns in asked_ns]
+    assert ends(agreed(scenario), 1)[0] == (begins_ns + EOF_END, 0x100)
+
+
+def test_who_sees_the_edge_sets_its_own_clock_alone() -> None:
+    """The other's SOF comes in the bit that the glitch began; two nodes with a frame do not wait for each other."""
+    scenario = scene(ACTIVE, ACTIVE, ACTIVE)
+    scenario.glitches = [(GLITCH_NS, 500, DOMINANT, 0)]
+    scenario.sends = [(10_600, 0, classic(0x100)), (11_000, 1, classic(0x101))]
+    (first, second) = ends(agreed(scenario), 2)
+    assert first == (11_000 + EOF_END, 0x101)
+    assert second == (11_000 + EOF_END + 3 * BIT_NS + EOF_END, 0x100)
+
+
 def test_a_waiting_node_keeps_its_count_while_a_level_is_forced() -> None:
     scenario = scene(ACTIVE, ACTIVE, ACTIVE, end_ns=400_000)
     scenario.stops = [(1_000, 2_500, 2)]

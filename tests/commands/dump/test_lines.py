@@ -270,7 +270,7 @@ def test_colours_tell_lines_and_errors_apart() -> None:
 
 WORDS = {
     "log": False, "count": None, "timeout": 0.0, "seconds": None, "errors": False, "bus_name": False, "stamps": None,
-    "json": False, "db": None,
+    "json": False, "db": None, "pcapng": None,
 }  # fmt: skip
 TWO_BUSES = """
 [[bus]]

@@ -156,11 +156,39 @@ def test_their_signals_have_values_that_the_database_allows() -> None:
     assert seen == {"Which", "One", "Other"}
 
 
+def test_every_message_of_a_car_can_be_encoded_as_its_database_says() -> None:
+    """Whatever is drawn is within the ranges: nothing is refused, and cantools reads what was meant."""
+    import cantools
+
+    path = Path(__file__).parents[2] / "databases" / "data" / "vehicle.dbc"
+    known = cantools.database.load_file(path)
+    messages = CyclicMessages(str(path), [], 0.1, random.Random(3))
+    for _, frame in islice(messages.plan(), 3 * len(messages)):
+        message = known.get_message_by_frame_id(frame.id)
+        values = known.decode_message(frame.id, frame.data, decode_choices=False)
+        for signal in message.signals:
+            if signal.name in values and not signal.is_multiplexer:
+                assert signal.minimum is None or values[signal.name] >= signal.minimum - 1e-6 * abs(
+                    signal.scale
+                )
+                assert signal.maximum is None or values[signal.name] <= signal.maximum + 1e-6 * abs(
+                    signal.scale
+                )
+
+
+def test_what_needs_several_frames_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "long.dbc"
+    long = 'BO_ 1 Long: 20 Vector__XXX\n SG_ A : 0|8@1+ (1,0) [0|0] "" Vector__XXX\n'
+    path.write_text(f'VERSION ""\nBU_:\n{long}' + long.replace("BO_ 1 Long: 20", "BO_ 2 Short: 8"))
+    messages = CyclicMessages(str(path), [], 0.1, random.Random(1))
+    assert (len(messages), messages.too_long) == (1, ["Long"])
+
+
 def test_messages_that_are_not_there() -> None:
-    with pytest.raises(BadValue, match=r"--message Engin: not in .*; did you mean Engine\?"):
+    with pytest.raises(BadValue, match=r"--message: .*: no message 'Engin'; did you mean Engine"):
         CyclicMessages(CAR, ["Engin"], None, random.Random(1))
     with pytest.raises(BadValue, match="no message has a cycle time"):
         CyclicMessages(CAR, ["Rare"], None, random.Random(1))
     assert len(CyclicMessages(CAR, ["Rare"], 0.5, random.Random(1))) == 1
-    with pytest.raises(BadDescription, match=r"--db nowhere.dbc: "):
+    with pytest.raises(BadDescription, match=r"nowhere\.dbc: No such file"):
         CyclicMessages("nowhere.dbc", [], None, random.Random(1))

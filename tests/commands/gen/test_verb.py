@@ -135,7 +135,7 @@ def test_a_share_of_the_bus(hub_address: str) -> None:
         (("--message", "Engine"), "--message: names a message of --db"),
         (("--id", "xyz"), "--id 'xyz'"),
         (("--load", "101"), "--load 101"),
-        (("--db", "x.dbc"), "--db x.dbc: "),
+        (("--db", "x.dbc"), "x.dbc: No such file"),
     ],
 )
 def test_mistakes(

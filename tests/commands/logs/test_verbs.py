@@ -127,7 +127,7 @@ def test_record_refuses_impossible_sizes(capsys: pytest.CaptureFixture[str], wor
 
 
 @pytest.mark.conforms("PC-06")
-@pytest.mark.parametrize("suffix", ["blf", "asc", "csv", "pcapng", "mf4", "parquet"])
+@pytest.mark.parametrize("suffix", ["blf", "asc", "csv", "pcapng", "mf4", "parquet", "trace"])
 def test_every_format_is_played_onto_a_shared_line(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, served: Served, log: Path, suffix: str
 ) -> None:

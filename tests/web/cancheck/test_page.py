@@ -12,7 +12,7 @@ from canwire.candrv import RegistryStore
 from tests.candrv.bench import Peer
 from tests.hubs import Served
 from tests.web.cancheck.conftest import BOARD, panel
-from tests.web.conftest import tab
+from tests.web.conftest import counts, holds, tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -33,7 +33,7 @@ def test_the_main_window(cancheck: Page, hub: canwire.Hub, peer: Peer) -> None:
 
     cancheck.get_by_text("CAN Port CID1:", exact=True).wait_for()
     field = cancheck.get_by_label("Baud rate, bit/s")
-    assert field.input_value() == "1000000"
+    holds(field, "1000000")
     for wrong in ("fast", "0", "-1", "1000001", ""):
         field.fill(wrong)
         cancheck.get_by_role("button", name="Set", exact=True).click()
@@ -47,7 +47,7 @@ def test_the_main_window(cancheck: Page, hub: canwire.Hub, peer: Peer) -> None:
     cancheck.get_by_text("CAN 2.0B is set.").wait_for()
     cancheck.get_by_label("Frame format").select_option("2")
     cancheck.get_by_text("The frame format is set.").wait_for()
-    assert cancheck.get_by_label("CAN mode").input_value() == "1"
+    holds(cancheck.get_by_label("CAN mode"), "1")
     cancheck.get_by_role("button", name="LISTEN_ON").click()
     cancheck.get_by_text("LISTEN_ON was sent to the port.").wait_for()
     mode = hub.line_status(board, 0).mode
@@ -62,14 +62,14 @@ def test_windows_until_the_channels_run_out_and_leaving(cancheck: Page) -> None:
     cancheck.get_by_role("button", name="Send & Receive").click()
     panel(cancheck, "send")
     panel(cancheck, "receive")
-    assert cancheck.get_by_text("CID1: · handle 0x100").count() == 2
+    counts(cancheck.get_by_text("CID1: · handle 0x100"), 2)
     for _ in range(2):
         cancheck.get_by_role("button", name="Receive", exact=True).click()
     cancheck.get_by_text("ERROR_NO_SYSTEM_RESOURCES (1450)").wait_for()
-    assert cancheck.locator(".window").count() == 3
+    counts(cancheck.locator(".window"), 3)
     cancheck.get_by_role("button", name="Close handle 100").first.click()
     cancheck.locator('[data-key="receive-100"]').wait_for(state="detached")
-    assert cancheck.locator(".window").count() == 1
+    counts(cancheck.locator(".window"), 1)
     cancheck.get_by_role("button", name="Leave CanCheck").click()
     cancheck.locator(".window").wait_for(state="detached")
     cancheck.get_by_role("button", name="Restart the board").click()
@@ -81,13 +81,13 @@ def test_the_registry_dialog(cancheck: Page, registry: RegistryStore) -> None:
     before = registry.path.read_text()
     cancheck.get_by_role("button", name="Set Registry").click()
     dialog = cancheck.locator("#registry-dialog")
-    assert dialog.get_by_label("AcceptanceMask (hex)").input_value() == "00000000"
+    holds(dialog.get_by_label("AcceptanceMask (hex)"), "00000000")
     dialog.get_by_text("They count once the board has been restarted").wait_for()
     dialog.get_by_label("Align").select_option("2")
     dialog.get_by_role("button", name="Cancel").click()
     assert registry.path.read_text() == before
     cancheck.get_by_role("button", name="Set Registry").click()
-    assert dialog.get_by_label("Align").input_value() == "0"
+    holds(dialog.get_by_label("Align"), "0")
     dialog.get_by_label("Align").select_option("2")
     dialog.get_by_label("AcceptanceMask (hex)").fill("xyz")
     dialog.get_by_role("button", name="OK").click()
@@ -98,7 +98,7 @@ def test_the_registry_dialog(cancheck: Page, registry: RegistryStore) -> None:
     cancheck.get_by_text("Written: AcceptanceMask, Align.").wait_for()
     assert (registry.get("CID1", "Align"), registry.get("CID1", "AcceptanceMask")) == (2, 0xFFFFFFFF)
     cancheck.get_by_role("button", name="Receive", exact=True).click()
-    assert panel(cancheck, "receive").get_by_label("Mask", exact=True).input_value() == "00000000"
+    holds(panel(cancheck, "receive").get_by_label("Mask", exact=True), "00000000")
 
 
 @pytest.mark.conforms("FT-06")

@@ -10,6 +10,7 @@ import pytest
 from canwire import Frame
 from tests.candrv.bench import Peer
 from tests.web.cancheck.conftest import panel
+from tests.web.conftest import counts, holds
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -54,7 +55,7 @@ def test_the_receive_window(
     row = box.locator("tbody tr", has_text="AB CD")
     row.wait_for()
     assert row.locator("td").all_inner_texts()[1:] == ["0", "STD", "00000123", "0", "2", "AB CD"]
-    assert row.get_by_role("img", name="RECEIVED").count() == 1
+    counts(row.get_by_role("img", name="RECEIVED"), 1)
 
     box.get_by_role("button", name="Open Logfile").click()
     dialog = cancheck.locator("#log-dialog")
@@ -142,8 +143,8 @@ def test_the_generators_window(cancheck: Page, peer: Peer) -> None:
     dialog.get_by_label("Delay, ms").fill("A")
     dialog.get_by_role("button", name="Activate").click()
     dialog.get_by_text("“1G” is no hexadecimal number").wait_for()
-    assert dialog.locator(".fault").count() == 3
-    assert box.locator("tr[data-index]").count() == 0
+    counts(dialog.locator(".fault"), 3)
+    counts(box.locator("tr[data-index]"), 0)
     dialog.get_by_label("ID", exact=True).fill("123")
     dialog.get_by_label("Byte 0", exact=True).fill("1F")
     dialog.get_by_label("Delay, ms").fill("3600000")
@@ -157,7 +158,7 @@ def test_the_generators_window(cancheck: Page, peer: Peer) -> None:
     assert peer.receive() == Frame(0x123, b"\x1f\x00")
     row.get_by_text("-Paused-").wait_for(state="detached")
     box.get_by_role("button", name="Edit").click()
-    assert dialog.get_by_label("ID", exact=True).input_value() == "123"
+    holds(dialog.get_by_label("ID", exact=True), "123")
     row.get_by_text("-Paused-").wait_for()
     cancheck.keyboard.press("Escape")
     row.get_by_text("-Paused-").wait_for(state="detached")
@@ -170,11 +171,11 @@ def test_the_generators_window(cancheck: Page, peer: Peer) -> None:
     box.get_by_role("button", name="Activate All").click()
     assert peer.receive() == Frame(0x123, remote=True, dlc=2)
     heads = box.locator("thead:visible")
-    assert heads.count() == 2
+    counts(heads, 2)
     box.get_by_role("button", name="Hide Column Headers").click()
-    assert heads.count() == 0
+    counts(heads, 0)
     box.get_by_role("button", name="Abort Transmission").click()
     cancheck.get_by_text("Aborted: 0 messages were given up.").wait_for()
     box.get_by_role("button", name="New").click()
     dialog.get_by_role("button", name="Cancel").click()
-    assert box.locator("tr[data-index]").count() == 1
+    counts(box.locator("tr[data-index]"), 1)

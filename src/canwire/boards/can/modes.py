@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from canwire.boards.lateness import lateness_text
 from canwire.values.controller_options import ControllerOptions
+from canwire.values.frozen import dataclass
 from canwire.values.named import NamedInt
 from canwire.values.timing.bit_timing import BitTiming
 

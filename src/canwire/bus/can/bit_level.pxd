@@ -17,7 +17,7 @@ cdef class Clock:
     cdef public Node node
     cdef public long long start_ps, due_ps, edge_ps, check_ps
     cdef public int forced, seen
-    cdef public bint sampling, synchronised, data_rate, free, joins
+    cdef public bint sampling, synchronised, data_rate, free, joins, edged
     cdef public Echo echo
 
     cdef long long bit_ps(self) noexcept

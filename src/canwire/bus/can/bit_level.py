@@ -50,6 +50,7 @@ class Clock:
         self.sampling = False
         self.synchronised = False
         self.joins = False  # it begins its SOF with somebody else's
+        self.edged = False  # a dominant level has begun its bit: an idle one is not to be cut short
         self.edge_ps = _NEVER  # of an edge still on its way
         self.check_ps = _NEVER  # of a second sample point, or of the end of what an edge has to last
         self.forced = _FREE  # a stimulus puts this level in front of its receiver
@@ -69,6 +70,7 @@ class Clock:
         self.start_ps = at_ps
         self.sampling = True
         self.joins = False
+        self.edged = self.station.sof_seen
         self.due_ps = at_ps + self.sample_ps()
         self.station.begin_bit()
         self.echo.drive(self.station.out, at_ps)
@@ -140,6 +142,7 @@ class Clock:
         if self.sampling:
             self.start_ps = at_ps
             self.due_ps = at_ps + self.sample_ps()
+            self.edged = True
         else:
             self.due_ps = at_ps  # a bit begins at this very instant, and others see what is driven in it
 
@@ -351,7 +354,7 @@ class BitLevel:
         if self.shorted or self._wire == 0 or self._shown == 0 or self._forcing or self.pinned:
             return False
         for clock in self.clocks:
-            if not clock.station.resting() or clock.edge_ps != _NEVER:
+            if not clock.station.resting() or clock.edged or clock.edge_ps != _NEVER:
                 return False
         return self._free_together()
 

@@ -25,6 +25,7 @@ class Clock(Protocol):
     start_ps: int
     due_ps: int
     sampling: bool
+    edged: bool
 
 
 def hand_back(clock: Clock, origin_ps: int) -> None:
@@ -39,10 +40,10 @@ def hand_back(clock: Clock, origin_ps: int) -> None:
 
 
 def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
-    """An idle node has something to send: it need not wait for a bit boundary of its own."""
+    """An idle node has something to send: it need not wait for a bit boundary of its own, unless an edge has set it."""
     for clock in clocks:
         station = clock.station
-        idle = station.state == IDLE and not station.sof_seen and not station.just_free
+        idle = station.state == IDLE and not clock.edged and not station.just_free
         if clock.node is node and idle and clock.start_ps != at_ps:
             clock.due_ps = at_ps
             clock.sampling = False
@@ -66,9 +67,10 @@ def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, box: Mailbox, pas
 
 
 def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
-    """Where the intermission behind this sender's frame begins, for all that heard it."""
+    """Where the intermission behind this frame begins, for all that heard it; who is suspended has sent, too."""
     for clock in clocks:
-        clock.station.resume_intermission(clock.node is sender)
+        station = clock.station
+        station.resume_intermission(clock.node is sender or station.state == SUSPEND)
 
 
 def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ns: int) -> None:

@@ -17,13 +17,13 @@ import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, ChannelMode, Frame, HubError, Simulation, load_database
-from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
+from canwire import BadValue, Frame, HubError, Simulation, load_database
+from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.databases.plugins import find_plugin
 from canwire.commands.databases.words import Value, add_database_arguments, split
 from canwire.commands.send import Sending
-from canwire.commands.shared_hub import connected, find_line
+from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
@@ -48,13 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plugin", action="append", default=[], metavar="MODULE:FUNCTION", help="finishes each message"
     )
     parser.add_argument("--duration", type=float, metavar="SECONDS", help="end after this long")
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        default=1.0,
-        metavar="SECONDS",
-        help="at the end, give up after this long without progress (1)",
-    )
+    add_timeout_argument(parser, "at the end, ")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -62,11 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     simulation = simulated(arguments)
     with ExitStack() as closing:
         hub = connected(arguments, "simulate", closing)
-        place = find_line(hub, arguments.line, to_send=True)
-        channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-        channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        bring_up(hub, place, wanted_by(arguments))
-        channel.activate()
+        place, channel = open_sender(hub, arguments.line, wanted_by(arguments), _QUEUE, closing)
         complain(f"{place.address} on {place.info.bus}: {_told(simulation)}")
         running = Running(hub, channel, simulation, Sending(hub, place, channel, arguments.timeout))
         try:

@@ -10,6 +10,7 @@ canwire dump can0 --filter 123        frame 123 only; 100-1FF, 700:700 by mask, 
 canwire dump can0 --kind fd,extended  CAN FD frames with 29-bit identifiers only; error: errors only
 canwire dump can0 --db car.dbc        with names and signals, by a database; --message NAME: of this one
 canwire dump can0 --json -e           an object a line, for programs
+canwire dump can0 --pcapng now.pcapng    packets, for Wireshark; live: --pcapng - | wireshark -k -i -
 
 Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, stderr says how many frames were
 shown, how many were lost because they were not read in time, and how many errors the line has seen: of all and of each.
@@ -18,15 +19,15 @@ shown, how many were lost because they were not read in time, and how many error
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from canwire import BadValue
+from canwire import BadValue, HubError, epoch_ns
 from canwire.commands.can_line import wanted_by
 from canwire.commands.dump.filters import KINDS as FILTER_KINDS
 from canwire.commands.dump.filters import Capture, Masked, parse_capture
+from canwire.commands.dump.output import Lines, Output
 from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
 from canwire.commands.dump.stamps import ABSOLUTE, KINDS, Stamps
 from canwire.commands.live.decoding import decoder, ids_of_messages
@@ -40,7 +41,6 @@ from canwire.commands.live.listening import (
 )
 from canwire.commands.shared_hub import connected
 from canwire.commands.shell.colour import has_colours
-from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -74,6 +74,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --db: show this message only; again: or it",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, one object a line")
+    parser.add_argument(
+        "--pcapng", metavar="FILE", help="packets for Wireshark instead of lines; - is stdout"
+    )
     parser.add_argument("-i", "--bus-name", action="store_true", help="show the bus's name instead of LINE")
 
 
@@ -114,7 +117,10 @@ def run(arguments: argparse.Namespace) -> int:
         complain_each(listening.told)
         dump = Dump(arguments, hub, listening, capture)
         try:
-            dump.run()
+            try:
+                dump.run()
+            finally:
+                dump.end()
         finally:
             complain_each(dump.summary())
     return 0
@@ -134,6 +140,12 @@ def _check(arguments: argparse.Namespace) -> None:
         raise BadValue("--message: names a message of --db FILE")
     if arguments.log and arguments.db:
         raise BadValue("--db: without -l, whose lines have no room for names")
+    if arguments.pcapng:
+        for option in ("log", "stamps", "json"):
+            if getattr(arguments, option):
+                raise BadValue(f"--pcapng: without --{option}; packets are no lines")
+        if arguments.db and not arguments.message:
+            raise BadValue("--pcapng: without --db, unless --message names what to capture")
 
 
 class Dump:
@@ -148,7 +160,7 @@ class Dump:
         self._timeout_s: float | None = arguments.timeout
         self._end_s = None if arguments.seconds is None else self._now_s() + arguments.seconds
         self._shown: dict[str, int] = {}
-        self._printer = _printer(arguments, hub, listening.sources, capture)
+        self._output = _output(arguments, hub, listening.sources, capture)
 
     def run(self) -> None:
         """Until enough was shown, the time is over, or nothing came in time."""
@@ -157,19 +169,29 @@ class Dump:
                 _BATCH if self._left is None else min(_BATCH, self._left), self._patience_s()
             )
             for source, records in found:
-                lines = self._printer.lines(source.name, records)[: self._left]
-                if lines:
-                    self._shown[source.name] = self._shown.get(source.name, 0) + len(lines)
-                    sys.stdout.write("\n".join(lines) + "\n")
+                count = self._output.put(source.name, records, self._left)
+                if count:
+                    self._shown[source.name] = self._shown.get(source.name, 0) + count
                 if self._left is not None:
-                    self._left -= len(lines)
-            sys.stdout.flush()
+                    self._left -= count
+            self._output.flush()
             if not found or (self._end_s is not None and self._now_s() >= self._end_s):
                 return
+
+    def end(self) -> None:
+        """Finish what was written; raises OSError."""
+        self._output.end(self._lost)
 
     def summary(self) -> list[str]:
         """The numbers; without the lost ones where the hub cannot be asked any more."""
         return summary_of(self._listening, self._shown)
+
+    def _lost(self) -> dict[str, int]:
+        """By line; nothing where the hub cannot be asked any more."""
+        try:
+            return {one.name: self._listening.counted(one).lost for one in self._listening.sources}
+        except HubError:
+            return {}
 
     def _patience_s(self) -> float | None:
         """How long to wait for the next record."""
@@ -180,6 +202,14 @@ class Dump:
 
     def _now_s(self) -> float:
         return self._hub.now_ns() / 1e9 if self._hub.virtual else time.monotonic()
+
+
+def _output(arguments: argparse.Namespace, hub: Hub, sources: list[Source], capture: Capture) -> Output:
+    if arguments.pcapng:
+        from canwire.commands.dump.packets import Packets
+
+        return Packets(arguments.pcapng, capture, [source.name for source in sources], epoch_ns(hub))
+    return Lines(_printer(arguments, hub, sources, capture))
 
 
 def _printer(arguments: argparse.Namespace, hub: Hub, sources: list[Source], capture: Capture) -> Printer:

@@ -3,31 +3,35 @@
 from __future__ import annotations
 
 import heapq
+import math
 import random
 from collections.abc import Iterator, Sequence
-from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING
 
-from canwire import BadDescription, BadValue, ExtraMissing, Frame
+from canwire import BadValue, Frame, load_database
+
+if TYPE_CHECKING:
+    from canwire import Database, MessageDescription, SignalDescription
+
+_MOST = {False: 8, True: 64}  # bytes of a classic frame, of an FD frame
 
 
 class CyclicMessages:
     """Of a DBC, KCD, SYM or ARXML file: those with a cycle time, or these `names`.
 
-    Those without take `usual_s`, if that is given. Raises BadDescription, ExtraMissing, BadValue for names that are not
-    there and where no message has a cycle time.
+    Those without take `usual_s`, if that is given; those that need several frames are left out. Raises BadDescription,
+    ExtraMissing, BadValue for names that are not there and where no message has a cycle time.
     """
 
     def __init__(self, path: str, names: Sequence[str], usual_s: float | None, chance: random.Random) -> None:
-        messages = _named(path, _loaded(path), names)
+        self._database = load_database(path)
+        messages = [_named(self._database, name) for name in names] or list(self._database.messages.values())
         self._chance = chance
-        cycles = [
-            (message, message.cycle_time / 1000 if message.cycle_time else usual_s) for message in messages
-        ]
+        single = [message for message in messages if _fits(message)]
+        cycles = [(message, message.cycle_s or usual_s) for message in single]
         self.without = [message.name for message, cycle_s in cycles if cycle_s is None]
-        self._cycles: list[tuple[Any, float]] = [
-            (message, cycle_s) for message, cycle_s in cycles if cycle_s is not None
-        ]
+        self.too_long = [message.name for message in messages if not _fits(message)]
+        self._cycles = [(message, cycle_s) for message, cycle_s in cycles if cycle_s is not None]
         if not self._cycles:
             raise BadValue(f"--db {path}: no message has a cycle time there; --gap gives all the same")
 
@@ -42,58 +46,56 @@ class CyclicMessages:
         while True:
             due_s, number, message, cycle_s = waiting[0]
             heapq.heapreplace(waiting, (due_s + cycle_s, number, message, cycle_s))
-            yield due_s - now_s, _frame(message, self._chance)
+            yield due_s - now_s, self._frame(message)
             now_s = due_s
 
-
-def _frame(message: Any, chance: random.Random) -> Frame:
-    values = dict(_values(message, message.signal_tree, chance))
-    data = message.encode(values, scaling=False, strict=False, padding=False)
-    return Frame(message.frame_id, data, extended=message.is_extended_frame, fd=message.is_fd)
-
-
-def _values(message: Any, tree: Sequence[Any], chance: random.Random) -> Iterator[tuple[str, float]]:
-    """Raw values; of a multiplexer one of those it has, and then the signals that belong to it."""
-    for one in tree:
-        if isinstance(one, str):
-            yield one, _raw(message.get_signal_by_name(one), chance)
-            continue
-        for multiplexer, branches in one.items():
-            chosen = chance.choice(sorted(branches))
-            yield multiplexer, chosen
-            yield from _values(message, branches[chosen], chance)
+    def _frame(self, message: MessageDescription) -> Frame:
+        frame = self._database.encode(message.name, values_of(message, self._chance))
+        assert isinstance(frame, Frame)
+        return frame
 
 
-def _raw(signal: Any, chance: random.Random) -> float:
+def values_of(message: MessageDescription, chance: random.Random) -> dict[str, float]:
+    """Physical values; of a multiplexer one of those it has, and then the signals that belong to it."""
+    ids: dict[str, set[int]] = {}
+    for signal in message.signals.values():
+        if signal.multiplexer:
+            ids.setdefault(signal.multiplexer, set()).update(signal.multiplexer_ids)
+    raw = {name: chance.choice(sorted(known)) for name, known in ids.items()}
+
+    def present(signal: SignalDescription) -> bool:
+        if not signal.multiplexer:
+            return True
+        return raw[signal.multiplexer] in signal.multiplexer_ids and present(
+            message.signals[signal.multiplexer]
+        )
+
+    return {
+        signal.name: raw[signal.name] * signal.scale + signal.offset
+        if signal.name in raw
+        else _value(signal, chance)
+        for signal in message.signals.values()
+        if present(signal)
+    }
+
+
+def _value(signal: SignalDescription, chance: random.Random) -> float:
     if signal.is_float:
-        return chance.uniform(signal.minimum or 0.0, signal.maximum or 1.0)
+        low = signal.minimum if math.isfinite(signal.minimum) else 0.0
+        return chance.uniform(low, signal.maximum if math.isfinite(signal.maximum) else low + 1.0)
     bits = signal.length
-    low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signal.is_signed else (0, (1 << bits) - 1)
-    told = [signal.scaled_to_raw(end) for end in (signal.minimum, signal.maximum) if end is not None]
-    if len(told) == 2:
-        least, most = max(low, int(min(told))), min(high, int(max(told)))
-        low, high = (least, most) if least <= most else (low, high)
-    return chance.randint(low, high)
+    least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if signal.signed else (0, (1 << bits) - 1)
+    low, high = sorted(int(signal.raw(end)) for end in (signal.minimum, signal.maximum))
+    value = chance.randint(max(low, least), min(high, most)) * signal.scale + signal.offset
+    return min(max(value, signal.minimum), signal.maximum)
 
 
-def _named(path: str, database: Any, names: Sequence[str]) -> list[Any]:
-    messages = list(database.messages)
-    if not names:
-        return messages
-    there = {message.name: message for message in messages}
-    for name in names:
-        if name not in there:
-            near = get_close_matches(name, there, 1)
-            raise BadValue(f"--message {name}: not in {path}{f'; did you mean {near[0]}?' if near else ''}")
-    return [there[name] for name in names]
+def _fits(message: MessageDescription) -> bool:
+    return message.decodable and not message.lin and message.length <= _MOST[message.fd]
 
 
-def _loaded(path: str) -> Any:
+def _named(database: Database, name: str) -> MessageDescription:
     try:
-        import cantools
-    except ModuleNotFoundError:
-        raise ExtraMissing("cantools", "databases") from None
-    try:
-        return cantools.database.load_file(path)
-    except (OSError, ValueError, cantools.Error) as error:
-        raise BadDescription(f"--db {path}: {error}") from None
+        return database.message(name)
+    except BadValue as error:
+        raise BadValue(f"--message: {error}") from None

@@ -23,13 +23,13 @@ from contextlib import ExitStack
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, ChannelMode, Frame
-from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
+from canwire import BadValue, Frame
+from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.gen.pace import Gap, by_load, every
 from canwire.commands.gen.patterns import Kind, frames
 from canwire.commands.gen.sending import Generator
-from canwire.commands.shared_hub import connected, find_line
+from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire import Hub, LinePlace
@@ -82,13 +82,7 @@ def _add_times(group: argparse._ArgumentGroup) -> None:
     pace.add_argument("--load", type=float, metavar="PERCENT", help="share of the bus")
     group.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many frames")
     group.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this long")
-    group.add_argument(
-        "--timeout",
-        type=float,
-        default=1.0,
-        metavar="SECONDS",
-        help="give up after this long without progress (1)",
-    )
+    add_timeout_argument(group)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -99,12 +93,8 @@ def run(arguments: argparse.Namespace) -> int:
     source = None if arguments.db else _patterns(arguments, chance)
     with ExitStack() as closing:
         hub = connected(arguments, "gen", closing)
-        place = find_line(hub, arguments.line, to_send=True)
-        channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-        channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        bring_up(hub, place, wanted_by(arguments))
+        place, channel = open_sender(hub, arguments.line, wanted_by(arguments), _QUEUE, closing)
         plan = _database(arguments, chance) if source is None else _paced(source, _gap(arguments, hub, place))
-        channel.activate()
         complain(f"onto {place.address} on {place.info.bus}, --seed {seed}")
         generator = Generator(hub, place, channel, arguments.timeout)
         try:
@@ -173,5 +163,9 @@ def _database(arguments: argparse.Namespace, chance: random.Random) -> Iterator[
         complain(
             f"{len(messages.without)} messages have no cycle time and are left out ({messages.without[0]}, ...); "
             "--gap gives them one"
+        )
+    if messages.too_long:
+        complain(
+            f"{len(messages.too_long)} messages need several frames and are left out ({messages.too_long[0]}, ...)"
         )
     return messages.plan()

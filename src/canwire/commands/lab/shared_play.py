@@ -8,15 +8,15 @@ import time
 from contextlib import ExitStack
 from itertools import count
 
-from canwire import BadValue, ChannelMode, Frame, Hub
-from canwire.commands.can_line import bring_up, wanted_by
+from canwire import BadValue, Frame, Hub
+from canwire.commands.can_line import open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.lab.any_log import AnyLog
 from canwire.commands.lab.candump_log import CandumpLog, Survey
 from canwire.commands.lab.progress import Progress
 from canwire.commands.logs.choosing import parsed_map
 from canwire.commands.send import Sending
-from canwire.commands.shared_hub import connected, find_line
+from canwire.commands.shared_hub import connected
 
 _QUEUE = 1024
 _PATIENCE_S = 1.0
@@ -55,11 +55,7 @@ class Senders:
         self._by_line = {line: self._opened(arguments, hub, line, closing) for line in targets.lines}
 
     def _opened(self, arguments: argparse.Namespace, hub: Hub, line: str, closing: ExitStack) -> Sending:
-        place = find_line(hub, line, to_send=True)
-        channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-        channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        bring_up(hub, place, wanted_by(arguments))
-        channel.activate()
+        place, channel = open_sender(hub, line, wanted_by(arguments), _QUEUE, closing)
         return Sending(hub, place, channel, self._patience_s)
 
     def queue(self, frame: Frame, channel: str) -> bool:

@@ -16,9 +16,9 @@ from canwire import (
     LinFrame,
     LinLogLine,
     LinMonitorMode,
+    epoch_ns,
     format_lin_log_line,
 )
-from canwire.commands.wall_clock import epoch_ns
 
 if TYPE_CHECKING:
     from canwire import Hub, Monitor

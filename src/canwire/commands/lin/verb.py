@@ -1,7 +1,7 @@
 """`canwire lin`: watch a LIN line, send from one as its master, run a schedule.
 
 canwire lin dump lin0                         the first line on that bus; started as slave if nobody did
-canwire lin dump HW000001:2 -e --ldf door.ldf errors and state changes as well; values of signals
+canwire lin dump lin0 -e --ldf door.ldf       errors and state changes as well; values of signals
 canwire lin send lin0 10#0102 11#R4           as master: a frame, then a header for somebody to answer
 canwire lin schedule lin0 10#0102 11:4@10ms   slot after slot, while it runs; 11 is asked for 4 bytes
 canwire lin schedule lin0 --ldf door.ldf --table Normal --rounds 10

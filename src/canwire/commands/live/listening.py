@@ -21,9 +21,9 @@ from canwire import (
     every_line,
     format_rates,
 )
-from canwire.commands.can_line import bring_up
+from canwire.commands.can_line import add_rate_arguments, bring_up
 from canwire.commands.console import complain
-from canwire.commands.shared_hub import add_hub_argument, add_rate_argument, find_line
+from canwire.commands.shared_hub import find_line
 
 if TYPE_CHECKING:
     from canwire import Event, Hub, HubChannel
@@ -59,9 +59,7 @@ def add_listening_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LINE",
         help="HW000001:0, usb-to-can-fd:1, the name of a bus: can0; several; any: a line of every bus",
     )
-    add_rate_argument(parser, "--bit-rate", "for a line that nobody started", WantedMode.USUAL_BIT_RATE)
-    add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
-    add_hub_argument(parser)
+    add_rate_arguments(parser)
 
 
 def places_of(hub: Hub, names: Sequence[str]) -> list[tuple[str, LinePlace]]:

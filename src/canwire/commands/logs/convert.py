@@ -1,6 +1,7 @@
 """`canwire convert`: a log in another format, and what that cannot hold.
 
 canwire convert drive.log drive.blf                    the suffixes tell the formats
+canwire convert drive.log day/                         a trace: a folder of Parquet files, for `canwire query`
 canwire convert drive.blf - --to candump               onto standard output
 canwire convert drive.log part.csv --filter 21A:7FF    these frames only
 canwire convert drive.log two.asc --map vcan0=can1     a channel gets another name

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from canwire import Log
+from canwire import Log, Trace
 from canwire.commands.console import complain
 
 _SHOWN = 10
 _WIDEST = 200
 
 
-def tell_faults(log: Log) -> None:
+def tell_faults(log: Log | Trace) -> None:
     """The first faults one by one, and how many more there are."""
     for fault in log.faults[:_SHOWN]:
         complain(f"{log.path}: {clipped(str(fault))}")

@@ -4,11 +4,14 @@ canwire record can0 drive.blf                          the suffix tells the form
 canwire record can0 drive.log --rotate-size 100M       drive-0001.log, drive-0002.log, ...: 100 MB each
 canwire record can0 drive.mf4 --rotate-time 1h         a new file every hour
 canwire record can0 drive.pcapng --for 60              a minute
+canwire record can0 day/                               a trace: a folder of Parquet files, for `canwire query`
 canwire record can0 - --format candump                 onto standard output
+canwire record lin0 drive.blf                          a LIN line, too; trc holds no LIN
 
 Frames, error frames, changes of state, bit rates and the number of lost frames are recorded, as far as the format holds
 them. Whatever happens to this process, all that is older than a second can be read: formats that are readable only at
-their end (parquet, mf4) have a journal beside them until then, NAME.journal, which `canwire convert` reads.
+their end (parquet, mf4) have a journal beside them until then, NAME.journal, which `canwire convert` reads. A trace's
+folder must be new or empty, and its growing file is a journal, too.
 """
 
 from __future__ import annotations

@@ -19,24 +19,17 @@ import shutil
 from collections.abc import Callable
 from contextlib import ExitStack
 
-from canwire import BadValue, WantedMode
+from canwire import BadValue, epoch_ns
+from canwire.commands.can_line import add_rate_arguments, wanted_by
 from canwire.commands.console import complain
-from canwire.commands.shared_hub import add_hub_argument, add_rate_argument, connected
-from canwire.commands.wall_clock import epoch_ns
+from canwire.commands.shared_hub import connected
+from canwire.commands.socketcan.options import add_interface_argument, mappings_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument(
-        "--interface",
-        action="append",
-        default=[],
-        metavar="NAME=LINE",
-        help="another name for a bus or a line: vcan0=can0, can0=HW000001:0; may be given again",
-    )
-    add_rate_argument(parser, "--bit-rate", "for a line that nobody started", WantedMode.USUAL_BIT_RATE)
-    add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
-    add_hub_argument(parser)
+    add_interface_argument(parser)
+    add_rate_arguments(parser)
     parser.add_argument(
         "program", nargs=argparse.REMAINDER, metavar="PROGRAM [ARGUMENT ...]", help="what to run"
     )
@@ -44,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Become the program; HubError without a hub, BadValue for what cannot be, Unsupported without the shim."""
-    from canwire.socketcan.interfaces import parse_mapping
     from canwire.socketcan.launch import launch, shim
     from canwire.socketcan.programs import trouble_with
 
@@ -57,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     shim()
     if trouble := trouble_with(path):
         complain(f"{path} {trouble}; it has no CAN")
-    mappings = dict(parse_mapping(text) for text in arguments.interface)
+    mappings = mappings_of(arguments)
 
     def serving(directory: str, programs: tuple[int, int], ready: Callable[[], object]) -> None:
         _serve(arguments, mappings, directory, programs, ready)
@@ -78,7 +70,6 @@ def _serve(
 
     with ExitStack() as closing:
         hub = connected(arguments, "run", closing)
-        wanted = WantedMode(arguments.bit_rate, arguments.data_bit_rate)
-        server = Server(hub, directory, shim(), mappings, wanted, epoch_ns(hub), complain)
+        server = Server(hub, directory, shim(), mappings, wanted_by(arguments), epoch_ns(hub), complain)
         ready()
         server.run(programs)

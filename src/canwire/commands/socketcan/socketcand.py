@@ -15,11 +15,12 @@ import argparse
 from contextlib import ExitStack, closing
 
 import canwire
-from canwire import WantedMode
+from canwire import epoch_ns
+from canwire.commands.can_line import add_rate_arguments, wanted_by
 from canwire.commands.console import complain
-from canwire.commands.shared_hub import add_hub_argument, add_rate_argument, connected
+from canwire.commands.shared_hub import connected
 from canwire.commands.shell.ending import signals_call
-from canwire.commands.wall_clock import epoch_ns
+from canwire.commands.socketcan.options import add_interface_argument, mappings_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,22 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--beacon", default="", metavar="ADDRESS", help="announce it there by UDP, port 42000"
     )
-    parser.add_argument(
-        "--interface",
-        action="append",
-        default=[],
-        metavar="NAME=LINE",
-        help="another name for a bus or a line",
-    )
-    add_rate_argument(parser, "--bit-rate", "for a line that nobody started", WantedMode.USUAL_BIT_RATE)
-    add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
-    add_hub_argument(parser)
+    add_interface_argument(parser)
+    add_rate_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM, SIGHUP, SIGINT, or the hub's end; HubError without a hub, OSError for a port in use."""
     from canwire.socketcan.daemon.daemon import Daemon, parse_address
-    from canwire.socketcan.interfaces import parse_mapping
 
     with ExitStack() as stack:
         hub = connected(arguments, "socketcand", stack)
@@ -51,10 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
         daemon = Daemon(
             hub,
             parse_address(arguments.listen),
-            WantedMode(arguments.bit_rate, arguments.data_bit_rate),
+            wanted_by(arguments),
             epoch_ns(hub),
             complain,
-            mappings=dict(parse_mapping(text) for text in arguments.interface),
+            mappings=mappings_of(arguments),
             beacon=arguments.beacon,
         )
         with signals_call(stop.set):

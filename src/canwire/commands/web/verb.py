@@ -15,10 +15,9 @@ import os
 import webbrowser
 from contextlib import ExitStack
 
-from canwire import BadValue, ExtraMissing
+from canwire import BadValue, ExtraMissing, epoch_ns
 from canwire.commands.shared_hub import add_hub_argument, connected
 from canwire.commands.shell.ending import signals_call
-from canwire.commands.wall_clock import epoch_ns
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

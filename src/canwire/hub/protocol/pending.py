@@ -6,6 +6,7 @@ import threading
 from typing import Generic, TypeVar
 
 Result = TypeVar("Result")
+_LOOK_S = 1.0  # a signal that comes in the moment before the wait begins is heard then
 
 
 class Pending(Generic[Result]):
@@ -50,8 +51,9 @@ class Pending(Generic[Result]):
     def result(self, timeout: float | None = None) -> Result:
         """Wait for it; raises the exception it failed with, or TimeoutError after `timeout` seconds (None: never)."""
         if not self._done:
-            if not self._gate.acquire(timeout=-1 if timeout is None else timeout):
-                raise TimeoutError
+            while not self._gate.acquire(timeout=_LOOK_S if timeout is None else timeout):
+                if timeout is not None:
+                    raise TimeoutError
             self._gate.release()
         if self._error is not None:
             raise self._error

@@ -6,9 +6,8 @@ number in there, whichever connection it asks through.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from canwire.hub.protocol.message import Message
+from canwire.values.frozen import dataclass
 
 
 class JoinTime(Message):
@@ -54,7 +53,7 @@ class Joined(Message):
     now_ns: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class TimedProgram:
     """One thread that takes part: `until_ns` is what it waits for (None: for a signal alone), where it `waits`.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabNode
@@ -60,29 +61,25 @@ class NodeScript:
     def run_on(self, node: LabNode) -> None:
         """Start on this node; `LabBus.node` does it."""
         self.node = node
-        self._pump_due = False
-        node.on_frames(self._schedule)
+        take = self._take_frames
         if type(self).on_event is not NodeScript.on_event:
+            take = self._take_all
             node.events()
-            node.on_events(self._schedule)
+            node.on_events(partial(node.time.soon, take))
+        node.on_frames(partial(node.time.soon, take))
         self.on_start()
 
     def __repr__(self) -> str:
         node = getattr(self, "node", None)
         return f"<{type(self).__name__} on {'no node yet' if node is None else node.line.name}>"
 
-    def _schedule(self) -> None:
-        if not self._pump_due:
-            self._pump_due = True
-            self.node.time.timeline.at(self.now_ns, self._pump)
+    def _take_frames(self) -> None:
+        self.node.each_frame(self.on_message)
 
-    def _pump(self) -> None:
-        self._pump_due = False
-        if type(self).on_event is not NodeScript.on_event:
-            for event in self.node.events():
-                self.on_event(event)
-        while (frame := self.node.receive()) is not None:
-            self.on_message(frame)
+    def _take_all(self) -> None:
+        for event in self.node.events():
+            self.on_event(event)
+        self._take_frames()
 
 
 class Periodic:

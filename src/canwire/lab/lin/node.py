@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import NoneType
 from typing import TypeVar
 
@@ -135,6 +135,14 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
             if isinstance(event, LinEvent) and (not kinds or event.kind in kinds):
                 found.append(event)
         return found
+
+    def on_events(self, callback: Callable[[], None] | None) -> None:
+        """Call back, within the bus's run, when the empty queue of events gets one, once `events` has been called.
+
+        None ends it.
+        """
+        if self._events is not None:
+            self._events.ring.listener = callback
 
     # state
 

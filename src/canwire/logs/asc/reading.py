@@ -1,21 +1,27 @@
-"""ASC in: lines of any writer, and what our comments add."""
+"""ASC in: lines of any writer, and what our comments add; the usual ones by numpy (plain.py)."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadText
+from canwire.logs.asc import plain
 from canwire.logs.asc.writing import OURS
 from canwire.logs.batch import LogBatch
+from canwire.logs.blocks.fields import Fields
+from canwire.logs.blocks.reading import read_blocks
 from canwire.logs.dates import ns_of_vector_date
 from canwire.logs.detail import content_of_detail, lin_frame_of_detail
 from canwire.logs.entry import LogEntry, LogKind
-from canwire.logs.lines import read_lines
 from canwire.logs.source import Source
 from canwire.values.event import BusEvent, ErrorKind, EventKind
 from canwire.values.frame import Frame
 from canwire.values.lin.frame import LinFrame
+
+if TYPE_CHECKING:
+    import numpy
 
 _EVENT = re.compile(r"\s*(-?)(\d{1,12})\.(\d{1,9})\s+(.*)")
 _FRAME = re.compile(r"(\d+)\s+([0-9A-Fa-f]+)(x?)\s+(Rx|Tx|TxRq)\s+([dr])\s*(.*)", re.IGNORECASE)
@@ -36,11 +42,13 @@ def recognises(head: bytes) -> bool:
 
 def read(source: Source) -> Iterator[LogBatch]:
     """Lines that are frames, error frames and comments of ours; other events are left out."""
-    return read_lines(source, _Parser(source).entry)
+    return read_blocks(source, _Parser(source))
 
 
 class _Parser:
     """One file's lines."""
+
+    separator: int | None = None
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -60,6 +68,21 @@ class _Parser:
             return None
         time_ns = self._time(event[1], event[2], event[3])
         return self._event(time_ns, event[4])
+
+    def changing(self, fields: Fields) -> Any:
+        return plain.changing(fields)
+
+    def candidates(self, fields: Fields) -> Any:
+        """None with decimal data, with times that count from the line before, and where no time could be one."""
+        usual = self._base == 16 and not self._relative and abs(self._zero_ns or 0) < 1 << 62
+        return plain.candidates(fields) if usual else fields.count < 0
+
+    def records(self, fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
+        return plain.records(fields, those, self._zero_ns or 0)
+
+    def name(self, key: Any) -> str:
+        """The channel of that number."""
+        return self._name(int(key))
 
     def _event(self, time_ns: int, text: str) -> LogEntry | None:
         if found := _FRAME.fullmatch(text):

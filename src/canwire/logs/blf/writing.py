@@ -55,6 +55,7 @@ class Writer(FormWriter):
         numpy = load_numpy()
         if self._zero_ns is None:
             self._start(int(records["time_ns"].min()))
+        records = self._begun(records)
         self._latest_ns = max(self._latest_ns, int(records["time_ns"].max()))
         unknown = (records["direction"] == 0) & (records["kind"] == LogKind.CAN_FRAME)
         if count := int(unknown.sum()):
@@ -83,6 +84,15 @@ class Writer(FormWriter):
             self.file.seek(0)
             write_all(self.file, self._head(end))
             self.file.seek(end)
+
+    def _begun(self, records: numpy.ndarray) -> numpy.ndarray:
+        """The same with no time before the beginning: objects count from there, upwards."""
+        early = records["time_ns"] < (self._zero_ns or 0)
+        if early.any():
+            self.leave_out("times before the log's beginning (that is written)", int(early.sum()))
+            records = records.copy()
+            records["time_ns"][early] = self._zero_ns
+        return records
 
     def _start(self, first_ns: int) -> None:
         begin_ns = first_ns if self.start_ns is None else min(first_ns, self.start_ns)

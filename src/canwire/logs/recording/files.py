@@ -76,9 +76,10 @@ class RecordingFiles:
         self._flushed_s = now_s
         self._writer.flush()
         too_old = self._rotate_s is not None and now_s - self._began_s >= self._rotate_s
-        size = os.path.getsize(self._writer.path) if self._path != "-" else 0
-        if too_old or (self._rotate_bytes is not None and size >= self._rotate_bytes):
-            self._end_file()
+        if too_old or (self._rotate_bytes is not None and self._writer.size >= self._rotate_bytes):
+            self._began_s = now_s
+            if not self._writer.rotate():
+                self._end_file()
 
     def close(self) -> None:
         """Finish the last file."""
@@ -96,7 +97,7 @@ class RecordingFiles:
         self._began_s = self._flushed_s = time.monotonic()
 
     def _next_name(self) -> str:
-        if not (self._rotate_bytes or self._rotate_s):
+        if not (self._rotate_bytes or self._rotate_s) or self._format == "trace":
             return self._path
         path = Path(self._path)
         return str(path.with_name(f"{path.stem}-{len(self.files) + 1:04d}{path.suffix}"))

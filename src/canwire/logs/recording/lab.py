@@ -1,4 +1,4 @@
-"""A node of the lab as a source: it is emptied in the lab's own time, soon after something came."""
+"""A node of the lab as a source, of CAN or LIN: it is emptied in the lab's own time, soon after something came."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from canwire.logs.batch import batch_of, in_time, records_of_line
 from canwire.logs.entry import LogEntry, LogMark, MarkKind
 from canwire.values.event import EventKind
+from canwire.values.lin.event import LinEventKind
 from canwire.values.record import load_numpy
 
 if TYPE_CHECKING:
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 _SOON_NS = 5_000_000  # a saturated bus at 1 Mbit/s brings some 100 frames meanwhile
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.OVERRUN)
+_LIN_EVENTS = (LinEventKind.ERROR, LinEventKind.STATE, LinEventKind.SLEEP, LinEventKind.WAKEUP)
+_AT_ONCE = 1 << 16
 
 
 class LabSource:
@@ -71,3 +74,25 @@ class LabSource:
             self._node.on_events(None)
             if self._own:
                 self._node.close()
+
+
+class LabLinSource(LabSource):
+    """The same for a LabLinNode."""
+
+    def take(self, timeout_s: float) -> numpy.ndarray:
+        """Frames and events by their time; never waits."""
+        del timeout_s
+        frames = self._node.receive_many(_AT_ONCE)
+        entries = [
+            LogEntry(frame.timestamp_ns, self.channel, frame, "T" if frame.sent else "R") for frame in frames
+        ]
+        events = self._node.events(*_LIN_EVENTS)
+        entries += [LogEntry(event.timestamp_ns, self.channel, event) for event in events]
+        return in_time(batch_of(entries, [self.channel]).records)
+
+    def marks(self) -> list[LogMark]:
+        now_ns = self._node.time.now_ns
+        return [
+            LogMark(MarkKind.CLOCK, now_ns, text="lab"),
+            LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=self._node.bus.bit_rate),
+        ]

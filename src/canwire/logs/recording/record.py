@@ -1,4 +1,4 @@
-"""`record`: a line, node or bus into log files."""
+"""`record`: a line, node or bus, of CAN or LIN, into log files."""
 
 from __future__ import annotations
 
@@ -8,22 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadValue
 from canwire.hub.handles.channel import HubChannel
+from canwire.hub.handles.lin import Monitor
 from canwire.hub.wanted_mode import WantedMode
+from canwire.logs.entry import LogKind
+from canwire.logs.formats import format_to_write, load_format, log_formats
 from canwire.logs.recording.files import RecordingFiles
-from canwire.logs.recording.lab import LabSource
+from canwire.logs.recording.lab import LabLinSource, LabSource
 from canwire.logs.recording.recorder import Recorder, RecordingSource
 from canwire.logs.recording.shared import SharedSource, shared_source
+from canwire.logs.recording.shared_lin import SharedLinSource
 from canwire.values.checks import finite, whole
 
 if TYPE_CHECKING:
-    from canwire.lab import LabBus, LabNode
+    from canwire.lab import LabBus, LabLinBus, LabLinNode, LabNode
 
 _SMALLEST = 10_000  # bytes of a file that rotates: below, files would be made faster than they fill
 _QUEUE = 1 << 16  # of the node that listens for a recording
 
 
 def record(
-    line: str | HubChannel | LabNode | LabBus,
+    line: str | HubChannel | Monitor | LabNode | LabBus | LabLinNode | LabLinBus,
     path: str | os.PathLike[str],
     *,
     format: str | None = None,
@@ -37,12 +41,13 @@ def record(
 ) -> Recorder:
     """Write everything that a line hears to a log file, until the recorder is closed.
 
-    `line` is the name of a shared one ("can0", "HW000001:0"), which is started at `bit_rate` if nobody did; a
-    HubChannel that is set up and active, which then belongs to the recorder, and whose times become dates by
-    `epoch_ns`; a LabNode, or a LabBus, on which a listening node is put. `format` is told by the path's suffix unless
-    given. `channel` is the
-    name in the log. With `rotate_bytes` or `rotate_s` (seconds) the files are NAME-0001, NAME-0002, ...: a new one as
-    soon as one is larger or older. `hub` is the hub's address.
+    `line` is the name of a shared one ("can0", "HW000001:0", "lin0"), which is started at `bit_rate` if nobody did (a
+    LIN line as a slave); a HubChannel or Monitor that is set up and active, which then belongs to the recorder, and
+    whose times become dates by `epoch_ns`; a node of the lab, or a bus, on which a listening one is put. `format` is
+    told by the path's suffix unless given. `channel` is the name in the log. With `rotate_bytes` or `rotate_s`
+    (seconds) the files are NAME-0001, NAME-0002, ...: a new one as soon as one is larger or older; a trace (`path`
+    with a slash at its end) is one folder, which begins its next file then, by bytes of records. `hub` is the hub's
+    address.
 
     Frames, error frames, changes of state and losses are recorded; a line's own frames as well, a LabNode's where it
     has `self_reception`. Raises BadValue, NoSuchBoard, HubError, ExtraMissing, OSError.
@@ -59,8 +64,10 @@ def record(
     with ExitStack() as closing:
         source = _source(line, channel, hub, WantedMode(bit_rate, data_bit_rate), epoch_ns)
         closing.callback(source.close)
-        dated = isinstance(source, SharedSource) and source.epoch_ns > 0
-        clock = "hub" if isinstance(source, SharedSource) else "lab"
+        if isinstance(source, SharedLinSource | LabLinSource):
+            _check_holds_lin(name, format)
+        dated = isinstance(source, SharedSource | SharedLinSource) and source.epoch_ns > 0
+        clock = "hub" if isinstance(source, SharedSource | SharedLinSource) else "lab"
         files = RecordingFiles(
             name,
             format,
@@ -73,6 +80,19 @@ def record(
         return Recorder(source, files, closing.pop_all())
 
 
+def _check_holds_lin(path: str, format: str | None) -> None:
+    """Raise BadValue for a format in which nothing of a LIN line could be written."""
+    row = format_to_write(path, format)
+    if LogKind.LIN_FRAME in load_format(row).Writer.holds:
+        return
+    others = [
+        one.name
+        for one in log_formats()
+        if one.writes and one.name != "journal" and LogKind.LIN_FRAME in load_format(one).Writer.holds
+    ]
+    raise BadValue(f"{path}: {row.name} holds no LIN frames; these do: {', '.join(others)}")
+
+
 def _source(
     line: Any, channel: str | None, hub: str | None, wanted: WantedMode, epoch_ns: int
 ) -> RecordingSource:
@@ -80,9 +100,18 @@ def _source(
         return shared_source(line, hub, wanted, channel)
     if isinstance(line, HubChannel):
         return SharedSource(line, channel or "can0", epoch_ns, None, ExitStack())
+    if isinstance(line, Monitor):
+        return SharedLinSource(line, channel or "lin0", epoch_ns, None, ExitStack())
+    if hasattr(line, "respond"):
+        return LabLinSource(line, channel or line.bus.name, own=False)
+    if hasattr(line, "slave"):
+        listener = line.slave("recorder", receive_queue=_QUEUE)
+        return LabLinSource(listener, channel or line.name, own=True)
     if hasattr(line, "receive_array"):
         return LabSource(line, channel or line.bus.name, own=False)
     if hasattr(line, "can_bus") or not hasattr(line, "node"):
-        raise BadValue(f"{line!r}: no line that can be recorded: a name, a HubChannel, a LabNode or a LabBus")
+        raise BadValue(
+            f"{line!r}: no line that can be recorded: a name, a HubChannel, a Monitor, or of the lab"
+        )
     node = line.node("recorder", listen_only=True, receive_queue=_QUEUE, transmit_queue=1)
     return LabSource(node, channel or line.name, own=True)

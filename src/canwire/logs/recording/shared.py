@@ -16,6 +16,7 @@ from canwire.hub.wall_clock import epoch_ns
 from canwire.hub.wanted_mode import WantedMode
 from canwire.logs.batch import records_of_line
 from canwire.logs.entry import LogMark, MarkKind
+from canwire.logs.recording.shared_lin import SharedLinSource, shared_lin_source
 from canwire.values.event import EventKind
 
 if TYPE_CHECKING:
@@ -69,11 +70,16 @@ class SharedSource:
         self._closing.close()
 
 
-def shared_source(line: str, hub_address: str | None, wanted: WantedMode, name: str | None) -> SharedSource:
-    """The line of that name, running, with a channel that hears all of it; raises NoSuchBoard, HubError, BadValue."""
+def shared_source(
+    line: str, hub_address: str | None, wanted: WantedMode, name: str | None
+) -> SharedSource | SharedLinSource:
+    """The line of that name, of CAN or LIN, running, with what hears all of it; NoSuchBoard, HubError, BadValue."""
     with ExitStack() as closing:
         hub = closing.enter_context(connect(hub_address, name="canwire record"))
-        place = find_lines(hub, line, "CAN")[0]
+        place = find_lines(hub, line)[0]
+        if place.info.bus_type == "LIN":
+            called = name or place.info.bus or line
+            return shared_lin_source(hub, place, wanted, called, closing)
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
         events = tuple(int(kind) for kind in _EVENTS)
         channel.set_up(ChannelMode(receive=_QUEUE, transmit=0, siblings=Siblings.EVERY, events=events))
@@ -93,6 +99,6 @@ def shared_source(line: str, hub_address: str | None, wanted: WantedMode, name: 
         )
         if control is not None:
             control.close()
+        status = place.status(hub)  # before anything is heard: its marks stand there
         channel.activate()
-        status = place.status(hub)
         return SharedSource(channel, name or place.info.bus or line, epoch_ns(hub), status, closing.pop_all())

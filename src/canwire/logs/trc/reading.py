@@ -1,20 +1,26 @@
-"""TRC in: the columns are those of the file's version, or those that its head names."""
+"""TRC in: the columns are those of the file's version, or of its head; usual lines by numpy (plain.py)."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadText
 from canwire.logs.batch import LogBatch
+from canwire.logs.blocks.fields import Fields
+from canwire.logs.blocks.reading import read_blocks
 from canwire.logs.dates import ns_of_ole
 from canwire.logs.entry import LogEntry
-from canwire.logs.lines import read_lines
 from canwire.logs.source import Source
+from canwire.logs.trc import plain
 from canwire.logs.trc.codes import FD_TYPES, error_of_columns, event_of_status
 from canwire.values.dlc import FD_LENGTHS
 from canwire.values.event import BusEvent, EventKind
 from canwire.values.frame import Frame
+
+if TYPE_CHECKING:
+    import numpy
 
 _COLUMNS = {  # where a head names none: Y is the type of versions 1, with the direction in it
     "1.0": "N,O,I,L,D",
@@ -43,11 +49,13 @@ def recognises(head: bytes) -> bool:
 
 def read(source: Source) -> Iterator[LogBatch]:
     """Frames, remote frames, error frames, changes of state and of error counters."""
-    return read_lines(source, _Parser(source).entry)
+    return read_blocks(source, _Parser(source))
 
 
 class _Parser:
     """One file's lines."""
+
+    separator: int | None = None
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -66,6 +74,20 @@ class _Parser:
         if len(words) < len(self._columns) - 1:
             raise BadText(f"{text[:100]!r}: {len(words)} columns of {len(self._columns)}")
         return self._row(dict(zip(self._columns, [*words, ""], strict=False)))
+
+    def changing(self, fields: Fields) -> Any:
+        return plain.changing(fields)
+
+    def candidates(self, fields: Fields) -> Any:
+        """None where no time could be one."""
+        return plain.candidates(fields, self._columns) & (abs(self._zero_ns) < 1 << 62)
+
+    def records(self, fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
+        return plain.records(fields, those, self._columns, self._zero_ns)
+
+    def name(self, key: Any) -> str:
+        """The channel of that number."""
+        return f"can{max(int(key) - 1, 0)}"
 
     def _head(self, text: str) -> None:
         name, _, value = text.partition("=")

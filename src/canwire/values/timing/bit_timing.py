@@ -6,10 +6,10 @@ Bosch CAN FD specification 1.0; reference/can-protocol.md section 8.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from canwire.errors import BadTiming
+from canwire.values.frozen import dataclass
 from canwire.values.timing.limits import (
     FD_NOMINAL,
     SJA1000,

@@ -10,11 +10,11 @@ reference/can-protocol.md section 8; reference/vci.md section 8.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
 from canwire.errors import BadTiming
+from canwire.values.frozen import dataclass
 
 BTR_OF_BIT_RATE = {
     5_000: (0x3F, 0x7F),

@@ -3,7 +3,8 @@
     python -m tests.bus.can.reference.long_run --frames 1000000 --faults 10000 --processes 2 [--first SEED]
 
 Each seed is one schedule; a run that was interrupted goes on with `--first` and the seed printed last. `--rounds`
-runs the whole thing for so many seeds instead. Ends with status 1 if anything differed, and prints which seeds did.
+runs the whole thing for so many seeds instead. With `--glitches` levels are held for parts of bits, not for whole ones.
+Ends with status 1 if anything differed, and prints which seeds did.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from itertools import count, islice
 
 from tests.bus.can.reference.compare import differences
 from tests.bus.can.reference.players import Outcome, by_the_rules
-from tests.bus.can.reference.schedule import schedule_of
+from tests.bus.can.reference.schedule import Schedule, schedule_of
 
 FRAMES_A_SCHEDULE = 30  # about: several nodes may send at once
 DISTURBED_EVERY = 4  # one schedule of so many
@@ -31,7 +32,7 @@ def main() -> int:
     total: Counter[str] = Counter()
     wrong: list[tuple[int, list[str]]] = []
     with ProcessPoolExecutor(arguments.processes) as pool:
-        for last, figures, found in batches(pool, arguments.first, arguments.faulty):
+        for last, figures, found in batches(pool, arguments):
             total += figures
             wrong += found
             for seed, words in found:
@@ -53,6 +54,9 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--rounds", type=int, help="instead: so many schedules")
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="the first schedule")
     parser.add_argument("--faulty", type=int, default=8, help="at most so many disturbances a schedule")
+    parser.add_argument(
+        "--glitches", type=int, default=0, help="at most so many a schedule that is disturbed"
+    )
     parser.add_argument("--processes", type=int, default=1)
     return parser.parse_args()
 
@@ -66,31 +70,39 @@ def done(arguments: argparse.Namespace, total: Counter[str], last: int) -> bool:
 Batch = tuple[int, Counter[str], list[tuple[int, list[str]]]]
 
 
-def batches(pool: ProcessPoolExecutor, first: int, faulty: int) -> Iterator[Batch]:
-    """What came of the seeds from `first` on, in their order; two batches a process are under way."""
-    starts = count(first, AT_ONCE)
-    waiting = [pool.submit(play, start, faulty) for start in islice(starts, 4)]
+def batches(pool: ProcessPoolExecutor, arguments: argparse.Namespace) -> Iterator[Batch]:
+    """What came of the seeds from the first on, in their order; two batches a process are under way."""
+    starts = count(arguments.first, AT_ONCE)
+    disturbances = arguments.faulty, arguments.glitches
+    waiting = [pool.submit(play, start, *disturbances) for start in islice(starts, 2 * arguments.processes)]
     while True:
         done_first = waiting.pop(0)
-        waiting.append(pool.submit(play, next(starts), faulty))
+        waiting.append(pool.submit(play, next(starts), *disturbances))
         yield done_first.result()
 
 
-def play(first: int, faulty: int) -> Batch:
+def play(first: int, faulty: int, glitches: int) -> Batch:
     """So many schedules from this seed on: the last seed, figures, and what differed."""
     figures: Counter[str] = Counter()
     found = []
     for seed in range(first, first + AT_ONCE):
-        disturbed = seed % DISTURBED_EVERY == 0
-        schedule = schedule_of(seed, frames=FRAMES_A_SCHEDULE, faults=faulty if disturbed else 0, roles=True)
+        schedule = scheduled(seed, faulty, glitches)
         rules = by_the_rules(schedule)
         if words := differences(schedule, rules):
             found.append((seed, words))
         figures["schedules"] += 1
         disturbances = sum(times for _, times, _ in schedule.flips) + len(schedule.holds)
-        figures["faults"] += disturbances + len(schedule.shorts) + len(schedule.stops)
+        figures["faults"] += (
+            disturbances + len(schedule.shorts) + len(schedule.stops) + len(schedule.glitches)
+        )
         figures += figures_of(rules)
     return first + AT_ONCE - 1, figures, found
+
+
+def scheduled(seed: int, faulty: int, glitches: int) -> Schedule:
+    if seed % DISTURBED_EVERY:
+        faulty = glitches = 0
+    return schedule_of(seed, frames=FRAMES_A_SCHEDULE, faults=faulty, roles=True, glitches=glitches)
 
 
 def figures_of(outcome: Outcome) -> Counter[str]:

@@ -81,10 +81,17 @@ def arrange(lab: Lab, bus: LabBus, nodes: list[LabNode], schedule: Schedule) -> 
         bus.faults.flip(bit=bit, times=times, seen_by=seen_by_whom)
     for at_ns, bits, level, number in schedule.holds:
         seen_by: object = "all" if number is None else nodes[number]
-        bus.faults.hold("recessive" if level else "dominant", at=at_ns, bits=bits, seen_by=seen_by)
+        bus.faults.hold(level_name(level), at=at_ns, bits=bits, seen_by=seen_by)
+    for at_ns, width_ns, level, number in schedule.glitches:
+        seen_by = "all" if number is None else nodes[number]
+        bus.faults.glitch(level_name(level), at=at_ns, width_ns=width_ns, seen_by=seen_by)
     for from_ns, to_ns in schedule.shorts:
         lab.at(from_ns, bus.faults.short)
         lab.at(to_ns, bus.faults.clear_short)
+
+
+def level_name(level: int) -> str:
+    return "recessive" if level else "dominant"
 
 
 def look(outcome: Outcome, at_ns: int, nodes: list[LabNode]) -> None:
@@ -152,8 +159,9 @@ def order_all(wire: Wire, nodes: list[Node], schedule: Schedule) -> None:
         wire.at(quanta(at_ns), partial(restart, wire, nodes[number]))
     for bit, times, viewer in schedule.flips:
         wire.flips.append(Flip(bit, [times], viewer if isinstance(viewer, str) else nodes[viewer]))
-    for at_ns, bits, level, number in schedule.holds:
-        ends = quanta(at_ns + bits * BIT_NS)
+    held = [(at_ns, bits * BIT_NS, level, number) for at_ns, bits, level, number in schedule.holds]
+    for at_ns, width_ns, level, number in held + schedule.glitches:
+        ends = quanta(at_ns + width_ns)
         seen_by = [] if number is None else [nodes[number]]
         wire.holds.append(Hold(quanta(at_ns), ends, level, seen_by, number is None))
     for from_ns, to_ns in schedule.shorts:

@@ -38,14 +38,20 @@ class Schedule:
     holds: list[tuple[int, int, int, int | None]] = field(
         default_factory=list
     )  # at, bits, level, node or all
+    glitches: list[tuple[int, int, int, int | None]] = field(
+        default_factory=list
+    )  # at, width, level, node or all
     shorts: list[tuple[int, int]] = field(default_factory=list)
     looks: list[int] = field(default_factory=list)
 
 
-def schedule_of(seed: int, *, frames: int = 12, faults: int = 6, roles: bool = False) -> Schedule:
+def schedule_of(
+    seed: int, *, frames: int = 12, faults: int = 6, roles: bool = False, glitches: int = 0
+) -> Schedule:
     """The scenario of this seed; about so many frames and disturbances.
 
     `roles`: what one node reads wrong is read so by the sender or by all receivers instead, half of the time.
+    `glitches`: so many at most, most of them shorter than a bit, in place of levels held for whole bits and shorts.
     """
     chance = random.Random(seed)
     fd = chance.random() < 0.5
@@ -72,6 +78,9 @@ def schedule_of(seed: int, *, frames: int = 12, faults: int = 6, roles: bool = F
             )
             for bit, times, viewer in scenario.flips
         ]
+    if glitches:
+        scenario.holds, scenario.shorts = [], []
+        plan_glitches(scenario, chance, glitches, span_ns)
     return scenario
 
 
@@ -135,3 +144,15 @@ def plan_disturbances(scenario: Schedule, chance: random.Random, count: int, spa
         else:
             scenario.holds.append((at_ns, bits, chance.randrange(2), node))
         at_ns += bits * BIT_NS
+
+
+def plan_glitches(scenario: Schedule, chance: random.Random, count: int, span_ns: int) -> None:
+    """One behind the other; often two or three within the same bit."""
+    at_ns = 0
+    for _ in range(chance.randrange(count + 1)):
+        gap_ns = chance.choice([BIT_NS, BIT_NS, 8 * BIT_NS, max(BIT_NS, 4 * span_ns // count)])
+        at_ns += STEP_NS + moment(chance, gap_ns)
+        width_ns = STEP_NS + moment(chance, chance.choice([100, 500, BIT_NS, 2 * BIT_NS]))
+        node = chance.choice([None, *range(len(scenario.members))])
+        scenario.glitches.append((at_ns, width_ns, chance.choice([0, 0, 1]), node))
+        at_ns += width_ns

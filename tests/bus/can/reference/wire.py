@@ -43,7 +43,7 @@ class Clock:
         self.start = self.due = now
         self.sampling = False
         self.synchronised = False
-        self.wanted = False
+        self.dominant = False  # was this bit, or what came right before it
         self.last_sample = RECESSIVE
         self.seen = RECESSIVE
         self.out = RECESSIVE
@@ -58,6 +58,7 @@ class Clock:
         self.start, self.sampling = now, True
         self.due = now + self.rate.sample
         self.node.level_before = self.seen
+        self.dominant = self.seen == DOMINANT
         self.out = self.machine.send(RECESSIVE)
         self.node.sof_edge = False
 
@@ -67,13 +68,11 @@ class Clock:
         assert self.machine.send(level) == NEXT_BIT
         self.rate = DATA if self.node.pending_rate else NOMINAL
         self.due = now + self.rate.bit - self.rate.sample
-        if self.wanted and self.node.where == "idle" and level == RECESSIVE:
-            self.due = now  # the edge in this bit was no SOF
-        self.wanted = False
 
     def edge(self, now: int) -> None:
         """Recessive to dominant: one synchronisation between two samples, behind a recessive one."""
         node = self.node
+        self.dominant = True
         if node.where == "integrating":
             node.recessive = 0
             self.hard(now)
@@ -103,9 +102,8 @@ class Clock:
         self.synchronised = True
 
     def request(self, now: int) -> None:
-        """There is something to send, and this node may be idle."""
-        self.wanted = self.node.where == "idle" and self.synchronised
-        if self.node.where == "idle" and not self.synchronised and self.start != now:
+        """There is something to send: an idle bit is cut short for it, unless an edge has set this clock."""
+        if self.node.where == "idle" and not self.dominant and self.start != now:
             if self.sampling:  # the idle bit is cut short
                 self.machine.send(RECESSIVE)
             self.due, self.sampling = now, False

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from canwire import Frame, connect, parse_frame
-from canwire.commands.wall_clock import epoch_ns
+from canwire import Frame, connect, epoch_ns, parse_frame
 from tests.hubs import serving
 
 

@@ -1,0 +1,75 @@
+"""Which signals of a database are meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire import BadValue
+
+if TYPE_CHECKING:
+    from canwire import Database, MessageDescription, SignalDescription
+
+
+class Label(NamedTuple):
+    """A signal as people see it."""
+
+    message: str
+    signal: str
+    unit: str
+    choices: tuple[tuple[float, str], ...]  # by physical value
+
+    def __str__(self) -> str:
+        return f"{self.message}.{self.signal}"
+
+
+class Chosen(NamedTuple):
+    """Signals of a database, in the order of the words."""
+
+    database: Database
+    labels: tuple[Label, ...]
+
+    @property
+    def messages(self) -> dict[str, list[Label]]:
+        """By message."""
+        found: dict[str, list[Label]] = {}
+        for label in self.labels:
+            found.setdefault(label.message, []).append(label)
+        return found
+
+
+def choose_signals(database: Database, words: Sequence[str]) -> Chosen:
+    """Of `Message.Signal`, `Signal`, `Message`; raises BadValue with near names, or with all that could be meant."""
+    found = [label for word in words for label in _meant(database, word)]
+    return Chosen(database, tuple(dict.fromkeys(found)))
+
+
+def _meant(database: Database, word: str) -> list[Label]:
+    name, dot, signal = word.partition(".")
+    if dot and name in database.messages:
+        signals = database.messages[name].signals
+        if signal not in signals:
+            raise BadValue(f"{word}: no such signal; {_near(signal, signals)}")
+        return [_label(database.messages[name], signals[signal])]
+    if word in database.messages:
+        message = database.messages[word]
+        return [_label(message, one) for one in message.signals.values()]
+    holders = [one for one in database.messages.values() if word in one.signals]
+    if len(holders) > 1:
+        raise BadValue(f"{word}: which one? {', '.join(f'{one.name}.{word}' for one in holders)}")
+    if not holders:
+        every = [*database.messages, *(name for one in database.messages.values() for name in one.signals)]
+        raise BadValue(f"{word}: neither a signal nor a message of {database.path}; {_near(name, every)}")
+    return [_label(holders[0], holders[0].signals[word])]
+
+
+def _label(message: MessageDescription, signal: SignalDescription) -> Label:
+    choices = tuple((raw * signal.scale + signal.offset, text) for raw, text in signal.choices.items())
+    return Label(message.name, signal.name, signal.unit, choices)
+
+
+def _near(wrong: str, names: Iterable[str]) -> str:
+    by_lower = {name.lower(): name for name in names}
+    near = [by_lower[found] for found in get_close_matches(wrong.lower(), by_lower, 3)]
+    return f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(list(names)[:12])}"

@@ -1,0 +1,125 @@
+"""`canwire plot`: signals of a log, or of a line of the hub, as a picture.
+
+canwire plot drive.log --db engine.dbc EngineData.EngineSpeed -o speed.png
+canwire plot drive.log --db engine.dbc EngineData -o engine.svg         all signals of a message
+canwire plot drive.log --db engine.dbc EngineSpeed Temperature -o engine.html    to zoom into, in a browser
+canwire plot drive.log --db engine.dbc EngineSpeed --begin 1 --end 2.5 -o part.png
+canwire plot can0 --db engine.dbc EngineSpeed --seconds 2 -o now.svg    what a line brings, from now on
+
+A file is a log, any other name a line. The suffix of OUT tells what it becomes: png, svg (both need canwire[plot]), or
+html, a page of its own that needs no network. Signals with one unit share a panel; times are seconds from the log's
+first entry, or from now. A signal of very many samples is thinned: of every few the smallest and the largest are kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from canwire import BadValue, WantedMode, load_database
+from canwire.commands.console import complain
+from canwire.commands.plot.choosing import Chosen, choose_signals
+from canwire.commands.plot.tracks import Tracks
+from canwire.commands.shared_hub import add_hub_argument, add_rate_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+SUFFIXES = ("png", "svg", "html")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument(
+        "source", metavar="LOG", help="a log of any format, - standard input; or a line: can0"
+    )
+    parser.add_argument(
+        "signals", nargs="+", metavar="SIGNAL", help="Message.Signal, Signal, or Message: all of it"
+    )
+    parser.add_argument("--db", metavar="FILE", required=True, help="a DBC, KCD, SYM, ARXML or LDF file")
+    parser.add_argument(
+        "-o", "--out", metavar="OUT", required=True, help=f"the picture: {', '.join(SUFFIXES)}"
+    )
+    parser.add_argument("--channel", metavar="NAME", help="of a log: this channel only")
+    parser.add_argument("--begin", type=float, metavar="SECONDS", help="of a log: from here on")
+    parser.add_argument("--end", type=float, metavar="SECONDS", help="of a log: up to here")
+    parser.add_argument("--seconds", type=float, metavar="SECONDS", help="of a line: how long (10)")
+    parser.add_argument(
+        "--from", dest="form", metavar="FORMAT", help="what LOG is, if its first bytes do not tell"
+    )
+    add_rate_argument(parser, "--bit-rate", "of a line that nobody started", WantedMode.USUAL_BIT_RATE)
+    add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
+    add_hub_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw; 1 for faults in the log. BadValue for names that are not there and where there is nothing to draw."""
+    write = _writer(arguments.out)
+    chosen = choose_signals(load_database(arguments.db), arguments.signals)
+    is_log = arguments.source == "-" or os.path.exists(arguments.source)
+    _check(arguments, is_log)
+    tracks = Tracks(chosen.labels)
+    if not is_log:
+        _of_line(arguments, chosen, tracks, write)
+        return 0
+    from canwire.commands.plot.from_log import read_tracks
+
+    faults = read_tracks(arguments, chosen, tracks)
+    _draw(arguments, tracks, write)
+    return 1 if faults else 0
+
+
+def _of_line(arguments: argparse.Namespace, chosen: Chosen, tracks: Tracks, write: Write) -> None:
+    """Ctrl-C ends the listening, and what came until then is drawn."""
+    from canwire.commands.plot.from_line import listen_for_tracks
+
+    try:
+        listen_for_tracks(arguments, chosen, tracks)
+    except KeyboardInterrupt:
+        if tracks.filled:
+            _draw(arguments, tracks, write)
+        raise
+    _draw(arguments, tracks, write)
+
+
+def _draw(arguments: argparse.Namespace, tracks: Tracks, write: Write) -> None:
+    if not tracks.filled:
+        raise BadValue(f"nothing to plot: {arguments.source} has none of {', '.join(arguments.signals)}")
+    for label in tracks.empty:
+        complain(f"{label}: not in {arguments.source}")
+    if tracks.no_numbers:
+        complain(f"{tracks.no_numbers} samples left out: infinite, or no numbers")
+    write(arguments.out, tracks, f"{Path(arguments.source).name}, {Path(arguments.db).name}")
+    complain(f"{tracks.samples} samples of {len(tracks.filled)} signals in {arguments.out}")
+
+
+if TYPE_CHECKING:
+    Write = Callable[[str, Tracks, str], None]
+
+
+def _writer(out: str) -> Write:
+    """What draws a file of that name; raises BadValue, ExtraMissing before anything is read."""
+    suffix = Path(out).suffix.lower().lstrip(".")
+    if suffix not in SUFFIXES:
+        raise BadValue(f"-o {out}: {' or '.join(f'.{one}' for one in SUFFIXES)} tells what it becomes")
+    if suffix == "html":
+        from canwire.commands.plot.page import write_page
+
+        return write_page
+    from canwire.commands.plot.picture import write_picture
+
+    return write_picture
+
+
+def _check(arguments: argparse.Namespace, is_log: bool) -> None:
+    for name in ("seconds",) if is_log else ("begin", "end", "channel"):
+        if getattr(arguments, name) is not None:
+            kind = "a line, and this is a log" if is_log else "a log, and there is no such file"
+            raise BadValue(f"--{name}: of {kind} ({arguments.source})")
+    if arguments.seconds is not None and not 0 < arguments.seconds < 1e9:
+        raise BadValue(f"--seconds {arguments.seconds:g}: more than 0")
+    begin, end = arguments.begin, arguments.end
+    if begin is not None and end is not None and not begin < end:
+        raise BadValue(f"--begin {begin:g} --end {end:g}: the end is after the beginning")

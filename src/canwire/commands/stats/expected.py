@@ -1,0 +1,40 @@
+"""What a database says of identifiers: their names, and the cycle times that they should keep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from canwire import Frame, LinFrame
+
+if TYPE_CHECKING:
+    from canwire import Database, IdentifierStatistics, MessageDescription
+
+
+class Expected:
+    """Of one database; asked for every identifier of a log."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def message(self, one: IdentifierStatistics) -> MessageDescription | None:
+        """None for an identifier that the database does not know."""
+        return self._database.message_of(
+            LinFrame(one.id) if one.lin else Frame(one.id, extended=one.extended)
+        )
+
+    def deviation(self, one: IdentifierStatistics) -> float | None:
+        """By how many percent the mean period is longer than the cycle time; None where one of both is missing."""
+        message = self.message(one)
+        if message is None or not message.cycle_s or one.mean_s is None:
+            return None
+        return 100 * (one.mean_s / message.cycle_s - 1)
+
+    def missing(self, found: Iterable[IdentifierStatistics]) -> list[MessageDescription]:
+        """Messages with a cycle time that are not in the log at all."""
+        met = {message.name for message in map(self.message, found) if message is not None}
+        return [
+            message
+            for message in self._database.messages.values()
+            if message.cycle_s and message.name not in met
+        ]

@@ -1,0 +1,135 @@
+"""A small ECU that speaks CANopen: canopen's LocalNode with the behaviour of a device around it.
+
+Source: CiA 301 4.2.0, 7.3.2 (states), 7.5.2 (the objects of the communication profile).
+"""
+
+from __future__ import annotations
+
+import threading
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+from canopen import LocalNode, Network, ObjectDictionary, SdoAbortedError
+
+from canwire import LabNode
+from canwire.ecus.bench import LabCondition
+from canwire.ecus.canopen.network import LabCanopen
+from canwire.ecus.canopen.pdos import Pdos
+from canwire.ecus.canopen.services import RESET_NODE, Emergencies, Nmt, Sdo, number_at
+
+_SYNC, _EMERGENCY, _ERRORS = 0x1005, 0x1014, 0x1003
+_COMMUNICATION = range(0x1000, 0x2000)  # what resetting the communication takes back
+_USUAL_SYNC = 0x80
+_NO_VALUE = 0x06090030  # an SDO abort code: not in the range of the object's values
+
+
+class CanopenEcu(LocalNode):  # type: ignore[misc]
+    """`bus.node("io", CanopenEcu(5))` in the lab, `network.create_node(CanopenEcu(5))` on a connected canopen.Network.
+
+    `dictionary` is canopen's, or the path of an EDS file; without one it is a small I/O module, of EDS file
+    `CanopenEcu.EDS`. It boots at once. Its SDO server, heartbeats, TPDOs (on change, by event timer, on SYNC), RPDOs
+    and emergencies are as the dictionary says; resets take its values back to the dictionary's.
+
+    Whatever a LocalNode has is there: `sdo["Label"].raw` reads and writes the dictionary from inside, a TPDO on change
+    follows; `nmt.state`, `emcy.send(...)`, `add_read_callback`, `add_write_callback`. Not there: inhibit times,
+    transmission on remote frames (types 252, 253), block transfers (canopen's server refuses a download by blocks).
+    """
+
+    EDS = str(Path(__file__).with_name("small.eds"))
+
+    def __init__(self, id: int = 1, dictionary: ObjectDictionary | str | Path | None = None) -> None:
+        if dictionary is None or isinstance(dictionary, Path):
+            dictionary = str(dictionary or self.EDS)
+        super().__init__(id, dictionary)
+        self.sdo = Sdo(self)
+        self.nmt = Nmt(self.id, self, self._reset, self._entered)
+        self.emcy = Emergencies(self)
+        self._write_callbacks[:] = [self.nmt.on_write]  # in the place of LocalNode's
+        self.pdos = Pdos(self)
+        self.resets = 0
+        self._sync = 0
+        # the network's thread and its owner's meet here
+        self._changing: AbstractContextManager[Any] = threading.RLock()
+
+    def run_on(self, node: LabNode) -> None:
+        """Start on this node; `bus.node` does it."""
+        self._changing = LabCondition(node)  # holds time still, as its bus does while this is called
+        for pdo in (*self.tpdo.map.values(), *self.rpdo.map.values()):
+            pdo.receive_condition = LabCondition(node)
+        LabCanopen(node).create_node(self)
+
+    def associate_network(self, network: Network) -> None:
+        """Boot; `network.create_node` calls it. Raises canopen's RuntimeError where it is not connected."""
+        super().associate_network(network)
+        try:
+            self._boot()
+        except BaseException:
+            self.remove_network()
+            raise
+
+    def remove_network(self) -> None:
+        """Off the network."""
+        if not self.has_network():
+            return
+        with self._changing:
+            self.nmt.stop_heartbeat()
+            self.pdos.end()
+            self._listen_for_sync(0)
+            super().remove_network()
+
+    def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
+        """Give an object a value, and do what follows; `check_writable` for who comes from outside."""
+        if (index, subindex) == (_ERRORS, 0) and check_writable and any(data):
+            raise SdoAbortedError(_NO_VALUE)  # 0 forgets the errors
+        with self._changing:
+            super().set_data(index, subindex, data, check_writable)
+            if (index, subindex) == (_ERRORS, 0) and check_writable:
+                self.data_store[_ERRORS] = {0: bytes(data)}
+            if self.has_network():
+                self._follow(index, subindex, data)
+
+    def __repr__(self) -> str:
+        return f"<CANopen ECU {self.id}: {self.nmt.state}, {self.resets} resets>"
+
+    def _follow(self, index: int, subindex: int, data: bytes) -> None:
+        if index == _SYNC:
+            self._listen_for_sync(int.from_bytes(data, "little") & 0x1FFF_FFFF)
+        elif index == _EMERGENCY:
+            self.emcy.set_cob_id(int.from_bytes(data, "little"))
+        self.pdos.written(index, subindex)
+
+    def _reset(self, code: int) -> None:
+        with self._changing:
+            self.resets += 1
+            self.nmt.stop_heartbeat()
+            self.pdos.end()
+            for index in list(self.data_store):
+                if code == RESET_NODE or index in _COMMUNICATION:
+                    del self.data_store[index]
+            self._boot()
+
+    def _boot(self) -> None:
+        self.emcy.set_cob_id(number_at(self, _EMERGENCY, 0x80 + self.id))
+        self._listen_for_sync(number_at(self, _SYNC, _USUAL_SYNC) & 0x1FFF_FFFF)
+        self.nmt.boot()
+
+    def _entered(self) -> None:
+        with self._changing:
+            operational = self.nmt.state == "OPERATIONAL"
+            if operational and not self.pdos.running:
+                self.pdos.begin()
+            elif not operational and self.pdos.running:
+                self.pdos.end()
+
+    def _listen_for_sync(self, cob_id: int) -> None:
+        """Instead of the last one; 0: no more."""
+        if self._sync:
+            self.network.unsubscribe(self._sync, self._on_sync)
+        self._sync = cob_id
+        if cob_id:
+            self.network.subscribe(cob_id, self._on_sync)
+
+    def _on_sync(self, can_id: int, data: bytearray, timestamp: float) -> None:
+        with self._changing:
+            self.pdos.on_sync()

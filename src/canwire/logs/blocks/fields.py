@@ -1,0 +1,177 @@
+"""The words or cells of many lines at once, found and read by numpy.
+
+Whoever reads a column gets numbers for all lines, and whether each is one: `those` that are not have any number.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from canwire.values.record import load_numpy
+
+_BAD = 0xFF
+_ROOM = 64  # bytes behind the last line, to gather from
+
+
+class Fields:
+    """What stands between blanks, or between commas where `separator` is one, in each line of a text.
+
+    `count` is how many fields each line has; `clean` lines consist of printable ASCII, blanks and tabs.
+    """
+
+    def __init__(self, text: bytes, separator: int | None = None) -> None:
+        numpy = load_numpy()
+        self.text = text
+        self._block = block = numpy.frombuffer(text + b"\n" * _ROOM, numpy.uint8)
+        inside = block[: len(text)]
+        ends = numpy.flatnonzero(inside == 10)
+        if not text.endswith(b"\n"):
+            ends = numpy.append(ends, len(text))
+        self.line_begins = numpy.concatenate(([0], ends[:-1] + 1))
+        self.line_ends = ends
+        if separator is None:
+            blank = block[: len(text) + 1] <= 32
+            edges = numpy.flatnonzero(numpy.diff(blank, prepend=True))
+            self._begins, self._ends = edges[::2], edges[1::2]
+        else:
+            edges = numpy.flatnonzero((inside == separator) | (inside == 10))
+            self._ends = numpy.append(edges, len(text)) if not text.endswith(b"\n") else edges
+            self._begins = numpy.concatenate(([0], self._ends[:-1] + 1))
+            self._ends = self._ends - ((block[self._ends - 1] == 13) & (block[self._ends] == 10))
+        self._first = numpy.searchsorted(self._begins, self.line_begins)
+        self.count = numpy.diff(numpy.append(self._first, len(self._begins)))
+        self._begins = numpy.append(self._begins, len(text))  # there is one at least
+        self._ends = numpy.append(self._ends, len(text))
+        self.clean = self._cleanness(inside)
+
+    def __len__(self) -> int:
+        return len(self.line_ends)
+
+    def line(self, number: int) -> bytes:
+        """One line, without its end."""
+        return self.text[self.line_begins[number] : self.line_ends[number]]
+
+    def at(self, column: Any, those: Any) -> Column:
+        """This field (a number, or one for each line) of those lines; where one has fewer it means nothing."""
+        numpy = load_numpy()
+        there = numpy.minimum(self._first[those] + column, len(self._begins) - 1)
+        return Column(self._block, self._begins[there], self._ends[there])
+
+    def _cleanness(self, inside: Any) -> Any:
+        numpy = load_numpy()
+        dirty = numpy.flatnonzero(_dirt()[inside])
+        clean = numpy.ones(len(self), bool)
+        clean[numpy.searchsorted(self.line_ends, dirty)] = False
+        return clean
+
+
+class Column:
+    """One field of every line: where it begins and ends in the block."""
+
+    def __init__(self, block: Any, begins: Any, ends: Any) -> None:
+        self._block = block
+        self.begins = begins
+        self.size = ends - begins
+
+    def character(self, place: int) -> Any:
+        """The byte at this place, from the end where it is negative."""
+        numpy = load_numpy()
+        at = self.begins + (place if place >= 0 else self.size + place)
+        return self._block[numpy.clip(at, 0, len(self._block) - 1)]
+
+    def is_word(self, word: bytes) -> Any:
+        """Whether it is exactly this."""
+        found = self.size == len(word)
+        for place, character in enumerate(word):
+            found = found & (self.character(place) == character)
+        return found
+
+    def part(self, begin: Any, size: Any) -> Column:
+        """A part of it: from here on, so long."""
+        return Column(self._block, self.begins + begin, self.begins + begin + size)
+
+    def decimal(self, most: int) -> tuple[Any, Any]:
+        """A whole number of 1 to `most` digits."""
+        return self._number(most, 10)
+
+    def hexadecimal(self, most: int) -> tuple[Any, Any]:
+        """The same of hex digits."""
+        return self._number(most, 16)
+
+    def nanoseconds(self, digits: int) -> tuple[Any, Any]:
+        """`123.456789` as a whole number of 10 to the minus `digits`; without a point it is none."""
+        numpy = load_numpy()
+        point = numpy.full(len(self.begins), -1)
+        for place in range(int(min(self.size.max(initial=0), 24)) - 1, 0, -1):
+            point = numpy.where((self.character(place) == 46) & (place < self.size), place, point)
+        behind = self.size - point - 1
+        whole, good = self.part(0, point).decimal(12)
+        rest, fine = self.part(point + 1, behind).decimal(digits)
+        scale = numpy.int64(10) ** numpy.clip(digits - behind, 0, digits)
+        return whole * 10**digits + rest * scale, good & fine & (point > 0)
+
+    def bytes_in_hex(self, into: Any, length: Any) -> Any:
+        """Pairs of hex digits that follow each other, so many in each line, put into rows; whether all were some."""
+        numpy = load_numpy()
+        good = numpy.ones(len(self.begins), bool)
+        for place in range(int(length.max(initial=0))):
+            there = length > place
+            value, fine = self._pair(2 * place)
+            into[:, place] = numpy.where(there & fine, value, 0)
+            good &= fine | ~there
+        return good
+
+    def pair(self) -> tuple[Any, Any]:
+        """Exactly two hex digits."""
+        value, good = self._pair(0)
+        return value, good & (self.size == 2)
+
+    def _pair(self, place: int) -> tuple[Any, Any]:
+        high = _digits()[self.character(place)]
+        low = _digits()[self.character(place + 1)]
+        return high << 4 | low & 15, (high != _BAD) & (low != _BAD)
+
+    def _number(self, most: int, base: int) -> tuple[Any, Any]:
+        numpy = load_numpy()
+        value = numpy.zeros(len(self.begins), numpy.int64)
+        good = (self.size >= 1) & (self.size <= most)
+        for place in range(int(min(self.size.max(initial=0), most))):
+            digit = _digits()[self.character(place)]
+            there = self.size > place
+            good &= (digit < base) | ~there
+            value = numpy.where(there, value * base + digit, value)
+        return value, good
+
+
+def fill_data(fields: Fields, those: Any, first: int, length: Any, into: Any) -> Any:
+    """Bytes that are words of two hex digits each, from the word `first` on; whether so many are there."""
+    numpy = load_numpy()
+    good = fields.count[those] >= first + length
+    for place in range(int(length.max(initial=0))):
+        there = length > place
+        value, fine = fields.at(first + place, those).pair()
+        good &= fine | ~there
+        into[:, place] = numpy.where(there & fine, value, 0)
+    return good
+
+
+@cache
+def _digits() -> Any:
+    """The value of a digit's character, hex ones too, 0xFF for others."""
+    numpy = load_numpy()
+    table = numpy.full(256, _BAD, numpy.uint8)
+    for characters in ("0123456789ABCDEF", "0123456789abcdef"):
+        for value, character in enumerate(characters):
+            table[ord(character)] = value
+    return table
+
+
+@cache
+def _dirt() -> Any:
+    """Which bytes are neither printable ASCII nor a blank, a tab, an end of line."""
+    numpy = load_numpy()
+    table = numpy.ones(256, bool)
+    table[32:127] = False
+    table[[9, 10, 13]] = False
+    return table

@@ -1,0 +1,145 @@
+"""Blocks of whole lines, the plain ones of which become records at once; batches have everything in its order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Protocol
+
+from canwire.logs.batch import LogBatch, batch_of, log_dtype
+from canwire.logs.blocks.fields import Fields
+from canwire.logs.entry import LogEntry
+from canwire.logs.lines import LONGEST, lines_of, parsed_line
+from canwire.logs.source import Source
+from canwire.values.record import load_numpy
+
+if TYPE_CHECKING:
+    import numpy
+
+_CHUNK = 1 << 20  # bytes: some 20,000 lines
+_MOST_PARTS = 64  # of a block: with more of them, each line is read by itself
+
+
+class LineReader(Protocol):
+    """What a format knows of its lines. A line may change how those behind it are read."""
+
+    separator: int | None
+    """Of fields; None: blanks."""
+
+    def entry(self, line: str) -> LogEntry | None:
+        """One line, None for no entry; raises BadText, BadFrame, ValueError, LookupError for a wrong one."""
+
+    def changing(self, fields: Fields) -> Any:
+        """Which lines may change how others are read, and are never plain."""
+
+    def candidates(self, fields: Fields) -> Any:
+        """Which lines may be plain, as things stand."""
+
+    def records(self, fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
+        """Of candidates: records, which of them are plain in fact, and keys of their channels."""
+
+    def name(self, key: Any) -> str:
+        """The channel of that key."""
+
+
+def read_blocks(source: Source, reader: LineReader) -> Iterator[LogBatch]:
+    """Batches of all lines of a file, each of a block."""
+    number = 1
+    for text in blocks(source):
+        records, count = read_block(source, reader, text, number)
+        if len(records):
+            yield LogBatch(records, source.channels)
+        number += count
+
+
+def blocks(source: Source) -> Iterator[bytes]:
+    """Whole lines; what is too long to be one is cut as `readline` cuts it."""
+    rest = b""
+    while chunk := source.file.read(_CHUNK):
+        text = rest + chunk
+        end = text.rfind(b"\n") + 1
+        end += (len(text) - end) // LONGEST * LONGEST
+        if end:
+            yield text[:end]
+        rest = text[end:]
+    if rest:
+        yield rest
+
+
+def read_block(source: Source, reader: LineReader, text: bytes, number: int) -> tuple[numpy.ndarray, int]:
+    """Records of some lines, the first of which has this number, and how many lines there are."""
+    numpy = load_numpy()
+    fields = Fields(text, reader.separator)
+    changing = reader.changing(fields)
+    edges = (numpy.flatnonzero(numpy.diff(changing)) + 1).tolist()
+    if len(edges) > _MOST_PARTS or int((fields.line_ends - fields.line_begins).max()) >= LONGEST:
+        return _line_by_line(source, reader, text, number)
+    block = _Block(source, reader, fields, number)
+    parts = [block.read(begin, end) for begin, end in zip([0, *edges], [*edges, len(fields)], strict=True)]
+    return numpy.concatenate(parts), len(fields)
+
+
+class _Block:
+    """The lines of a block, line 0 being the file's line `number`."""
+
+    def __init__(self, source: Source, reader: LineReader, fields: Fields, number: int) -> None:
+        self._source = source
+        self._reader = reader
+        self._fields = fields
+        self._number = number
+
+    def read(self, begin: int, end: int) -> numpy.ndarray:
+        """Records of the lines from `begin` to `end`, none of which changes how the others are read."""
+        numpy = load_numpy()
+        candidates = self._reader.candidates(self._fields) & self._fields.clean
+        those = keys = begin + numpy.flatnonzero(candidates[begin:end])
+        records = numpy.zeros(0, log_dtype())
+        if len(those):
+            records, good, keys = self._reader.records(self._fields, those)
+            those, records, keys = those[good], records[good], keys[good]
+        plain = numpy.zeros(end - begin, bool)
+        plain[those - begin] = True
+        lines, entries = [], []
+        for line in (begin + numpy.flatnonzero(~plain)).tolist():
+            raw = self._fields.line(line)
+            entry = parsed_line(self._source, self._reader.entry, self._number + line, raw)
+            if entry is not None:
+                lines.append(line)
+                entries.append(entry)
+        records["channel"] = self._numbers(those, keys, lines, entries)
+        if not entries:
+            return records
+        more = batch_of(entries, self._source.channels).records
+        return numpy.insert(records, numpy.searchsorted(those, lines), more)
+
+    def _numbers(self, those: Any, keys: Any, lines: list[int], entries: list[LogEntry]) -> Any:
+        """The channels of the plain lines; new names are numbered in the order of all lines."""
+        numpy = load_numpy()
+        if not len(keys):
+            different, first, which = keys, [], keys
+        elif (keys == keys[0]).all():
+            different, first, which = keys[:1], [0], numpy.zeros(len(keys), "i8")
+        else:
+            different, first, which = numpy.unique(keys, return_index=True, return_inverse=True)
+        names = [self._reader.name(key) for key in different]
+        met = [(int(those[at]), name) for at, name in zip(first, names, strict=True)]
+        seen: set[str] = set()
+        for line, entry in zip(lines, entries, strict=True):
+            if entry.channel not in seen:
+                seen.add(entry.channel)
+                met.append((line, entry.channel))
+        for _, name in sorted(met):
+            self._source.channel(name)
+        return numpy.array([self._source.channel(name) for name in names], "u2")[which] if names else which
+
+
+def _line_by_line(source: Source, reader: LineReader, text: bytes, number: int) -> tuple[numpy.ndarray, int]:
+    """The same without any plain lines."""
+    entries, count = [], 0
+    for raw in lines_of(text):
+        entry = parsed_line(source, reader.entry, number + count, raw)
+        count += 1
+        if entry is not None:
+            source.channel(entry.channel)
+            entries.append(entry)
+    found = batch_of(entries, source.channels).records if entries else load_numpy().zeros(0, log_dtype())
+    return found, count

@@ -1,0 +1,101 @@
+"""What `log_statistics` gives: plain numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifierStatistics:
+    """All frames of one identifier on one channel, of CAN or of LIN (`lin`).
+
+    Times are nanoseconds as in the log. Periods are seconds between frames that follow each other: `mean_s`, `least_s`,
+    `most_s` and `jitter_s`, their standard deviation; None with a single frame. `usual_s` is the median of the first 32
+    periods, and `gaps` counts those of more than three times that (none where that is 0: stamps are too coarse
+    to tell); the longest period ended at `most_at_ns`. `backwards`
+    counts stamps before the one of the frame before, which are in no period. `dlcs` are the length codes that were met
+    (LIN: bytes).
+    """
+
+    channel: str
+    id: int
+    extended: bool
+    lin: bool
+    count: int
+    received: int
+    transmitted: int
+    remote: int
+    fd: int
+    dlcs: tuple[int, ...]
+    first_ns: int
+    last_ns: int
+    mean_s: float | None
+    least_s: float | None
+    most_s: float | None
+    jitter_s: float | None
+    most_at_ns: int
+    usual_s: float | None
+    gaps: int
+    backwards: int
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelStatistics:
+    """What one channel of a log holds.
+
+    `errors` are error frames by their kind ("STUFF": 3), of LIN as well; `events` all other events by theirs. `lost` is
+    how many frames the log says that it lacks, `overruns` frames before which some were lost, `gap_ns` the time in
+    which nothing was recorded. `bit_rate` and `data_bit_rate` in bit/s are the log's last ones, or those that were
+    given; 0: unknown. `loads` are percents of the bus for every `load_step_s` seconds from the log's first frame on,
+    `load` is that of the whole log; none and None where a rate is missing. Stamps that are coarser than a step put more
+    than 100 % into one. Error frames are not in the load: no log says how long they were.
+    """
+
+    name: str
+    frames: int = 0
+    lin_frames: int = 0
+    received: int = 0
+    transmitted: int = 0
+    remote: int = 0
+    fd: int = 0
+    errors: dict[str, int] = field(default_factory=dict)
+    errors_sending: int = 0
+    events: dict[str, int] = field(default_factory=dict)
+    lost: int = 0
+    overruns: int = 0
+    gap_ns: int = 0
+    bit_rate: int = 0
+    data_bit_rate: int = 0
+    load: float | None = None
+    load_step_s: float = 0.0
+    loads: tuple[float, ...] = ()
+
+    @property
+    def peak(self) -> float | None:
+        """The highest of `loads`."""
+        return max(self.loads, default=None)
+
+
+@dataclass(frozen=True, slots=True)
+class LogStatistics:
+    """What `log_statistics` found: by channel and by identifier, each in the order of names and numbers.
+
+    `entries` are all that could be read, `marks` those that speak of the log itself; `unlisted` counts frames of
+    identifiers beyond the first 65,536, and records of a damaged file that are on no channel. Times are
+    nanoseconds, of 1970 where `dated`.
+    """
+
+    entries: int
+    marks: int
+    unlisted: int
+    dated: bool
+    clock: str
+    first_ns: int
+    last_ns: int
+    channels: tuple[ChannelStatistics, ...]
+    identifiers: tuple[IdentifierStatistics, ...]
+
+    @property
+    def span_s(self) -> float:
+        """Seconds from the first entry to the last."""
+        return (self.last_ns - self.first_ns) / 1e9

@@ -1,0 +1,157 @@
+"""CSV in, block by block: rows of ours by numpy (plain.py), all others by the csv module.
+
+A cell in quotes may go on in the next line, which no block knows beforehand: from such a row on the csv module reads.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator
+from itertools import chain, islice
+from typing import TYPE_CHECKING, Any
+
+from canwire.errors import BadFrame, BadText
+from canwire.logs.batch import LogBatch
+from canwire.logs.blocks.fields import Fields
+from canwire.logs.blocks.reading import blocks, read_block
+from canwire.logs.entry import LogEntry
+from canwire.logs.lines import LONGEST
+from canwire.logs.source import Source
+from canwire.logs.tables.csv import plain
+from canwire.logs.tables.csv.rows import GVRET, HEADER, PYTHON_CAN, Parse, parser_of, row_of_ours
+from canwire.values.record import load_numpy
+
+if TYPE_CHECKING:
+    import numpy
+
+_AT_ONCE = 20_000
+
+
+def recognises(head: bytes) -> bool:
+    """By the header line."""
+    return head.decode("utf-8", "replace").lstrip("\ufeff").startswith((HEADER, PYTHON_CAN, GVRET))
+
+
+def read(source: Source) -> Iterator[LogBatch]:
+    """Some ten thousand rows at a time; a row that means nothing is a fault."""
+    header = source.file.readline(LONGEST)
+    parse = parser_of(header.decode("utf-8-sig", "replace"))
+    texts = blocks(source)
+    simple = header.endswith(b"\n") and b'"' not in header and b"\r" not in header.rstrip(b"\r\n")
+    if not simple or parse is not row_of_ours:
+        yield from _read_rows(source, chain([header], texts), parse, 0)
+        return
+    number = 2
+    for text in texts:
+        if not _is_line_by_line(text):
+            yield from _read_rows(source, chain([text], texts), parse, number)
+            return
+        records, count = read_block(source, _Reader(), text, number)
+        number += count
+        if len(records):
+            source.infer_date(int(records["time_ns"][0]))
+            yield LogBatch(records, source.channels)
+
+
+class _Reader:
+    """Rows of ours, each a line."""
+
+    separator: int | None = ord(",")
+
+    def entry(self, line: str) -> LogEntry | None:
+        """The row's entry; raises BadText, BadFrame, ValueError, IndexError."""
+        try:
+            row = next(csv.reader([_without_nul(line)]), [])
+        except csv.Error as error:
+            raise BadText(str(error)) from None
+        return row_of_ours(row) if row else None
+
+    def changing(self, fields: Fields) -> Any:
+        return fields.count < 0
+
+    def candidates(self, fields: Fields) -> Any:
+        return plain.candidates(fields)
+
+    def records(self, fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
+        return plain.records(fields, those)
+
+    def name(self, key: Any) -> str:
+        """A channel of its name's bytes."""
+        return bytes(key).decode("ascii")
+
+
+def _is_line_by_line(text: bytes) -> bool:
+    """Whether each line is a row: none is cut, none ends by a lone carriage return, no cell goes on in the next one."""
+    if text.count(b"\r") != text.count(b"\r\n"):
+        return False
+    numpy = load_numpy()
+    block = numpy.frombuffer(text, "u1")
+    ends = numpy.append(numpy.flatnonzero(block == 10), len(text))
+    if int(numpy.diff(ends, prepend=-1).max()) > LONGEST:
+        return False
+    if b'"' not in text:
+        return True
+    quoted = numpy.unique(numpy.searchsorted(ends, numpy.flatnonzero(block == 34)))
+    begins = numpy.append(0, ends[:-1] + 1)
+    lines = (text[begins[line] : ends[line]].decode("latin-1") for line in quoted.tolist())
+    return all(_is_row(line) for line in lines)
+
+
+def _is_row(line: str) -> bool:
+    """Whether the line is a row by itself: another line behind it is another row."""
+    try:
+        return sum(1 for _ in csv.reader([_without_nul(line) + "\n", "behind"])) == 2
+    except csv.Error:
+        return False
+
+
+def _read_rows(source: Source, texts: Iterable[bytes], parse: Parse, number: int) -> Iterator[LogBatch]:
+    """The csv module's rows, the first of which has this number; number 0: they begin with the header."""
+    pieces = io.BufferedReader(_Pieces(iter(texts)))
+    text = io.TextIOWrapper(pieces, "utf-8-sig", errors="replace", newline="")
+    rows = csv.reader(_without_nul(line) for line in text)
+    if not number:
+        parse, number = parser_of(",".join(next(rows, []))), 2
+    entries = _entries(source, rows, parse, number)
+    while batch := list(islice(entries, _AT_ONCE)):
+        source.infer_date(batch[0].timestamp_ns)
+        yield source.batch(batch)
+
+
+def _entries(source: Source, rows: Iterator[list[str]], parse: Parse, number: int) -> Iterator[LogEntry]:
+    while True:
+        try:
+            row = next(rows)
+            if row:
+                yield parse(row)
+        except StopIteration:
+            return
+        except (BadFrame, BadText, ValueError, IndexError, csv.Error) as error:
+            source.fault(f"line {number}", str(error))
+        number += 1
+
+
+def _without_nul(line: str) -> str:
+    return line.replace("\0", "\N{REPLACEMENT CHARACTER}")
+
+
+class _Pieces(io.RawIOBase):
+    """Pieces of bytes as a file."""
+
+    def __init__(self, texts: Iterator[bytes]) -> None:
+        self._texts = texts
+        self._left = memoryview(b"")
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        while not self._left:
+            text = next(self._texts, None)
+            if text is None:
+                return 0
+            self._left = memoryview(text)
+        count = min(len(buffer), len(self._left))
+        buffer[:count], self._left = self._left[:count], self._left[count:]
+        return count

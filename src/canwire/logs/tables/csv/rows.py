@@ -1,0 +1,84 @@
+"""A row of a CSV file as an entry: of ours, of python-can's, of GVRET's."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+
+from canwire.errors import BadText
+from canwire.logs.entry import LogEntry
+from canwire.logs.tables.columns import FLAGS, Row
+from canwire.values.error_frame import decode_error_frame
+from canwire.values.frame import Frame
+from canwire.values.text import parse_time
+
+HEADER = "time_s,channel,direction,type,id,extended,remote,fd,brs,esi,dlc,data,detail"
+PYTHON_CAN = "timestamp,arbitration_id,extended,remote,error,dlc,data"
+GVRET = "Time Stamp,ID,Extended,"
+Parse = Callable[[list[str]], LogEntry]
+
+
+def parser_of(header: str) -> Parse:
+    """Whose rows stand below that header; ours below any other one."""
+    if header.startswith(PYTHON_CAN):
+        return _of_python_can
+    return _of_gvret if header.startswith(GVRET) else row_of_ours
+
+
+def row_of_ours(row: list[str]) -> LogEntry:
+    time_s, channel, direction, kind, id, *flags, dlc, data, detail = row
+    if len(flags) != len(FLAGS):
+        raise BadText(f"{len(row)} columns: a row has 13")
+    seconds, _, decimals = time_s.partition(".")
+    extended, remote, fd, brs, esi = (int(flag or 0) for flag in flags)
+    return Row(
+        parse_time(seconds, decimals or "0"),
+        channel,
+        direction or None,
+        kind,
+        int(id, 16) if id else None,
+        extended,
+        remote,
+        fd,
+        brs,
+        esi,
+        int(dlc) if dlc else None,
+        bytes.fromhex(data),
+        detail,
+    ).entry()
+
+
+def _of_python_can(row: list[str]) -> LogEntry:
+    """timestamp, identifier in hex, flags, data in base 64; it has no channel and no FD."""
+    time_s, id, extended, remote, error, dlc, data = row
+    time_ns = round(float(time_s) * 1e9)
+    content = base64.b64decode(data)
+    if error == "1":
+        return LogEntry(time_ns, "can0", decode_error_frame(int(id, 16) | 0x2000_0000, content[:8], time_ns))
+    is_remote, fd = remote == "1", len(content) > 8
+    frame = Frame(
+        int(id, 16),
+        b"" if is_remote else content,
+        extended=extended == "1",
+        remote=is_remote,
+        fd=fd,
+        dlc=None if fd else int(dlc),
+        timestamp_ns=time_ns,
+    )
+    return LogEntry(time_ns, "can0", frame)
+
+
+def _of_gvret(row: list[str]) -> LogEntry:
+    """SavvyCAN's: stamp in microseconds, identifier in hex, true/false, [direction,] bus, length, bytes in hex."""
+    directed = row[3].strip() in ("Rx", "Tx")
+    direction = {"Rx": "R", "Tx": "T"}.get(row[3].strip())
+    bus, length = (int(value) for value in row[3 + directed : 5 + directed])
+    begin = 5 + directed
+    time_ns = round(float(row[0]) * 1000)
+    data = bytes(int(byte, 16) for byte in row[begin : begin + length])
+    if len(data) != length:
+        raise BadText(f"length {length}, but {len(data)} bytes")
+    frame = Frame(
+        int(row[1], 16), data, extended=row[2].strip().lower() == "true", fd=length > 8, timestamp_ns=time_ns
+    )
+    return LogEntry(time_ns, f"can{bus}", frame, direction)

@@ -1,0 +1,77 @@
+"""Entries into a whole file, beside whoever writes: it takes as long as a bus needs for some thousand frames."""
+
+from __future__ import annotations
+
+import json
+import os
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from canwire.logs import journal
+from canwire.logs.tables.arrow import load_pyarrow, schema_of_log, table_of
+from canwire.logs.tables.order import ROW, by_identifier, rows_among
+from canwire.logs.tables.parquet_file import ABOUT, PACKING, ROW_GROUP
+
+if TYPE_CHECKING:
+    import numpy
+
+_PACKING = {**PACKING, "use_dictionary": [*PACKING["use_dictionary"], ROW]}
+
+
+class Packing:
+    """One file in the making, in a thread of its own. Its journal, if it has one, is removed once the file is there."""
+
+    def __init__(
+        self, path: str, records: numpy.ndarray, channels: list[str], about: dict[str, Any],
+        growing: journal.Writer | None,
+    ) -> None:  # fmt: skip
+        self.records = records
+        self.growing = growing
+        self._path = path
+        self._channels = list(channels)
+        self._about = about
+        pool = ThreadPoolExecutor(1, "canwire trace")
+        self._future: Future[None] | None = pool.submit(self._write)
+        pool.shutdown(wait=False)
+
+    @property
+    def done(self) -> bool:
+        """`finish` has not to wait."""
+        return self._future is None or self._future.done()
+
+    def finish(self) -> None:
+        """Wait until the file is there; raises OSError where it does not fit, and the next time tries again."""
+        future, self._future = self._future, None
+        if future is None:
+            self._write()
+        else:
+            future.result()
+        if self.growing is not None:
+            end_journal(self.growing)
+            os.remove(self.growing.path)
+            self.growing = None
+
+    def _write(self) -> None:
+        """The file is there as a whole or not at all."""
+        rows, order = rows_among(self.records)
+        places = by_identifier(self.records)
+        arrow = load_pyarrow()
+        table = table_of(arrow, schema_of_log(arrow), self.records[places], self._channels)
+        table = table.append_column(ROW, arrow.array(rows[places]))
+        table = table.replace_schema_metadata({ABOUT: json.dumps({**self._about, "order": order}).encode()})
+        made = f"{self._path}.new"
+        try:
+            with open(made, "wb") as file:
+                arrow.parquet.write_table(table, file, row_group_size=ROW_GROUP, **_PACKING)
+            os.replace(made, self._path)
+        except BaseException:
+            with suppress(OSError):
+                os.remove(made)
+            raise
+
+
+def end_journal(growing: journal.Writer) -> None:
+    """Close its file; a second time does nothing."""
+    if growing.file is not None:
+        growing.file.close()
