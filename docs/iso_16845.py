@@ -85,7 +85,7 @@ bit by bit, in whole frames and changing between both.
 |---|---|---|---|---|---|---|
 | 0 to 27,039 | 1,000,676 | 102,575 | 326,429 | 44,360 | 945,627 | 6 |
 | 27,040 to 44,299, after the repairs | 638,524 | 65,053 | 210,262 | 28,684 | 602,874 | 4 |
-| 44,300 to 52,579, after the last of them | 306,490 | 31,140 | 101,325 | 13,474 | 288,654 | 0 |
+| 44,300 to 71,419, after the last of them | 1,002,228 | 103,141 | 330,921 | 43,814 | 949,009 | 0 |
 
 The ten were four things, mended, and their schedules are part of the short run in CI:
 
