@@ -412,3 +412,18 @@ def test_cancelled_ones_that_go_early_change_no_order(bench: Bench) -> None:
         kept.append((1000 - number // 3, f"{number}"))
     bench.timeline.run_until(1000)
     assert bench.log == sorted(kept, key=lambda entry: entry[0])
+
+
+def test_what_nobody_notices_wakes_nobody() -> None:
+    timeline = Timeline()
+    called: list[int] = []
+    early = timeline.at(100, lambda: called.append(timeline.now_ns), slack_ns=50)
+    assert (timeline.next_ns(), timeline.wake_ns()) == (100, 150)
+    timeline.at(120, lambda: called.append(timeline.now_ns))
+    assert (timeline.next_ns(), timeline.wake_ns()) == (100, 120)
+    early.cancel()
+    timeline.at(90, lambda: called.append(timeline.now_ns), slack_ns=5)
+    assert (timeline.next_ns(), timeline.wake_ns()) == (90, 95)
+    timeline.run_until(200)
+    assert called == [90, 120]
+    assert timeline.wake_ns() == NEVER

@@ -7,11 +7,12 @@ cdef class Source:
     cdef unsigned long long known_ns
 
     cpdef unsigned long long next_ns(self) except? 0
+    cpdef unsigned long long wake_ns(self) except? 0
     cpdef run(self, unsigned long long limit_ns)
 
 @cython.final
 cdef class Timer:
-    cdef public unsigned long long time_ns
+    cdef public unsigned long long time_ns, slack_ns
     cdef public object callback
     cdef public bint background
 
@@ -29,6 +30,9 @@ cdef class Timeline:
     cpdef void halt(self) noexcept
 
     cpdef unsigned long long next_ns(self) except? 0
+
+    @cython.locals(soonest="unsigned long long", source=Source)
+    cpdef unsigned long long wake_ns(self) except? 0
 
     cpdef unsigned long long busy_ns(self) except? 0
 
@@ -52,6 +56,9 @@ cdef class Timeline:
     cdef int _ask_sources(self) except -1
 
     cdef unsigned long long _next_timer_ns(self) except? 0
+
+    @cython.locals(soonest="unsigned long long", timer=Timer)
+    cdef unsigned long long _wake_timer_ns(self) except? 0
 
     cdef _sweep(self)
 

@@ -31,6 +31,10 @@ class Source:
     def next_ns(self) -> int:
         raise NotImplementedError
 
+    def wake_ns(self) -> int:
+        """Until when nobody outside can tell whether the source has acted: `next_ns`, or later."""
+        return self.next_ns()
+
     def run(self, limit_ns: int) -> None:
         raise NotImplementedError
 
@@ -38,10 +42,13 @@ class Source:
 class Timer:
     """One scheduled callback; `cancel` as often as you like."""
 
-    __slots__ = ("background", "callback", "time_ns")
+    __slots__ = ("background", "callback", "slack_ns", "time_ns")
 
-    def __init__(self, time_ns: int, callback: Callable[[], None], background: bool) -> None:
+    def __init__(
+        self, time_ns: int, callback: Callable[[], None], background: bool, slack_ns: int = 0
+    ) -> None:
         self.time_ns = time_ns
+        self.slack_ns = slack_ns
         self.callback: Callable[[], None] | None = callback
         self.background = background
 
@@ -73,12 +80,15 @@ class Timeline:
         self._outdated = True
         self._sources = [other for other in self._sources if other is not source]
 
-    def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
+    def at(
+        self, time_ns: int, callback: Callable[[], None], *, background: bool = False, slack_ns: int = 0
+    ) -> Timer:
         """Call back at `time_ns`, or now if that has passed.
 
-        A `background` timer (a periodic task's next turn) does not keep the timeline from being idle.
+        A `background` timer (a periodic task's next turn) does not keep the timeline from being idle. What nobody
+        outside can tell before `slack_ns` are over need not wake up who paces the timeline.
         """
-        timer = Timer(max(time_ns, self.now_ns), callback, background)
+        timer = Timer(max(time_ns, self.now_ns), callback, background, slack_ns)
         self._sequence += 1
         if len(self._timers) >= self._most_timers:
             self._sweep()
@@ -94,6 +104,13 @@ class Timeline:
     def next_ns(self) -> int:
         """When anything happens next; NEVER when nothing will."""
         return min(self._next_timer_ns(), self.busy_ns())
+
+    def wake_ns(self) -> int:
+        """By when somebody has to look, for all that happens to be noticed in time; NEVER when nothing will."""
+        soonest = self._wake_timer_ns()
+        for source in self._sources:
+            soonest = min(soonest, source.wake_ns())
+        return soonest
 
     def busy_ns(self) -> int:
         """When any source acts next, timers apart; NEVER when all of them rest."""
@@ -166,6 +183,16 @@ class Timeline:
         while self._timers and self._timers[0][2].callback is None:
             heappop(self._timers)
         return self._timers[0][0] if self._timers else _NEVER
+
+    def _wake_timer_ns(self) -> int:
+        soonest = self._next_timer_ns()
+        if soonest == _NEVER or self._timers[0][2].slack_ns == 0:
+            return soonest
+        soonest = _NEVER
+        for _, _, timer in self._timers:
+            if timer.callback is not None:
+                soonest = min(soonest, timer.time_ns + timer.slack_ns)
+        return soonest
 
     def _sweep(self) -> None:
         """Cancelled timers go before their time: else whoever sets and cancels far ones fills the memory."""

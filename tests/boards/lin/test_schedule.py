@@ -72,6 +72,37 @@ def test_slots_follow_each_other_on_a_grid_that_does_not_drift() -> None:
     assert network.scheduler.skipped == 0
 
 
+def test_a_slot_needs_one_look_when_its_frame_is_over() -> None:
+    """And whoever looks only then sees the same frames with the same stamps."""
+    looks: dict[str, int] = {}
+    heard: dict[str, list[tuple[int, int]]] = {}
+    for until in ("next_ns", "wake_ns"):
+        network = Network(slot(1), slot(2), slot(3))
+        for id, data in ((1, bytes(8)), (2, b"\2"), (3, bytes(4))):
+            network.respond(id % 2, id, data)
+        network.scheduler.start()
+        network.timeline.run_until(0)
+        looks[until] = 0
+        while (due_ns := getattr(network.timeline, until)()) < 900 * MS:
+            network.timeline.run_until(due_ns)
+            looks[until] += 1
+        heard[until] = network.heard()
+    assert heard["wake_ns"] == heard["next_ns"]
+    assert len(heard["wake_ns"]) == looks["wake_ns"] == 90
+    assert looks["next_ns"] == 3 * 90 - 1  # the first slot had begun
+
+
+def test_the_end_of_the_last_round_is_not_put_off() -> None:
+    network = Network(slot(1))
+    network.respond(0, 1, bytes(8))
+    network.scheduler.start(rounds=2)
+    network.timeline.run_until(0)
+    network.timeline.run_until(15 * MS)
+    assert network.timeline.wake_ns() == network.timeline.next_ns()
+    network.timeline.run_until(20 * MS)
+    assert network.scheduler.running is None
+
+
 def test_the_master_publishes_from_its_own_table() -> None:
     network = Network(slot(1))
     network.master.write(LinFrame(1, b"\7"), send=False)

@@ -150,8 +150,18 @@ class LinScheduler:
         self._due_ns += ready.delay_ns
         last = self._index == len(self._ready) and not self._resolving
         background = self._rounds_left is None and (last or not self._first_round)
-        self._timer = self._timeline.at(self._due_ns, self._turn, background=background)
+        self._timer = self._timeline.at(
+            self._due_ns, self._turn, background=background, slack_ns=self._slack_ns()
+        )
         self._perform(ready)
+
+    def _slack_ns(self) -> int:
+        """The beginning of the next slot shows only when its frame is over."""
+        at_end = self._index == len(self._ready)
+        if self._resolving or self._next is not None or (at_end and self._rounds_left == 1):
+            return 0
+        slot = self._ready[0 if at_end else self._index].slot
+        return self._line.foreseen_ns(slot.ids[0]) if slot.kind is _FRAME else 0
 
     def _turn_page(self) -> None:
         """At the end of a table begin anew, or end with its last round."""

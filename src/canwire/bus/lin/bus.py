@@ -179,6 +179,25 @@ class LinBus(LinMedium):
     def next_ns(self) -> int:
         return self._due_ns
 
+    def wake_ns(self) -> int:
+        """The end of a header shows only when the response behind it is over."""
+        if self._state != _HEADER:
+            return self._due_ns
+        found = self._foreseen(self._offer.id)
+        return (
+            self._due_ns if found is None else (self._end_ps + found.bits * self._sender.bit_ps + 500) // 1000
+        )
+
+    def foreseen_ns(self, sender: LinNode, id: int) -> int:
+        """How long a header of this node's and the response to it will take, as things are; 0: nobody can say."""
+        found = self._foreseen(id)
+        return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // 1000
+
+    def _foreseen(self, id: int) -> LinResponse | None:
+        """The only response to this identifier."""
+        found = [node.responses[id] for node in self._members if node.responses[id] is not None]
+        return found[0] if len(found) == 1 else None
+
     def run(self, limit_ns: int) -> None:
         timeline = self.timeline
         self._running = True

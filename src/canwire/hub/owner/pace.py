@@ -53,7 +53,7 @@ class RealPace:
 
     def lateness(self) -> tuple[int, int]:
         """How far bus time is behind the clock now, and what it has left out since the beginning."""
-        return max(0, self._clock_ns() - self._timeline.next_ns()), self.skipped_ns
+        return max(0, self._clock_ns() - self._timeline.wake_ns()), self.skipped_ns
 
     def holding(self) -> AbstractContextManager[object]:
         """While something is asked of the world nobody else lets time pass."""
@@ -62,7 +62,7 @@ class RealPace:
     def catch_up(self) -> None:
         """Let what is due happen, for a slice of time at most; what is asked of the world next gets the bus's time."""
         now_ns = self._clock_ns()
-        late_ns = now_ns - self._timeline.next_ns()
+        late_ns = now_ns - self._timeline.wake_ns()
         if late_ns >= 0:
             if late_ns > LARGEST_GAP_NS:
                 self._skip(late_ns)
@@ -103,12 +103,12 @@ class RealPace:
 
     def run(self) -> float | None:
         """Let what is due happen; the seconds until there is more to do, None: not before there is input."""
-        due_ns = self._timeline.next_ns()
+        due_ns = self._timeline.wake_ns()
         now_ns = self._clock_ns()
         if due_ns <= now_ns and self._rest_until_ns <= now_ns:
             self._rest_until_ns = max(self._rest_until_ns, now_ns - BURST_NS) + REST_NS
             self.catch_up()
-            due_ns = self._timeline.next_ns()
+            due_ns = self._timeline.wake_ns()
         if due_ns >= NEVER:
             return None
         wait_ns = max(due_ns, self._rest_until_ns) - self._clock_ns()
