@@ -143,11 +143,6 @@ class LinLine(LinHost):
         self._finished = finished
         self.driver.ask(id, length, silence_is_fine)
 
-    def foreseen_ns(self, id: int) -> int:
-        """How long a frame that this master asks for will take, as things are; 0: nobody can say."""
-        bus = self.controller.bus
-        return 0 if bus is None else bus.foreseen_ns(self.controller, id)
-
     def go_to_sleep(self, finished: Finished | None = None) -> None:
         """Send the go-to-sleep command; everybody sleeps once it is over. Raises like `write`."""
         self.send(go_to_sleep_frame(), finished)

@@ -161,7 +161,10 @@ class LinScheduler:
         if self._resolving or self._next is not None or (at_end and self._rounds_left == 1):
             return 0
         slot = self._ready[0 if at_end else self._index].slot
-        return self._line.foreseen_ns(slot.ids[0]) if slot.kind is _FRAME else 0
+        controller = self._line.controller
+        if slot.kind is not _FRAME or controller.bus is None:
+            return 0
+        return controller.bus.foreseen_ns(controller, slot.ids[0])
 
     def _turn_page(self) -> None:
         """At the end of a table begin anew, or end with its last round."""

@@ -189,7 +189,7 @@ class LinBus(LinMedium):
         )
 
     def foreseen_ns(self, sender: LinNode, id: int) -> int:
-        """How long a header of this node's and the response to it will take, as things are; 0: nobody can say."""
+        """As LinMedium has it."""
         found = self._foreseen(id)
         return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // 1000
 

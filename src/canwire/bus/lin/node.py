@@ -161,6 +161,10 @@ class LinMedium(Source):
         """It has; takes effect at this very moment."""
         raise NotImplementedError
 
+    def foreseen_ns(self, sender: LinNode, id: int) -> int:
+        """How long a header of this node's and the response to it will take, as things are; 0: nobody can say."""
+        raise NotImplementedError
+
     def on_wire(self, node: LinNode) -> bool:
         """This node is sending, or waits for the response to its header, at this moment."""
         raise NotImplementedError
