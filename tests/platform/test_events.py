@@ -130,7 +130,9 @@ def test_what_nobody_holds_leaves_nothing_open(kind: ModuleType) -> None:
     for _ in range(20):
         one()
     gc.collect()
-    assert len(os.listdir("/proc/self/fd")) == before
+    assert (
+        len(os.listdir("/proc/self/fd")) <= before
+    )  # threads of tests before this one may let go of theirs now
 
 
 def test_any_of_some_is_readable_while_one_of_them_is(kind: ModuleType) -> None:

@@ -13,9 +13,22 @@ from tests.together.table import SEES, Cell, Line
 
 def _sees(scene: Scene, cell: Cell, line: Line, starter: Player, actor: Player | None = None) -> None:
     scene.settle(line)
-    assert starter.state() == SEES[cell.starter][line]
+    _comes_to_see(scene, starter, SEES[cell.starter][line])
     if actor is not None:
-        assert actor.state() == SEES[cell.actor][line]
+        _comes_to_see(scene, actor, SEES[cell.actor][line])
+
+
+def _comes_to_see(scene: Scene, program: Player, state: str) -> None:
+    """A program's library may hear of a change in a thread of its own."""
+    seen = ""
+
+    def sees() -> bool:
+        nonlocal seen
+        seen = program.state()
+        return seen == state
+
+    scene.until(sees)
+    assert seen == state
 
 
 def _join_running(scene: Scene, cell: Cell, starter: Player, actor: Player) -> None:

@@ -43,10 +43,8 @@ def signals_end_waits() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard, told = socket.socketpair()
+    heard, told = _pair()
     with heard, told:
-        heard.setblocking(False)
-        told.setblocking(False)
         descriptor = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
         before, _wake_up = _wake_up, heard
         try:
@@ -54,6 +52,18 @@ def signals_end_waits() -> Iterator[None]:
         finally:
             _wake_up = before
             signal.set_wakeup_fd(descriptor)
+
+
+def _pair() -> tuple[socket.socket, socket.socket]:
+    """What goes into the second comes out of the first; neither blocks."""
+    if not hasattr(socket, "socketpair"):
+        from canwire.platform.portable.pairs import connected_pair
+
+        return connected_pair()
+    pair = socket.socketpair()
+    for end in pair:
+        end.setblocking(False)
+    return pair
 
 
 def _any_readable(descriptors: list[int], timeout: float | None) -> bool:

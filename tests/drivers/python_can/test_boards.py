@@ -136,8 +136,9 @@ def test_what_an_interface_echoes_is_not_received(
     program.send(Frame(0x456), Frame(0x457))
     while (message := peer.recv(AGES_S)).arbitration_id != 0x457:
         pass
+    heard = [program.wait(a_frame)[-1] for _ in range(2)]
     peer.send(message)  # the same frame from somebody else is one
-    heard = [program.wait(a_frame)[-1] for _ in range(3)]
+    heard.append(program.wait(a_frame)[-1])
     assert [(frame.id, frame.self_received) for frame in heard] == [
         (0x456, True),
         (0x457, True),
