@@ -153,6 +153,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.queries.trace import Trace, open_trace
     from canwire.logs.recording.record import record
     from canwire.logs.recording.recorder import Recorder
+    from canwire.logs.recording.triggers import RecordTriggers
     from canwire.logs.source import LogFault
     from canwire.logs.statistics.collecting import log_statistics
     from canwire.logs.statistics.results import ChannelStatistics, IdentifierStatistics, LogStatistics
@@ -285,6 +286,7 @@ _NAMES = {
     "logs.queries.trace": "Trace open_trace",
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
+    "logs.recording.triggers": "RecordTriggers",
     "logs.source": "LogFault",
     "logs.statistics.collecting": "log_statistics",
     "logs.statistics.results": "ChannelStatistics IdentifierStatistics LogStatistics",
@@ -496,6 +498,7 @@ __all__ = [
     "Place",
     "QueueFull",
     "RateConflict",
+    "RecordTriggers",
     "Recorder",
     "RegisterValue",
     "Ring",

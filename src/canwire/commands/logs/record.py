@@ -8,6 +8,9 @@ canwire record can0 day/                               a trace: a folder of Parq
 canwire record can0 - --format candump                 onto standard output
 canwire record lin0 drive.blf                          a LIN line, too; trc holds no LIN
 
+Conditions are an identifier as `canwire dump --filter` has it, data behind it (points stand for any half of a byte),
+error, state, bus-off, or a signal's value; given again, any of them counts. Gaps between parts are marks in the log.
+
 Frames, error frames, changes of state, bit rates and the number of lost frames are recorded, as far as the format holds
 them. Whatever happens to this process, all that is older than a second can be read: formats that are readable only at
 their end (parquet, mf4) have a journal beside them until then, NAME.journal, which `canwire convert` reads. A trace's
@@ -22,9 +25,10 @@ import threading
 import time
 
 import canwire
-from canwire import BadValue, HubError, Recorder
+from canwire import BadValue, HubError, Recorder, RecordTriggers
 from canwire.commands.can_line import add_line_arguments
 from canwire.commands.console import complain
+from canwire.commands.logs.conditions import any_of
 from canwire.commands.shell.ending import signals_call
 
 _SIZES = {"": 1, "k": 1000, "M": 1000**2, "G": 1000**3}
@@ -43,9 +47,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rotate-time", metavar="TIME", help="a new file when one is so old: 90s, 10m, 1h, 1d"
     )
+    _add_triggers(parser)
     parser.add_argument("--for", dest="span", metavar="TIME", help="end after this time: 90s, 10m, 1h")
     parser.add_argument(
         "--channel", metavar="NAME", help="what the channel is called in the log (the bus's name)"
+    )
+
+
+def _add_triggers(parser: argparse.ArgumentParser) -> None:
+    for option, help in (("start", "keep what comes from such an entry on"), ("stop", "until such an entry")):
+        parser.add_argument(f"--{option}-on", action="append", default=[], metavar="CONDITION", help=help)
+    parser.add_argument("--before", metavar="TIME", help="and this long before a start: 10s, 2m")
+    parser.add_argument("--after", metavar="TIME", help="and this long after a stop")
+    parser.add_argument("--once", action="store_true", help="end after the first stop")
+    parser.add_argument(
+        "--db", metavar="FILE", help="a DBC, KCD, SYM, ARXML or LDF file: signals in conditions"
     )
 
 
@@ -58,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     span = None if arguments.rotate_time is None else _number("--rotate-time", arguments.rotate_time, _SPANS)
     end_s = None if arguments.span is None else time.monotonic() + _number("--for", arguments.span, _SPANS)
+    triggers = _triggers(arguments)
     _refuse_private(arguments)
     stop = threading.Event()
     with signals_call(stop.set):
@@ -71,10 +88,11 @@ def run(arguments: argparse.Namespace) -> int:
             hub=arguments.hub,
             bit_rate=arguments.bit_rate,
             data_bit_rate=arguments.data_bit_rate,
+            triggers=triggers,
         )
         complain(f"recording {arguments.line} to {recorder.files[0]}")
         try:
-            while not stop.wait(_TURN_S) and recorder.error is None:
+            while not stop.wait(_TURN_S) and not recorder.wait(0):
                 if end_s is not None and time.monotonic() >= end_s:
                     break
         finally:
@@ -83,6 +101,19 @@ def run(arguments: argparse.Namespace) -> int:
             finally:
                 _tell(recorder)
     return 0
+
+
+def _triggers(arguments: argparse.Namespace) -> RecordTriggers | None:
+    database = None if arguments.db is None else canwire.load_database(arguments.db)
+    start = any_of(arguments.start_on, "--start-on", database)
+    stop = any_of(arguments.stop_on, "--stop-on", database)
+    before, after = (
+        0.0 if text is None else _number(f"--{name}", text, _SPANS)
+        for name, text in (("before", arguments.before), ("after", arguments.after))
+    )
+    if start is None and stop is None and not (before or after or arguments.once):
+        return None
+    return RecordTriggers(start, stop, before, after, arguments.once)
 
 
 def _refuse_private(arguments: argparse.Namespace) -> None:
@@ -95,7 +126,8 @@ def _refuse_private(arguments: argparse.Namespace) -> None:
 def _tell(recorder: Recorder) -> None:
     files = recorder.files
     where = files[0] if len(files) == 1 else f"{len(files)} files, {files[0]} to {files[-1]}"
-    complain(f"{recorder.count} entries in {where}; {recorder.lost} lost")
+    parts = f"started {recorder.starts} times, " if recorder.starts > 1 else ""
+    complain(f"{parts}{recorder.count} entries in {where}; {recorder.lost} lost")
     for what, count in recorder.left_out.items():
         complain(f"{count} {what} left out")
 

@@ -17,6 +17,7 @@ from canwire.logs.recording.lab import LabLinSource, LabSource
 from canwire.logs.recording.recorder import Recorder, RecordingSource
 from canwire.logs.recording.shared import SharedSource, shared_source
 from canwire.logs.recording.shared_lin import SharedLinSource
+from canwire.logs.recording.triggers import RecordTriggers
 from canwire.values.checks import finite, whole
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def record(
     bit_rate: int | None = None,
     data_bit_rate: int | None = None,
     epoch_ns: int = 0,
+    triggers: RecordTriggers | None = None,
 ) -> Recorder:
     """Write everything that a line hears to a log file, until the recorder is closed.
 
@@ -47,7 +49,7 @@ def record(
     told by the path's suffix unless given. `channel` is the name in the log. With `rotate_bytes` or `rotate_s`
     (seconds) the files are NAME-0001, NAME-0002, ...: a new one as soon as one is larger or older; a trace (`path`
     with a slash at its end) is one folder, which begins its next file then, by bytes of records. `hub` is the hub's
-    address.
+    address. With `triggers` only parts are kept.
 
     Frames, error frames, changes of state and losses are recorded; a line's own frames as well, a LabNode's where it
     has `self_reception`. Raises BadValue, NoSuchBoard, HubError, ExtraMissing, OSError.
@@ -77,7 +79,7 @@ def record(
             start_ns=None,
             clock=clock,
         )
-        return Recorder(source, files, closing.pop_all())
+        return Recorder(source, files, closing.pop_all(), triggers)
 
 
 def _check_holds_lin(path: str, format: str | None) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from canwire.logs.batch import LogBatch, batch_of
 from canwire.logs.entry import LogEntry, LogMark, MarkKind
 from canwire.logs.recording.files import RecordingFiles
+from canwire.logs.recording.triggers import Gate, RecordTriggers
 
 if TYPE_CHECKING:
     import numpy
@@ -45,11 +46,18 @@ class Recorder:
     wrong meanwhile: OSError for a full disk, HubLost.
     """
 
-    def __init__(self, source: RecordingSource, files: RecordingFiles, closing: ExitStack) -> None:
+    def __init__(
+        self,
+        source: RecordingSource,
+        files: RecordingFiles,
+        closing: ExitStack,
+        triggers: RecordTriggers | None = None,
+    ) -> None:
         self._source = source
         self._files = files
         self._closing = closing
         self._channels = [source.channel]
+        self._gate = None if triggers is None else Gate(triggers, self._channels)
         self._lost = 0
         self._latest_ns = 0
         self._error: Exception | None = None
@@ -89,8 +97,13 @@ class Recorder:
         """What ended the recording before its time, or None."""
         return self._error
 
+    @property
+    def starts(self) -> int:
+        """How often a trigger has begun to keep what came."""
+        return 0 if self._gate is None else self._gate.starts
+
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the recording ends by an error, `timeout` seconds at most; whether it did."""
+        """Wait until the recording ends by itself, `timeout` seconds at most; whether it did: an error, a last stop."""
         return self._over.wait(timeout)
 
     def close(self) -> None:
@@ -103,7 +116,7 @@ class Recorder:
             if self._thread is not None:
                 self._thread.join()
             with self._closing:
-                if self._error is None:
+                if not self._over.is_set():
                     self._turn(0.0)
                 self._source.close()
                 if self._error is None:
@@ -124,12 +137,12 @@ class Recorder:
         return f"<Recorder of {self._source.channel} to {self.files[-1]!r}: {self.count} entries, {state}>"
 
     def _run(self) -> None:
-        while not self._stop.is_set() and self._error is None:
+        while not self._stop.is_set() and not self._over.is_set():
             self._turn(_TURN_S)
 
     def _drain(self) -> None:
         """What the lab's time calls; once closed there is nowhere to put anything."""
-        if self._error is None and not self._closed:
+        if not self._over.is_set() and not self._closed:
             self._turn(0.0)
 
     def _turn(self, timeout_s: float) -> None:
@@ -138,12 +151,19 @@ class Recorder:
             records = self._source.take(timeout_s)
             if len(records):
                 self._latest_ns = int(records["time_ns"][-1])
-                self._files.write(LogBatch(records, self._channels))
+                self._write(records)
             self._tell_losses()
             self._files.tend()
+            if self._gate is not None and self._gate.over:
+                self._over.set()
         except Exception as error:  # kept and raised again: close() tells it, wait() ends
             self._error = error
             self._over.set()
+
+    def _write(self, records: numpy.ndarray) -> None:
+        for piece in [records] if self._gate is None else self._gate.passed(records):
+            if len(piece):
+                self._files.write(LogBatch(piece, self._channels))
 
     def _tell_losses(self) -> None:
         lost = self._source.lost()
