@@ -86,7 +86,9 @@ def test_once() -> None:
 def test_only_a_stop_and_only_a_start() -> None:
     gate = Gate(RecordTriggers(stop=of(END)), CHANNELS)
     assert through(gate, (0, 1), (1, END)) == ["0:1", "1:200"]
-    assert gate.over  # whatever the line does not bring any more
+    assert (gate.over, gate.ending_s) == (False, 0.0)
+    assert through(gate, (2, 1)) == []
+    assert (gate.over, gate.ending_s) == (True, None)
     gate = Gate(RecordTriggers(start=of(GO)), CHANNELS)
     assert through(gate, (0, 1), (1, GO), (2, END), (3, GO)) == ["1:100", "2:200", "3:100"]
 

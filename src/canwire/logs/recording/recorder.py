@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Protocol
@@ -57,6 +58,7 @@ class Recorder:
         self._files = files
         self._closing = closing
         self._channels = [source.channel]
+        self._ends_s: float | None = None
         self._gate = None if triggers is None else Gate(triggers, self._channels)
         self._lost = 0
         self._latest_ns = 0
@@ -154,7 +156,7 @@ class Recorder:
                 self._write(records)
             self._tell_losses()
             self._files.tend()
-            if self._gate is not None and self._gate.over:
+            if self._gate is not None and self._has_ended(self._gate):
                 self._over.set()
         except Exception as error:  # kept and raised again: close() tells it, wait() ends
             self._error = error
@@ -164,6 +166,14 @@ class Recorder:
         for piece in [records] if self._gate is None else self._gate.passed(records):
             if len(piece):
                 self._files.write(LogBatch(piece, self._channels))
+
+    def _has_ended(self, gate: Gate) -> bool:
+        """By its stamps, or by the clock where none come any more."""
+        if gate.ending_s is None:
+            self._ends_s = None
+        elif self._ends_s is None:
+            self._ends_s = time.monotonic() + gate.ending_s
+        return gate.over or (self._ends_s is not None and time.monotonic() >= self._ends_s)
 
     def _tell_losses(self) -> None:
         lost = self._source.lost()

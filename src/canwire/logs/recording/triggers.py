@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -61,17 +60,19 @@ class Gate:
         self._open = triggers.start is None
         self._closed_for_good = False
         self._closes_ns: int | None = None
-        self._closes_s = 0.0  # the same by the clock, for a line that falls silent
         self._before: deque[numpy.ndarray] = deque()
         self._latest_ns: int | None = None  # of what went through
 
     @property
     def over(self) -> bool:
         """Nothing more goes through."""
-        if self._closed_for_good:
-            return True
+        return self._closed_for_good
+
+    @property
+    def ending_s(self) -> float | None:
+        """After the last stop: how many seconds are still kept; on a line that falls silent nothing says when."""
         ends = self._closes_ns is not None and self._is_last()
-        return ends and time.monotonic() >= self._closes_s
+        return self._triggers.after_s if ends else None
 
     def passed(self, records: numpy.ndarray) -> Iterator[numpy.ndarray]:
         """What goes through of the next records of `log_dtype()`, in pieces; gaps are marks of their own."""
@@ -108,7 +109,6 @@ class Gate:
         stop, start = self._triggers.stop, self._triggers.start
         if stop is not None and stop(entry):
             self._closes_ns = entry.timestamp_ns + round(self._triggers.after_s * 1e9)
-            self._closes_s = time.monotonic() + self._triggers.after_s
         elif self._closes_ns is not None and start is not None and start(entry):
             self._closes_ns = None  # it begins anew before it has ended
 
