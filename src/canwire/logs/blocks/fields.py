@@ -10,7 +10,8 @@ from typing import Any
 
 from canwire.values.record import load_numpy
 
-_BAD = 0xFF
+NO_DIGIT = 0xFF
+"""What `hex_digits` has for a character that is none."""
 _ROOM = 64  # bytes behind the last line, to gather from
 
 
@@ -128,16 +129,16 @@ class Column:
         return value, good & (self.size == 2)
 
     def _pair(self, place: int) -> tuple[Any, Any]:
-        high = _digits()[self.character(place)]
-        low = _digits()[self.character(place + 1)]
-        return high << 4 | low & 15, (high != _BAD) & (low != _BAD)
+        high = hex_digits()[self.character(place)]
+        low = hex_digits()[self.character(place + 1)]
+        return high << 4 | low & 15, (high != NO_DIGIT) & (low != NO_DIGIT)
 
     def _number(self, most: int, base: int) -> tuple[Any, Any]:
         numpy = load_numpy()
         value = numpy.zeros(len(self.begins), numpy.int64)
         good = (self.size >= 1) & (self.size <= most)
         for place in range(int(min(self.size.max(initial=0), most))):
-            digit = _digits()[self.character(place)]
+            digit = hex_digits()[self.character(place)]
             there = self.size > place
             good &= (digit < base) | ~there
             value = numpy.where(there, value * base + digit, value)
@@ -157,10 +158,10 @@ def fill_data(fields: Fields, those: Any, first: int, length: Any, into: Any) ->
 
 
 @cache
-def _digits() -> Any:
+def hex_digits() -> Any:
     """The value of a digit's character, hex ones too, 0xFF for others."""
     numpy = load_numpy()
-    table = numpy.full(256, _BAD, numpy.uint8)
+    table = numpy.full(256, NO_DIGIT, numpy.uint8)
     for characters in ("0123456789ABCDEF", "0123456789abcdef"):
         for value, character in enumerate(characters):
             table[ord(character)] = value

@@ -5,10 +5,10 @@ Each column of the text is gathered for all lines together; a line that has anyt
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from canwire.logs.batch import log_dtype
+from canwire.logs.blocks.fields import NO_DIGIT, hex_digits
 from canwire.values.record import DLC_SHIFT, EXTENDED, load_numpy
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from canwire.logs.source import Source
 
 _LONGEST_NAME = 16
-_BAD = 0xFF
 
 
 def plain_lines(text: bytes, source: Source) -> tuple[numpy.ndarray, list[tuple[int, int, bytes]], int]:
@@ -137,30 +136,19 @@ class _Lines:
         numpy = load_numpy()
         found = numpy.zeros(len(self._starts), "u4")
         for column in range(8, 0, -1):
-            nibble = _hex_values()[self._block[self._hash - column]]
+            nibble = hex_digits()[self._block[self._hash - column]]
             there = self._digits >= column
-            self.plain &= ~there | (nibble != _BAD)
+            self.plain &= ~there | (nibble != NO_DIGIT)
             found = found << numpy.uint32(4) | numpy.where(there, nibble, 0).astype("u4")
         self.plain &= found <= numpy.where(self._extended, 0x1FFFFFFF, 0x7FF)  # else an error frame, or wrong
         return found
 
     def _fill_data(self, data: Any, length: Any) -> None:
         numpy = load_numpy()
-        table = _hex_values()
+        table = hex_digits()
         for column in range(8):
             there = length > 2 * column
             at = self._hash + 1 + 2 * column
             high, low = table[self._block[at]], table[self._block[at + 1]]
-            self.plain &= ~there | ((high != _BAD) & (low != _BAD))
+            self.plain &= ~there | ((high != NO_DIGIT) & (low != NO_DIGIT))
             data[:, column] = numpy.where(there, high << 4 | low & 15, 0)
-
-
-@cache
-def _hex_values() -> Any:
-    """The value of a hex digit's character, 0xFF for others."""
-    numpy = load_numpy()
-    table = numpy.full(256, _BAD, numpy.uint8)
-    for characters in ("0123456789ABCDEF", "0123456789abcdef"):
-        for value, character in enumerate(characters):
-            table[ord(character)] = value
-    return table
