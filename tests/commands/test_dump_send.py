@@ -263,6 +263,14 @@ def test_somebody_else_was_quicker(hub: FakeHub) -> None:
     assert hub.bring_up() == []
 
 
+def test_somebody_else_is_just_starting_it(hub: FakeHub) -> None:
+    """As `gen` and `dump` do that are begun together, and mean the same line."""
+    hub.held = True
+    hub.states[1, 0] = [IDLE] * 20 + [RUNNING]
+    assert hub.bring_up() == []
+    assert 0 < hub.time_s < 2
+
+
 @pytest.mark.parametrize("bit_rate", [5_000, 10_000, 125_000, 250_000, 500_000, 800_000, 1_000_000])
 @pytest.mark.parametrize("kind", ["usb-to-can-fd", "usb-to-can"])
 def test_usual_rates_fit_every_board(kind: str, bit_rate: int) -> None:

@@ -24,6 +24,8 @@ from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
 
+_PATIENCE_S = 2.0  # for another verb that is just starting the same line
+
 
 def add_line_arguments(parser: argparse.ArgumentParser) -> None:
     """LINE, --bit-rate, --data-bit-rate, --hub."""
@@ -73,7 +75,7 @@ def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
     """Start the line, on which this program has a channel, unless it runs; its control is free again afterwards.
 
     One that was set up with such rates is started as it is; other rates on its bus are pointed out. Raises BadValue if
-    it runs with other rates than those asked for, InUse if somebody else is about to start it.
+    it runs with other rates than those asked for, InUse if somebody else has its control and does not start it.
     """
 
     def mode_for(status: LineStatus) -> LineMode | None:
@@ -92,7 +94,7 @@ def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
                 f"{data}; leave --bit-rate and --data-bit-rate out"
             )
 
-    control = canwire.bring_up(hub, place, mode_for, check)
+    control = canwire.bring_up(hub, place, mode_for, check, patience_s=_PATIENCE_S)
     if control is not None:
         control.close()
     point_out_rates(hub, place.info.bus)
