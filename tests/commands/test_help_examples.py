@@ -18,14 +18,11 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import ChannelMode, WantedMode
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.commands import VERBS, main
-from canwire.commands.can_line import bring_up
-from canwire.commands.shared_hub import find_line
 from canwire.commands.shell.parser import Parser
-from tests.commands.conftest import served_here
+from tests.commands.conftest import running_lines, served_here
 from tests.hubs import LONG_S
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -101,11 +98,7 @@ def busy_hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     config = Config(bus=(*buses, BusConfig(name="lin0", type="lin")), board=boards)
     with served_here(tmp_path, config) as address, canwire.connect(address) as hub, ExitStack() as closing:
         monkeypatch.setenv("CANWIRE_HUB", address)
-        for name in ("HW000009:0", "HW000009:1"):
-            place = find_line(hub, name)
-            channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-            channel.set_up(ChannelMode(receive=1, transmit=1))
-            bring_up(hub, place, WantedMode())
+        running_lines(hub, closing, "HW000009:0", "HW000009:1")
         yield address
 
 

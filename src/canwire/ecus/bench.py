@@ -23,21 +23,19 @@ class LabFrames:
         self.node = node
         self.errors: list[Exception] = []
         self._take = take
-        node.on_frames(partial(node.time.soon, self._turn))
+        node.on_frames(partial(node.time.soon, partial(node.each_frame, self._hand_over)))
 
     def close(self) -> None:
         """No more; the node stays on its bus."""
         self.node.on_frames(None)
 
-    def _turn(self) -> None:
-        while frames := self.node.receive_many(64):
-            for frame in frames:
-                if frame.remote:
-                    continue
-                try:
-                    self._take(frame)
-                except _NONSENSE as error:
-                    self.errors.append(error.with_traceback(None))  # nor what it holds on to
+    def _hand_over(self, frame: Frame) -> None:
+        if frame.remote:
+            return
+        try:
+            self._take(frame)
+        except _NONSENSE as error:
+            self.errors.append(error.with_traceback(None))  # nor what it holds on to
 
 
 class LabTask:

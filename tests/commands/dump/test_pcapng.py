@@ -14,10 +14,9 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import ChannelMode, Frame, HubChannel, WantedMode, open_log
+from canwire import Frame, HubChannel, open_log
 from canwire.commands import main
-from canwire.commands.can_line import bring_up
-from canwire.commands.shared_hub import find_line
+from tests.commands.conftest import running_lines
 
 pytestmark = [pytest.mark.realtime, pytest.mark.conforms("PF-07")]
 LONG_S = 60
@@ -28,12 +27,7 @@ FIRST = Frame(0x123, b"\x11\x22")
 def sender(hub_address: str) -> Iterator[HubChannel]:
     """A channel on can0, whose other line acknowledges."""
     with canwire.connect(hub_address) as hub, ExitStack() as closing:
-        for address in ("HW000001:0", "HW000001:1"):
-            place = find_line(hub, address)
-            channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-            channel.set_up(ChannelMode(receive=1, transmit=64))
-            bring_up(hub, place, WantedMode())
-            channel.activate()
+        _, (_, channel) = running_lines(hub, closing, "HW000001:0", "HW000001:1", transmit=64)
         yield channel
 
 

@@ -13,10 +13,9 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import ChannelMode, Frame, WantedMode
+from canwire import Frame
 from canwire.commands import VERBS, main
-from canwire.commands.can_line import bring_up
-from canwire.commands.shared_hub import find_line
+from tests.commands.conftest import running_lines
 
 CAR = Path(__file__).parents[1] / "car.dbc"
 LASTING = ("dump", "gen", "load", "view")  # they end after --seconds, if not before
@@ -36,12 +35,7 @@ def busy_hub(hub_address: str) -> Iterator[str]:
     """Two CAN FD lines of a board of their own; one sends every 5 ms, the other acknowledges."""
     with canwire.connect(hub_address) as hub, ExitStack() as closing:
         hub.plug("usb-to-can-fd", "HW000009", temporary=True)
-        for address in ("HW000009:0", "HW000009:1"):
-            place = find_line(hub, address)
-            channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-            channel.set_up(ChannelMode(receive=1, transmit=1))
-            bring_up(hub, place, WantedMode())
-            channel.activate()
+        _, (place, _) = running_lines(hub, closing, "HW000009:0", "HW000009:1")
         scheduler = closing.enter_context(hub.open_scheduler(place.board.id, place.line))
         ticks = place.info.capabilities.cyclic
         scheduler.resume()

@@ -10,14 +10,13 @@ from itertools import islice, repeat
 import pytest
 
 import canwire
-from canwire import ChannelMode, Frame, LinePlace, LineStatus, WantedMode, every_line, lines_now
+from canwire import Frame, LinePlace, LineStatus, every_line, lines_now
 from canwire.commands import main
-from canwire.commands.can_line import bring_up
 from canwire.commands.gen.sending import Generator
 from canwire.commands.live.bars import format_bar, format_reading, format_total
 from canwire.commands.live.load import Bars, Watch
 from canwire.commands.live.meter import Meter, Reading
-from canwire.commands.shared_hub import find_line
+from tests.commands.conftest import running_lines
 
 SECOND = 1_000_000_000
 READING = Reading("can0", 40.04, 62.1, 38.7, 1748.0, 0.5, 5250, 3, "500000 bit/s")
@@ -82,14 +81,7 @@ def test_bars_are_drawn_in_place(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_bus_at_work() -> None:
     with canwire.connect(time="virtual") as hub, ExitStack() as closing:
-        channels = []
-        for address in ("HW000001:0", "HW000001:1"):
-            place = find_line(hub, address)
-            channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-            channel.set_up(ChannelMode(receive=1, transmit=2048))
-            bring_up(hub, place, WantedMode())
-            channel.activate()
-            channels.append((place, channel))
+        channels = running_lines(hub, closing, "HW000001:0", "HW000001:1", transmit=2048)
         for _ in range(1000):
             channels[0][1].send(Frame(0x555, b"\x55" * 8))
         seen: list[Reading] = []

@@ -14,10 +14,9 @@ from xml.etree import ElementTree
 import pytest
 
 import canwire
-from canwire import ChannelMode, Frame, LinFrame, LogEntry, WantedMode, create_log
+from canwire import Frame, LinFrame, LogEntry, create_log
 from canwire.commands import VERBS, main
-from canwire.commands.can_line import bring_up
-from canwire.commands.shared_hub import find_line
+from tests.commands.conftest import running_lines
 
 pytest.importorskip("cantools")
 pytestmark = pytest.mark.conforms("PC-10", "PF-12")
@@ -50,12 +49,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def busy_hub(hub_address: str) -> Iterator[str]:
     """Two lines on can0; one sends EngineData every 5 ms, the other acknowledges."""
     with canwire.connect(hub_address) as hub, ExitStack() as closing:
-        for address in ("HW000001:0", "HW000001:1"):
-            place = find_line(hub, address)
-            channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
-            channel.set_up(ChannelMode(receive=1, transmit=1))
-            bring_up(hub, place, WantedMode())
-            channel.activate()
+        _, (place, _) = running_lines(hub, closing, "HW000001:0", "HW000001:1")
         scheduler = closing.enter_context(hub.open_scheduler(place.board.id, place.line))
         ticks = place.info.capabilities.cyclic
         scheduler.resume()

@@ -18,7 +18,7 @@ _NAMES = (
     "SIGHUP",
     "SIGBREAK",
 )  # the last two: elsewhere than on Windows, and there alone
-_ENDING = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
+ENDING = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
 
 
 class Signalled(KeyboardInterrupt):
@@ -41,7 +41,7 @@ def signals_raise() -> Iterator[None]:
     def end(number: int, frame: FrameType | None) -> None:
         raise Signalled(number)
 
-    with _handled(end, _ENDING[1:]):
+    with _handled(end, ENDING[1:]):
         yield
 
 
@@ -52,7 +52,7 @@ def signals_call(stop: Callable[[], object]) -> Iterator[None]:
     def end(number: int, frame: FrameType | None) -> None:
         stop()
 
-    with _handled(end, _ENDING):
+    with _handled(end, ENDING):
         yield
 
 

@@ -15,20 +15,20 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any, TypeVar
 
+from canwire.commands.shell.ending import ENDING
+
 Result = TypeVar("Result")
 Handler = Callable[[int, "FrameType | None"], Any]
 
 PATIENCE_S = 1.0
 _MACHINERY = "<frozen importlib"
-_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-_NUMBERS = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
 
 
 def signals_outside_imports(call: Callable[[], Result]) -> Result:
     """What `call` returns or raises. In other threads than the main one signals are somebody else's."""
     before: dict[int, Handler] = {}
     try:
-        for number in _NUMBERS:
+        for number in ENDING:
             handler = signal.getsignal(number)
             if callable(handler):
                 signal.signal(number, _put_off(handler))

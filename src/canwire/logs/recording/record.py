@@ -13,6 +13,7 @@ from canwire.hub.wanted_mode import WantedMode
 from canwire.logs.entry import LogKind
 from canwire.logs.formats import format_to_write, load_format, log_formats
 from canwire.logs.recording.files import RecordingFiles
+from canwire.logs.recording.hub_source import HubSource
 from canwire.logs.recording.lab import LabLinSource, LabSource
 from canwire.logs.recording.recorder import Recorder, RecordingSource
 from canwire.logs.recording.shared import SharedSource, shared_source
@@ -68,8 +69,8 @@ def record(
         closing.callback(source.close)
         if isinstance(source, SharedLinSource | LabLinSource):
             _check_holds_lin(name, format)
-        dated = isinstance(source, SharedSource | SharedLinSource) and source.epoch_ns > 0
-        clock = "hub" if isinstance(source, SharedSource | SharedLinSource) else "lab"
+        dated = isinstance(source, HubSource) and source.epoch_ns > 0
+        clock = "hub" if isinstance(source, HubSource) else "lab"
         files = RecordingFiles(
             name,
             format,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from canwire.hub.wall_clock import epoch_ns
 from canwire.hub.wanted_mode import WantedMode
 from canwire.logs.batch import records_of_line
 from canwire.logs.entry import LogMark, MarkKind
+from canwire.logs.recording.hub_source import HubSource
 from canwire.logs.recording.shared_lin import SharedLinSource, shared_lin_source
 from canwire.values.event import EventKind
 
@@ -28,17 +28,15 @@ _QUEUE = 32_768  # frames: more than a second of the busiest classic bus
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.OVERRUN)
 
 
-class SharedSource:
+class SharedSource(HubSource):
     """What a channel hears; times become those of the wall clock by `epoch_ns`."""
 
     def __init__(
         self, channel: HubChannel, name: str, epoch_ns: int, status: LineStatus | None, closing: ExitStack
     ) -> None:
-        self.channel = name
-        self.epoch_ns = epoch_ns
+        super().__init__(name, epoch_ns, closing)
         self._handle = channel
         self._status = status
-        self._closing = closing
 
     def take(self, timeout_s: float) -> numpy.ndarray:
         """Frames and events, in the order that they came in."""
@@ -61,13 +59,6 @@ class SharedSource:
                 LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=mode.timing.bit_rate, data_bit_rate=data)
             )
         return marks
-
-    def start(self, drain: Callable[[], None]) -> bool:
-        del drain
-        return False
-
-    def close(self) -> None:
-        self._closing.close()
 
 
 def shared_source(

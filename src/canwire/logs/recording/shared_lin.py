@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ from canwire.hub.wall_clock import epoch_ns
 from canwire.hub.wanted_mode import WantedMode
 from canwire.logs.batch import records_of_line
 from canwire.logs.entry import LogMark, MarkKind
+from canwire.logs.recording.hub_source import HubSource
 from canwire.values.lin.event import LinEventKind
 
 if TYPE_CHECKING:
@@ -27,17 +27,15 @@ _QUEUE = 4096  # messages: many seconds of any LIN bus
 _EVENTS = (LinEventKind.ERROR, LinEventKind.STATE, LinEventKind.WAKEUP, LinEventKind.SLEEP)
 
 
-class SharedLinSource:
+class SharedLinSource(HubSource):
     """What a monitor hears; times become those of the wall clock by `epoch_ns`."""
 
     def __init__(
         self, monitor: Monitor, name: str, epoch_ns: int, status: LinLineStatus | None, closing: ExitStack
     ) -> None:
-        self.channel = name
-        self.epoch_ns = epoch_ns
+        super().__init__(name, epoch_ns, closing)
         self._monitor = monitor
         self._status = status
-        self._closing = closing
 
     def take(self, timeout_s: float) -> numpy.ndarray:
         """Frames and events, in the order that they came in."""
@@ -62,13 +60,6 @@ class SharedLinSource:
         if self._status.bit_rate:
             marks.append(LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=self._status.bit_rate))
         return marks
-
-    def start(self, drain: Callable[[], None]) -> bool:
-        del drain
-        return False
-
-    def close(self) -> None:
-        self._closing.close()
 
 
 def shared_lin_source(
