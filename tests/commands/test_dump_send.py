@@ -41,7 +41,7 @@ from canwire.boards import catalogue
 from canwire.boards.config.configuration import Config
 from canwire.commands import main
 from canwire.commands import send as send_module
-from canwire.commands.can_line import bring_up, line_mode
+from canwire.commands.can_line import bring_up, line_mode, open_sender
 from canwire.commands.dump import verb as dump_module
 from canwire.commands.dump.filters import Capture
 from canwire.commands.live.listening import Listening
@@ -96,6 +96,16 @@ class FakeControl:
         self.done.append("close")
 
 
+class FakeChannel(ExitStack):
+    """Of a program that only sends."""
+
+    def set_up(self, mode: ChannelMode) -> None:
+        assert mode.transmit
+
+    def activate(self) -> None:
+        """It takes part."""
+
+
 class FakeHub:
     """Two boards; `states` of their lines, one after the other where there are several."""
 
@@ -104,6 +114,8 @@ class FakeHub:
         self.held = False
         self.time_s = 0.0
         self.states: dict[tuple[int, int], list[LineStatus]] = {}
+        self.asked_for_boards = 0
+        self.asked_for_status: list[tuple[int, int]] = []
 
     def clock_s(self) -> float:
         return self.time_s
@@ -112,16 +124,12 @@ class FakeHub:
         self.time_s += seconds
 
     def boards(self) -> tuple[BoardInfo, ...]:
+        self.asked_for_boards += 1
         fd = catalogue.kind("usb-to-can-fd").info(1, "HW000001", ("can0", "can0", "lin0"))
         return fd, catalogue.kind("usb-to-can").info(2, "HW-2:b", ("body", "can0"))
 
-    def board(self, name: str) -> BoardInfo:
-        for board in self.boards():
-            if name in (board.hardware_id, board.kind):
-                return board
-        raise NoSuchBoard(f"no board {name!r}; plugged in: these")
-
     def line_status(self, board: int, line: int) -> LineStatus:
+        self.asked_for_status.append((board, line))
         states = self.states.get((board, line), [IDLE])
         return states.pop(0) if len(states) > 1 else states[0]
 
@@ -129,6 +137,9 @@ class FakeHub:
         if self.held:
             raise InUse(f"line {line}: its control is held by engine (1)")
         return self.control
+
+    def open_channel(self, board: int, line: int) -> FakeChannel:
+        return FakeChannel()
 
     @property
     def as_hub(self) -> Hub:
@@ -168,7 +179,7 @@ def test_names_of_lines(hub: FakeHub, name: str, address: str) -> None:
     ("name", "why"),
     [
         ("HW000001:3", "HW000001:3: HW000001 has the lines 0 to 2"),
-        ("HW9:0", "no board 'HW9'; plugged in: these"),
+        ("HW9:0", "no board 'HW9'; plugged in: HW000001 (usb-to-can-fd), HW-2:b (usb-to-can)"),
         (
             "can7",
             "no line or bus 'can7'; there are HW000001:0 (on can0), HW000001:1 (on can0), HW000001:2 (on lin0), "
@@ -201,6 +212,22 @@ def test_a_bus_is_sent_to_from_a_line_that_nobody_configures(hub: FakeHub) -> No
     assert hub.place("can0", to_send=True) == "HW-2:b:1"
     hub.states[2, 1] = [RUNNING]
     assert hub.place("can0", to_send=True) == "HW000001:0"
+
+
+@pytest.mark.parametrize("name", ["can0", "HW000001:0"])
+def test_the_boards_are_asked_for_once(hub: FakeHub, name: str) -> None:
+    """By whoever finds a line, starts it, and looks whether others on its bus run at other rates."""
+    with ExitStack() as closing:
+        place, _ = open_sender(hub.as_hub, name, ANY, 16, closing)
+    assert place.address == "HW000001:0"
+    assert hub.control.done[1] == "start"
+    assert hub.asked_for_boards == 1
+
+
+def test_only_lines_of_the_same_bus_are_asked_for_their_rates(hub: FakeHub) -> None:
+    hub.states[1, 0] = hub.states[2, 1] = [RUNNING]
+    hub.bring_up()
+    assert set(hub.asked_for_status) == {(1, 0), (1, 1), (2, 1)}
 
 
 def test_a_new_line_is_set_up(hub: FakeHub) -> None:

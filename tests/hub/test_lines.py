@@ -164,6 +164,27 @@ def test_whoever_has_the_control_is_waited_for(hub: Hub, place: LinePlace) -> No
         assert seen[0].running
 
 
+@pytest.mark.conforms("N-01")
+def test_every_program_waits_for_one_that_is_just_starting_the_line(
+    hub: Hub, place: LinePlace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever begins at the same moment, and says nothing of patience: `canwire up`, the page, a Bus."""
+    with hub.open_control(place.board.id, place.line) as control:
+        control.initialise(as_wanted(place))
+        begun_ns = hub.now_ns()
+        with pytest.raises(InUse, match="control"):
+            bring_up(hub, place, as_it_is, anything)
+        assert hub.now_ns() - begun_ns == pytest.approx(2_000_000_000, abs=20_000_000)
+        sleep = hub.sleep
+
+        def while_it_starts(seconds: float) -> None:
+            sleep(seconds)
+            control.start()
+
+        monkeypatch.setattr(hub, "sleep", while_it_starts)
+        assert bring_up(hub, place, as_it_is, anything) is None
+
+
 def test_what_is_left_open_is_usual(hub: Hub) -> None:
     fd, classic = (find_lines(hub, f"{kind}:0")[0] for kind in ("usb-to-can-fd", "usb-to-can"))
     assert format_rates(WantedMode().mode(fd.info.capabilities)) == "500000 bit/s, 2000000 after BRS"

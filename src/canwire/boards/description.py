@@ -5,7 +5,9 @@ The numbers of `Feature`, `controller_type` and `bus_coupling` are VCI's (refere
 
 from __future__ import annotations
 
-from canwire.errors import BadTiming
+from collections.abc import Iterable
+
+from canwire.errors import BadTiming, NoSuchBoard
 from canwire.values.frozen import dataclass
 from canwire.values.named import NamedFlags
 from canwire.values.timing.bit_timing import BitTiming
@@ -183,3 +185,13 @@ class BoardInfo:
     firmware_version: tuple[int, int]
     lines: tuple[LineInfo, ...]
     resources: tuple[tuple[str, str], ...] = ()
+
+
+def board_named(boards: Iterable[BoardInfo], name: str) -> BoardInfo:
+    """The one with this hardware id, or the first of this kind; raises NoSuchBoard naming what there is."""
+    there = list(boards)
+    for board in there:
+        if name in (board.hardware_id, board.kind):
+            return board
+    known = ", ".join(f"{board.hardware_id} ({board.kind})" for board in there) or "none"
+    raise NoSuchBoard(f"no board {name!r}; plugged in: {known}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from canwire import (
     LinePlace,
     LineStatus,
     WantedMode,
+    every_line,
     format_rates,
     format_setter,
 )
@@ -23,8 +25,6 @@ from canwire.commands.shared_hub import add_hub_argument, add_line_argument, add
 
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
-
-_PATIENCE_S = 2.0  # for another verb that is just starting the same line
 
 
 def add_line_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,19 +63,23 @@ def open_sender(
 
     Raises NoSuchBoard, BadValue, InUse, HubError.
     """
-    place = find_line(hub, name, to_send=True)
+    lines = every_line(hub)
+    place = find_line(hub, name, to_send=True, among=lines)
     channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
     channel.set_up(ChannelMode(receive=1, transmit=queue, frames=False))
-    bring_up(hub, place, wanted)
+    bring_up(hub, place, wanted, among=lines)
     channel.activate()
     return place, channel
 
 
-def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
+def bring_up(
+    hub: Hub, place: LinePlace, wanted: WantedMode, *, among: Sequence[LinePlace] | None = None
+) -> None:
     """Start the line, on which this program has a channel, unless it runs; its control is free again afterwards.
 
-    One that was set up with such rates is started as it is; other rates on its bus are pointed out. Raises BadValue if
-    it runs with other rates than those asked for, InUse if somebody else has its control and does not start it.
+    One that was set up with such rates is started as it is; other rates on its bus are pointed out, whose lines are
+    `among` those that `every_line` has found already. Raises BadValue if it runs with other rates than those asked
+    for, InUse if somebody else has its control and does not start it.
     """
 
     def mode_for(status: LineStatus) -> LineMode | None:
@@ -94,15 +98,18 @@ def bring_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
                 f"{data}; leave --bit-rate and --data-bit-rate out"
             )
 
-    control = canwire.bring_up(hub, place, mode_for, check, patience_s=_PATIENCE_S)
+    control = canwire.bring_up(hub, place, mode_for, check)
     if control is not None:
         control.close()
-    point_out_rates(hub, place.info.bus)
+    point_out_rates(hub, place.info.bus, among)
 
 
-def point_out_rates(hub: Hub, bus: str) -> None:
-    """Say on stderr that controllers of this bus run at different rates, if they do: which ones, and who set them."""
-    for conflict in canwire.conflicts_on(hub, bus):
+def point_out_rates(hub: Hub, bus: str, among: Sequence[LinePlace] | None = None) -> None:
+    """Say on stderr that controllers of this bus run at different rates, if they do: which ones, and who set them.
+
+    `among` are the lines that `every_line` has found already.
+    """
+    for conflict in canwire.conflicts_on(hub, bus, among=among):
         complain(f"! {conflict}")
 
 

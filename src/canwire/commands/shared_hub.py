@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -48,12 +49,20 @@ def connected(
     return hub
 
 
-def find_line(hub: Hub, name: str, *, to_send: bool = False, bus_type: str = "CAN") -> LinePlace:
+def find_line(
+    hub: Hub,
+    name: str,
+    *,
+    to_send: bool = False,
+    bus_type: str = "CAN",
+    among: Sequence[LinePlace] | None = None,
+) -> LinePlace:
     """The line of that name; by a bus's name the first one there, to send the first one that nobody uses.
 
+    `among` are the lines that `every_line` has found already.
     Raises NoSuchBoard with the lines there are, BadValue for one of another type.
     """
-    places = find_lines(hub, name)
+    places = find_lines(hub, name, among=among)
     place, there = places[0], places[0].info.bus_type
     if there != bus_type:
         raise BadValue(

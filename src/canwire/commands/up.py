@@ -13,7 +13,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 import canwire
-from canwire import BadValue, LineMode, LineStatus, format_rates, format_setter
+from canwire import BadValue, LineMode, LineStatus, every_line, format_rates, format_setter
 from canwire.commands.can_line import add_line_arguments, line_mode, point_out_rates, wanted_by
 from canwire.commands.shared_hub import connected, find_line
 
@@ -27,7 +27,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Start it and print its rates; BadValue for one that runs already, InUse while somebody has its control."""
     with ExitStack() as closing:
         hub = connected(arguments, "up", closing)
-        place = find_line(hub, arguments.line, to_send=True)
+        lines = every_line(hub)
+        place = find_line(hub, arguments.line, to_send=True, among=lines)
 
         wanted = wanted_by(arguments)
 
@@ -45,6 +46,6 @@ def run(arguments: argparse.Namespace) -> int:
         control = canwire.bring_up(hub, place, mode_for, check)
         if control is not None:
             control.close()
-        point_out_rates(hub, place.info.bus)
+        point_out_rates(hub, place.info.bus, lines)
         print(f"{place.address} on {place.info.bus or 'no bus'}: {format_rates(place.status(hub).mode)}")
     return 0

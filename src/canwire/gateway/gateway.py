@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 _QUEUE = 16_384  # frames
 _AT_ONCE = 256
-_PATIENCE_S = 2.0  # for another program that is just starting the same line
 _PASS = GatewayRules()
 
 
@@ -167,7 +166,7 @@ class _End:
         """A channel on it, running."""
         self.channel = closing.enter_context(self.hub.open_channel(self.place.board.id, self.place.line))
         self.channel.set_up(ChannelMode(receive=_QUEUE, transmit=_QUEUE, siblings=Siblings.OTHERS))
-        control = bring_up(self.hub, self.place, self._mode, lambda status: None, patience_s=_PATIENCE_S)
+        control = bring_up(self.hub, self.place, self._mode, lambda status: None)
         if control is not None:
             control.close()
         mode = self.place.status(self.hub).mode

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from canwire.hub.handles.hub import Hub
 
 _LOOK_S = 0.02
+_PATIENCE_S = 2.0  # for another program that is just starting the same line
 
 
 def bring_up(
@@ -23,14 +24,14 @@ def bring_up(
     mode_for: Callable[[LineStatus], LineMode | None],
     check: Callable[[LineStatus], None],
     *,
-    patience_s: float = 0.0,
+    patience_s: float = _PATIENCE_S,
 ) -> Control | None:
     """Start the line unless it runs; its control if this program started it, None where somebody else did.
 
     Who joins a line that runs takes nothing. Who started it gives the control back once it has a channel there, which
     keeps the line: others may then recover it. `mode_for(status)` says how to set up a line that does not run, None:
     as it is. `check(status)` raises if one that runs does not suit. Whoever has the control of one that does not run
-    yet may take `patience_s` to start it; then InUse says who that is.
+    yet may take `patience_s` of the hub's time to start it; then InUse says who that is.
     """
     status = place.status(hub)
     if status.running:

@@ -8,11 +8,11 @@ can0, lin0        every line on that bus
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire.boards.description import BoardInfo, LineInfo
+from canwire.boards.description import BoardInfo, LineInfo, board_named
 from canwire.errors import NoSuchBoard, Unplugged
 
 if TYPE_CHECKING:
@@ -62,19 +62,25 @@ def unused_lines(hub: Hub, places: Iterable[LinePlace]) -> Iterator[LinePlace]:
     return (place for place, status in lines_now(hub, places) if status.unused)
 
 
-def find_lines(hub: Hub, name: str, bus_type: str | None = None) -> list[LinePlace]:
+def find_lines(
+    hub: Hub, name: str, bus_type: str | None = None, *, among: Sequence[LinePlace] | None = None
+) -> list[LinePlace]:
     """What a name means among all lines, or only the "CAN" or "LIN" ones: those on that bus, else the one there.
 
-    At least one; raises NoSuchBoard with the lines there are.
+    At least one; raises NoSuchBoard with the lines there are. `among` are those that `every_line` has found already.
     """
-    places = every_line(hub, bus_type)
+    lines = every_line(hub) if among is None else among
+    places = [place for place in lines if bus_type in (None, place.info.bus_type)]
     on_bus = [place for place in places if name and place.info.bus == name]
-    return on_bus or [_by_address(hub, name, places, bus_type)]
+    return on_bus or [_by_address(lines, name, places, bus_type)]
 
 
-def _by_address(hub: Hub, name: str, places: list[LinePlace], bus_type: str | None) -> LinePlace:
+def _by_address(
+    lines: Sequence[LinePlace], name: str, places: list[LinePlace], bus_type: str | None
+) -> LinePlace:
     if found := _ADDRESS.fullmatch(name):
-        board, line = hub.board(found[1]), int(found[2])
+        boards = {place.board.id: place.board for place in lines}
+        board, line = board_named(boards.values(), found[1]), int(found[2])
         if line >= len(board.lines):
             raise NoSuchBoard(f"{name}: {board.hardware_id} has the lines 0 to {len(board.lines) - 1}")
         if bus_type in (None, board.lines[line].bus_type):

@@ -38,7 +38,6 @@ from canwire import (
 )
 
 _CAN = "CAN"
-_PATIENCE_S = 2.0  # for whoever has the control of a line, and is about to start it
 
 
 def can_places(hub: Hub) -> list[LinePlace]:
@@ -116,13 +115,7 @@ def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | Non
                 return None
         return wanted.mode(place.info.capabilities)
 
-    return bring_up(
-        hub,
-        place,
-        mode_for,
-        lambda status: _check_agreement(place, status, wanted),
-        patience_s=_PATIENCE_S,
-    )
+    return bring_up(hub, place, mode_for, lambda status: _check_agreement(place, status, wanted))
 
 
 def _as_others(hub: Hub, places: list[LinePlace], wanted: WantedMode) -> WantedMode:

@@ -28,8 +28,6 @@ from canwire import (
 if TYPE_CHECKING:
     from canwire import Control, Hub, Lease, LinePlace, LineStatus
 
-_PATIENCE_S = 2.0  # for whoever is about to start the line
-
 
 def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:
     """The line, running, and its control if it was started here: close that once there is a channel.
@@ -99,4 +97,4 @@ def _joined(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | None:
                 "leave --bit-rate and --data-bit-rate out"
             )
 
-    return bring_up(hub, place, lambda _: wanted.mode(place.info.capabilities), check, patience_s=_PATIENCE_S)
+    return bring_up(hub, place, lambda _: wanted.mode(place.info.capabilities), check)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.boards.description import BoardInfo
-from canwire.errors import NoSuchBoard
+from canwire.boards.description import BoardInfo, board_named
 from canwire.hub.handles.channel import HubChannel
 from canwire.hub.handles.client import Client
 from canwire.hub.handles.control import Control
@@ -52,12 +51,7 @@ class Hub(Client):
 
     def board(self, name: str) -> BoardInfo:
         """The board with this hardware id, or the first of this kind; raises NoSuchBoard naming what there is."""
-        boards = self.boards()
-        for board in boards:
-            if name in (board.hardware_id, board.kind):
-                return board
-        there = ", ".join(f"{board.hardware_id} ({board.kind})" for board in boards) or "none"
-        raise NoSuchBoard(f"no board {name!r}; plugged in: {there}")
+        return board_named(self.boards(), name)
 
     def watch(self, event: Event) -> None:
         """Signal this event at every change of the list of boards."""

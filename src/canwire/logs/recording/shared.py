@@ -82,11 +82,7 @@ def shared_source(
                 )
 
         control = bring_up(
-            hub,
-            place,
-            lambda status: wanted.mode(place.info.capabilities),
-            refuse_other_rates,
-            patience_s=1.0,
+            hub, place, lambda status: wanted.mode(place.info.capabilities), refuse_other_rates
         )
         if control is not None:
             control.close()
