@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import pairwise
@@ -96,6 +96,13 @@ class FakeControl:
         self.done.append("close")
 
 
+BOARDS = (
+    catalogue.kind("usb-to-can-fd").info(1, "HW000001", ("can0", "can0", "lin0")),
+    catalogue.kind("usb-to-can").info(2, "HW-2:b", ("body", "can0")),
+    catalogue.kind("usb-to-can").info(3, "HW000003", ("can3", "can4")),
+)
+
+
 class FakeChannel(ExitStack):
     """Of a program that only sends."""
 
@@ -125,13 +132,18 @@ class FakeHub:
 
     def boards(self) -> tuple[BoardInfo, ...]:
         self.asked_for_boards += 1
-        fd = catalogue.kind("usb-to-can-fd").info(1, "HW000001", ("can0", "can0", "lin0"))
-        return fd, catalogue.kind("usb-to-can").info(2, "HW-2:b", ("body", "can0"))
+        return BOARDS
 
     def line_status(self, board: int, line: int) -> LineStatus:
         self.asked_for_status.append((board, line))
         states = self.states.get((board, line), [IDLE])
         return states.pop(0) if len(states) > 1 else states[0]
+
+    def line_statuses(self, boards: Iterable[int]) -> dict[tuple[int, int], LineStatus]:
+        lines = {
+            board.id: [at for at, line in enumerate(board.lines) if line.lin is None] for board in BOARDS
+        }
+        return {(board, line): self.line_status(board, line) for board in boards for line in lines[board]}
 
     def open_control(self, board: int, line: int) -> FakeControl:
         if self.held:
@@ -179,11 +191,11 @@ def test_names_of_lines(hub: FakeHub, name: str, address: str) -> None:
     ("name", "why"),
     [
         ("HW000001:3", "HW000001:3: HW000001 has the lines 0 to 2"),
-        ("HW9:0", "no board 'HW9'; plugged in: HW000001 (usb-to-can-fd), HW-2:b (usb-to-can)"),
+        ("HW9:0", "no board 'HW9'; plugged in: HW000001 (usb-to-can-fd), HW-2:b (usb-to-can), HW000003"),
         (
             "can7",
             "no line or bus 'can7'; there are HW000001:0 (on can0), HW000001:1 (on can0), HW000001:2 (on lin0), "
-            "HW-2:b:0 (on body), HW-2:b:1 (on can0)",
+            "HW-2:b:0 (on body), HW-2:b:1 (on can0), HW000003:0 (on can3), HW000003:1 (on can4)",
         ),
         ("HW000001", "no line or bus 'HW000001'; there are HW000001:0 (on can0)"),
         (":0", "no line or bus ':0'"),
@@ -224,10 +236,10 @@ def test_the_boards_are_asked_for_once(hub: FakeHub, name: str) -> None:
     assert hub.asked_for_boards == 1
 
 
-def test_only_lines_of_the_same_bus_are_asked_for_their_rates(hub: FakeHub) -> None:
+def test_only_boards_of_the_same_bus_are_asked_for_their_rates(hub: FakeHub) -> None:
     hub.states[1, 0] = hub.states[2, 1] = [RUNNING]
     hub.bring_up()
-    assert set(hub.asked_for_status) == {(1, 0), (1, 1), (2, 1)}
+    assert {board for board, _ in hub.asked_for_status} == {1, 2}
 
 
 def test_a_new_line_is_set_up(hub: FakeHub) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -23,6 +24,9 @@ class Pulled:
         if board in self._boards:
             raise self._error("it was pulled out")
         return self._hub.line_status(board, line)
+
+    def line_statuses(self, boards: Iterable[int]) -> dict[tuple[int, int], LineStatus]:
+        return self._hub.line_statuses(set(boards) - self._boards)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._hub, name)

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire.boards.description import BoardInfo, LineInfo, board_named
-from canwire.errors import NoSuchBoard, Unplugged
+from canwire.errors import NoSuchBoard
 
 if TYPE_CHECKING:
     from canwire.boards.can.modes import LineStatus
@@ -50,11 +49,10 @@ def every_line(hub: Hub, bus_type: str | None = None) -> list[LinePlace]:
 
 def lines_now(hub: Hub, places: Iterable[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
     """How these CAN lines are now; those of a board that was pulled out meanwhile are left out. Raises HubLost."""
-    found = []
-    for place in places:
-        with suppress(NoSuchBoard, Unplugged):
-            found.append((place, place.status(hub)))
-    return found
+    asked = list(places)
+    found = hub.line_statuses(place.board.id for place in asked)
+    there = ((place, found.get((place.board.id, place.line))) for place in asked)
+    return [(place, status) for place, status in there if status is not None]
 
 
 def unused_lines(hub: Hub, places: Iterable[LinePlace]) -> Iterator[LinePlace]:

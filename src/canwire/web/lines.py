@@ -12,7 +12,6 @@ from canwire import (
     LinLineStatus,
     LinState,
     NoSuchBoard,
-    Unplugged,
     every_line,
 )
 
@@ -63,22 +62,22 @@ def _key(name: str) -> str:
 
 def look(hub: Hub) -> list[Line]:
     """All lines in the order of the boards; those of one that is pulled out meanwhile are left out."""
-    return [line for place in every_line(hub) if (line := _look_at(hub, place)) is not None]
+    places = every_line(hub)
+    can = hub.line_statuses(place.board.id for place in places if place.info.lin is None)
+    lin = hub.lin_statuses(place.board.id for place in places if place.info.lin is not None)
+    found = []
+    for place in places:
+        at = place.board.id, place.line
+        if at in can:
+            found.append(Line(place, can[at], None))
+        elif at in lin:
+            found.append(Line(place, None, LinUse(lin[at].status, lin[at].control_holder)))
+    return found
 
 
 def can_lines(hub: Hub) -> list[Line]:
     """The CAN lines among them."""
     return [line for line in look(hub) if line.can is not None]
-
-
-def _look_at(hub: Hub, place: LinePlace) -> Line | None:
-    try:
-        if place.info.lin is None:
-            return Line(place, place.status(hub), None)
-        found = hub.lin_status(place.board.id, place.line)
-    except (NoSuchBoard, Unplugged):
-        return None
-    return Line(place, None, LinUse(found.status, found.control_holder))
 
 
 def lateness_of(lines: list[Line]) -> list[str]:
@@ -88,7 +87,10 @@ def lateness_of(lines: list[Line]) -> list[str]:
 
 def by_board(lines: list[Line], boards: tuple[BoardInfo, ...]) -> list[tuple[BoardInfo, list[Line]]]:
     """Each board with its lines."""
-    return [(board, [line for line in lines if line.place.board.id == board.id]) for board in boards]
+    found: dict[int, list[Line]] = {board.id: [] for board in boards}
+    for line in lines:
+        found.get(line.place.board.id, []).append(line)
+    return [(board, found[board.id]) for board in boards]
 
 
 def find_can_line(hub: Hub, address: str) -> LinePlace:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import (
     BoardInfo,
-    LinePlace,
     LinErrorKind,
     LineStatus,
     LinLineStatus,
-    NoSuchBoard,
     RateConflict,
     RunningLine,
-    Unplugged,
     rate_conflicts,
 )
 
@@ -53,19 +50,19 @@ def lateness_among(found: list[Found]) -> set[str]:
 
 def boards_of(hub: Hub) -> Iterator[Found]:
     """Every board with the status of its lines; one that is pulled out meanwhile is left out."""
-    for board in hub.boards():
-        try:
-            yield board, [use_of(hub, LinePlace(board, index)) for index in range(len(board.lines))]
-        except (NoSuchBoard, Unplugged):
-            continue
+    boards = hub.boards()
+    found: dict[tuple[int, int], Use] = {**hub.line_statuses(_with(boards, "CAN"))}
+    for at, state in hub.lin_statuses(_with(boards, "LIN")).items():
+        found[at] = LinUse(state.status, state.control_holder, state.exclusive)
+    for board in boards:
+        places = [(board.id, line) for line in range(len(board.lines))]
+        if all(place in found for place in places):
+            yield board, [found[place] for place in places]
 
 
-def use_of(hub: Hub, place: LinePlace) -> Use:
-    """A line of either kind as it is."""
-    if place.info.lin is None:
-        return hub.line_status(place.board.id, place.line)
-    found = hub.lin_status(place.board.id, place.line)
-    return LinUse(found.status, found.control_holder, found.exclusive)
+def _with(boards: Iterable[BoardInfo], bus_type: str) -> list[int]:
+    """Those with such lines."""
+    return [board.id for board in boards if any(line.bus_type == bus_type for line in board.lines)]
 
 
 def errors_by_kind(status: LinLineStatus) -> dict[str, int]:

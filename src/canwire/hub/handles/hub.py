@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from canwire.boards.description import BoardInfo, board_named
@@ -15,12 +17,16 @@ from canwire.hub.protocol.roles import FIFO
 from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:  # each is loaded when it is first opened: few programs want all
+    from canwire.boards.can.modes import LineStatus
     from canwire.hub.handles.bus.bus import HubBus, HubLinBus
     from canwire.hub.handles.event import Event
     from canwire.hub.handles.fifo import Fifo
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.protocol.link import Link
+
+
+_PAGE = 64  # boards whose lines are asked for at once: a millisecond of the hub's work
 
 
 class Hub(Client):
@@ -94,6 +100,16 @@ class Hub(Client):
         return Lease(self, self.call(m.OpenLayer(board, layer)).handle, f"layer {layer!r} of board {board}")
 
     # lines
+
+    def line_statuses(self, boards: Iterable[int]) -> dict[tuple[int, int], LineStatus]:
+        """The CAN lines of many boards by board and line, in few calls; those of a board that has gone are left out."""
+        pages = (self.call(m.GetLineStatuses(some)) for some in _pages(boards))
+        return {(board, line): status for page in pages for board, line, status in page.values}
+
+    def lin_statuses(self, boards: Iterable[int]) -> dict[tuple[int, int], m.LinLineState]:
+        """The same for LIN lines."""
+        pages = (self.call(m.GetLinStatuses(some)) for some in _pages(boards))
+        return {(board, line): state for page in pages for board, line, state in page.values}
 
     def open_control(self, board: int, line: int) -> Control:
         """The one lease that configures a line; raises InUse naming its holder."""
@@ -202,3 +218,9 @@ class Hub(Client):
         One that `leaves` is gone as soon as this program is.
         """
         self.call(m.SetNote(name, value, leaves))
+
+
+def _pages(boards: Iterable[int]) -> Iterator[tuple[int, ...]]:
+    left = iter(dict.fromkeys(boards))
+    while page := tuple(islice(left, _PAGE)):
+        yield page

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from canwire.boards import catalogue
 from canwire.boards.board import Board, BoardLinLine
 from canwire.boards.can.connector import CanLine
-from canwire.boards.can.rates import RunningLine, rate_conflicts
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BusConfig
 from canwire.boards.description import BoardInfo
@@ -28,7 +27,9 @@ from canwire.hub.owner.held.pipes import Pipes
 from canwire.hub.owner.lockstep.keeper import Lockstep
 from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.notes import Notes
+from canwire.hub.owner.rates import RateWatch
 from canwire.hub.owner.reactor import LaterReactor
+from canwire.hub.owner.serials import Serials
 from canwire.hub.owner.session import Session
 from canwire.hub.protocol.messages import BoardsChanged
 from canwire.timeline import NEVER, Timeline
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from canwire.drivers.outside import Identity
 
 _UNHEALTHY_NS = 10_000_000
+_MOST_BOARDS = 256  # whose lines are told in one reply
 _CLOCK_HZ = 80_000_000
 _SHORTEST_BITS = 20  # nothing on a bus fills a receive queue quicker: the shortest error frame
 _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up fast time
@@ -71,8 +73,8 @@ class World:
         self.limits = config.limits
         self.notes = Notes(config.limits)
         self._luid = 0
-        self._conflicts: set[str] = set()
-        self._reserved = {board.serial for board in config.board}
+        self._rates = RateWatch()
+        self._serials = Serials(board.serial for board in config.board)
         for bus in config.bus:
             self._add_bus(bus)
         for board in config.board:
@@ -96,9 +98,8 @@ class World:
             self.notes.leave(session)
             if self.lockstep is not None:
                 self.lockstep.gone(session)
-            there = {board.info.hardware_id for board in self.boards.values()}
             for hardware_id, temporary in session.plugged.items():
-                if temporary and hardware_id in there:
+                if temporary and hardware_id in self._serials:
                     self.unplug(hardware_id)
 
     def kick(self, session: Session) -> None:
@@ -134,13 +135,7 @@ class World:
         """
         if port:
             check_unused(port, self.boards.values())
-        taken = {board.info.hardware_id for board in self.boards.values()}
-        if serial in taken:
-            raise BadValue(f"a board {serial} is plugged in already")
-        if not serial:
-            taken |= self._reserved
-            numbers = (f"HW{number:06}" for number in range(1, len(taken) + 2))
-            serial = next(number for number in numbers if number not in taken)
+        serial = self._serials.check(serial) if serial else self._serials.free()
         built = catalogue.build(
             catalogue.kind(kind),
             self.next_luid(),
@@ -153,6 +148,7 @@ class World:
             options=options,
         )
         self.boards[built.info.id] = built
+        self._serials.take(serial)
         for number, slot in enumerate(built.lines):
             self.slots[built.info.id, number] = (
                 LinSlot(built.info.id, slot.line)
@@ -171,6 +167,7 @@ class World:
             raise NoSuchBoard(f"no board {hardware_id!r} to unplug; plugged in: {there}")
         self.faults.board_gone(board)
         del self.boards[board.info.id]
+        self._serials.give_back(hardware_id)
         text = f"board {hardware_id} ({board.info.kind}) was unplugged"
         catalogue.pull(board, self.machine)
         for number in range(len(board.lines)):
@@ -194,6 +191,14 @@ class World:
             raise NoSuchBoard(f"{board.info.hardware_id} has lines 0 to {len(board.lines) - 1}, not {line}")
         return self.slots[board_id, line]
 
+    def slots_of(self, boards: Sequence[int]) -> list[tuple[tuple[int, int], LineSlot]]:
+        """All lines of these boards that are there, by board and line; raises BadValue for too many of them."""
+        if len(boards) > _MOST_BOARDS:
+            raise BadValue(f"the lines of {len(boards)} boards: {_MOST_BOARDS} at once, at most")
+        there = (self.boards[board] for board in boards if board in self.boards)
+        places = [(board.info.id, line) for board in there for line in range(len(board.lines))]
+        return [(place, self.slots[place]) for place in places]
+
     def can_slot(self, board_id: int, line: int) -> CanSlot:
         """A CAN line; raises NoSuchBoard, or Unsupported for a LIN line."""
         found = self.line_slot(board_id, line)
@@ -215,18 +220,14 @@ class World:
         else:
             self.faults.shorts.take(name, self)
 
-    def look_at_rates(self) -> None:
-        """A line was started: warn of buses whose lines disagree, once for each disagreement."""
-        lines = (
-            RunningLine(slot.name, slot.can.info.bus, slot.status())
-            for slot in self.slots.values()
-            if isinstance(slot, CanSlot)
+    def look_at_rates(self, bus: str) -> None:
+        """A line on this bus was started: warn where lines there disagree, once for each disagreement."""
+        slots = (
+            slot for slot in self.slots.values() if isinstance(slot, CanSlot) and slot.can.info.bus == bus
         )
-        found = {str(conflict) for conflict in rate_conflicts(lines)}
-        for text in sorted(found - self._conflicts):
-            if self.warn is not None:
-                self.warn(text)
-        self._conflicts = found
+        text = self._rates.news(bus, slots)
+        if text and self.warn is not None:
+            self.warn(text)
 
     def next_luid(self) -> int:
         """A number never given out before."""

@@ -1,9 +1,16 @@
-"""Requests about a board's chips, what goes past them, and notes that programs leave for each other."""
+"""Requests about many lines at once, boards' chips, what goes past them, and notes of programs for each other."""
 
 from __future__ import annotations
 
+from canwire.boards.can.modes import LineStatus
 from canwire.hub.protocol.message import Message
 from canwire.values.register import RegisterValue
+
+
+class GetLineStatuses(Message):
+    """-> LineStatuses: all CAN lines of these boards, 256 at most; a board that is not there is left out."""
+
+    boards: tuple[int, ...]
 
 
 class GetRegisters(Message):
@@ -98,6 +105,12 @@ class ListNotes(Message):
 
 class Notes(Message):
     values: tuple[tuple[str, bytes], ...]
+
+
+class LineStatuses(Message):
+    """Each with its board and its number there."""
+
+    values: tuple[tuple[int, int, LineStatus], ...]
 
 
 class Registers(Message):

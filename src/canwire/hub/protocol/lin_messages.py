@@ -18,6 +18,12 @@ class GetLinStatus(Message):
     line: int
 
 
+class GetLinStatuses(Message):
+    """-> LinStatuses: the LIN lines of these boards, as GetLineStatuses has CAN lines."""
+
+    boards: tuple[int, ...]
+
+
 class InitialiseLin(Message):
     """Control of a LIN line -> None"""
 
@@ -81,12 +87,19 @@ class LinLineState(Message):
     exclusive: bool
 
 
+class LinStatuses(Message):
+    """Each with its board and its number there."""
+
+    values: tuple[tuple[int, int, LinLineState], ...]
+
+
 class MonitorState(Message):
     status: LinMonitorStatus
 
 
 LinRequest = (
     GetLinStatus
+    | GetLinStatuses
     | InitialiseLin
     | WriteLin
     | WakeLin
@@ -95,5 +108,5 @@ LinRequest = (
     | SetUpMonitor
     | GetMonitorStatus
 )
-LinReply = LinLineState | MonitorState
+LinReply = LinLineState | LinStatuses | MonitorState
 NAMES = frozenset(message.__name__ for message in get_args(LinRequest | LinReply))

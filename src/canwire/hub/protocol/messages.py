@@ -19,10 +19,12 @@ from canwire.boards.can.modes import ChannelMode, ChannelStatus, CyclicStatus, L
 from canwire.boards.description import BoardInfo
 from canwire.errors import BadMessage, BadValue
 from canwire.hub.protocol.board_messages import Annotate as Annotate
+from canwire.hub.protocol.board_messages import GetLineStatuses as GetLineStatuses
 from canwire.hub.protocol.board_messages import GetNote as GetNote
 from canwire.hub.protocol.board_messages import GetRegisters as GetRegisters
 from canwire.hub.protocol.board_messages import HoldInterrupts as HoldInterrupts
 from canwire.hub.protocol.board_messages import KeepSettings as KeepSettings
+from canwire.hub.protocol.board_messages import LineStatuses as LineStatuses
 from canwire.hub.protocol.board_messages import ListNotes as ListNotes
 from canwire.hub.protocol.board_messages import Note as Note
 from canwire.hub.protocol.board_messages import Notes as Notes
@@ -70,9 +72,11 @@ from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:  # what __getattr__ says to the interpreter
     from canwire.hub.protocol.lin_messages import GetLinStatus as GetLinStatus
+    from canwire.hub.protocol.lin_messages import GetLinStatuses as GetLinStatuses
     from canwire.hub.protocol.lin_messages import GetMonitorStatus as GetMonitorStatus
     from canwire.hub.protocol.lin_messages import InitialiseLin as InitialiseLin
     from canwire.hub.protocol.lin_messages import LinLineState as LinLineState
+    from canwire.hub.protocol.lin_messages import LinStatuses as LinStatuses
     from canwire.hub.protocol.lin_messages import MonitorState as MonitorState
     from canwire.hub.protocol.lin_messages import OpenMonitor as OpenMonitor
     from canwire.hub.protocol.lin_messages import RunSchedule as RunSchedule
@@ -304,6 +308,7 @@ Request = (
     | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
     | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes | GetBus | SetFault | GetFault | AwaitFault
     | CancelFault | ListFaults | ClearFaults | JoinTime | AwaitTurn | LeaveTime | Stir | GetTime
+    | GetLineStatuses
 )  # fmt: skip
 
 # the hub's replies
@@ -380,7 +385,7 @@ class Gone(Message):
 
 
 Reply = (
-    Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | ChannelState
+    Done | Number | Welcome | Boards | Plugged | Opened | ChannelOpened | LineState | LineStatuses | ChannelState
     | SchedulerState | FifoOpened | Registers | Note | Notes | Failed | BoardsChanged
     | Gone | BusFound | FaultState | FaultList | Joined | TimeState
 )  # fmt: skip

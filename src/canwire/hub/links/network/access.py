@@ -80,6 +80,7 @@ def usual_login() -> Login:
 
 _LISTENING = (
     m.Hello, m.ListBoards, m.Watch, m.OpenChannel, m.OpenMonitor, m.Close, m.GetLineStatus, m.GetLinStatus,
+    m.GetLineStatuses, m.GetLinStatuses,
     m.GetFilterMode, m.SetFilterMode, m.SetAcceptanceFilter, m.ListIds, m.ReplaceFilters, m.SetUpChannel,
     m.SetUpMonitor, m.Activate, m.GetChannelStatus, m.GetMonitorStatus, m.Advance, m.Sleep, m.GetRegisters,
     m.GetNote, m.ListNotes, m.GetBus, m.GetFault, m.AwaitFault, m.ListFaults, m.GetTime,

@@ -20,11 +20,22 @@ answers = Answers()
 
 @answers.to(m.GetLinStatus)
 def _get_lin_status(request: m.GetLinStatus, session: Session, world: World) -> Answer:
-    slot = world.lin_slot(request.board, request.line)
+    return _state(world.lin_slot(request.board, request.line), world.lateness()), ()
+
+
+@answers.to(m.GetLinStatuses)
+def _get_lin_statuses(request: m.GetLinStatuses, session: Session, world: World) -> Answer:
+    slots = world.slots_of(request.boards)
+    lateness = world.lateness()
+    found = ((at, slot) for at, slot in slots if isinstance(slot, LinSlot))
+    return m.LinStatuses(tuple((*at, _state(slot, lateness)) for at, slot in found)), ()
+
+
+def _state(slot: LinSlot, lateness: tuple[int, int]) -> m.LinLineState:
     holder = "" if slot.control is None else slot.control.name
-    behind_ns, skipped_ns = world.lateness()
+    behind_ns, skipped_ns = lateness
     status = replace(slot.lin.status(), behind_ns=behind_ns, skipped_ns=skipped_ns)
-    return m.LinLineState(status, holder, slot.exclusive), ()
+    return m.LinLineState(status, holder, slot.exclusive)
 
 
 @answers.to(m.InitialiseLin)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from canwire.boards.can.connector import CanLine
+from canwire.boards.can.modes import LineStatus
 from canwire.boards.lin.line import LinLine
 from canwire.errors import CanwireError, Unsupported, WrongState
 from canwire.hub.owner.answers.registry import DONE, Answers
@@ -23,9 +24,20 @@ answers = Answers()
 
 @answers.to(m.GetLineStatus)
 def _get_line_status(request: m.GetLineStatus, session: Session, world: World) -> Answer:
-    status = world.can_slot(request.board, request.line).status()
-    behind_ns, skipped_ns = world.lateness()
-    return m.LineState(replace(status, behind_ns=behind_ns, skipped_ns=skipped_ns)), ()
+    return m.LineState(_status(world.can_slot(request.board, request.line), world.lateness())), ()
+
+
+@answers.to(m.GetLineStatuses)
+def _get_line_statuses(request: m.GetLineStatuses, session: Session, world: World) -> Answer:
+    slots = world.slots_of(request.boards)
+    lateness = world.lateness()  # once: it looks at every controller
+    found = ((at, slot) for at, slot in slots if isinstance(slot, CanSlot))
+    return m.LineStatuses(tuple((*at, _status(slot, lateness)) for at, slot in found)), ()
+
+
+def _status(slot: CanSlot, lateness: tuple[int, int]) -> LineStatus:
+    behind_ns, skipped_ns = lateness
+    return replace(slot.status(), behind_ns=behind_ns, skipped_ns=skipped_ns)
 
 
 @answers.to(m.Initialise)
@@ -40,7 +52,8 @@ def _start(request: m.Start, session: Session, world: World) -> Answer:
     if request.abort_pending and isinstance(can, CanLine):
         can.abort_pending()
     can.start()
-    world.look_at_rates()
+    if isinstance(can, CanLine):
+        world.look_at_rates(can.info.bus)
     return DONE
 
 
