@@ -4,9 +4,36 @@ from __future__ import annotations
 
 import sys
 
+import pytest
+
 import canwire
+from tests.hubs import LONG_S
 from tests.socketcan.bench import Bench, finished
 
+MANY = """
+import socket, struct, sys
+wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+wire.bind(("HW000001_0",))
+count = 0
+try:
+    while True:
+        wire.send(struct.pack("=IB3x8s", count % 2048, 0, b""))
+        count += 1
+except OSError:
+    print(count, flush=True)
+sys.stdin.readline()
+"""
+MANY_BY_BCM = """
+import socket, struct, sys
+manager = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_BCM)
+manager.connect(("HW000001_0",))
+TX_SEND = 4
+for count in range(4200):
+    head = struct.pack("@3I4l2I0q", TX_SEND, 0, 0, 0, 0, 0, 0, count % 2048, 1)
+    manager.send(head + struct.pack("=IB3x8s", count % 2048, 0, b""))
+print(count + 1, flush=True)
+sys.stdin.readline()
+"""
 SENDER = """
 import errno, socket, struct
 wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
@@ -53,3 +80,16 @@ def test_a_line_that_was_stopped_and_started_again_sends(bench: Bench) -> None:
         channel.send(canwire.Frame(id))
         assert program.stdout.readline() == f"{id + 1:03X}\n"
     assert finished(program) == ""
+
+
+@pytest.mark.parametrize("words", [MANY, MANY_BY_BCM], ids=["CAN_RAW", "CAN_BCM"])
+def test_frames_that_an_interface_takes_with_it_are_counted(bench: Bench, words: str) -> None:
+    """Those on the line that nobody acknowledges, and those that the server had no room for yet."""
+    program = bench.start(sys.executable, "-c", words, stdin=-1)
+    assert program.stdout is not None
+    sent = int(program.stdout.readline())
+    assert sent >= 4096
+    bench.hub.unplug("HW000001")
+    output, errors = program.communicate("\n", timeout=LONG_S)
+    assert f"HW000001_0: {sent} frames were dropped, sent when the interface went (tx_dropped)\n" in errors
+    assert (program.returncode, output) == (0, "")

@@ -8,6 +8,7 @@ vcan0=can0      whatever was asked for, as another name for either
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -53,6 +54,8 @@ class Interfaces:
         self._table = table
         self._mapped = bool(mappings)
         self.by_index: dict[int, Interface] = {}
+        self._names: dict[int, str] = {}
+        self.dropped: Counter[str] = Counter()  # by name: frames that a program sent and that did not go out
         for name, target in mappings.items():
             self._add(name, target, find_lines(hub, target, "CAN"), of_all=True)
         self.refresh()
@@ -79,6 +82,18 @@ class Interfaces:
         interface.flags = flags
         self._table.set_flags(interface.place, flags)
 
+    def drop(self, index: int, count: int) -> None:
+        """So many frames were taken from a program and cannot go out; Linux calls it tx_dropped."""
+        if count:
+            self.dropped[self._names.get(index, f"interface {index}")] += count
+
+    def losses(self) -> list[str]:
+        """A sentence for each interface that dropped frames, gone ones as well."""
+        return [
+            f"{name}: {count} frames were dropped, sent when the interface went (tx_dropped)"
+            for name, count in self.dropped.items()
+        ]
+
     def of_all(self) -> list[Interface]:
         return [one for one in self.by_index.values() if one.of_all]
 
@@ -92,4 +107,5 @@ class Interfaces:
         while index in self.by_index:
             index += 1
         place = self._table.add_interface(name, index, CANFD_MTU if fd else CAN_MTU, UP)
+        self._names[index] = name
         self.by_index[index] = Interface(name, target, index, place, of_all)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 from collections import deque
 from contextlib import nullcontext
-from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 from canwire import BusEvent, CanwireError, ChannelMode, EventKind, HubError, Siblings
@@ -20,6 +19,7 @@ from canwire.socketcan.wire import (
     LOCAL,
     SELF_RECEPTION,
     TYPE_MASK,
+    Batch,
     frames_received,
     numpy_module,
     records_to_send,
@@ -54,23 +54,6 @@ _EVENTS = tuple(
     )
 )
 _ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
-
-
-class Batch:
-    """What a line has told, in its order. `owners`: slots of the sockets that sent a frame, else -1.
-
-    `errors` is a mask: which are error frames; None: there is none. `rows` (received_dtype) are made when somebody
-    asks for them.
-    """
-
-    def __init__(self, make: Callable[[], Array], owners: Array, errors: Array | None) -> None:
-        self._make = make
-        self.owners = owners
-        self.errors = errors
-
-    @cached_property
-    def rows(self) -> Array:
-        return self._make()
 
 
 class Listener(Protocol):
@@ -214,17 +197,27 @@ class Port:
         return 0 if self.lost else int(self._writing.ring.free())
 
     def send(self, slot: int, rows: Array) -> None:
-        """Queue such rows of `sent_dtype`, no more than there is room for."""
+        """Queue such rows of `sent_dtype`; those that there is no room for are dropped, and counted."""
+        room = self.room()
+        self.drop(len(rows) - min(room, len(rows)))
+        rows = rows[:room]
+        if not len(rows):
+            return
         records = records_to_send(rows)
         try:
             self._channel.send_array(records)
         except CanwireError as error:
+            self.drop(len(rows))
             self._lose(error)
             return
         self._echoes.sent(slot, records)
 
+    def drop(self, count: int) -> None:
+        """So many frames cannot go out."""
+        self._setting.interfaces.drop(self.interface.index, count)
+
     def when_room(self, call: Callable[[], object]) -> None:
-        """Call this once there is room for more."""
+        """Call this once there is room for more, or the interface is lost."""
         self._waiting.append(call)
         self._writing.ring.free()
         self._writing.ring.arm_free()
@@ -278,10 +271,14 @@ class Port:
             return
         self._setting.say(f"{self.interface.name}: {error}")
         hub_gone = self._setting.hub.lost
+        self.drop(self._echoes.outstanding)
+        waiting = list(self._waiting)
         self.close()
         self._setting.interfaces.show(self.interface, 0 if hub_gone else GONE)
         self._tell_lost(errno.ENETDOWN if hub_gone else errno.ENODEV)
         self._on_lost(self)
+        for call in waiting:
+            self._loop.soon(call)
 
     def _tell_lost(self, error: int) -> None:
         for listener in list(self.listeners):

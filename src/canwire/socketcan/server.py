@@ -125,6 +125,8 @@ class Server:
         self._alive = {-1}  # from here on `look` stops the loop
         self._loop.soon(look)
         self._loop.run()
+        for loss in self._setting.interfaces.losses():
+            self._setting.say(loss)
         if state.pending:
             self._say_once("frames did not go out: nobody acknowledges them, or the line is not on its bus")
 

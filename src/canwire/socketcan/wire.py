@@ -6,7 +6,7 @@ smaller header: shim/shim.h's `struct received` and `struct sent`.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from canwire import record_dtype
@@ -23,6 +23,8 @@ from canwire.socketcan.constants import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy
 
     Array = numpy.ndarray
@@ -38,6 +40,25 @@ TYPE_MASK = 0xFF
 _DLC_SHIFT = 16
 IDENTITY = _EXTENDED | _REMOTE | _FD | _BRS | _ESI | 0xF << _DLC_SHIFT
 _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+
+
+class Batch:
+    """What a line has told, in its order. `owners`: slots of the sockets that sent a frame, else -1.
+
+    `errors` is a mask: which are error frames; None: there is none. `rows` (received_dtype) are made when somebody
+    asks for them.
+    """
+
+    def __init__(self, make: Callable[[], Array], owners: Array, errors: Array | None) -> None:
+        self._make = make
+        self.owners = owners
+        self.errors = errors
+
+    @cached_property
+    def rows(self) -> Array:
+        return self._make()
+
+
 _FRAME_FIELDS = [
     ("can_id", "<u4"),
     ("len", "u1"),

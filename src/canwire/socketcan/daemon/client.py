@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.port import Batch, Port
+    from canwire.socketcan.port import Port
     from canwire.socketcan.setting import Setting
+    from canwire.socketcan.wire import Batch
 
 _MOST_UNREAD = 1 << 20  # bytes that wait for a client; frames beyond are lost, and counted
 _LONGEST = 1 << 14  # of a command: a muxfilter with 257 masks has 6,200 characters

@@ -88,6 +88,8 @@ class Daemon:
             self.close()
 
     def close(self) -> None:
+        for loss in self._setting.interfaces.losses():
+            self._setting.say(loss)
         for client in list(self._clients):
             client.close()
         self._ports.close()

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from canwire.socketcan.control import Asked
     from canwire.socketcan.cyclic import CyclicFrame
     from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.port import Batch, Port
+    from canwire.socketcan.port import Port
+    from canwire.socketcan.wire import Batch
 
 Key = tuple[int, int, bool]  # identifier word, interface (0: all), FD
 

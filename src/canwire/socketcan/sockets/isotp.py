@@ -35,8 +35,9 @@ if TYPE_CHECKING:
 
     from canwire.socketcan.control import Asked
     from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.port import Batch, Port
+    from canwire.socketcan.port import Port
     from canwire.socketcan.setting import Setting
+    from canwire.socketcan.wire import Batch
 
 _ADDRESS = struct.Struct(SOCKADDR_CAN)
 _SHORTEST_ADDRESS = 16

@@ -61,6 +61,8 @@ class MessageSocket(CanSocket):
         waiting = self._queued.setdefault(port, deque())
         if len(waiting) < _MOST_WAITING:
             waiting.append(frame)
+        else:
+            port.drop(1)
         if len(waiting) == 1:
             self._drain(port)
 
@@ -70,7 +72,10 @@ class MessageSocket(CanSocket):
             row = row_of(waiting.popleft(), port.interface.index)
             if sound(row).all():
                 port.send(self.slot, row)
-        if waiting and not port.lost:
+        if port.lost:
+            port.drop(len(waiting))
+            del self._queued[port]
+        elif waiting:
             port.when_room(lambda: self._drain(port))
 
     def wants_writable(self) -> bool:

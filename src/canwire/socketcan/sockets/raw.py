@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     import numpy
 
     from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.port import Batch, Port
+    from canwire.socketcan.port import Port
     from canwire.socketcan.setting import Setting
+    from canwire.socketcan.wire import Batch
 
     Array = numpy.ndarray
 
@@ -263,11 +264,12 @@ class RawSocket(CanSocket):
     def _send(self, index: int, rows: Array) -> None:
         try:
             port = self.ports.port(index)
-        except OSError:
-            return  # gone since the shim looked
+        except OSError:  # gone since the shim looked
+            self.setting.interfaces.drop(index, len(rows))
+            return
         if not self._switches[CAN_RAW_LOOPBACK]:
             port.silent.add(self.slot)
-        port.send(self.slot, rows[: port.room()])
+        port.send(self.slot, rows)
 
     def ended(self) -> None:
         for port in self._heard:
