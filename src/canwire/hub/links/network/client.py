@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
+from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
@@ -147,12 +148,11 @@ class NetworkLink:
     # opening
 
     def _open(self, name: str) -> None:
-        direct = self._zenoh.handlers.Callback
-        self._session.declare_subscriber(f"{self._keys}/down", direct(self._came, indirect=False))
+        self._session.declare_subscriber(f"{self._keys}/down", direct(self._came))
         self._session.liveliness().declare_subscriber(
-            keys.token(self._offer), direct(self._hub_came_or_went, indirect=False)
+            keys.token(self._offer), direct(self._hub_came_or_went)
         )
-        self._session.info.declare_transport_events_listener(direct(self._connected_or_not, indirect=False))
+        self._session.info.declare_transport_events_listener(direct(self._connected_or_not))
         self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
         self._sender = sender(self._session, f"{self._keys}/up")
         self._pump.start()
@@ -182,7 +182,7 @@ class NetworkLink:
         with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment
             self._session.get(
                 f"{self._keys}/call",
-                self._zenoh.handlers.Callback(self._answered, indirect=False),
+                direct(self._answered),
                 payload=asked,
                 timeout=_QUERY_S,
                 congestion_control=self._zenoh.CongestionControl.DROP,
