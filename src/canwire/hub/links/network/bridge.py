@@ -88,9 +88,7 @@ class Bridge:
         self._refuse_second()
         realm, _, instance, *_ = self.offer
         session = self._session
-        session.declare_queryable(
-            keys.clients(realm, instance, "call"), direct(self._asked), complete=True
-        )
+        session.declare_queryable(keys.clients(realm, instance, "call"), direct(self._asked), complete=True)
         session.liveliness().declare_subscriber(
             keys.clients(realm, instance, "here"), direct(self._came_or_went)
         )
@@ -162,7 +160,7 @@ class Bridge:
         user, client = keys.client_of(str(sample.key_expr))
         guest = self._guests.get(client)
         if guest is not None and guest.user == user:
-            self._guarded(client, lambda: guest.pump.take(sample.payload.to_bytes()))
+            self._guarded(client, lambda: guest.take(sample.payload.to_bytes()))
 
     def _came_or_went(self, sample: Any) -> None:
         _, client = keys.client_of(str(sample.key_expr))
@@ -215,9 +213,7 @@ class Bridge:
                 self._guests[client] = Guest(
                     link, user, may, sender(self._session, key + "/down"), self._is_healthy
                 )
-                self._heard[client] = self._session.declare_subscriber(
-                    key + "/up", direct(self._came)
-                )
+                self._heard[client] = self._session.declare_subscriber(key + "/up", direct(self._came))
         welcome = m.encode_reply(serial, m.Welcome(m.VERSION, self.offer.time))[m.LENGTH.size :]
         return encode(Answered(welcome, (), ()))
 

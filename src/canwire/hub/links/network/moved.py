@@ -1,4 +1,4 @@
-"""Which rings one end of a link moves, by what they are to it, and the events that say when there is something to do."""
+"""Which rings one end of a link moves, by what they are to it, and events that say when there is something to do."""
 
 from __future__ import annotations
 
