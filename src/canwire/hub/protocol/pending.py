@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 Result = TypeVar("Result")
@@ -23,6 +24,7 @@ class Pending(Generic[Result]):
         self._lock = threading.Lock()
         self._error: BaseException | None = None
         self._result: Result
+        self._told: Callable[[], object] | None = None
 
     @property
     def settled(self) -> bool:
@@ -35,7 +37,7 @@ class Pending(Generic[Result]):
                 return False
             self._result = result
             self._done = True
-        self._gate.release()
+        self._open()
         return True
 
     def fail(self, error: BaseException) -> bool:
@@ -45,8 +47,16 @@ class Pending(Generic[Result]):
                 return False
             self._error = error
             self._done = True
-        self._gate.release()
+        self._open()
         return True
+
+    def when_settled(self, told: Callable[[], object]) -> None:
+        """Call this once, in the thread that settles it, or at once if it is settled; `result` waits no more then."""
+        with self._lock:
+            if not self._done:
+                self._told = told
+                return
+        told()
 
     def result(self, timeout: float | None = None) -> Result:
         """Wait for it; raises the exception it failed with, or TimeoutError after `timeout` seconds (None: never)."""
@@ -58,3 +68,8 @@ class Pending(Generic[Result]):
         if self._error is not None:
             raise self._error
         return self._result
+
+    def _open(self) -> None:
+        self._gate.release()
+        if self._told is not None:
+            self._told()

@@ -15,6 +15,7 @@ import pytest
 
 import canwire
 from canwire import BadMessage, Frame, Hub, HubChannel, HubError, HubLost, InUse
+from canwire.hub.links.network import wire
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.protocol import messages as m
 from tests.hub.links.network.places import (
@@ -177,15 +178,33 @@ def test_calls_that_arrive_twice_are_carried_out_once(place: Place) -> None:
     with elsewhere(place.address) as hub:
         link = hub._link
         assert isinstance(link, NetworkLink)
-        query = link._query
+        send, query = link._send, link._query
 
-        def twice(asked: bytes) -> None:
-            query(asked)
-            query(asked)
+        def twice(payload: bytes) -> None:
+            send(payload)
+            if payload[0] == wire.CALL:
+                send(payload)
+                query(payload[1:])
 
-        link._query = twice  # type: ignore[method-assign]
+        link._send = twice  # type: ignore[method-assign]
         luids = [hub.create_luid() for _ in range(20)]
         assert luids == list(range(luids[0], luids[0] + 20))
+
+
+@pytest.mark.parametrize("which", [wire.CALL, wire.ANSWER])
+def test_a_call_that_is_dropped_is_asked_again_and_carried_out_once(place: Place, which: int) -> None:
+    with elsewhere(place.address) as hub:
+        link = hub._link
+        assert isinstance(link, NetworkLink)
+        first = hub.create_luid()
+        guest = next(iter(place.bridge._guests.values()))
+        dropped: list[int] = []
+        if which == wire.CALL:
+            link._send = lambda payload: dropped.append(payload[0])  # type: ignore[method-assign]
+        else:
+            guest._reply = lambda answer: dropped.append(wire.ANSWER)
+        assert hub.create_luid() == first + 1
+        assert which in dropped
 
 
 def test_another_version_is_named_at_both_ends(monkeypatch: pytest.MonkeyPatch) -> None:

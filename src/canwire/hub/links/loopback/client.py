@@ -46,11 +46,11 @@ class LoopbackLink(StreamLink):
         """This event was closed here; also called by the garbage collector, so that it takes no locks."""
         self._left.append(number)
 
-    def _ask(self, request: Message) -> Pending[Answer]:
+    def begin(self, request: Message) -> Pending[Answer]:
         while self._left:
             with contextlib.suppress(IndexError):  # another thread was quicker
                 self._say(asides.numbered(asides.DROPPED, self._left.popleft()))
-        return super()._ask(request)
+        return super().begin(request)
 
     def _say(self, aside: bytes) -> None:
         if self._pid != os.getpid():  # in a fork: the connection is the parent's

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from canwire.errors import BadMessage, CanwireError, HubError, HubLost
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Access, right_of
+from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Answered, asked_in, encode
 from canwire.hub.links.network.discovery import offers_in
 from canwire.hub.links.network.guest import Guest
@@ -86,13 +87,10 @@ class Bridge:
     def _open(self) -> None:
         self._refuse_second()
         realm, _, instance, *_ = self.offer
-        direct = self._zenoh.handlers.Callback
         session = self._session
-        session.declare_queryable(
-            keys.clients(realm, instance, "call"), direct(self._asked, indirect=False), complete=True
-        )
+        session.declare_queryable(keys.clients(realm, instance, "call"), direct(self._asked), complete=True)
         session.liveliness().declare_subscriber(
-            keys.clients(realm, instance, "here"), direct(self._came_or_went, indirect=False)
+            keys.clients(realm, instance, "here"), direct(self._came_or_went)
         )
         self._token = session.liveliness().declare_token(keys.token(self.offer))
         self._own.listen(self._notice)
@@ -162,7 +160,7 @@ class Bridge:
         user, client = keys.client_of(str(sample.key_expr))
         guest = self._guests.get(client)
         if guest is not None and guest.user == user:
-            self._guarded(client, lambda: guest.pump.take(sample.payload.to_bytes()))
+            self._guarded(client, lambda: guest.take(sample.payload.to_bytes()))
 
     def _came_or_went(self, sample: Any) -> None:
         _, client = keys.client_of(str(sample.key_expr))
@@ -215,9 +213,7 @@ class Bridge:
                 self._guests[client] = Guest(
                     link, user, may, sender(self._session, key + "/down"), self._is_healthy
                 )
-                self._heard[client] = self._session.declare_subscriber(
-                    key + "/up", self._zenoh.handlers.Callback(self._came, indirect=False)
-                )
+                self._heard[client] = self._session.declare_subscriber(key + "/up", direct(self._came))
         welcome = m.encode_reply(serial, m.Welcome(m.VERSION, self.offer.time))[m.LENGTH.size :]
         return encode(Answered(welcome, (), ()))
 

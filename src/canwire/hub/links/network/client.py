@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
+from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
@@ -147,12 +148,9 @@ class NetworkLink:
     # opening
 
     def _open(self, name: str) -> None:
-        direct = self._zenoh.handlers.Callback
-        self._session.declare_subscriber(f"{self._keys}/down", direct(self._came, indirect=False))
-        self._session.liveliness().declare_subscriber(
-            keys.token(self._offer), direct(self._hub_came_or_went, indirect=False)
-        )
-        self._session.info.declare_transport_events_listener(direct(self._connected_or_not, indirect=False))
+        self._session.declare_subscriber(f"{self._keys}/down", direct(self._came))
+        self._session.liveliness().declare_subscriber(keys.token(self._offer), direct(self._hub_came_or_went))
+        self._session.info.declare_transport_events_listener(direct(self._connected_or_not))
         self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
         self._sender = sender(self._session, f"{self._keys}/up")
         self._pump.start()
@@ -167,7 +165,10 @@ class NetworkLink:
         while True:
             now_s = time.monotonic()
             if now_s >= again_s:
-                self._query(asked)
+                if again_s == began_s and not isinstance(call.request, m.Hello):
+                    self._send(wire.call(asked))
+                else:
+                    self._query(asked)
                 again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
             with contextlib.suppress(TimeoutError):
                 return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))
@@ -182,7 +183,7 @@ class NetworkLink:
         with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment
             self._session.get(
                 f"{self._keys}/call",
-                self._zenoh.handlers.Callback(self._answered, indirect=False),
+                direct(self._answered),
                 payload=asked,
                 timeout=_QUERY_S,
                 congestion_control=self._zenoh.CongestionControl.DROP,
@@ -239,8 +240,11 @@ class NetworkLink:
 
     def _came(self, sample: Any) -> None:
         payload = sample.payload.to_bytes()
-        if payload[:1] == bytes((wire.FAREWELL,)):
+        kind = payload[0] if payload else 0
+        if kind == wire.FAREWELL:
             self._lose(wire.farewell_in(payload))
+        elif kind == wire.ANSWER:
+            self._guarded(lambda: self._take_answer(payload[1:]))
         else:
             self._guarded(lambda: self._pump.take(payload))
 

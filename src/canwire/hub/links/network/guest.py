@@ -12,22 +12,26 @@ import threading
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
-from canwire.hub.links.network import access
+from canwire.hub.links.network import access, wire
 from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode
 from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.notes import OutgoingNotes
 from canwire.hub.links.network.opening import Opened, filled, taken_over
 from canwire.hub.links.network.pump import Pump
+from canwire.hub.links.stream.client import StreamLink
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed
 
 if TYPE_CHECKING:
-    from canwire.hub.protocol.link import Link
+    from canwire.hub.protocol.link import Answer, Link
 
 CALLS = 64  # of one client that wait at a time
+_CALL = bytes((wire.CALL,))
+_ROOM = 1 << 14  # bytes of requests on their way to the hub, which its socket takes without anybody waiting
 _ARRIVAL_S = 1.0  # what was sent before a call is waited for so long
 
 Reply = Callable[[bytes], object]
@@ -46,12 +50,14 @@ class Guest:
     ) -> None:
         self.user = user
         self._may = may
+        self._reply: Reply = lambda answer: send(wire.answer(answer))
         self._link = link
+        self._quick = link if isinstance(link, StreamLink) else None
         self._lock = threading.Lock()
         self._known: dict[
             int, list[Reply] | bytes
         ] = {}  # by serial: who waits for it, or what it was answered
-        self._waiting = 0
+        self._waiting = self._waiting_bytes = 0
         self._numbers = itertools.count(1)
         self._rings: dict[int, tuple[int, ...]] = {}  # by handle
         self._closed = False
@@ -61,6 +67,13 @@ class Guest:
         self.pump.start()
         self._workers = ThreadPoolExecutor(CALLS, "canwire-guest")
         link.listen(self._notice)
+
+    def take(self, payload: bytes) -> None:
+        """What came from the client; raises BadMessage. Never waits."""
+        if payload[:1] == _CALL:
+            self.ask(payload[1:], self._reply)
+        else:
+            self.pump.take(payload)
 
     def ask(self, payload: bytes, reply: Reply) -> None:
         """Carry it out once, and answer everybody who asks for it; raises BadMessage."""
@@ -75,15 +88,18 @@ class Guest:
             elif known is None:
                 self._known[asked.serial] = [reply]
                 self._waiting += 1
+                self._waiting_bytes += len(asked.request)
             crowded = self._waiting > CALLS
+            roomy = self._waiting_bytes <= _ROOM
         if isinstance(known, bytes):
             reply(known)
         elif known is None and crowded:
             error = LimitReached(f"{CALLS} calls of this client wait for their answers; end one of them")
             self._answer(asked, failed(error))
+        elif known is None and roomy and self._quick is not None:
+            self._guarded(asked, partial(self._begin, asked, self._quick))
         elif known is None:
-            with contextlib.suppress(RuntimeError):  # closed this very moment
-                self._workers.submit(self._work, asked)
+            self._leave_to_worker(asked)
 
     def close(self) -> None:
         """Give back what the client held; a second time does nothing."""
@@ -96,30 +112,61 @@ class Guest:
 
     # a call
 
-    def _work(self, asked: Asked) -> None:
+    def _guarded(self, asked: Asked, work: Callable[[], object]) -> None:
+        """An error is an answer, too."""
         try:
-            self._do(asked)
+            work()
         except CanwireError as error:
             self._answer(asked, failed(error))
         except Exception as error:
             traceback.print_exc(file=sys.stderr)
             self._answer(asked, failed(HubError(f"the hub's network side failed at this request: {error!r}")))
 
-    def _do(self, asked: Asked) -> None:
+    def _begin(self, asked: Asked, link: StreamLink) -> None:
+        """Ask the hub in this very thread, and answer in the one that hears it: each other thread costs a wake-up.
+
+        It waits for nothing: what the client sent before has come, and the socket has room for `_ROOM` bytes.
+        """
+        if not self.pump.await_arrival(asked.positions, 0):
+            self._leave_to_worker(asked)
+            return
+        request = self._checked(asked)
+        if request is not None:
+            pending = link.begin(request)
+            pending.when_settled(
+                lambda: self._guarded(asked, lambda: self._pass_on(asked, request, pending.result()))
+            )
+
+    def _leave_to_worker(self, asked: Asked) -> None:
+        with contextlib.suppress(RuntimeError):  # closed this very moment
+            self._workers.submit(self._guarded, asked, partial(self._do, asked))
+
+    def _checked(self, asked: Asked) -> m.Message | None:
+        """What is to be asked; None: it is answered. Raises BadMessage, HubError without the right."""
         serial, request = m.decode_request(asked.request)
         if isinstance(request, m.Hello):  # the answer to the first one was lost
             self._answer(asked, m.Welcome(m.VERSION, self._link.time))
-            return
+            return None
         if serial != asked.serial:
             raise BadMessage(
                 f"{type(request).__name__} with serial {serial} in a call with serial {asked.serial}"
             )
         access.check(self.user, self._may, request)
+        return request
+
+    def _do(self, asked: Asked) -> None:
+        request = self._checked(asked)
+        if request is None:
+            return
         if not self.pump.await_arrival(asked.positions, _ARRIVAL_S):
             raise HubError(
                 "what was sent before this call did not arrive: the network loses too much; try again"
             )
-        reply, descriptors = self._link.call(request)
+        self._pass_on(asked, request, self._link.call(request))
+
+    def _pass_on(self, asked: Asked, request: m.Message, answer: Answer) -> None:
+        """The hub's answer, and what it opened."""
+        reply, descriptors = answer
         opened: list[Opened] = []
         try:
             opened = taken_over(request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers))
@@ -129,7 +176,7 @@ class Guest:
             if isinstance(request, m.Close) or opened:
                 self._forget(getattr(request, "handle", 0))
         if opened:
-            handle = reply.handle if isinstance(reply, m.FifoOpened) else request.handle
+            handle = reply.handle if isinstance(reply, m.FifoOpened) else getattr(request, "handle", 0)
             self._rings[handle] = tuple(one.mirror.number for one in opened)
         rings = filled(opened)
         self._add(opened, outgoing=False)  # what the client puts in next finds its ring here
@@ -153,6 +200,7 @@ class Guest:
             waiting = self._known.get(asked.serial)
             self._known[asked.serial] = answer
             self._waiting -= 1
+            self._waiting_bytes -= len(asked.request)
         for each in waiting if isinstance(waiting, list) else ():
             each(answer)
 

@@ -20,7 +20,7 @@ AT_ONCE = 4  # ... once there were so many smaller batches in that time
 WINDOW = 1 << 19  # bytes under way at most, that nobody has said to have come
 REPORT_NS = 2_000_000  # between two reports of records taken one by one
 _LARGEST_BATCH = 1 << 16
-_MOST = 32  # batches made at a time
+MOST = 32  # batches made at a time
 _AGAIN_NS = 10_000_000  # before the same records are asked for once more
 _EIGHTH = 8
 
@@ -57,7 +57,7 @@ class Outgoing:
         """What is to be sent now; `at_once` does not wait for more."""
         with self._lock:
             unsent = self._unsent()
-            count = min(unsent, _MOST * self._batch, self._window - (self._sent - self._received))
+            count = min(unsent, MOST * self._batch, self._window - (self._sent - self._received))
             if not at_once and count % self._batch and self._holds(now_ns):
                 count -= count % self._batch
             if count <= 0:

@@ -40,6 +40,8 @@ class OutgoingNotes:
 
     def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
         """What was not sent yet."""
+        if not self._kept:
+            return []
         with self._lock:
             waiting = list(self._kept)[self._sent - self._received :]
             found = [
@@ -97,9 +99,9 @@ class IncomingNotes:
 
     def report(self, now_ns: int, *, at_once: bool = False) -> Report | None:
         """What is to be told now."""
+        if not (self._asked or self._missing):
+            return None
         with self._lock:
-            if not (self._asked or self._missing):
-                return None
             made = Report(self.number, self.received, self.received, self._missing)
             self._missing = self._asked = False
             return made

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from canwire.hub.links.network.mirrors import Incoming, Outgoing
-from canwire.hub.links.network.pump import Mirror
+from canwire.hub.links.network.moved import Mirror
 from canwire.hub.links.network.watched import Watched
 from canwire.hub.owner.held.shared_ring import SharedRings
 from canwire.hub.protocol import messages as m

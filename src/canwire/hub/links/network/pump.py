@@ -8,34 +8,21 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.mirrors import Incoming, Outgoing
-from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
-from canwire.hub.links.network.watched import Watched
-from canwire.platform import EventDescriptor, Poller
+from canwire.hub.links.network.mirrors import MOST
+from canwire.hub.links.network.moved import Mirror, Moved
+from canwire.platform import EventDescriptor
 from canwire.ring import RECHECK_S
 
 if TYPE_CHECKING:
     from canwire.hub.links.network.wire import Report
 
-Sender = Outgoing | OutgoingNotes
-Taker = Incoming | IncomingNotes
-Mirror = Sender | Taker | Watched
 HEARTBEAT_NS = 400_000_000  # between two signs of life
 _ASK_NS = 50_000_000  # before what was sent and has not come is asked for
 _WATCH_NS = 20_000_000  # between two looks at FIFOs that are only looked at
-
-
-@dataclass
-class _Moved:
-    """A mirror, and events that go with it: the first is signalled when its ring moves at this end."""
-
-    mirror: Mirror
-    events: tuple[EventDescriptor, ...]
 
 
 class Pump:
@@ -53,19 +40,14 @@ class Pump:
     ) -> None:
         self._send = send
         self._healthy = healthy
-        self._moved: dict[int, _Moved] = {}
+        self._wake = EventDescriptor()
+        self._moved = Moved((self._wake,) if doorbell is None else (self._wake, doorbell))
         self._sending = threading.Lock()  # over taking something to be sent, and sending it
-        self._changing = threading.Lock()  # over which mirrors there are
         self._arrived = threading.Condition()
         self._awaiting = 0
         self._stopping = False
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
         self.heard_ns = time.monotonic_ns()
-        self._wake = EventDescriptor()
-        self._events = [self._wake] if doorbell is None else [self._wake, doorbell]
-        self._poller = Poller()
-        for event in self._events:
-            self._poller.watch(event.fileno(), Poller.READABLE)
         self._thread = threading.Thread(target=self._run, name="canwire-network", daemon=True)
 
     def start(self) -> None:
@@ -73,21 +55,18 @@ class Pump:
 
     def add(self, mirror: Mirror, *events: EventDescriptor) -> None:
         """Move this one, too; the first of `events` is signalled when its ring moves here, all are closed with it."""
-        with self._changing:
-            self._moved[mirror.number] = _Moved(mirror, events)
-            for event in events[:1]:
-                self._poller.watch(event.fileno(), Poller.READABLE)
+        self._moved.add(mirror, events)
         self.wake()
 
     def remove(self, numbers: tuple[int, ...]) -> None:
         """No longer; unknown ones are ignored."""
         for number in numbers:
-            with self._changing:
-                moved = self._moved.pop(number, None)
-                for event in () if moved is None else moved.events[:1]:
-                    self._poller.unwatch(event.fileno())
-            if moved is not None:
-                self._let_go(moved)
+            mirror, events = self._moved.remove(number)
+            if mirror is not None:
+                with self._sending, contextlib.suppress(OSError):
+                    mirror.close()
+                    for event in events:
+                        event.close()
 
     def wake(self) -> None:
         """There may be something to send."""
@@ -100,7 +79,7 @@ class Pump:
 
     def written(self) -> tuple[tuple[int, int], ...]:
         """Where the writers of outgoing rings are now."""
-        return tuple((one.number, one.written) for one in self._mirrors() if isinstance(one, Sender))
+        return tuple((one.number, one.written) for one in self._moved.senders.values())
 
     def await_arrival(self, positions: tuple[tuple[int, int], ...], timeout: float) -> bool:
         """Wait until incoming rings are so far; False if they are not within so many seconds."""
@@ -114,7 +93,7 @@ class Pump:
                     left = deadline - time.monotonic()
                     if left <= 0:
                         return False
-                    self._ask_for(positions)
+                    self._compare(positions)
                     self._arrived.wait(min(left, _ASK_NS / 1e9))
             finally:
                 self._awaiting -= 1
@@ -132,8 +111,8 @@ class Pump:
             self._compare(wire.states_in(payload))
         elif kind == wire.COUNTS:
             for count in wire.counts_in(payload):
-                watched = self._moved.get(count.ring)
-                if watched is not None and isinstance(watched.mirror, Watched) and watched.mirror.show(count):
+                watched = self._moved.watched.get(count.ring)
+                if watched is not None and watched.show(count):
                     self.wake()
         else:
             raise BadMessage(f"a message of kind {kind}: 1 to 5")
@@ -148,18 +127,18 @@ class Pump:
             self._arrived.notify_all()
         if self._thread.ident is not None and self._thread is not threading.current_thread():
             self._thread.join()
-        self.remove(tuple(self._moved))
-        self._poller.close()
+        self.remove(self._moved.numbers())
+        self._moved.close()
         self._wake.close()
 
     # what comes
 
     def _accept(self, payload: bytes) -> None:
         number, first, records = wire.frames_in(payload)
-        moved = self._moved.get(number)
-        if moved is None or not isinstance(moved.mirror, Taker):
+        taker = self._moved.takers.get(number)
+        if taker is None:
             return  # closed meanwhile, or not open yet: then it is asked for
-        if moved.mirror.accept(first, records):
+        if taker.accept(first, records):
             self.wake()
         if self._awaiting:
             with self._arrived:
@@ -167,40 +146,34 @@ class Pump:
 
     def _acknowledge(self, found: list[Report]) -> None:
         for report in found:
-            moved = self._moved.get(report.ring)
-            if moved is not None and isinstance(moved.mirror, Sender):
-                moved.mirror.acknowledge(report)
-                if moved.mirror.sent != moved.mirror.written:
+            sender = self._moved.senders.get(report.ring)
+            if sender is not None:
+                sender.acknowledge(report)
+                if sender.sent != sender.written:
                     self.wake()
 
-    def _compare(self, found: list[tuple[int, int]]) -> None:
+    def _compare(self, found: list[tuple[int, int]] | tuple[tuple[int, int], ...]) -> None:
+        """The other end has sent so much."""
         for number, sent in found:
-            moved = self._moved.get(number)
-            if moved is not None and isinstance(moved.mirror, Taker):
-                moved.mirror.sent(sent)
+            taker = self._moved.takers.get(number)
+            if taker is not None:
+                taker.sent(sent)
                 self.wake()
 
     def _have(self, positions: tuple[tuple[int, int], ...]) -> bool:
-        return not any(self._misses(number, position) for number, position in positions)
-
-    def _misses(self, number: int, position: int) -> bool:
-        moved = self._moved.get(number)
-        return moved is not None and isinstance(moved.mirror, Taker) and moved.mirror.received < position
-
-    def _ask_for(self, positions: tuple[tuple[int, int], ...]) -> None:
-        for number, position in positions:
-            moved = self._moved.get(number)
-            if moved is not None and isinstance(moved.mirror, Taker):
-                moved.mirror.sent(position)
-        self.wake()
+        takers = self._moved.takers
+        return all(
+            taker.received >= position
+            for number, position in positions
+            if (taker := takers.get(number)) is not None
+        )
 
     # the thread
 
     def _run(self) -> None:
         timeout = 0.0
         while not self._stopping:
-            found = self._poller.wait(timeout)
-            self._clear({descriptor for descriptor, _ in found})
+            self._moved.wait(timeout)
             try:
                 timeout = self._turn()
             except Exception:  # one that fails at every turn must not take the whole processor
@@ -219,41 +192,41 @@ class Pump:
 
     def _send_all(self, now_ns: int, *, at_once: bool = False) -> None:
         """What was taken here is told before what is sent: who makes room and then sends finds that room there."""
-        while True:
-            mirrors = self._mirrors()
-            found = [
-                batch
-                for one in mirrors
-                if isinstance(one, Sender)
-                for batch in one.batches(now_ns, at_once=at_once)
-            ]
-            self._tell(mirrors, now_ns, at_once=at_once or bool(found))
+        left = True
+        while left:
+            left = False
+            found: list[bytes] = []
+            for one in self._moved.senders.values():
+                batches = one.batches(now_ns, at_once=at_once)
+                found += batches
+                left |= len(batches) >= MOST
+            self._tell(now_ns, at_once=at_once or bool(found))
             for batch in found:
                 self._send(batch)
-            if not found:
-                return
 
-    def _tell(self, mirrors: list[Mirror], now_ns: int, *, at_once: bool) -> None:
-        takers = [one for one in mirrors if isinstance(one, Taker)]
-        reports = [made for one in takers if (made := one.report(now_ns, at_once=at_once)) is not None]
-        watched = [one for one in mirrors if isinstance(one, Watched)]
-        counts = [changed for one in watched if (changed := one.changed()) is not None]
+    def _tell(self, now_ns: int, *, at_once: bool) -> None:
+        reports = []
+        for taker in self._moved.takers.values():
+            made = taker.report(now_ns, at_once=at_once)
+            if made is not None:
+                reports.append(made)
         if reports:
             self._send(wire.reports(reports))
+        counts = [changed for one in self._moved.watched.values() if (changed := one.changed()) is not None]
         if counts:
             self._send(wire.counts(counts))
 
     def _send_signs(self, now_ns: int) -> None:
         """That this end lives, and what it has sent, for the other one to find out what it misses."""
         beat = now_ns >= self._beaten_ns + HEARTBEAT_NS
-        sent = [
-            (one.number, one.sent) for one in self._mirrors() if isinstance(one, Sender) and one.unconfirmed
-        ]
-        if beat or (sent and now_ns >= self._asked_ns + _ASK_NS):
+        if not beat and now_ns < self._asked_ns + _ASK_NS:
+            return
+        sent = [(one.number, one.sent) for one in self._moved.senders.values() if one.unconfirmed]
+        if beat or sent:
             self._asked_ns = now_ns
             if self._healthy():
                 self._send(wire.states(sent))
-                counts = [one.now() for one in self._mirrors() if isinstance(one, Watched)] if beat else []
+                counts = [one.now() for one in self._moved.watched.values()] if beat else []
                 if counts:
                     self._send(wire.counts(counts))
         if beat:
@@ -261,29 +234,11 @@ class Pump:
 
     def _arm_all(self, now_ns: int) -> int:
         """When to look at the rings again without any signal."""
-        due_ns = now_ns + HEARTBEAT_NS
-        for mirror in self._mirrors():
-            if isinstance(mirror, Watched):
-                due_ns = min(due_ns, now_ns + _WATCH_NS)
-                continue
-            due_ns = min(due_ns, mirror.arm(now_ns) or due_ns)
-            if not isinstance(mirror, Taker) and mirror.unconfirmed:
+        due_ns = now_ns + (_WATCH_NS if self._moved.watched else HEARTBEAT_NS)
+        for taker in self._moved.takers.values():
+            due_ns = min(due_ns, taker.arm(now_ns) or due_ns)
+        for sender in self._moved.senders.values():
+            due_ns = min(due_ns, sender.arm(now_ns) or due_ns)
+            if sender.unconfirmed:
                 due_ns = min(due_ns, self._asked_ns + _ASK_NS)
         return due_ns
-
-    def _mirrors(self) -> list[Mirror]:
-        with self._changing:
-            return [moved.mirror for moved in self._moved.values()]
-
-    def _clear(self, ready: set[int]) -> None:
-        with self._changing:
-            watched = [event for moved in self._moved.values() for event in moved.events[:1]]
-            for event in (*self._events, *watched):
-                if event.fileno() in ready:
-                    event.clear()
-
-    def _let_go(self, moved: _Moved) -> None:
-        with self._sending, contextlib.suppress(OSError):
-            moved.mirror.close()
-            for event in moved.events:
-                event.close()

@@ -1,4 +1,4 @@
-"""What the two ends of a network link say to each other besides calls, as bytes.
+"""What the two ends of a network link say to each other, as bytes.
 
 Positions count records from when a ring was opened; a position is the number of records before it. Each payload begins
 with its kind; numbers are little-endian.
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from canwire.errors import BadMessage
 
-FRAMES, STATES, REPORTS, COUNTS, FAREWELL = range(1, 6)
+FRAMES, STATES, REPORTS, COUNTS, FAREWELL, CALL, ANSWER = range(1, 8)
 
 _HEAD = struct.Struct("<BxxxIQ")  # kind, ring, position of the first record
 _STATE = struct.Struct("<IQ")
@@ -91,6 +91,16 @@ def farewell(text: str) -> bytes:
 
 def farewell_in(payload: bytes) -> str:
     return payload[1:].decode(errors="replace")
+
+
+def call(asked: bytes) -> bytes:
+    """A call for the first time: a query takes twice as long, but tells when nobody knows this client any more."""
+    return bytes((CALL,)) + asked
+
+
+def answer(answered: bytes) -> bytes:
+    """The answer to such a call."""
+    return bytes((ANSWER,)) + answered
 
 
 def _each(form: struct.Struct, payload: bytes) -> list[tuple[int, ...]]:

@@ -66,7 +66,24 @@ class StreamLink:
             raise
 
     def call(self, request: Message) -> Answer:
-        return self._ask(request).result()
+        return self.begin(request).result()
+
+    def begin(self, request: Message) -> Pending[Answer]:
+        """`call` for who does not wait: the answer is settled in the receiving thread."""
+        self._check()
+        serial = next(self._serials)
+        message = encode_request(serial, request)
+        call: Pending[Answer] = Pending()
+        with self._lock:
+            if self._lost:
+                raise self._why()
+            self._calls[serial] = call
+        try:
+            with self._sending:
+                self._socket.sendall(message)
+        except OSError:
+            self._hang_up()  # the receiving thread finds out what else the hub said, and ends this call
+        return call
 
     def listen(self, listener: Listener) -> None:
         self._notices.listen(listener)
@@ -123,27 +140,11 @@ class StreamLink:
 
     def _greet(self, name: str) -> None:
         try:
-            welcome, descriptors = self._ask(Hello(VERSION, self._pid, name)).result(_HELLO_TIMEOUT_S)
+            welcome, descriptors = self.begin(Hello(VERSION, self._pid, name)).result(_HELLO_TIMEOUT_S)
         except TimeoutError:
             raise HubLost(f"{self.address}: somebody listens but does not answer; is it a hub?") from None
         self.time = welcome.time
         self._doorbell = self._doorbell_of(descriptors)
-
-    def _ask(self, request: Message) -> Pending[Answer]:
-        self._check()
-        serial = next(self._serials)
-        message = encode_request(serial, request)
-        call: Pending[Answer] = Pending()
-        with self._lock:
-            if self._lost:
-                raise self._why()
-            self._calls[serial] = call
-        try:
-            with self._sending:
-                self._socket.sendall(message)
-        except OSError:
-            self._hang_up()  # the receiving thread finds out what else the hub said, and ends this call
-        return call
 
     def _hang_up(self) -> None:
         """Both ways: the receiving thread sees the end, too."""

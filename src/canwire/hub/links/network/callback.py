@@ -1,0 +1,35 @@
+"""How this package hears from Zenoh: its threads call straight into Python, and each stays known to the interpreter."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from canwire.hub.links.network.settings import load_zenoh
+
+
+class _Known(threading.local):
+    """Belongs to the interpreter's own record of a thread, and goes with it."""
+
+    kept = False
+
+
+_known = _Known()
+
+
+def direct(work: Callable[[Any], object]) -> Any:
+    """A handler of Zenoh's that calls `work` in the thread that received something: `work` must not wait.
+
+    A thread that the interpreter did not start gets a record for each call otherwise, with a stack that the system
+    maps and unmaps again: half of what a batch of frames costs.
+    """
+
+    def call(what: Any) -> None:
+        if not _known.kept:
+            _known.kept = True
+            ctypes.pythonapi.PyGILState_Ensure()  # never released: the record stays until the thread ends
+        work(what)
+
+    return load_zenoh().handlers.Callback(call, indirect=False)
