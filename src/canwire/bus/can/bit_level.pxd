@@ -1,43 +1,19 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
-from canwire.bus.can.echo cimport Echo
+from canwire.bus.can.clock cimport Clock
 from canwire.bus.can.node cimport Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
 from canwire.bus.can.stimulus cimport Stimulus
 
-cdef int _FRAME, _QUIET, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
+cdef int _FRAME, _QUIET, _IDLE, _SUSPEND, _WAITING, _FREE
 cdef long long _NEVER
-cdef int _FREE
-cdef int _RES_FIELD
-
-@cython.final
-cdef class Clock:
-    cdef public Station station
-    cdef public Node node
-    cdef public long long start_ps, due_ps, edge_ps, check_ps
-    cdef public int forced, seen
-    cdef public bint sampling, synchronised, data_rate, free, joins, edged
-    cdef public Echo echo
-
-    cdef long long bit_ps(self) noexcept
-    cdef long long sample_ps(self) noexcept
-    cpdef int begin_bit(self, long long at_ps) except -1
-    cdef int _compensate(self, long long at_ps) except -1
-    cpdef int found(self, int level) except -1
-    cpdef void check(self, int level, long long at_ps) except *
-    @cython.locals(change=int)
-    cpdef int sampled(self, long long at_ps) except -1
-    @cython.locals(station=Station, state=int, idle=bint, behind=bint)
-    cpdef void edge(self, long long at_ps) except *
-    cdef int _restart_bit(self, long long at_ps) except -1
-    @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
-    cdef void _resynchronise(self, long long at_ps) except *
 
 @cython.final
 cdef class BitLevel:
     cdef public Tally tally
     cdef public list clocks
+    cdef list _known
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
     cdef public bint shorted, undisturbed, pinned
@@ -57,7 +33,15 @@ cdef class BitLevel:
     cpdef long long next_ps(self) noexcept
     @cython.locals(clock=Clock)
     cpdef int activity(self, Node node) except -1
+    @cython.locals(k=int, known=list)
+    cpdef int enter(self, list nodes, unsigned long long origin_ns, long long origin_ps) except -1
+    cpdef void add(self, Node node, long long at_ps) except *
+    cdef int _bring(self, Node node, Clock clock) except -1
+    cdef int _take_in(self, Clock clock, long long at_ps) except -1
+    @cython.locals(clock=Clock)
+    cpdef int leave(self) except -1
     cpdef int step(self) except -1
+    cpdef int step_at(self, long long at_ps) except -1
     @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock, station=Station)
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)

@@ -13,152 +13,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from canwire.bus.can import phases
-from canwire.bus.can.echo import Echo
-from canwire.bus.can.frame_reader import RES
+from canwire.bus.can.clock import Clock
 from canwire.bus.can.node import QUIET, Node
-from canwire.bus.can.station import (
-    FRAME,
-    IDLE,
-    INTERMISSION,
-    KEEP_RATE,
-    SUSPEND,
-    TO_DATA_RATE,
-    WAITING,
-    Station,
-)
+from canwire.bus.can.station import FRAME, IDLE, SUSPEND, WAITING, Station
 from canwire.bus.can.stimulus import FREE, Stimulus
 from canwire.bus.can.tally import Tally
 from canwire.timeline import NEVER
 
-_FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
-_KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
-_NEVER, _QUIET = NEVER, QUIET
-_FREE, _RES_FIELD = FREE, RES
+_FRAME, _IDLE, _SUSPEND, _WAITING = FRAME, IDLE, SUSPEND, WAITING
+_NEVER, _QUIET, _FREE = NEVER, QUIET, FREE
 
 # who sees a disturbed bit
 EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
-
-
-class Clock:
-    """One station's bit time: where its present bit began, when it samples, how far it is corrected."""
-
-    def __init__(self, station: Station, at_ps: int) -> None:
-        self.station = station
-        self.node = station.node
-        self.start_ps = at_ps
-        self.due_ps = at_ps  # of its next bit boundary or sample point
-        self.sampling = False
-        self.synchronised = False
-        self.joins = False  # it begins its SOF with somebody else's
-        self.edged = False  # a dominant level has begun its bit: an idle one is not to be cut short
-        self.edge_ps = _NEVER  # of an edge still on its way
-        self.check_ps = _NEVER  # of a second sample point, or of the end of what an edge has to last
-        self.forced = _FREE  # a stimulus puts this level in front of its receiver
-        self.free = True  # none did so up to now
-        self.seen = 1
-        self.data_rate = False
-        self.echo = Echo(self.node)
-
-    def bit_ps(self) -> int:
-        return self.node.data_bit_ps if self.data_rate else self.node.bit_ps
-
-    def sample_ps(self) -> int:
-        return self.node.data_sample_ps if self.data_rate else self.node.sample_ps
-
-    def begin_bit(self, at_ps: int) -> None:
-        """A bit boundary: `out` may change."""
-        self.start_ps = at_ps
-        self.sampling = True
-        self.joins = False
-        self.edged = self.station.sof_seen
-        self.due_ps = at_ps + self.sample_ps()
-        self.station.begin_bit()
-        self.echo.drive(self.station.out, at_ps)
-        if self.node.compensates and self.station.transmitting:
-            self._compensate(at_ps)
-
-    def _compensate(self, at_ps: int) -> None:
-        if self.data_rate:
-            self.check_ps = self.echo.look_later(self.station.out, at_ps)
-        elif self.station.state == _FRAME and self.station.reader.field == _RES_FIELD:
-            self.edge_ps = min(self.edge_ps, self.echo.measure_from(at_ps))
-
-    def found(self, level: int) -> int:
-        """What a sample of this level says to the station: a compensating sender has looked at its bits elsewhere."""
-        if self.data_rate and self.node.compensates and self.station.transmitting:
-            return self.echo.outcome(self.station.out)
-        return level
-
-    def check(self, level: int, at_ps: int) -> None:
-        """A second sample point; or the node looks for the bus and an edge came two quanta ago."""
-        if self.station.state != _WAITING:
-            self.check_ps = self.echo.check(level)
-            return
-        self.check_ps = _NEVER
-        if level == 0:
-            self.station.run = 0
-            self.sampling = True  # nothing else waits for the bit that began with the edge
-            self._restart_bit(at_ps - 2 * self.node.quantum_ps)
-
-    def sampled(self, at_ps: int) -> None:
-        """The sample is taken: the rest of the bit runs at the rate that holds from here on."""
-        self.sampling = False
-        self.synchronised = False
-        change = self.station.rate_change
-        if change != _KEEP_RATE:
-            self.data_rate = change == _TO_DATA_RATE
-            self.check_ps = self.echo.forget_checks()
-        self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
-
-    def edge(self, at_ps: int) -> None:
-        """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""
-        station = self.station
-        state = station.state
-        if state == _WAITING:  # whoever looks for the bus follows every edge, and is no nearer to an idle one
-            if self.node.edge_filter and not station.rejoined:
-                self.check_ps = at_ps + 2 * self.node.quantum_ps
-                return
-            station.run = 0
-            station.sof_seen = station.rejoined
-            self._restart_bit(at_ps)
-            return
-        if self.echo.takes(at_ps) or self.synchronised or station.last_sample == 0:
-            return
-        idle = state == _IDLE or state == _SUSPEND
-        # of the intermission: all but its first bit
-        behind = state == _INTERMISSION and station.left <= (2 if self.sampling else 1)
-        if idle or behind:
-            # an SOF behind the last sample of the intermission is joined by those who have one to send themselves
-            self.joins = station.just_free and state == _IDLE and station.ready_to_send()
-            station.sof_seen = idle and not self.joins
-            self._restart_bit(at_ps)
-        elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
-            self._restart_bit(at_ps)
-        elif not (station.transmitting and self.data_rate):
-            self._resynchronise(at_ps)
-
-    def _restart_bit(self, at_ps: int) -> None:
-        self.synchronised = True
-        if self.sampling:
-            self.start_ps = at_ps
-            self.due_ps = at_ps + self.sample_ps()
-            self.edged = True
-        else:
-            self.due_ps = at_ps  # a bit begins at this very instant, and others see what is driven in it
-
-    def _resynchronise(self, at_ps: int) -> None:
-        quantum = self.node.data_quantum_ps if self.data_rate else self.node.quantum_ps
-        jump = self.node.data_jump_ps if self.data_rate else self.node.jump_ps
-        if self.sampling:
-            late = (at_ps - self.start_ps) // quantum * quantum
-            if late > 0:
-                if self.station.out == 0:
-                    return  # whoever drives dominant takes no notice of an edge that is late
-                self.due_ps += late if late < jump else jump
-        else:
-            early = self.due_ps - at_ps
-            self.due_ps -= early if early < jump else jump
-        self.synchronised = True
 
 
 class BitLevel:
@@ -173,6 +39,7 @@ class BitLevel:
     def __init__(self) -> None:
         self.tally = Tally()
         self.clocks: list[Clock] = []
+        self._known: list[Clock] = []  # of when the bus was here last
         self.origin_ns = 0
         self.origin_ps = 0
         self.now_ps = 0
@@ -203,19 +70,35 @@ class BitLevel:
         self.clocks = []
         self._wire = 1
         self._flip = self._asked_ps = self._fell_ps = -1
+        self._flip_sender = None
         self.tally.erring = False
-        for node in nodes:
-            self.add(node, 0)
+        known, self._known = self._known, []
+        for k in range(len(nodes)):
+            self._bring(nodes[k], known[k] if k < len(known) else None)
 
     def add(self, node: Node, at_ps: int) -> None:
         """A node comes to the bus; it starts out as its `on_bus` and `waiting` say."""
-        station = Station(node, self.tally)
-        if at_ps:
-            station.contending = None
+        if at_ps == 0:
+            self._bring(node, None)
+            return
+        clock = Clock(Station(node, self.tally), at_ps)
+        clock.station.contending = None
+        clock.station.now_ns = self.at_ns(at_ps)
+        self._take_in(clock, at_ps)
+
+    def _bring(self, node: Node, clock: Clock | None) -> None:
+        """A node is there from the start, with the clock that it had the last time if that is at hand."""
+        if clock is None or clock.node is not node:
+            clock = Clock(Station(node, self.tally), 0)
         else:
-            station.counted = node.counted_ns == self.origin_ns
-        station.now_ns = self.at_ns(at_ps)
-        self.clocks.append(Clock(station, at_ps))
+            clock.station.begin()
+            clock.begin(0)
+        clock.station.counted = node.counted_ns == self.origin_ns
+        clock.station.now_ns = self.at_ns(0)
+        self._take_in(clock, 0)
+
+    def _take_in(self, clock: Clock, at_ps: int) -> None:
+        self.clocks.append(clock)
         if self._forcing:
             self._change_ps = min(self._change_ps, at_ps)  # it sees what is forced already
 
@@ -283,8 +166,12 @@ class BitLevel:
 
     def step(self) -> None:
         """Everything that happens at the next instant: boundaries, then edges, then samples."""
+        self.step_at(self.next_ps())
+
+    def step_at(self, at_ps: int) -> None:
+        """The same, for who knows when that is."""
         self._stepping = True
-        self._step(self.next_ps())
+        self._step(at_ps)
         self._stepping = False
 
     def _step(self, at_ps: int) -> None:
@@ -379,7 +266,7 @@ class BitLevel:
                 phases.hand_back(clock, self.offset_ps())
             if clock.station.just_free and not clock.node.listen_only and clock.due_ps > self.now_ps:
                 self.now_ps = clock.due_ps
-        self.clocks = []
+        self._known, self.clocks = self.clocks, []
 
     def _settle(self, at_ps: int) -> None:
         """Work out the level of the wire, tell the trace, and send edges on their way."""

@@ -78,7 +78,22 @@ cdef class CanBus(BusState):
     cdef int _end_error_frame(self) except -1
 
     @cython.final
+    @cython.locals(bits=BitLevel, now_ns="unsigned long long", at_ps="long long")
     cdef int _replay(self) except -1
+
+    @cython.final
+    @cython.locals(bits=BitLevel, at_ns="unsigned long long", at_ps="long long")
+    cdef bint _run_bits(self, unsigned long long limit_ns) except -1
+
+    @cython.final
+    cdef int _enter_bitwise(self) except -1
+
+    @cython.final
+    @cython.locals(bits=BitLevel)
+    cdef int _leave_bitwise(self) except -1
+
+    @cython.final
+    cdef bint _anything_left(self) except -1
 
     @cython.final
     @cython.locals(sender=Node, bit_ps="long long", now_ns="unsigned long long")

@@ -134,8 +134,12 @@ class CanBus(BusState):
         self._inside.over = True
         now_ns = self.timeline.now_ns
         self.bits.undisturbed = True
-        while self.bits.clocks and self.bits.at_ns(self.bits.next_ps()) < now_ns:
-            self.bits.step()
+        bits = self.bits
+        while bits.clocks:
+            at_ps = bits.next_ps()
+            if bits.at_ns(at_ps) >= now_ns:
+                break
+            bits.step_at(at_ps)
         self.bits.undisturbed = False
 
     def short(self, shorted: bool) -> None:
@@ -468,11 +472,12 @@ class CanBus(BusState):
             if not self._anything_left():
                 self._leave_bitwise()  # the last node has left
                 return True
-            at_ns = bits.at_ns(bits.next_ps())
+            at_ps = bits.next_ps()
+            at_ns = bits.at_ns(at_ps)
             if at_ns > limit_ns:
                 return False
             self.timeline.now_ns = at_ns
-            bits.step()
+            bits.step_at(at_ps)
             if bits.resting():
                 self._leave_bitwise()
                 return True
