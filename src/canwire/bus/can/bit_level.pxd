@@ -1,13 +1,14 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire.bus.can.clock cimport Clock
+from canwire.bus.can.coasting cimport Stretch
 from canwire.bus.can.node cimport Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
 from canwire.bus.can.stimulus cimport Stimulus
 
 cdef int _FRAME, _QUIET, _IDLE, _SUSPEND, _WAITING, _FREE
-cdef long long _NEVER
+cdef long long _NEVER, _FAR_NS, _MOST
 
 @cython.final
 cdef class BitLevel:
@@ -16,9 +17,10 @@ cdef class BitLevel:
     cdef list _known
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
-    cdef public bint shorted, undisturbed, pinned
+    cdef public bint shorted, undisturbed, pinned, coasts
+    cdef Stretch _stretch
     cdef bint _stepping, _forcing
-    cdef public object capture, disturb, watch
+    cdef public object capture, disturb, spare, watch
     cdef public list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
     cdef public Node victim
@@ -40,6 +42,17 @@ cdef class BitLevel:
     cdef int _take_in(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef int leave(self) except -1
+    @cython.locals(first=Clock, clock=Clock, bits=int)
+    cpdef bint coast(self, unsigned long long limit_ns) except -1
+    @cython.locals(left_ns="long long", left_ps="long long", bits="long long")
+    cdef int _bits_until(self, unsigned long long limit_ns, Clock clock) except -1
+    @cython.locals(sender=Clock)
+    cdef int _calm(self, int bits) except -1
+    @cython.locals(stretch=Stretch, bit_ps="long long", began_ps="long long", last_ps="long long", k=int)
+    cdef int _pass(self, Clock first, int bits) except -1
+    cdef int _show(self, int level, long long at_ps) except -1
+    @cython.locals(at_ps="long long")
+    cpdef int replay(self, unsigned long long now_ns) except -1
     cpdef int step(self) except -1
     cpdef int step_at(self, long long at_ps) except -1
     @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock, station=Station)

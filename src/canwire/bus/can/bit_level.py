@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 from canwire.bus.can import phases
 from canwire.bus.can.clock import Clock
+from canwire.bus.can.coasting import Stretch
 from canwire.bus.can.node import QUIET, Node
 from canwire.bus.can.station import FRAME, IDLE, SUSPEND, WAITING, Station
 from canwire.bus.can.stimulus import FREE, Stimulus
@@ -22,6 +23,8 @@ from canwire.timeline import NEVER
 
 _FRAME, _IDLE, _SUSPEND, _WAITING = FRAME, IDLE, SUSPEND, WAITING
 _NEVER, _QUIET, _FREE = NEVER, QUIET, FREE
+_FAR_NS = 1 << 40  # beyond any stretch
+_MOST = 1 << 20
 
 # who sees a disturbed bit
 EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
@@ -33,7 +36,9 @@ class BitLevel:
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
     is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the
     sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
-    already, and well. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does not rest.
+    already, and well. `spare` is asked ahead: how many of the sender's next bits, of so many, nobody will see inverted,
+    and counts them as passed. `coasts` allows for many bits in one step. `watch` is handed each clock whose next bit
+    has just begun; a bus that is `pinned` does not rest.
     """
 
     def __init__(self) -> None:
@@ -48,10 +53,13 @@ class BitLevel:
         self.undisturbed = False
         self.capture: Callable[[int, int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
+        self.spare: Callable[[Node, int, int], int] | None = None
         self.watch: Callable[[Clock, int], None] | None = None
+        self.coasts = True
         self.pinned = False
         self.stimuli: list[Stimulus] = []
         self.victim: Node | None = None
+        self._stretch = Stretch()
         self._stepping = False
         self._wire = 1
         self._shown = 1
@@ -163,6 +171,85 @@ class BitLevel:
             if clock.node is node:
                 return clock.station.activity()
         return _QUIET
+
+    def coast(self, limit_ns: int) -> bool:
+        """Take a stretch of bits in which nobody notices anything in one step; False if there is none by then.
+
+        `now_ps` is its last sample point then, `limit_ns` at the latest.
+        """
+        if not self.coasts or not self.clocks or self._forcing or self.watch is not None:
+            return False
+        first = self.clocks[0]
+        if first.sampling or self.delay_ps or self.shorted or self._forced != _FREE:
+            return False
+        for clock in self.clocks:
+            if not clock.coasts_with(first):
+                return False
+        bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, first))
+        if bits > 0:
+            bits = self._calm(bits)
+        if bits > 0:
+            self._pass(first, bits)
+        return bits > 0
+
+    def _bits_until(self, limit_ns: int, clock: Clock) -> int:
+        """How many more of its samples come by then."""
+        if limit_ns <= self.origin_ns:
+            return 0
+        left_ns = limit_ns - self.origin_ns + 1
+        if left_ns > _FAR_NS:
+            left_ns = _FAR_NS
+        left_ps = left_ns * 1000 - self.origin_ps - clock.due_ps - clock.sample_ps()
+        if left_ps <= 0:
+            return 0
+        bits = (left_ps - 1) // clock.bit_ps() + 1
+        return bits if bits < _MOST else _MOST
+
+    def _calm(self, bits: int) -> int:
+        """How many of these bits pass undisturbed; the next one is to be asked for."""
+        sender = self._stretch.sender
+        if self.disturb is None or sender is None:
+            return bits
+        if self.spare is None:
+            return 0
+        return self.spare(sender.node, sender.station.index, bits)
+
+    def _pass(self, first: Clock, bits: int) -> None:
+        stretch = self._stretch
+        bit_ps, began_ps = first.bit_ps(), first.due_ps
+        for k in range(bits):
+            self._show(stretch.level_of(k), began_ps + k * bit_ps)
+            if stretch.level >= 0:
+                break
+        last_ps = began_ps + (bits - 1) * bit_ps
+        if self.disturb is not None and stretch.sender is not None:
+            self._flip_sender = stretch.sender
+            self._asked_ps = last_ps
+        self.now_ps = last_ps + first.sample_ps()
+        stretch.go(self.clocks, bits, began_ps, self.at_ns(self.now_ps))
+
+    def _show(self, level: int, at_ps: int) -> None:
+        """The wire takes this level, undisturbed, where everybody's bit begins."""
+        self._flip = -1
+        if level == 0 and self._wire == 1:
+            self._fell_ps = at_ps
+        self._wire = level
+        if level != self._shown:
+            self._shown = level
+            if self.capture is not None:
+                self.capture(self.offset_ps() + at_ps, level)
+
+    def replay(self, now_ns: int) -> None:
+        """What has passed up to now, and well."""
+        self.undisturbed = True
+        while self.clocks:
+            if self.coast(now_ns - 1):
+                continue
+            at_ps = self.next_ps()
+            if self.at_ns(at_ps) >= now_ns:
+                break
+            self.step_at(at_ps)
+        self.undisturbed = False
 
     def step(self) -> None:
         """Everything that happens at the next instant: boundaries, then edges, then samples."""

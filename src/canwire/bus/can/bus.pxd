@@ -78,7 +78,6 @@ cdef class CanBus(BusState):
     cdef int _end_error_frame(self) except -1
 
     @cython.final
-    @cython.locals(bits=BitLevel, now_ns="unsigned long long", at_ps="long long")
     cdef int _replay(self) except -1
 
     @cython.final

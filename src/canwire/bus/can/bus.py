@@ -132,15 +132,7 @@ class CanBus(BusState):
     def _replay(self) -> None:
         """Up to now everything went well, whatever is to come."""
         self._inside.over = True
-        now_ns = self.timeline.now_ns
-        self.bits.undisturbed = True
-        bits = self.bits
-        while bits.clocks:
-            at_ps = bits.next_ps()
-            if bits.at_ns(at_ps) >= now_ns:
-                break
-            bits.step_at(at_ps)
-        self.bits.undisturbed = False
+        self.bits.replay(self.timeline.now_ns)
 
     def short(self, shorted: bool) -> None:
         """Short the two wires (a dominant bus for everybody), or take the short away."""
@@ -472,6 +464,8 @@ class CanBus(BusState):
             if not self._anything_left():
                 self._leave_bitwise()  # the last node has left
                 return True
+            if bits.coast(limit_ns):
+                self.timeline.now_ns = bits.at_ns(bits.now_ps)
             at_ps = bits.next_ps()
             at_ns = bits.at_ns(at_ps)
             if at_ns > limit_ns:

@@ -4,7 +4,8 @@ from canwire.bus.can.echo cimport Echo
 from canwire.bus.can.node cimport Node
 from canwire.bus.can.station cimport Station
 
-cdef int _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE, _FREE, _RES_FIELD
+cdef int _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _ACTIVE_FLAG, _OVERLOAD_FLAG
+cdef int _KEEP_RATE, _TO_DATA_RATE, _FREE, _RES_FIELD
 cdef long long _NEVER
 
 @cython.final
@@ -25,6 +26,12 @@ cdef class Clock:
     cpdef void check(self, int level, long long at_ps) except *
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1
+    @cython.locals(bit_ps="long long", k=int)
+    cdef int drive_run(self, bytes levels, int first, int bits, long long at_ps) except -1
+    @cython.locals(state=int)
+    cdef int drive_steady(self, long long at_ps) except -1
+    cdef int pass_bits(self, int bits, long long at_ps) noexcept
+    cdef bint coasts_with(self, Clock other) noexcept
     @cython.locals(station=Station, state=int, idle=bint, behind=bint)
     cpdef void edge(self, long long at_ps) except *
     cdef int _restart_bit(self, long long at_ps) except -1

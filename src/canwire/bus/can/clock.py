@@ -9,10 +9,12 @@ from __future__ import annotations
 from canwire.bus.can.echo import Echo
 from canwire.bus.can.frame_reader import RES
 from canwire.bus.can.station import (
+    ACTIVE_FLAG,
     FRAME,
     IDLE,
     INTERMISSION,
     KEEP_RATE,
+    OVERLOAD_FLAG,
     SUSPEND,
     TO_DATA_RATE,
     WAITING,
@@ -22,6 +24,7 @@ from canwire.bus.can.stimulus import FREE
 from canwire.timeline import NEVER
 
 _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
+_ACTIVE_FLAG, _OVERLOAD_FLAG = ACTIVE_FLAG, OVERLOAD_FLAG
 _KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
 _NEVER, _FREE, _RES_FIELD = NEVER, FREE, RES
 
@@ -101,6 +104,41 @@ class Clock:
             self.data_rate = change == _TO_DATA_RATE
             self.check_ps = self.echo.forget_checks()
         self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
+
+    def drive_run(self, levels: bytes, first: int, bits: int, at_ps: int) -> None:
+        """It has driven so many of these levels, in bits that begin at `at_ps`."""
+        bit_ps = self.bit_ps()
+        for k in range(bits):
+            self.echo.drive(levels[first + k], at_ps)
+            at_ps += bit_ps
+        self.station.out = levels[first + bits - 1]
+
+    def drive_steady(self, at_ps: int) -> None:
+        """It drives one level, what flags it sends say, from `at_ps` on."""
+        state = self.station.state
+        self.station.out = 0 if state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG else 1
+        self.echo.drive(self.station.out, at_ps)
+
+    def pass_bits(self, bits: int, at_ps: int) -> None:
+        """So many bits have begun, the first at `at_ps`, and been sampled."""
+        self.start_ps = at_ps + (bits - 1) * self.bit_ps()
+        self.due_ps = self.start_ps + self.bit_ps()
+        self.synchronised = self.joins = self.edged = False
+
+    def coasts_with(self, other: Clock) -> bool:
+        """Both are about to begin a bit, at the same time, and the bits to come are the same for them."""
+        return (
+            self.due_ps == other.due_ps
+            and not self.sampling
+            and self.bit_ps() == other.bit_ps()
+            and self.sample_ps() == other.sample_ps()
+            and self.data_rate == other.data_rate
+            and self.edge_ps == _NEVER
+            and self.check_ps == _NEVER
+            and self.forced == _FREE
+            and self.node.loop_ps == 0
+            and not self.node.compensates
+        )
 
     def edge(self, at_ps: int) -> None:
         """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""

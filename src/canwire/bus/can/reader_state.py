@@ -78,7 +78,8 @@ def _whole_bytes(reader: FrameReader) -> int:
 
 
 def copy(target: FrameReader, source: FrameReader) -> None:
-    """Stand where the other one stands, which is of the same `fd_mode`."""
+    """Stand where the other one stands, and read as it does."""
+    target.fd_mode, target.protocol_exception = source.fd_mode, source.protocol_exception
     target.field, target.left, target.value = source.field, source.left, source.value
     target.same, target.last, target.stuffing = source.same, source.last, source.stuffing
     target.stuff_count = source.stuff_count

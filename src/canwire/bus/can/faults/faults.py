@@ -64,6 +64,7 @@ class Faults(Forcing):
         self._sender_seen: Node | None = None
         self._index_seen = 0
         bus.bits.disturb = self._disturb
+        bus.bits.spare = self._spare
 
     def __repr__(self) -> str:
         scripted = sum(fault.times != 0 for fault in self._faults)
@@ -189,12 +190,34 @@ class Faults(Forcing):
         frame = frame_at_box(box)
         return any(fault.matches(frame) for fault in self._faults) or self._awaits(box)
 
+    def _spare(self, node: Node, index: int, most: int) -> int:
+        """How many of the sender's next bits, of so many, nobody will see inverted; they count as passed."""
+        bus = self._bus
+        if 0 <= bus.noise_left < most:
+            most = bus.noise_left
+        if most == 0:
+            return 0
+        if bus.bits.undisturbed or not self._faults:
+            self._active = None
+        else:
+            if self._begins(node, index):
+                self._choose(node)
+            if self._active is not None and self._active[1] >= index:
+                most = min(most, self._active[1] - index)
+        if most:
+            self._sender_seen, self._index_seen = node, index + most - 1
+            if bus.noise_left >= 0:
+                bus.noise_left -= most
+        return most
+
+    def _begins(self, node: Node, index: int) -> bool:
+        """This is the first bit of a frame that is asked for; one that joins an SOF begins at bit 1."""
+        return node is not self._sender_seen or index <= self._index_seen
+
     def _disturb(self, node: Node, index: int) -> int:
         """Who sees the bit inverted that the sender now drives, or -1."""
         bus = self._bus
-        begins = (
-            node is not self._sender_seen or index <= self._index_seen
-        )  # one that joins an SOF begins at bit 1
+        begins = self._begins(node, index)
         self._sender_seen, self._index_seen = node, index
         if bus.noise_left >= 0:
             bus.noise_left -= 1
