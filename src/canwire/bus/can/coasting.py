@@ -161,12 +161,12 @@ class Stretch:
                 clock.drive_run(self.levels, self.first, bits, at_ps)
             else:
                 clock.drive_steady(at_ps)
-            if self.level < 0:
-                station.index += bits
-                if station.state == _WAITING:
-                    self._count_recessive(station, bits)
-            else:
+            if self.level >= 0:
                 _keep(station, self.level, bits)
+            elif station.state == _WAITING:
+                self._count_recessive(station, bits)
+            else:
+                station.index += bits
             clock.pass_bits(bits, at_ps)
             station.last_sample = self.level_of(bits - 1)
             station.rate_change = 0
