@@ -23,7 +23,8 @@ cdef class BitLevel:
     cdef public object capture, disturb, spare, watch
     cdef public list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
-    cdef public Node victim
+    cdef public Node victim, sender_seen
+    cdef public int index_seen
     cdef int _wire, _shown, _flip, _forced
     cdef Clock _flip_sender
 
@@ -68,7 +69,7 @@ cdef class BitLevel:
     cdef bint _free_together(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)
     cdef int _settle(self, long long at_ps) except -1
-    @cython.locals(driver=Clock, clock=Clock, fell=bint, arrives="long long")
+    @cython.locals(falls=Clock, clock=Clock, fallen=int, sees=bint, arrives="long long")
     cdef int _send_edges(self, long long at_ps) except -1
     @cython.locals(absolute_ps="long long", soonest="long long", clock=Clock, stimulus=Stimulus)
     cdef int _force(self, long long at_ps) except -1
@@ -81,7 +82,7 @@ cdef class BitLevel:
     @cython.locals(level=int, other=Clock)
     cdef int _undisturbed_level(self, Clock clock, long long at_ps) except -1
     cdef bint _flipped_for(self, Clock clock) except -1
-    @cython.locals(sender=Clock, driver=Clock)
+    @cython.locals(sender=Clock, driver=Clock, index=int)
     cdef void _begin_disturbance(self) except *
     @cython.locals(found=Clock, clock=Clock, sends=bint)
     cdef Clock _first_sender(self)

@@ -37,8 +37,9 @@ class BitLevel:
     is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the
     sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
     already, and well. `spare` is asked ahead: how many of the sender's next bits, of so many, nobody will see inverted,
-    and counts them as passed. `coasts` allows for many bits in one step. `watch` is handed each clock whose next bit
-    has just begun; a bus that is `pinned` does not rest.
+    and counts them as passed. Both are None while nothing is to be disturbed; `sender_seen` and `index_seen` are whose
+    bit was the last one to be asked for, or would have been. `coasts` allows for many bits in one step. `watch` is
+    handed each clock whose next bit has just begun; a bus that is `pinned` does not rest.
     """
 
     def __init__(self) -> None:
@@ -59,6 +60,8 @@ class BitLevel:
         self.pinned = False
         self.stimuli: list[Stimulus] = []
         self.victim: Node | None = None
+        self.sender_seen: Node | None = None
+        self.index_seen = 0
         self._stretch = Stretch()
         self._stepping = False
         self._wire = 1
@@ -208,11 +211,9 @@ class BitLevel:
     def _calm(self, bits: int) -> int:
         """How many of these bits pass undisturbed; the next one is to be asked for."""
         sender = self._stretch.sender
-        if self.disturb is None or sender is None:
+        if sender is None or self.disturb is None:
             return bits
-        if self.spare is None:
-            return 0
-        return self.spare(sender.node, sender.station.index, bits)
+        return 0 if self.spare is None else self.spare(sender.node, sender.station.index, bits)
 
     def _pass(self, first: Clock, bits: int) -> None:
         stretch = self._stretch
@@ -222,9 +223,10 @@ class BitLevel:
             if stretch.level >= 0:
                 break
         last_ps = began_ps + (bits - 1) * bit_ps
-        if self.disturb is not None and stretch.sender is not None:
-            self._flip_sender = stretch.sender
-            self._asked_ps = last_ps
+        if stretch.sender is not None:
+            self._flip_sender, self._asked_ps = stretch.sender, last_ps
+            self.sender_seen = stretch.sender.node
+            self.index_seen = stretch.sender.station.index + bits - 1
         self.now_ps = last_ps + first.sample_ps()
         stretch.go(self.clocks, bits, began_ps, self.at_ns(self.now_ps))
 
@@ -369,19 +371,23 @@ class BitLevel:
                 self.capture(self.origin_ps + at_ps + self.origin_ns * 1000, shown)
         if wire == 0 and self._wire == 1:
             self._fell_ps = at_ps
-        if wire == 0 and (self._wire == 1 or self.delay_ps):
+        if wire == 0 and (self._wire == 1 or self.delay_ps) and self.clocks:
             self._send_edges(at_ps)
         self._wire = wire
 
     def _send_edges(self, at_ps: int) -> None:
-        for driver in self.clocks:
-            fell = driver.station.out == 0 and driver.echo.changed_at(at_ps)
-            if not fell and not self.shorted:
-                continue
-            for clock in self.clocks:
-                if clock is not driver or self.shorted:
-                    arrives = at_ps if self.shorted else at_ps + self.delay_ps
-                    clock.edge_ps = min(clock.edge_ps, arrives)
+        fallen = 0
+        falls = self.clocks[0]
+        for clock in self.clocks:
+            if self.shorted or (clock.station.out == 0 and clock.echo.changed_at(at_ps)):
+                fallen += 1
+                falls = clock
+        arrives = at_ps if self.shorted else at_ps + self.delay_ps
+        for clock in self.clocks:
+            # nobody sees an edge of its own, but two see each other's
+            sees = self.shorted or fallen > 1 or (fallen == 1 and clock is not falls)
+            if sees and arrives < clock.edge_ps:
+                clock.edge_ps = arrives
 
     def _force(self, at_ps: int) -> None:
         """Stimuli change; the one that came last decides."""
@@ -448,8 +454,6 @@ class BitLevel:
 
     def _begin_disturbance(self) -> None:
         """Ask `disturb` about the bit that the sender has just begun to drive."""
-        if self.disturb is None:
-            return
         sender = self._first_sender()
         if sender is None:
             driver = self._flip_sender  # an error has ended its frame, but not yet its bit
@@ -460,7 +464,9 @@ class BitLevel:
         ):
             self._asked_ps = self.now_ps  # once, whoever else begins a bit now
             self._flip_sender = sender
-            self._flip = self.disturb(sender.node, sender.station.index)
+            index = sender.station.index
+            self._flip = -1 if self.disturb is None else self.disturb(sender.node, index)
+            self.sender_seen, self.index_seen = sender.node, index
             if self._flip >= 0 and self._flipped_for(sender) and sender.forced == _FREE:
                 sender.echo.invert()
 
