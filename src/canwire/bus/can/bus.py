@@ -466,12 +466,13 @@ class CanBus(BusState):
                 return True
             if bits.coast(limit_ns):
                 self.timeline.now_ns = bits.at_ns(bits.now_ps)
-            at_ps = bits.next_ps()
-            at_ns = bits.at_ns(at_ps)
-            if at_ns > limit_ns:
-                return False
-            self.timeline.now_ns = at_ns
-            bits.step_at(at_ps)
+            else:
+                at_ps = bits.next_ps()
+                at_ns = bits.at_ns(at_ps)
+                if at_ns > limit_ns:
+                    return False
+                self.timeline.now_ns = at_ns
+                bits.step_at(at_ps)
             if bits.resting():
                 self._leave_bitwise()
                 return True

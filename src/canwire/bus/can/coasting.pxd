@@ -8,7 +8,7 @@ from canwire.bus.can.station cimport Station
 
 cdef int _IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT
 cdef int _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING
-cdef int _CRC_DELIMITER, _EOF, _FEW, _FEW_BITS, _LONG, _RECOVERED
+cdef int _CRC_DELIMITER, _ACK_DELIMITER, _EOF, _EOF_BITS, _FEW, _FEW_BITS, _LONG, _RECOVERED
 
 @cython.final
 cdef class Stretch:
@@ -16,7 +16,9 @@ cdef class Stretch:
     cdef readonly int first, level
     cdef readonly Clock sender
     cdef FrameReader _scratch
-    cdef int _read
+    cdef int _read, _answer
+    cdef bint _unlike
+    cdef FrameReader _asked
 
     @cython.locals(sender=Station)
     cpdef int look(self, list clocks, int most) except -1
@@ -30,8 +32,9 @@ cdef class Stretch:
     cdef int _read_along(self, list clocks, int most) except -1
     @cython.locals(level=int, clock=Clock, station=Station, bits=int, busy=bint)
     cdef int _look_ahead(self, list clocks, int most) except -1
-    @cython.locals(reader=FrameReader)
+    @cython.locals(reader=FrameReader, field=int, good=bint)
     cdef int _in_frame(self, Station station, int level) except -1
+    cdef int _bits_before_error(self, FrameReader reader, int level) except -1
     @cython.locals(clock=Clock, station=Station)
     cpdef int go(self, list clocks, int bits, long long at_ps, unsigned long long sampled_ns) except -1
     cpdef int level_of(self, int bit) except -1

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from canwire.bus.can import reader_state
 from canwire.bus.can.clock import Clock
-from canwire.bus.can.frame_reader import CRC_DELIMITER, EOF, FrameReader
+from canwire.bus.can.frame_reader import ACK_DELIMITER, CRC_DELIMITER, EOF, FrameReader
 from canwire.bus.can.station import (
     ACTIVE_FLAG,
     DELIMITER,
@@ -29,7 +29,8 @@ _IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT = IDLE, FRAME, ACTIVE_FLA
 _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING = (
     DELIMITER, OVERLOAD_FLAG, INTERMISSION, SUSPEND, WAITING,
 )  # fmt: skip
-_CRC_DELIMITER, _EOF = CRC_DELIMITER, EOF
+_CRC_DELIMITER, _ACK_DELIMITER, _EOF = CRC_DELIMITER, ACK_DELIMITER, EOF
+_EOF_BITS = 7
 _FEW = 6  # no more equal bits are read in one step
 _LONG = 1 << 20
 _RECOVERED = 11  # recessive bits in a row
@@ -49,6 +50,9 @@ class Stretch:
         self.sender: Clock | None = None
         self._scratch = FrameReader(0)
         self._read = 0
+        self._unlike = False
+        self._asked: FrameReader | None = None
+        self._answer = 0
 
     def look(self, clocks: list[Clock], most: int) -> int:
         """How many bits it has, `most` at most; 0: there is none."""
@@ -109,10 +113,12 @@ class Stretch:
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
+        self._unlike = False
         for clock in clocks:
             station = clock.station
             reads = station is not lead and station.state == _FRAME
             if reads and not reader_state.alike(station.reader, lead.reader):
+                self._unlike = True
                 reader_state.copy(scratch, station.reader)
                 most = scratch.take_run(self.levels, self.first, most)
         reader_state.copy(scratch, lead.reader)
@@ -128,6 +134,7 @@ class Stretch:
             if station.state == _ACTIVE_FLAG or station.state == _OVERLOAD_FLAG:
                 level = 0
         self.level = level
+        self._asked = None
         busy = False
         for clock in clocks:
             station = clock.station
@@ -140,14 +147,27 @@ class Stretch:
         return most if busy and most > 0 else 0  # the bus may come to rest at the next bit
 
     def _in_frame(self, station: Station, level: int) -> int:
-        """Behind the CRC only EOF is long; receivers read on while others signal an error."""
+        """Receivers read on while others signal an error; behind the CRC only an ACK slot is more than a bit."""
         reader = station.reader
-        if reader.field == _EOF:
-            return reader.left - 1 if level else 0
-        if station.transmitting or reader.field >= _CRC_DELIMITER:
+        field = reader.field
+        if field < _CRC_DELIMITER or reader.stuffing:
+            return 0 if station.transmitting else self._bits_before_error(reader, level)
+        if level == 0:
             return 0
-        reader_state.copy(self._scratch, reader)
-        return self._scratch.take_steady(level, _FEW)
+        if field == _CRC_DELIMITER:
+            return 0 if station.fast else 1
+        if field == _ACK_DELIMITER:
+            good = station.acknowledged if station.transmitting else reader.crc_ok
+            return 1 + _EOF_BITS if good else 0
+        return reader.left if field == _EOF else 0
+
+    def _bits_before_error(self, reader: FrameReader, level: int) -> int:
+        """The same for all that have read the same: the last answer holds on."""
+        if self._asked is None or not reader_state.alike(reader, self._asked):
+            self._asked = reader
+            reader_state.copy(self._scratch, reader)
+            self._answer = self._scratch.take_steady(level, _FEW)
+        return self._answer
 
     # going on
 
@@ -161,17 +181,17 @@ class Stretch:
                 clock.drive_run(self.levels, self.first, bits, at_ps)
             else:
                 clock.drive_steady(at_ps)
+            clock.pass_bits(bits, at_ps)
+            station.last_sample = self.level_of(bits - 1)
+            station.rate_change = 0
+            station.just_free = False
+            station.now_ns = sampled_ns
             if self.level >= 0:
                 _keep(station, self.level, bits)
             elif station.state == _WAITING:
                 self._count_recessive(station, bits)
             else:
                 station.index += bits
-            clock.pass_bits(bits, at_ps)
-            station.last_sample = self.level_of(bits - 1)
-            station.rate_change = 0
-            station.just_free = False
-            station.now_ns = sampled_ns
 
     def level_of(self, bit: int) -> int:
         """The wire's level in this bit of it."""
@@ -188,7 +208,7 @@ class Stretch:
         for clock in clocks:
             station = clock.station
             if station is not lead and station.state == _FRAME:
-                if reader_state.alike(station.reader, lead.reader):
+                if not self._unlike or reader_state.alike(station.reader, lead.reader):
                     reader_state.copy(station.reader, scratch)
                 else:
                     station.reader.take_run(self.levels, self.first, bits)
@@ -223,7 +243,7 @@ def _between(station: Station, level: int) -> int:
     if level == 0:
         return 0
     if state == _DELIMITER or state == _INTERMISSION:
-        return station.left - 1
+        return station.left
     if station.sof_seen:
         return 0
     if state == _SUSPEND:
@@ -239,9 +259,9 @@ def _counted(station: Station, level: int) -> int:
 def _keep(station: Station, level: int, bits: int) -> None:
     """The station has had so many bits of this level."""
     state = station.state
-    if state == _FRAME:
-        station.reader.take_steady(level, bits)
-        station.index += bits
+    if state == _FRAME or state == _DELIMITER or state == _INTERMISSION:
+        for _ in range(bits):
+            station.sample(level)
     elif state == _PASSIVE_FLAG:
         station.run = _counted(station, level) + bits
         station.flag_level = level

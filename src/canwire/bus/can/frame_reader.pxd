@@ -4,7 +4,7 @@ from canwire cimport _mem
 from canwire.bus.can.node cimport Node
 
 cdef int _SOF, _BASE, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA
-cdef int _FD_CRC, _CRC, _CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF
+cdef int _FD_CRC, _CRC, _CRC_DELIMITER
 cdef int _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE
 cdef int _NON_ISO, _CODES, _WORDS
 cdef unsigned int _CRC15_POLY, _CRC17_POLY, _CRC21_POLY, _CRC17_START, _CRC21_START

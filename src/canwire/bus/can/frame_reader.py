@@ -30,8 +30,8 @@ from canwire.values.dlc import FD_LENGTHS
 ) = range(19)  # fmt: skip
 (
     _SOF, _BASE, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA,
-    _FD_CRC, _CRC, _CRC_DELIMITER, _ACK, _ACK_DELIMITER, _EOF,
-) = range(19)  # fmt: skip
+    _FD_CRC, _CRC, _CRC_DELIMITER,
+) = range(16)  # fmt: skip
 
 # what came of a bit
 TAKEN, STUFF_ERROR, FORM_ERROR, PROTOCOL_EXCEPTION, FAST_FROM_HERE = range(5)
@@ -151,9 +151,9 @@ class FrameReader:
         return most
 
     def take_steady(self, level: int, most: int) -> int:
-        """The same with bits of one level, in EOF too."""
+        """The same with bits of one level."""
         for k in range(most):
-            if self.field >= _CRC_DELIMITER and not self.stuffing and self.field != _EOF:
+            if self.field >= _CRC_DELIMITER and not self.stuffing:
                 return k
             if self.take(level) != _TAKEN:
                 return k
