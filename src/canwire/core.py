@@ -9,10 +9,13 @@ from canwire.bus.can import (
     bit_layout,
     bit_level,
     bus_state,
+    clock,
+    coasting,
     echo,
     frame_reader,
     joining,
     node,
+    reader_state,
     station,
     stepped,
     stimulus,
@@ -34,10 +37,10 @@ from canwire.values import frame, slcan_text
 
 # fmt: off
 MODULES = (
-    frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, tally, station, stimulus,
-    echo, bit_level, load, joining, stepped, bus_state, can_bus, confinement, host, can_fd, sja1000_interrupts,
-    sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes, sja1000, driver, can_fd_driver, message_filter,
-    channel, line,
+    frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, tally, station, stimulus, echo,
+    reader_state, clock, coasting, bit_level, load, joining, stepped, bus_state, can_bus, confinement, host,
+    can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes, sja1000, driver,
+    can_fd_driver, message_filter, channel, line,
 )
 # fmt: on
 

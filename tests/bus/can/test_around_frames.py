@@ -8,8 +8,8 @@ import pytest
 
 from canwire import ErrorState, Frame, Lab, LabBus, LabNode
 from canwire.bus.can import station as states
-from canwire.bus.can.bit_level import Clock
 from canwire.bus.can.bits import measure
+from canwire.bus.can.clock import Clock
 from canwire.bus.can.node import FLAG_BIT_ERROR_RECEIVER, FLAG_BIT_ERROR_TRANSMITTER, Mailbox, Node
 from canwire.bus.can.station import Station
 from canwire.bus.can.tally import Tally

@@ -6,6 +6,7 @@ Source: ISO 11898-1:2015 chapter 10.4; reference/can-protocol.md sections 1 to 4
 
 from __future__ import annotations
 
+from canwire import _mem
 from canwire.bus.can.bits import (
     CRC15_POLY,
     CRC17_ISO_START,
@@ -15,10 +16,11 @@ from canwire.bus.can.bits import (
     NON_ISO,
     STUFF_COUNT_CODE,
 )
+from canwire.bus.can.node import Mailbox
 from canwire.errors import BadValue
+from canwire.values import frame as codec
 from canwire.values.arguments import SignatureOf
 from canwire.values.checks import instance, shown
-from canwire.values.dlc import dlc_to_length
 from canwire.values.frame import Frame
 
 FIELDS = (
@@ -26,7 +28,13 @@ FIELDS = (
     "STUFF COUNT", "CRC", "CRC DEL", "ACK", "ACK DEL", "EOF",
 )  # fmt: skip
 _INDEX = {name: index for index, name in enumerate(FIELDS)}
-DOMINANT, RECESSIVE = 0, 1
+(
+    _SOF, _ID, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA,
+    _STUFF_COUNT, _CRC, _CRC_DEL, _ACK, _ACK_DEL, _EOF,
+) = range(19)  # fmt: skip
+_EOF_BITS = 7
+_TAIL_BITS = 10  # CRC delimiter, ACK slot, ACK delimiter, EOF
+_RECORD_WORDS = 10
 
 
 def _prototype(frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
@@ -52,16 +60,16 @@ class BitLayout:
         self.crc = 0
         self._run = 0
         self._last = 1
-        self._plain: list[int] = []  # SOF to data without stuff bits: what CRC-15 covers
-        self._wired: list[int] = []  # and with them: what CRC-17 and CRC-21 cover
+        self._covering = True
+        self._choose_crc(frame, fd_mode == NON_ISO)
         self._header(frame, frame.error_state_indicator or error_passive)
         self._data(frame)
         if frame.fd:
-            self._fd_crc(len(frame.data), fd_mode == NON_ISO)
+            self._fd_crc(fd_mode == NON_ISO)
         else:
             self._classic_crc()
         # a stuff bit right after BRS counts to ESI: it runs at the data rate already
-        after_brs = self.fields.find(_INDEX["ESI"]) if frame.bit_rate_switch else len(self.levels)
+        after_brs = self.fields.find(_ESI) if frame.bit_rate_switch else len(self.levels)
         self.data_bits = len(self.levels) - after_brs
         self._tail()
 
@@ -89,88 +97,141 @@ class BitLayout:
         fd = any(self.fields[k] == _INDEX["ESI"] for k in range(len(self.fields)))
         return min(start for start in starts if start >= 0) if fd else -1
 
-    def _header(self, frame: Frame, error_passive: bool) -> None:
-        remote = int(frame.remote)
-        self._put("SOF", 0, 1)
-        if frame.extended:
-            self._put("ID", frame.id >> 18, 11)
-            self._put("RTR", 1, 1)
-            self._put("IDE", 1, 1)
-            self._put("EXT", frame.id & 0x3FFFF, 18)
-            self._put("RTR2", remote, 1)
+    def _choose_crc(self, frame: Frame, non_iso: bool) -> None:
+        """CRC-15 covers the bits without stuff bits, CRC-17 and CRC-21 those with them."""
+        self._wide = frame.fd
+        if not frame.fd:
+            self._width, self._poly, self.crc = 15, CRC15_POLY, 0
+        elif len(frame.data) <= 16:
+            self._width, self._poly, self.crc = 17, CRC17_POLY, 0 if non_iso else CRC17_ISO_START
         else:
-            self._put("ID", frame.id, 11)
-            self._put("RTR", remote, 1)
-            self._put("IDE", 0, 1)
-        self._put("FDF", int(frame.fd), 1)
+            self._width, self._poly, self.crc = 21, CRC21_POLY, 0 if non_iso else CRC21_ISO_START
+
+    def _header(self, frame: Frame, error_passive: bool) -> None:
+        remote, id = int(frame.remote), frame.id
+        self._put(_SOF, 0, 1)
+        if frame.extended:
+            self._put(_ID, id >> 18, 11)
+            self._put(_RTR, 1, 1)
+            self._put(_IDE, 1, 1)
+            self._put(_EXT, id & 0x3FFFF, 18)
+            self._put(_RTR2, remote, 1)
+        else:
+            self._put(_ID, id, 11)
+            self._put(_RTR, remote, 1)
+            self._put(_IDE, 0, 1)
+        self._put(_FDF, int(frame.fd), 1)
         if frame.fd:
-            self._put("res", 0, 1)
-            self._put("BRS", int(frame.bit_rate_switch), 1)
-            self._put("ESI", int(error_passive), 1)
+            self._put(_RES, 0, 1)
+            self._put(_BRS, int(frame.bit_rate_switch), 1)
+            self._put(_ESI, int(error_passive), 1)
         elif frame.extended:
-            self._put("r0", 0, 1)
-        self._put("DLC", frame.dlc, 4)
+            self._put(_R0, 0, 1)
+        self._put(_DLC, frame.dlc, 4)
 
     def _data(self, frame: Frame) -> None:
-        length = 0 if frame.remote else dlc_to_length(frame.dlc, fd=frame.fd)
-        for byte in frame.data[:length]:
-            self._put("DATA", byte, 8)
+        data = frame.data
+        for k in range(len(data)):
+            self._put(_DATA, data[k], 8)
 
     def _classic_crc(self) -> None:
-        self.crc = crc_of(self._plain, CRC15_POLY, 15, 0)
-        self._put("CRC", self.crc, 15)
+        self._covering = False
+        self._put(_CRC, self.crc, 15)
         if self._run == 5:
-            self._stuff("CRC")
+            self._stuff(_CRC)
 
-    def _fd_crc(self, length: int, non_iso: bool) -> None:
-        width, poly, start = (
-            (17, CRC17_POLY, CRC17_ISO_START) if length <= 16 else (21, CRC21_POLY, CRC21_ISO_START)
-        )
-        code = [] if non_iso else _bits_of(STUFF_COUNT_CODE[self.stuff_bits & 7], 4)
-        self.crc = crc_of(self._wired + code, poly, width, 0 if non_iso else start)
-        for k, level in enumerate(code + _bits_of(self.crc, width)):
-            field = "STUFF COUNT" if k < len(code) else "CRC"
-            if k % 4 == 0:
+    def _fd_crc(self, non_iso: bool) -> None:
+        if not non_iso:
+            self._put_fixed(_STUFF_COUNT, STUFF_COUNT_CODE[self.stuff_bits & 7], 4, 0)
+        self._covering = False
+        self._put_fixed(_CRC, self.crc, self._width, 0 if non_iso else 4)
+
+    def _put_fixed(self, field: int, value: int, width: int, before: int) -> None:
+        """Fixed stuff bits stand in front of every four bits, of which `before` have come."""
+        for k in range(width):
+            if (before + k) % 4 == 0:
                 self._append(field, 1 - self._last, 1)
+            level = value >> (width - 1 - k) & 1
+            if self._covering:
+                self._cover(level)
             self._append(field, level, 0)
 
     def _tail(self) -> None:
-        for field, count in (("CRC DEL", 1), ("ACK", 1), ("ACK DEL", 1), ("EOF", 7)):
-            for _ in range(count):
-                self._append(field, RECESSIVE, 0)
+        self._append(_CRC_DEL, 1, 0)
+        self._append(_ACK, 1, 0)
+        self._append(_ACK_DEL, 1, 0)
+        for _ in range(_EOF_BITS):
+            self._append(_EOF, 1, 0)
 
-    def _put(self, field: str, value: int, width: int) -> None:
+    def _put(self, field: int, value: int, width: int) -> None:
         for k in range(width - 1, -1, -1):
             level = value >> k & 1
             if self._run == 5:
                 self._stuff(field)
-            self._plain.append(level)
-            self._wired.append(level)
+            if self._covering:
+                self._cover(level)
             self._run = self._run + 1 if level == self._last and self._run else 1
             self._append(field, level, 0)
 
-    def _stuff(self, field: str) -> None:
+    def _stuff(self, field: int) -> None:
         level = 1 - self._last
         self._append(field, level, 1)
         self._run = 1
         self.stuff_bits += 1
-        self._wired.append(level)
+        if self._wide and self._covering:
+            self._cover(level)
 
-    def _append(self, field: str, level: int, stuffed: int) -> None:
+    def _cover(self, level: int) -> None:
+        self.crc = _shifted(self.crc, level, self._width, self._poly)
+
+    def _append(self, field: int, level: int, stuffed: int) -> None:
         self._last = level
         self.levels.append(level)
-        self.fields.append(_INDEX[field])
+        self.fields.append(field)
         self.stuffed.append(stuffed)
+
+
+class KeptLayout:
+    """The layout of what one node sends: a frame that lost, or failed, is the same when it is tried again.
+
+    `fast_bit` is its BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter.
+    """
+
+    def __init__(self) -> None:
+        self.levels = b""
+        self.fast_bit = self.tail_bit = -1
+        self._box = Mailbox()
+        self._fd_mode = -1
+
+    def take(self, box: Mailbox, fd_mode: int) -> None:
+        """This frame is to be sent."""
+        if fd_mode == self._fd_mode and self._holds(box):
+            return
+        frame = codec.frame_at(box.words, 0)
+        layout = BitLayout(frame, fd_mode=fd_mode)
+        self.levels = bytes(layout.levels)
+        self.tail_bit = len(layout.levels) - _TAIL_BITS
+        self.fast_bit = self.tail_bit - layout.data_bits - 1 if layout.data_bits else -1
+        self._fd_mode = fd_mode
+        _mem.copy_record(self._box.words, 0, box.words, 0)
+
+    def _holds(self, box: Mailbox) -> bool:
+        """Its record is the same, but for the time."""
+        for k in range(1, _RECORD_WORDS):
+            if box.words[k] != self._box.words[k]:
+                return False
+        return True
 
 
 def crc_of(bits: list[int], poly: int, width: int, start: int) -> int:
     """CRC of a bit sequence, most significant bit first; `poly` without its top bit."""
     register = start
     for bit in bits:
-        fed_back = bit ^ register >> (width - 1)
-        register = register << 1 & (1 << width) - 1 ^ (poly if fed_back else 0)
+        register = _shifted(register, bit, width, poly)
     return register
 
 
-def _bits_of(value: int, width: int) -> list[int]:
-    return [value >> k & 1 for k in range(width - 1, -1, -1)]
+def _shifted(register: int, bit: int, width: int, poly: int) -> int:
+    fed_back = bit ^ register >> (width - 1)
+    register = register << 1 & ((1 << width) - 1)
+    return register ^ poly if fed_back else register

@@ -1,51 +1,30 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
-from canwire.bus.can.echo cimport Echo
+from canwire.bus.can.clock cimport Clock
+from canwire.bus.can.coasting cimport Stretch
 from canwire.bus.can.node cimport Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
 from canwire.bus.can.stimulus cimport Stimulus
 
-cdef int _FRAME, _QUIET, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _KEEP_RATE, _TO_DATA_RATE
-cdef long long _NEVER
-cdef int _FREE
-cdef int _RES_FIELD
-
-@cython.final
-cdef class Clock:
-    cdef public Station station
-    cdef public Node node
-    cdef public long long start_ps, due_ps, edge_ps, check_ps
-    cdef public int forced, seen
-    cdef public bint sampling, synchronised, data_rate, free, joins, edged
-    cdef public Echo echo
-
-    cdef long long bit_ps(self) noexcept
-    cdef long long sample_ps(self) noexcept
-    cpdef int begin_bit(self, long long at_ps) except -1
-    cdef int _compensate(self, long long at_ps) except -1
-    cpdef int found(self, int level) except -1
-    cpdef void check(self, int level, long long at_ps) except *
-    @cython.locals(change=int)
-    cpdef int sampled(self, long long at_ps) except -1
-    @cython.locals(station=Station, state=int, idle=bint, behind=bint)
-    cpdef void edge(self, long long at_ps) except *
-    cdef int _restart_bit(self, long long at_ps) except -1
-    @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
-    cdef void _resynchronise(self, long long at_ps) except *
+cdef int _FRAME, _QUIET, _IDLE, _SUSPEND, _WAITING, _FREE
+cdef long long _NEVER, _FAR_NS, _MOST
 
 @cython.final
 cdef class BitLevel:
     cdef public Tally tally
     cdef public list clocks
+    cdef list _known
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
-    cdef public bint shorted, undisturbed, pinned
+    cdef public bint shorted, undisturbed, pinned, coasts
+    cdef Stretch _stretch
     cdef bint _stepping, _forcing
-    cdef public object capture, disturb, watch
+    cdef public object capture, disturb, spare, watch
     cdef public list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
-    cdef public Node victim
+    cdef public Node victim, sender_seen
+    cdef public int index_seen
     cdef int _wire, _shown, _flip, _forced
     cdef Clock _flip_sender
 
@@ -57,7 +36,26 @@ cdef class BitLevel:
     cpdef long long next_ps(self) noexcept
     @cython.locals(clock=Clock)
     cpdef int activity(self, Node node) except -1
+    @cython.locals(k=int, known=list)
+    cpdef int enter(self, list nodes, unsigned long long origin_ns, long long origin_ps) except -1
+    cpdef void add(self, Node node, long long at_ps) except *
+    cdef int _bring(self, Node node, Clock clock) except -1
+    cdef int _take_in(self, Clock clock, long long at_ps) except -1
+    @cython.locals(clock=Clock)
+    cpdef int leave(self) except -1
+    @cython.locals(first=Clock, clock=Clock, bits=int)
+    cpdef bint coast(self, unsigned long long limit_ns) except -1
+    @cython.locals(left_ns="long long", left_ps="long long", bits="long long")
+    cdef int _bits_until(self, unsigned long long limit_ns, Clock clock) except -1
+    @cython.locals(sender=Clock)
+    cdef int _calm(self, int bits) except -1
+    @cython.locals(stretch=Stretch, bit_ps="long long", began_ps="long long", last_ps="long long", k=int)
+    cdef int _pass(self, Clock first, int bits) except -1
+    cdef int _show(self, int level, long long at_ps) except -1
+    @cython.locals(at_ps="long long")
+    cpdef int replay(self, unsigned long long now_ns) except -1
     cpdef int step(self) except -1
+    cpdef int step_at(self, long long at_ps) except -1
     @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock, station=Station)
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
@@ -71,7 +69,7 @@ cdef class BitLevel:
     cdef bint _free_together(self) except -1
     @cython.locals(wire=int, shown=int, clock=Clock)
     cdef int _settle(self, long long at_ps) except -1
-    @cython.locals(driver=Clock, clock=Clock, fell=bint, arrives="long long")
+    @cython.locals(falls=Clock, clock=Clock, fallen=int, sees=bint, arrives="long long")
     cdef int _send_edges(self, long long at_ps) except -1
     @cython.locals(absolute_ps="long long", soonest="long long", clock=Clock, stimulus=Stimulus)
     cdef int _force(self, long long at_ps) except -1
@@ -84,7 +82,7 @@ cdef class BitLevel:
     @cython.locals(level=int, other=Clock)
     cdef int _undisturbed_level(self, Clock clock, long long at_ps) except -1
     cdef bint _flipped_for(self, Clock clock) except -1
-    @cython.locals(sender=Clock, driver=Clock)
+    @cython.locals(sender=Clock, driver=Clock, index=int)
     cdef void _begin_disturbance(self) except *
     @cython.locals(found=Clock, clock=Clock, sends=bint)
     cdef Clock _first_sender(self)

@@ -13,152 +13,21 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from canwire.bus.can import phases
-from canwire.bus.can.echo import Echo
-from canwire.bus.can.frame_reader import RES
+from canwire.bus.can.clock import Clock
+from canwire.bus.can.coasting import Stretch
 from canwire.bus.can.node import QUIET, Node
-from canwire.bus.can.station import (
-    FRAME,
-    IDLE,
-    INTERMISSION,
-    KEEP_RATE,
-    SUSPEND,
-    TO_DATA_RATE,
-    WAITING,
-    Station,
-)
+from canwire.bus.can.station import FRAME, IDLE, SUSPEND, WAITING, Station
 from canwire.bus.can.stimulus import FREE, Stimulus
 from canwire.bus.can.tally import Tally
 from canwire.timeline import NEVER
 
-_FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
-_KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
-_NEVER, _QUIET = NEVER, QUIET
-_FREE, _RES_FIELD = FREE, RES
+_FRAME, _IDLE, _SUSPEND, _WAITING = FRAME, IDLE, SUSPEND, WAITING
+_NEVER, _QUIET, _FREE = NEVER, QUIET, FREE
+_FAR_NS = 1 << 40  # beyond any stretch
+_MOST = 1 << 20
 
 # who sees a disturbed bit
 EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
-
-
-class Clock:
-    """One station's bit time: where its present bit began, when it samples, how far it is corrected."""
-
-    def __init__(self, station: Station, at_ps: int) -> None:
-        self.station = station
-        self.node = station.node
-        self.start_ps = at_ps
-        self.due_ps = at_ps  # of its next bit boundary or sample point
-        self.sampling = False
-        self.synchronised = False
-        self.joins = False  # it begins its SOF with somebody else's
-        self.edged = False  # a dominant level has begun its bit: an idle one is not to be cut short
-        self.edge_ps = _NEVER  # of an edge still on its way
-        self.check_ps = _NEVER  # of a second sample point, or of the end of what an edge has to last
-        self.forced = _FREE  # a stimulus puts this level in front of its receiver
-        self.free = True  # none did so up to now
-        self.seen = 1
-        self.data_rate = False
-        self.echo = Echo(self.node)
-
-    def bit_ps(self) -> int:
-        return self.node.data_bit_ps if self.data_rate else self.node.bit_ps
-
-    def sample_ps(self) -> int:
-        return self.node.data_sample_ps if self.data_rate else self.node.sample_ps
-
-    def begin_bit(self, at_ps: int) -> None:
-        """A bit boundary: `out` may change."""
-        self.start_ps = at_ps
-        self.sampling = True
-        self.joins = False
-        self.edged = self.station.sof_seen
-        self.due_ps = at_ps + self.sample_ps()
-        self.station.begin_bit()
-        self.echo.drive(self.station.out, at_ps)
-        if self.node.compensates and self.station.transmitting:
-            self._compensate(at_ps)
-
-    def _compensate(self, at_ps: int) -> None:
-        if self.data_rate:
-            self.check_ps = self.echo.look_later(self.station.out, at_ps)
-        elif self.station.state == _FRAME and self.station.reader.field == _RES_FIELD:
-            self.edge_ps = min(self.edge_ps, self.echo.measure_from(at_ps))
-
-    def found(self, level: int) -> int:
-        """What a sample of this level says to the station: a compensating sender has looked at its bits elsewhere."""
-        if self.data_rate and self.node.compensates and self.station.transmitting:
-            return self.echo.outcome(self.station.out)
-        return level
-
-    def check(self, level: int, at_ps: int) -> None:
-        """A second sample point; or the node looks for the bus and an edge came two quanta ago."""
-        if self.station.state != _WAITING:
-            self.check_ps = self.echo.check(level)
-            return
-        self.check_ps = _NEVER
-        if level == 0:
-            self.station.run = 0
-            self.sampling = True  # nothing else waits for the bit that began with the edge
-            self._restart_bit(at_ps - 2 * self.node.quantum_ps)
-
-    def sampled(self, at_ps: int) -> None:
-        """The sample is taken: the rest of the bit runs at the rate that holds from here on."""
-        self.sampling = False
-        self.synchronised = False
-        change = self.station.rate_change
-        if change != _KEEP_RATE:
-            self.data_rate = change == _TO_DATA_RATE
-            self.check_ps = self.echo.forget_checks()
-        self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
-
-    def edge(self, at_ps: int) -> None:
-        """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""
-        station = self.station
-        state = station.state
-        if state == _WAITING:  # whoever looks for the bus follows every edge, and is no nearer to an idle one
-            if self.node.edge_filter and not station.rejoined:
-                self.check_ps = at_ps + 2 * self.node.quantum_ps
-                return
-            station.run = 0
-            station.sof_seen = station.rejoined
-            self._restart_bit(at_ps)
-            return
-        if self.echo.takes(at_ps) or self.synchronised or station.last_sample == 0:
-            return
-        idle = state == _IDLE or state == _SUSPEND
-        # of the intermission: all but its first bit
-        behind = state == _INTERMISSION and station.left <= (2 if self.sampling else 1)
-        if idle or behind:
-            # an SOF behind the last sample of the intermission is joined by those who have one to send themselves
-            self.joins = station.just_free and state == _IDLE and station.ready_to_send()
-            station.sof_seen = idle and not self.joins
-            self._restart_bit(at_ps)
-        elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
-            self._restart_bit(at_ps)
-        elif not (station.transmitting and self.data_rate):
-            self._resynchronise(at_ps)
-
-    def _restart_bit(self, at_ps: int) -> None:
-        self.synchronised = True
-        if self.sampling:
-            self.start_ps = at_ps
-            self.due_ps = at_ps + self.sample_ps()
-            self.edged = True
-        else:
-            self.due_ps = at_ps  # a bit begins at this very instant, and others see what is driven in it
-
-    def _resynchronise(self, at_ps: int) -> None:
-        quantum = self.node.data_quantum_ps if self.data_rate else self.node.quantum_ps
-        jump = self.node.data_jump_ps if self.data_rate else self.node.jump_ps
-        if self.sampling:
-            late = (at_ps - self.start_ps) // quantum * quantum
-            if late > 0:
-                if self.station.out == 0:
-                    return  # whoever drives dominant takes no notice of an edge that is late
-                self.due_ps += late if late < jump else jump
-        else:
-            early = self.due_ps - at_ps
-            self.due_ps -= early if early < jump else jump
-        self.synchronised = True
 
 
 class BitLevel:
@@ -167,12 +36,16 @@ class BitLevel:
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
     is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the
     sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
-    already, and well. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does not rest.
+    already, and well. `spare` is asked ahead: how many of the sender's next bits, of so many, nobody will see inverted,
+    and counts them as passed. Both are None while nothing is to be disturbed; `sender_seen` and `index_seen` are whose
+    bit was the last one to be asked for, or would have been. `coasts` allows for many bits in one step. `watch` is
+    handed each clock whose next bit has just begun; a bus that is `pinned` does not rest.
     """
 
     def __init__(self) -> None:
         self.tally = Tally()
         self.clocks: list[Clock] = []
+        self._known: list[Clock] = []  # of when the bus was here last
         self.origin_ns = 0
         self.origin_ps = 0
         self.now_ps = 0
@@ -181,10 +54,15 @@ class BitLevel:
         self.undisturbed = False
         self.capture: Callable[[int, int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
+        self.spare: Callable[[Node, int, int], int] | None = None
         self.watch: Callable[[Clock, int], None] | None = None
+        self.coasts = True
         self.pinned = False
         self.stimuli: list[Stimulus] = []
         self.victim: Node | None = None
+        self.sender_seen: Node | None = None
+        self.index_seen = 0
+        self._stretch = Stretch()
         self._stepping = False
         self._wire = 1
         self._shown = 1
@@ -203,19 +81,35 @@ class BitLevel:
         self.clocks = []
         self._wire = 1
         self._flip = self._asked_ps = self._fell_ps = -1
+        self._flip_sender = None
         self.tally.erring = False
-        for node in nodes:
-            self.add(node, 0)
+        known, self._known = self._known, []
+        for k in range(len(nodes)):
+            self._bring(nodes[k], known[k] if k < len(known) else None)
 
     def add(self, node: Node, at_ps: int) -> None:
         """A node comes to the bus; it starts out as its `on_bus` and `waiting` say."""
-        station = Station(node, self.tally)
-        if at_ps:
-            station.contending = None
+        if at_ps == 0:
+            self._bring(node, None)
+            return
+        clock = Clock(Station(node, self.tally), at_ps)
+        clock.station.contending = None
+        clock.station.now_ns = self.at_ns(at_ps)
+        self._take_in(clock, at_ps)
+
+    def _bring(self, node: Node, clock: Clock | None) -> None:
+        """A node is there from the start, with the clock that it had the last time if that is at hand."""
+        if clock is None or clock.node is not node:
+            clock = Clock(Station(node, self.tally), 0)
         else:
-            station.counted = node.counted_ns == self.origin_ns
-        station.now_ns = self.at_ns(at_ps)
-        self.clocks.append(Clock(station, at_ps))
+            clock.station.begin()
+            clock.begin(0)
+        clock.station.counted = node.counted_ns == self.origin_ns
+        clock.station.now_ns = self.at_ns(0)
+        self._take_in(clock, 0)
+
+    def _take_in(self, clock: Clock, at_ps: int) -> None:
+        self.clocks.append(clock)
         if self._forcing:
             self._change_ps = min(self._change_ps, at_ps)  # it sees what is forced already
 
@@ -281,10 +175,92 @@ class BitLevel:
                 return clock.station.activity()
         return _QUIET
 
+    def coast(self, limit_ns: int) -> bool:
+        """Take a stretch of bits in which nobody notices anything in one step; False if there is none by then.
+
+        `now_ps` is its last sample point then, `limit_ns` at the latest.
+        """
+        if not self.coasts or not self.clocks or self._forcing or self.watch is not None:
+            return False
+        first = self.clocks[0]
+        if first.sampling or self.delay_ps or self.shorted or self._forced != _FREE:
+            return False
+        for clock in self.clocks:
+            if not clock.coasts_with(first):
+                return False
+        bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, first))
+        if bits > 0:
+            bits = self._calm(bits)
+        if bits > 0:
+            self._pass(first, bits)
+        return bits > 0
+
+    def _bits_until(self, limit_ns: int, clock: Clock) -> int:
+        """How many more of its samples come by then."""
+        if limit_ns <= self.origin_ns:
+            return 0
+        left_ns = limit_ns - self.origin_ns + 1
+        if left_ns > _FAR_NS:
+            left_ns = _FAR_NS
+        left_ps = left_ns * 1000 - self.origin_ps - clock.due_ps - clock.sample_ps()
+        if left_ps <= 0:
+            return 0
+        bits = (left_ps - 1) // clock.bit_ps() + 1
+        return bits if bits < _MOST else _MOST
+
+    def _calm(self, bits: int) -> int:
+        """How many of these bits pass undisturbed; the next one is to be asked for."""
+        sender = self._stretch.sender
+        if sender is None or self.disturb is None:
+            return bits
+        return 0 if self.spare is None else self.spare(sender.node, sender.station.index, bits)
+
+    def _pass(self, first: Clock, bits: int) -> None:
+        stretch = self._stretch
+        bit_ps, began_ps = first.bit_ps(), first.due_ps
+        for k in range(bits):
+            self._show(stretch.level_of(k), began_ps + k * bit_ps)
+            if stretch.level >= 0:
+                break
+        last_ps = began_ps + (bits - 1) * bit_ps
+        if stretch.sender is not None:
+            self._flip_sender, self._asked_ps = stretch.sender, last_ps
+            self.sender_seen = stretch.sender.node
+            self.index_seen = stretch.sender.station.index + bits - 1
+        self.now_ps = last_ps + first.sample_ps()
+        stretch.go(self.clocks, bits, began_ps, self.at_ns(self.now_ps))
+
+    def _show(self, level: int, at_ps: int) -> None:
+        """The wire takes this level, undisturbed, where everybody's bit begins."""
+        self._flip = -1
+        if level == 0 and self._wire == 1:
+            self._fell_ps = at_ps
+        self._wire = level
+        if level != self._shown:
+            self._shown = level
+            if self.capture is not None:
+                self.capture(self.offset_ps() + at_ps, level)
+
+    def replay(self, now_ns: int) -> None:
+        """What has passed up to now, and well."""
+        self.undisturbed = True
+        while self.clocks:
+            if self.coast(now_ns - 1):
+                continue
+            at_ps = self.next_ps()
+            if self.at_ns(at_ps) >= now_ns:
+                break
+            self.step_at(at_ps)
+        self.undisturbed = False
+
     def step(self) -> None:
         """Everything that happens at the next instant: boundaries, then edges, then samples."""
+        self.step_at(self.next_ps())
+
+    def step_at(self, at_ps: int) -> None:
+        """The same, for who knows when that is."""
         self._stepping = True
-        self._step(self.next_ps())
+        self._step(at_ps)
         self._stepping = False
 
     def _step(self, at_ps: int) -> None:
@@ -379,7 +355,7 @@ class BitLevel:
                 phases.hand_back(clock, self.offset_ps())
             if clock.station.just_free and not clock.node.listen_only and clock.due_ps > self.now_ps:
                 self.now_ps = clock.due_ps
-        self.clocks = []
+        self._known, self.clocks = self.clocks, []
 
     def _settle(self, at_ps: int) -> None:
         """Work out the level of the wire, tell the trace, and send edges on their way."""
@@ -395,19 +371,23 @@ class BitLevel:
                 self.capture(self.origin_ps + at_ps + self.origin_ns * 1000, shown)
         if wire == 0 and self._wire == 1:
             self._fell_ps = at_ps
-        if wire == 0 and (self._wire == 1 or self.delay_ps):
+        if wire == 0 and (self._wire == 1 or self.delay_ps) and self.clocks:
             self._send_edges(at_ps)
         self._wire = wire
 
     def _send_edges(self, at_ps: int) -> None:
-        for driver in self.clocks:
-            fell = driver.station.out == 0 and driver.echo.changed_at(at_ps)
-            if not fell and not self.shorted:
-                continue
-            for clock in self.clocks:
-                if clock is not driver or self.shorted:
-                    arrives = at_ps if self.shorted else at_ps + self.delay_ps
-                    clock.edge_ps = min(clock.edge_ps, arrives)
+        fallen = 0
+        falls = self.clocks[0]
+        for clock in self.clocks:
+            if self.shorted or (clock.station.out == 0 and clock.echo.changed_at(at_ps)):
+                fallen += 1
+                falls = clock
+        arrives = at_ps if self.shorted else at_ps + self.delay_ps
+        for clock in self.clocks:
+            # nobody sees an edge of its own, but two see each other's
+            sees = self.shorted or fallen > 1 or (fallen == 1 and clock is not falls)
+            if sees and arrives < clock.edge_ps:
+                clock.edge_ps = arrives
 
     def _force(self, at_ps: int) -> None:
         """Stimuli change; the one that came last decides."""
@@ -474,8 +454,6 @@ class BitLevel:
 
     def _begin_disturbance(self) -> None:
         """Ask `disturb` about the bit that the sender has just begun to drive."""
-        if self.disturb is None:
-            return
         sender = self._first_sender()
         if sender is None:
             driver = self._flip_sender  # an error has ended its frame, but not yet its bit
@@ -486,7 +464,9 @@ class BitLevel:
         ):
             self._asked_ps = self.now_ps  # once, whoever else begins a bit now
             self._flip_sender = sender
-            self._flip = self.disturb(sender.node, sender.station.index)
+            index = sender.station.index
+            self._flip = -1 if self.disturb is None else self.disturb(sender.node, index)
+            self.sender_seen, self.index_seen = sender.node, index
             if self._flip >= 0 and self._flipped_for(sender) and sender.forced == _FREE:
                 sender.echo.invert()
 

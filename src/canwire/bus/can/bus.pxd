@@ -81,6 +81,20 @@ cdef class CanBus(BusState):
     cdef int _replay(self) except -1
 
     @cython.final
+    @cython.locals(bits=BitLevel, at_ns="unsigned long long", at_ps="long long")
+    cdef bint _run_bits(self, unsigned long long limit_ns) except -1
+
+    @cython.final
+    cdef int _enter_bitwise(self) except -1
+
+    @cython.final
+    @cython.locals(bits=BitLevel)
+    cdef int _leave_bitwise(self) except -1
+
+    @cython.final
+    cdef bint _anything_left(self) except -1
+
+    @cython.final
     @cython.locals(sender=Node, bit_ps="long long", now_ns="unsigned long long")
     cdef void _leave_rest(self) except *
 

@@ -132,11 +132,7 @@ class CanBus(BusState):
     def _replay(self) -> None:
         """Up to now everything went well, whatever is to come."""
         self._inside.over = True
-        now_ns = self.timeline.now_ns
-        self.bits.undisturbed = True
-        while self.bits.clocks and self.bits.at_ns(self.bits.next_ps()) < now_ns:
-            self.bits.step()
-        self.bits.undisturbed = False
+        self.bits.replay(self.timeline.now_ns)
 
     def short(self, shorted: bool) -> None:
         """Short the two wires (a dominant bus for everybody), or take the short away."""
@@ -468,11 +464,15 @@ class CanBus(BusState):
             if not self._anything_left():
                 self._leave_bitwise()  # the last node has left
                 return True
-            at_ns = bits.at_ns(bits.next_ps())
-            if at_ns > limit_ns:
-                return False
-            self.timeline.now_ns = at_ns
-            bits.step()
+            if bits.coast(limit_ns):
+                self.timeline.now_ns = bits.at_ns(bits.now_ps)
+            else:
+                at_ps = bits.next_ps()
+                at_ns = bits.at_ns(at_ps)
+                if at_ns > limit_ns:
+                    return False
+                self.timeline.now_ns = at_ns
+                bits.step_at(at_ps)
             if bits.resting():
                 self._leave_bitwise()
                 return True

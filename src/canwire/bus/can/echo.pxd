@@ -1,5 +1,6 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
+from canwire cimport _mem
 from canwire.bus.can.node cimport Node
 
 cdef long long _NEVER
@@ -8,18 +9,20 @@ cdef int _HISTORY
 @cython.final
 cdef class Echo:
     cdef public Node node
-    cdef public list times, levels
+    cdef readonly object _block
+    cdef unsigned long long *_history
     cdef public long long changes, measuring_ps, measured_ps
     cdef public int last
     cdef public bint failed
     cdef list _checks, _expected
 
-    @cython.locals(slot="long long")
-    cpdef void drive(self, int level, long long at_ps) except *
-    cpdef bint changed_at(self, long long at_ps) except -1
-    @cython.locals(newest="long long", oldest="long long")
-    cpdef int level_at(self, long long at_ps) except -1
-    cpdef bint takes(self, long long at_ps) except -1
+    cpdef int begin(self) except -1
+    cpdef void drive(self, int level, long long at_ps) noexcept
+    @cython.locals(changed_ps="long long")
+    cpdef bint changed_at(self, long long at_ps) noexcept
+    @cython.locals(newest="long long", oldest="long long", changed_ps="long long")
+    cpdef int level_at(self, long long at_ps) noexcept
+    cpdef bint takes(self, long long at_ps) noexcept
     cpdef long long measure_from(self, long long at_ps) noexcept
     @cython.locals(delay_ps="long long")
     cdef bint _measured(self, long long at_ps) noexcept

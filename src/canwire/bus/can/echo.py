@@ -9,6 +9,7 @@ Source: ISO 11898-1:2015 chapter 11.3.3; Bosch M_CAN user's manual, transmitter 
 
 from __future__ import annotations
 
+from canwire import _mem
 from canwire.bus.can.node import Node
 from canwire.timeline import NEVER
 
@@ -24,28 +25,36 @@ class Echo:
 
     def __init__(self, node: Node) -> None:
         self.node = node
-        self.times = [0] * _HISTORY
-        self.levels = [1] * _HISTORY
+        self._block = bytearray(8 * _HISTORY)
+        self._history = _mem.words_of(self._block)  # of each change, its time and then one bit, the new level
+        self._checks: list[int] = []
+        self._expected: list[int] = []
+        self.begin()
+
+    def begin(self) -> None:
+        """Nothing is known of earlier times."""
         self.changes = 0
         self.last = 1
         self.measuring_ps = _NEVER
         self.measured_ps = 0
         self.failed = False
-        self._checks: list[int] = []
-        self._expected: list[int] = []
+        self._checks.clear()
+        self._expected.clear()
 
     def drive(self, level: int, at_ps: int) -> None:
         """The node drives this from now on."""
         if level == self.last:
             return
-        slot = self.changes % _HISTORY
-        self.times[slot] = at_ps
-        self.levels[slot] = self.last = level
+        self._history[self.changes % _HISTORY] = at_ps << 1 | level
+        self.last = level
         self.changes += 1
 
     def changed_at(self, at_ps: int) -> bool:
         """Its last change was then."""
-        return self.changes > 0 and self.times[(self.changes - 1) % _HISTORY] == at_ps
+        if self.changes == 0:
+            return False
+        changed_ps = self._history[(self.changes - 1) % _HISTORY] >> 1
+        return changed_ps == at_ps
 
     def level_at(self, at_ps: int) -> int:
         """What the node drove at an earlier time."""
@@ -53,8 +62,9 @@ class Echo:
         oldest = newest - _HISTORY if newest > _HISTORY else 0
         while newest > oldest:
             newest -= 1
-            if self.times[newest % _HISTORY] <= at_ps:
-                return self.levels[newest % _HISTORY]
+            changed_ps = self._history[newest % _HISTORY] >> 1
+            if changed_ps <= at_ps:
+                return self._history[newest % _HISTORY] & 1
         return 1
 
     def takes(self, at_ps: int) -> bool:

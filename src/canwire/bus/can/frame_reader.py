@@ -8,6 +8,9 @@ Source: ISO 11898-1:2015 chapter 10.4; reference/can-protocol.md sections 1 to 4
 
 from __future__ import annotations
 
+from array import array
+
+from canwire import _mem
 from canwire.bus.can.bits import (
     CRC15_POLY,
     CRC17_ISO_START,
@@ -18,8 +21,7 @@ from canwire.bus.can.bits import (
     STUFF_COUNT_CODE,
 )
 from canwire.bus.can.node import Node
-from canwire.values.dlc import dlc_to_length
-from canwire.values.frame import Frame
+from canwire.values.dlc import FD_LENGTHS
 
 # fields of a frame, in the order of the wire
 (
@@ -35,6 +37,14 @@ from canwire.values.frame import Frame
 TAKEN, STUFF_ERROR, FORM_ERROR, PROTOCOL_EXCEPTION, FAST_FROM_HERE = range(5)
 _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE = range(5)
 
+_NON_ISO = NON_ISO
+_CRC15_POLY, _CRC17_POLY, _CRC21_POLY = CRC15_POLY, CRC17_POLY, CRC21_POLY
+_CRC17_START, _CRC21_START = CRC17_ISO_START, CRC21_ISO_START
+_TABLES = array("H", [*FD_LENGTHS, *STUFF_COUNT_CODE])
+_LENGTHS = _mem.shorts_of(_TABLES)  # and behind the 16 of them the codes of stuff counts
+_CODES = 16
+_WORDS = 8  # of the longest payload
+
 # by field: segment codes of the SJA1000's error code capture register (data sheet table 20); those of FD fields, which
 # no SJA1000 reads to their end, are its reserved bits'
 _PARTS = bytes((
@@ -47,13 +57,17 @@ class FrameReader:
     """Reads one frame after another; `begin` before each.
 
     `fd_mode` is Node.fd: a classic reader takes FDF for the reserved bit r0, unless it knows `protocol_exception`.
-    `field` is the one that the next bit belongs to, unless that is a stuff bit; `left` its bits still to come.
+    `field` is the one that the next bit belongs to, unless that is a stuff bit; `left` its bits still to come, `value`
+    what of it is there already (of the data, of its present byte; the bytes before stand in `payload`, as a record has
+    them).
     """
 
     def __init__(self, fd_mode: int) -> None:
         self.fd_mode = fd_mode
         self.protocol_exception = fd_mode != 0
-        self.data = b""
+        self._block = bytearray(8 * _WORDS)
+        self.payload = _mem.words_of(self._block)
+        self.length = 0
         self.crc_width = 0
         self.crc_position = 0
         self.begin()
@@ -73,14 +87,13 @@ class FrameReader:
         self.last = 1
         self.stuffing = True
         self.stuff_count = 0
-        iso = self.fd_mode != NON_ISO
+        iso = self.fd_mode != _NON_ISO
         self.crc15 = 0
-        self.crc17 = CRC17_ISO_START if iso else 0
-        self.crc21 = CRC21_ISO_START if iso else 0
+        self.crc17 = _CRC17_START if iso else 0
+        self.crc21 = _CRC21_START if iso else 0
         self.identifier = 0
         self.extended = self.remote = self.fd = self.switch = self.esi = False
-        self.dlc = 0
-        self.data = b""
+        self.dlc = self.length = 0
         self.crc_ok = False
 
     def part(self) -> int:
@@ -111,34 +124,59 @@ class FrameReader:
             if self.same == 5:
                 return self._stuff_bit(level)
             self.same = self.same + 1 if level == self.last and self.same else 1
-        if self.field <= _DATA:
+        field = self.field
+        if field <= _DATA:
             self._cover(level)
-            self.crc15 = _shift(self.crc15, level, 15, CRC15_POLY)
-        self.last, previous = level, self.last
-        if self.field == _FD_CRC:
+            if not self.fd:
+                self.crc15 = _shift(self.crc15, level, 15, _CRC15_POLY)
+        previous = self.last
+        self.last = level
+        if field == _FD_CRC:
             return self._fd_crc_bit(level, previous)
         self.value = self.value << 1 | level
         self.left -= 1
-        if self.left == 0 and self.field < _CRC_DELIMITER:
+        if field == _DATA:
+            self._data_bit()
+        elif self.left == 0 and field < _CRC_DELIMITER:
             return self._field_done(self.value)
         return _TAKEN
 
-    def frame(self) -> Frame:
-        """The frame read, once its CRC was right."""
-        return Frame(
-            self.identifier,
-            self.data,
-            extended=self.extended,
-            remote=self.remote,
-            fd=self.fd,
-            bit_rate_switch=self.switch,
-            error_state_indicator=self.esi,
-            dlc=self.dlc,
-        )
+    def take_run(self, levels: bytes, first: int, most: int) -> int:
+        """Bits as in `levels`, `most` of them at most; how many before one that is more than TAKEN, or the tail."""
+        for k in range(first, first + most):
+            if self.field >= _CRC_DELIMITER and not self.stuffing:
+                return k - first
+            if self.take(levels[k]) != _TAKEN:
+                return k - first
+        return most
+
+    def take_steady(self, level: int, most: int) -> int:
+        """The same with bits of one level."""
+        for k in range(most):
+            if self.field >= _CRC_DELIMITER and not self.stuffing:
+                return k
+            if self.take(level) != _TAKEN:
+                return k
+        return most
 
     def _cover(self, level: int) -> None:
-        self.crc17 = _shift(self.crc17, level, 17, CRC17_POLY)
-        self.crc21 = _shift(self.crc21, level, 21, CRC21_POLY)
+        """CRC-17 and CRC-21, until the frame is known to be a classic one."""
+        if self.fd or self.field <= _FDF:
+            self.crc17 = _shift(self.crc17, level, 17, _CRC17_POLY)
+            self.crc21 = _shift(self.crc21, level, 21, _CRC21_POLY)
+
+    def _data_bit(self) -> None:
+        if self.left % 8:
+            return
+        at = self.length - 1 - self.left // 8
+        byte = self.value
+        if at % 8:
+            self.payload[at // 8] |= byte << at % 8 * 8
+        else:
+            self.payload[at // 8] = byte
+        self.value = 0
+        if self.left == 0:
+            self._begin_crc()
 
     def _stuff_bit(self, level: int) -> int:
         if level == self.last:
@@ -205,14 +243,14 @@ class FrameReader:
     def _body_done(self, field: int, value: int) -> None:
         if field == _DLC:
             self.dlc = value
-            length = 0 if self.remote else dlc_to_length(value, fd=self.fd)
-            if length:
-                self.go_on(_DATA, 8 * length)
+            length = _LENGTHS[value]
+            if not self.fd and length > 8:
+                length = 8
+            self.length = 0 if self.remote else length
+            if self.length:
+                self.go_on(_DATA, 8 * self.length)
             else:
                 self._begin_crc()
-        elif field == _DATA:
-            self.data = value.to_bytes(dlc_to_length(self.dlc, fd=self.fd), "big")
-            self._begin_crc()
         else:
             self.crc_ok = value == self.crc15
             self.stuffing = self.same == 5  # one more stuff bit may follow the last CRC bit
@@ -221,8 +259,8 @@ class FrameReader:
     def _begin_crc(self) -> None:
         if self.fd:
             self.stuffing = False
-            coded = 4 if self.fd_mode != NON_ISO else 0
-            self.crc_width = 17 if len(self.data) <= 16 else 21
+            coded = 4 if self.fd_mode != _NON_ISO else 0
+            self.crc_width = 17 if self.length <= 16 else 21
             self.crc_position = 0
             bits = coded + self.crc_width
             self.go_on(_FD_CRC, bits + (bits + 3) // 4)
@@ -236,14 +274,14 @@ class FrameReader:
                 return _FORM_ERROR
         else:
             self.value = self.value << 1 | level
-            if self.fd_mode != NON_ISO and self.crc_position < 5:
+            if self.fd_mode != _NON_ISO and self.crc_position < 5:
                 self._cover(level)
         self.crc_position += 1
         self.left -= 1
         if self.left == 0:
             received = self.value & (1 << self.crc_width) - 1
             code = self.value >> self.crc_width
-            counted = self.fd_mode == NON_ISO or code == STUFF_COUNT_CODE[self.stuff_count & 7]
+            counted = self.fd_mode == _NON_ISO or code == _LENGTHS[_CODES + (self.stuff_count & 7)]
             self.crc_ok = counted and received == (self.crc17 if self.crc_width == 17 else self.crc21)
             self.go_on(_CRC_DELIMITER, 1)
         return _TAKEN

@@ -1,11 +1,11 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire.bus.can cimport bits as can_bits
+from canwire.bus.can.bit_layout cimport KeptLayout
 from canwire.bus.can.frame_reader cimport FrameReader
 from canwire.bus.can.node cimport Mailbox, Node
+from canwire.bus.can cimport reader_state
 from canwire.bus.can.tally cimport Tally
-from canwire.values cimport frame as codec
-from canwire.values.frame cimport Frame
 
 cdef int _IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT
 cdef int _DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING
@@ -15,6 +15,7 @@ cdef int _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR
 cdef int _NO_RULE, _RECEIVED, _TRANSMIT_ERROR, _RECEIVE_ERROR, _DOMINANT_AFTER_FLAG
 cdef int _FLAG_TRANSMITTER, _FLAG_RECEIVER, _LONG_TRANSMITTER, _LONG_RECEIVER
 cdef int _QUIET, _RECEIVED_LAST, _SENT, _RECEIVING, _SENDING, _FAILED
+cdef unsigned int _FD
 cdef int _TO_DATA_RATE, _TO_NOMINAL_RATE, _FLAG_PART, _DELIMITER_PART, _OVERLOAD_PART
 
 @cython.final
@@ -27,8 +28,11 @@ cdef class Station:
     cdef public bint fast, sof_seen, transmitting, finished, rejoined, overload, tec_due, just_free, flagged, counted
     cdef public Mailbox box, sent, contending
     cdef public bytes levels
+    cdef public KeptLayout layout
     cdef public bint acknowledging, acknowledged, second_ack
 
+    @cython.locals(node=Node)
+    cpdef int begin(self) except -1
     cpdef int begin_bit(self) except -1
     @cython.locals(state=int)
     cpdef int sample(self, int level) except -1

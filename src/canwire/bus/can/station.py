@@ -12,11 +12,11 @@ from __future__ import annotations
 from canwire.bus.can import bits as can_bits
 from canwire.bus.can import frame_reader as fields
 from canwire.bus.can import node as seam
-from canwire.bus.can.bit_layout import BitLayout
+from canwire.bus.can import reader_state
+from canwire.bus.can.bit_layout import KeptLayout
 from canwire.bus.can.frame_reader import FrameReader
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.tally import Tally
-from canwire.values import frame as codec
 
 # states
 (
@@ -44,6 +44,8 @@ _STUFF, _FORM, _ACK_ERROR, _BIT, _FAST_DATA_BIT, _CRC_ERROR = 1, 2, 3, 4, 5, 6
 
 _FLAG_PART, _DELIMITER_PART, _OVERLOAD_PART = 0x11, 0x17, 0x1C  # as frame_reader.py's parts
 
+_FD = 1 << 10  # of a record's info
+
 KEEP_RATE, TO_DATA_RATE, TO_NOMINAL_RATE = range(3)
 _TO_DATA_RATE, _TO_NOMINAL_RATE = TO_DATA_RATE, TO_NOMINAL_RATE
 
@@ -54,34 +56,34 @@ class Station:
     `out` is the level it drives, `rate_change` what its clock has to do at this sample point, `sof_seen` that an edge
     has ended its idle time, `just_free` that the present bit's sample has ended the intermission. `flagged` holds from
     an error or overload flag of its own to the end of the intermission behind it. `counted` says that the node has
-    been told already that the frame on the wire was well received.
+    been told already that the frame on the wire was well received. `levels` are those of `layout`, the frame that it
+    sends or sent last.
     """
 
     def __init__(self, node: Node, tally: Tally) -> None:
         self.node = node
         self.tally = tally
-        self.now_ns = 0
-        self.sof_ns = 0
-        self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
-        self.out = 1
-        self.last_sample = 1
-        self.rate_change = 0
-        self.fast = self.transmitting = False
-        self.index = 0
-        self.run = 0
         self.box = Mailbox()
+        self.reader = FrameReader(node.fd)
+        self.layout = KeptLayout()
+        self.levels = self.layout.levels
+        self.begin()
+
+    def begin(self) -> None:
+        """The node comes to the bus, or the bus comes back from whole frames."""
+        node = self.node
+        self.now_ns = self.sof_ns = 0
+        self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
+        self.out = self.last_sample = self.flag_level = 1
+        self.rate_change = self.index = self.run = self.left = self.dominant_run = 0
+        self.fast = self.transmitting = False
         self.contending = node.contending
         self.sent = self.box
-        self.levels = b""
         self.just_free = self.finished = False
         # the last bit that it waited for has been sampled, and an SOF comes before it is over
         self.rejoined = self.sof_seen = bool(node.waiting) and node.sequences >= node.waiting
         self.overload = self.flagged = self.counted = False
         self.tec_due = False
-        self.left = 0
-        self.dominant_run = 0
-        self.flag_level = 1
-        self.reader = FrameReader(node.fd)
         self._begin_frame()
 
     def begin_bit(self) -> None:
@@ -197,12 +199,10 @@ class Station:
     def _transmit(self, box: Mailbox) -> None:
         self.sent = self.node.contending = box
         self.sof_ns = self.now_ns
-        frame = codec.frame_at(box.words, 0)
-        if frame.fd:
+        if box.words[1] >> 32 & _FD:
             can_bits.show_error_state(box, self.node.passive, self.node.fd)
-            frame = codec.frame_at(box.words, 0)
-        layout = BitLayout(frame, fd_mode=self.node.fd)
-        self.levels = bytes(layout.levels)
+        self.layout.take(box, self.node.fd)
+        self.levels = self.layout.levels
         self._begin_frame()
         self.transmitting = True
         self.sof_seen = False
@@ -271,7 +271,7 @@ class Station:
             self.node.contending = None
             self.node.transmitted(self.sent, self.now_ns)
         else:
-            codec.store_frame(self.reader.frame(), self.box.words, 0, 0, 0)
+            reader_state.store(self.reader, self.box.words)
             if self.node.sink is not None:
                 self.node.frames_received += 1
                 self.node.sink.deliver(self.box, self.now_ns, 0)

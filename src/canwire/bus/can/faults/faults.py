@@ -61,9 +61,6 @@ class Faults(Forcing):
         self._noises: list[Noise] = []
         self._noise = 0.0
         self._active: tuple[Fault, int] | None = None
-        self._sender_seen: Node | None = None
-        self._index_seen = 0
-        bus.bits.disturb = self._disturb
 
     def __repr__(self) -> str:
         scripted = sum(fault.times != 0 for fault in self._faults)
@@ -153,6 +150,7 @@ class Faults(Forcing):
         self._bus.interrupt()  # what has passed of a frame has passed with the noise before
         self._noise = 1.0 - math.prod(1.0 - noise.rate for noise in self._noises)
         self._bus.noise_left = self._next_noise()
+        self._ask_bits()
 
     def _strike_by_noise(self) -> None:
         """One of the noises inverts a bit."""
@@ -184,18 +182,47 @@ class Faults(Forcing):
 
     def _choose_frames(self) -> None:
         self._bus.scripted = self._scripted if self._faults or self._placed else None
+        self._ask_bits()
+
+    def _ask_bits(self) -> None:
+        """Be asked about each bit while one may be disturbed."""
+        bits = self._bus.bits
+        if self._faults or self._bus.noise_left >= 0:
+            bits.disturb, bits.spare = self._disturb, self._spare
+        else:
+            bits.disturb = bits.spare = None
+            self._active = None
 
     def _scripted(self, box: Mailbox) -> bool:
         frame = frame_at_box(box)
         return any(fault.matches(frame) for fault in self._faults) or self._awaits(box)
 
+    def _spare(self, node: Node, index: int, most: int) -> int:
+        """How many of the sender's next bits, of so many, nobody will see inverted; they count as passed."""
+        bus = self._bus
+        if 0 <= bus.noise_left < most:
+            most = bus.noise_left
+        if most == 0:
+            return 0
+        if bus.bits.undisturbed or not self._faults:
+            self._active = None
+        else:
+            if self._begins(node, index):
+                self._choose(node)
+            if self._active is not None and self._active[1] >= index:
+                most = min(most, self._active[1] - index)
+        if bus.noise_left >= 0:
+            bus.noise_left -= most
+        return most
+
+    def _begins(self, node: Node, index: int) -> bool:
+        """This is the first bit of a frame that is asked for; one that joins an SOF begins at bit 1."""
+        bits = self._bus.bits
+        return node is not bits.sender_seen or index <= bits.index_seen
+
     def _disturb(self, node: Node, index: int) -> int:
         """Who sees the bit inverted that the sender now drives, or -1."""
         bus = self._bus
-        begins = (
-            node is not self._sender_seen or index <= self._index_seen
-        )  # one that joins an SOF begins at bit 1
-        self._sender_seen, self._index_seen = node, index
         if bus.noise_left >= 0:
             bus.noise_left -= 1
             if bus.noise_left < 0:
@@ -207,7 +234,7 @@ class Faults(Forcing):
         if not self._faults:
             self._active = None  # what a fault that comes in mid-frame must not find
             return -1
-        if begins:
+        if self._begins(node, index):
             self._choose(node)
         if self._active is None or self._active[1] != index:
             return -1

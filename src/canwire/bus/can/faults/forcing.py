@@ -11,8 +11,8 @@ from contextlib import AbstractContextManager, nullcontext
 
 from canwire.bus.can import station
 from canwire.bus.can.bit_layout import BitLayout
-from canwire.bus.can.bit_level import Clock
 from canwire.bus.can.bus import CanBus
+from canwire.bus.can.clock import Clock
 from canwire.bus.can.faults.disturbance import Changes, Disturbance, Timed, stimulus_of
 from canwire.bus.can.faults.places import FRAME, Place, Progress
 from canwire.bus.can.node import Mailbox, Node

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from canwire.bus.can import station
 from canwire.bus.can.bit_layout import BitLayout
-from canwire.bus.can.bit_level import Clock
+from canwire.bus.can.clock import Clock
 from canwire.bus.can.node import Node
 from canwire.errors import BadValue
 from canwire.values.frame import Frame

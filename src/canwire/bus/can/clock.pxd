@@ -1,0 +1,39 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
+cimport cython
+from canwire.bus.can.echo cimport Echo
+from canwire.bus.can.node cimport Node
+from canwire.bus.can.station cimport Station
+
+cdef int _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING, _ACTIVE_FLAG, _OVERLOAD_FLAG
+cdef int _KEEP_RATE, _TO_DATA_RATE, _FREE, _RES_FIELD
+cdef long long _NEVER
+
+@cython.final
+cdef class Clock:
+    cdef public Station station
+    cdef public Node node
+    cdef public long long start_ps, due_ps, edge_ps, check_ps
+    cdef public int forced, seen
+    cdef public bint sampling, synchronised, data_rate, free, joins, edged
+    cdef public Echo echo
+
+    cpdef int begin(self, long long at_ps) except -1
+    cdef long long bit_ps(self) noexcept
+    cdef long long sample_ps(self) noexcept
+    cpdef int begin_bit(self, long long at_ps) except -1
+    cdef int _compensate(self, long long at_ps) except -1
+    cpdef int found(self, int level) except -1
+    cpdef void check(self, int level, long long at_ps) except *
+    @cython.locals(change=int)
+    cpdef int sampled(self, long long at_ps) except -1
+    @cython.locals(bit_ps="long long", k=int)
+    cdef int drive_run(self, bytes levels, int first, int bits, long long at_ps) except -1
+    @cython.locals(state=int)
+    cdef int drive_steady(self, long long at_ps) except -1
+    cdef int pass_bits(self, int bits, long long at_ps) noexcept
+    cdef bint coasts_with(self, Clock other) noexcept
+    @cython.locals(station=Station, state=int, idle=bint, behind=bint)
+    cpdef void edge(self, long long at_ps) except *
+    cdef int _restart_bit(self, long long at_ps) except -1
+    @cython.locals(quantum="long long", jump="long long", late="long long", early="long long")
+    cdef void _resynchronise(self, long long at_ps) except *

@@ -1,0 +1,191 @@
+"""One station's bit time: its boundaries, its sample points, and how the edges that it sees move them.
+
+Times are bit_level.py's picoseconds.
+Source: ISO 11898-1:2015 chapter 11.3 (bit timing and synchronisation); reference/can-protocol.md section 8.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can.echo import Echo
+from canwire.bus.can.frame_reader import RES
+from canwire.bus.can.station import (
+    ACTIVE_FLAG,
+    FRAME,
+    IDLE,
+    INTERMISSION,
+    KEEP_RATE,
+    OVERLOAD_FLAG,
+    SUSPEND,
+    TO_DATA_RATE,
+    WAITING,
+    Station,
+)
+from canwire.bus.can.stimulus import FREE
+from canwire.timeline import NEVER
+
+_FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
+_ACTIVE_FLAG, _OVERLOAD_FLAG = ACTIVE_FLAG, OVERLOAD_FLAG
+_KEEP_RATE, _TO_DATA_RATE = KEEP_RATE, TO_DATA_RATE
+_NEVER, _FREE, _RES_FIELD = NEVER, FREE, RES
+
+
+class Clock:
+    """One station's bit time: where its present bit began, when it samples, how far it is corrected."""
+
+    def __init__(self, station: Station, at_ps: int) -> None:
+        self.station = station
+        self.node = station.node
+        self.echo = Echo(self.node)
+        self.begin(at_ps)
+
+    def begin(self, at_ps: int) -> None:
+        """A bit boundary of a station that has just come to the bus, or comes back to it."""
+        self.echo.begin()
+        self.start_ps = at_ps
+        self.due_ps = at_ps  # of its next bit boundary or sample point
+        self.sampling = False
+        self.synchronised = False
+        self.joins = False  # it begins its SOF with somebody else's
+        self.edged = False  # a dominant level has begun its bit: an idle one is not to be cut short
+        self.edge_ps = _NEVER  # of an edge still on its way
+        self.check_ps = _NEVER  # of a second sample point, or of the end of what an edge has to last
+        self.forced = _FREE  # a stimulus puts this level in front of its receiver
+        self.free = True  # none did so up to now
+        self.seen = 1
+        self.data_rate = False
+
+    def bit_ps(self) -> int:
+        return self.node.data_bit_ps if self.data_rate else self.node.bit_ps
+
+    def sample_ps(self) -> int:
+        return self.node.data_sample_ps if self.data_rate else self.node.sample_ps
+
+    def begin_bit(self, at_ps: int) -> None:
+        """A bit boundary: `out` may change."""
+        self.start_ps = at_ps
+        self.sampling = True
+        self.joins = False
+        self.edged = self.station.sof_seen
+        self.due_ps = at_ps + self.sample_ps()
+        self.station.begin_bit()
+        self.echo.drive(self.station.out, at_ps)
+        if self.node.compensates and self.station.transmitting:
+            self._compensate(at_ps)
+
+    def _compensate(self, at_ps: int) -> None:
+        if self.data_rate:
+            self.check_ps = self.echo.look_later(self.station.out, at_ps)
+        elif self.station.state == _FRAME and self.station.reader.field == _RES_FIELD:
+            self.edge_ps = min(self.edge_ps, self.echo.measure_from(at_ps))
+
+    def found(self, level: int) -> int:
+        """What a sample of this level says to the station: a compensating sender has looked at its bits elsewhere."""
+        if self.data_rate and self.node.compensates and self.station.transmitting:
+            return self.echo.outcome(self.station.out)
+        return level
+
+    def check(self, level: int, at_ps: int) -> None:
+        """A second sample point; or the node looks for the bus and an edge came two quanta ago."""
+        if self.station.state != _WAITING:
+            self.check_ps = self.echo.check(level)
+            return
+        self.check_ps = _NEVER
+        if level == 0:
+            self.station.run = 0
+            self.sampling = True  # nothing else waits for the bit that began with the edge
+            self._restart_bit(at_ps - 2 * self.node.quantum_ps)
+
+    def sampled(self, at_ps: int) -> None:
+        """The sample is taken: the rest of the bit runs at the rate that holds from here on."""
+        self.sampling = False
+        self.synchronised = False
+        change = self.station.rate_change
+        if change != _KEEP_RATE:
+            self.data_rate = change == _TO_DATA_RATE
+            self.check_ps = self.echo.forget_checks()
+        self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
+
+    def drive_run(self, levels: bytes, first: int, bits: int, at_ps: int) -> None:
+        """It has driven so many of these levels, in bits that begin at `at_ps`."""
+        bit_ps = self.bit_ps()
+        for k in range(bits):
+            self.echo.drive(levels[first + k], at_ps)
+            at_ps += bit_ps
+        self.station.out = levels[first + bits - 1]
+
+    def drive_steady(self, at_ps: int) -> None:
+        """It drives one level, what flags it sends say, from `at_ps` on."""
+        state = self.station.state
+        self.station.out = 0 if state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG else 1
+        self.echo.drive(self.station.out, at_ps)
+
+    def pass_bits(self, bits: int, at_ps: int) -> None:
+        """So many bits have begun, the first at `at_ps`, and been sampled."""
+        self.start_ps = at_ps + (bits - 1) * self.bit_ps()
+        self.due_ps = self.start_ps + self.bit_ps()
+        self.synchronised = self.joins = self.edged = False
+
+    def coasts_with(self, other: Clock) -> bool:
+        """Both are about to begin a bit, at the same time, and the bits to come are the same for them."""
+        return (
+            self.due_ps == other.due_ps
+            and not self.sampling
+            and self.bit_ps() == other.bit_ps()
+            and self.sample_ps() == other.sample_ps()
+            and self.data_rate == other.data_rate
+            and self.edge_ps == _NEVER
+            and self.check_ps == _NEVER
+            and self.forced == _FREE
+            and self.node.loop_ps == 0
+            and not self.node.compensates
+        )
+
+    def edge(self, at_ps: int) -> None:
+        """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""
+        station = self.station
+        state = station.state
+        if state == _WAITING:  # whoever looks for the bus follows every edge, and is no nearer to an idle one
+            if self.node.edge_filter and not station.rejoined:
+                self.check_ps = at_ps + 2 * self.node.quantum_ps
+                return
+            station.run = 0
+            station.sof_seen = station.rejoined
+            self._restart_bit(at_ps)
+            return
+        if self.echo.takes(at_ps) or self.synchronised or station.last_sample == 0:
+            return
+        idle = state == _IDLE or state == _SUSPEND
+        # of the intermission: all but its first bit
+        behind = state == _INTERMISSION and station.left <= (2 if self.sampling else 1)
+        if idle or behind:
+            # an SOF behind the last sample of the intermission is joined by those who have one to send themselves
+            self.joins = station.just_free and state == _IDLE and station.ready_to_send()
+            station.sof_seen = idle and not self.joins
+            self._restart_bit(at_ps)
+        elif state == _FRAME and station.reader.field == _RES_FIELD and not station.transmitting:
+            self._restart_bit(at_ps)
+        elif not (station.transmitting and self.data_rate):
+            self._resynchronise(at_ps)
+
+    def _restart_bit(self, at_ps: int) -> None:
+        self.synchronised = True
+        if self.sampling:
+            self.start_ps = at_ps
+            self.due_ps = at_ps + self.sample_ps()
+            self.edged = True
+        else:
+            self.due_ps = at_ps  # a bit begins at this very instant, and others see what is driven in it
+
+    def _resynchronise(self, at_ps: int) -> None:
+        quantum = self.node.data_quantum_ps if self.data_rate else self.node.quantum_ps
+        jump = self.node.data_jump_ps if self.data_rate else self.node.jump_ps
+        if self.sampling:
+            late = (at_ps - self.start_ps) // quantum * quantum
+            if late > 0:
+                if self.station.out == 0:
+                    return  # whoever drives dominant takes no notice of an edge that is late
+                self.due_ps += late if late < jump else jump
+        else:
+            early = self.due_ps - at_ps
+            self.due_ps -= early if early < jump else jump
+        self.synchronised = True

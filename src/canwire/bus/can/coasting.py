@@ -1,0 +1,275 @@
+"""Stretches of bits in which nothing happens that anybody could notice: bit_level.py takes each in one step.
+
+All clocks must stand at the same bit boundary and run at the same rate, so that every edge comes where all of them
+begin a bit anyway. Then either everybody reads what one sender has laid out, and readers that have read the same are
+read for once; or the wire keeps its level for as long as no flag, delimiter, field or count comes to its end. The bit
+where one does is left to bit_level.py, as are all others that do not fit.
+"""
+
+from __future__ import annotations
+
+from canwire.bus.can import reader_state
+from canwire.bus.can.clock import Clock
+from canwire.bus.can.frame_reader import ACK_DELIMITER, CRC_DELIMITER, EOF, FrameReader
+from canwire.bus.can.station import (
+    ACTIVE_FLAG,
+    DELIMITER,
+    FLAG_WAIT,
+    FRAME,
+    IDLE,
+    INTERMISSION,
+    OVERLOAD_FLAG,
+    PASSIVE_FLAG,
+    SUSPEND,
+    WAITING,
+    Station,
+)
+
+_IDLE, _FRAME, _ACTIVE_FLAG, _PASSIVE_FLAG, _FLAG_WAIT = IDLE, FRAME, ACTIVE_FLAG, PASSIVE_FLAG, FLAG_WAIT
+_DELIMITER, _OVERLOAD_FLAG, _INTERMISSION, _SUSPEND, _WAITING = (
+    DELIMITER, OVERLOAD_FLAG, INTERMISSION, SUSPEND, WAITING,
+)  # fmt: skip
+_CRC_DELIMITER, _ACK_DELIMITER, _EOF = CRC_DELIMITER, ACK_DELIMITER, EOF
+_EOF_BITS = 7
+_FEW = 6  # no more equal bits are read in one step
+_LONG = 1 << 20
+_RECOVERED = 11  # recessive bits in a row
+_FEW_BITS = 5  # as many equal ones as a frame has
+
+
+class Stretch:
+    """The next stretch of one bus: `levels` from `first` on, or all of them `level` if that is not -1.
+
+    `sender` is the clock whose frame is read; None between frames.
+    """
+
+    def __init__(self) -> None:
+        self.levels = b""
+        self.first = 0
+        self.level = -1
+        self.sender: Clock | None = None
+        self._scratch = FrameReader(0)
+        self._read = 0
+        self._unlike = False
+        self._asked: FrameReader | None = None
+        self._answer = 0
+
+    def look(self, clocks: list[Clock], most: int) -> int:
+        """How many bits it has, `most` at most; 0: there is none."""
+        self.sender = self._find_sender(clocks)
+        if self.sender is not None:
+            sender = self.sender.station
+            if sender.index < sender.layout.tail_bit:
+                return self._look_along(clocks, most)
+        return self._look_ahead(clocks, most)
+
+    def _find_sender(self, clocks: list[Clock]) -> Clock | None:
+        """Of those that still contend, the one that will win."""
+        found = None
+        for clock in clocks:
+            station = clock.station
+            sends = station.state == _FRAME and station.transmitting
+            if sends and (found is None or station.sent.key < found.station.sent.key):
+                found = clock
+        return found
+
+    # a frame as it is laid out
+
+    def _look_along(self, clocks: list[Clock], most: int) -> int:
+        assert self.sender is not None
+        sender = self.sender.station
+        self.level = -1
+        self.levels = sender.levels
+        self.first = sender.index
+        for clock in clocks:
+            station = clock.station
+            if station.state == _FRAME:
+                if station.transmitting:
+                    most = self._agreed(station, most)
+            elif not _can_wait(station):
+                return 0
+            if most <= 0:
+                return 0
+        return self._read_along(clocks, most)
+
+    def _agreed(self, station: Station, most: int) -> int:
+        """How long a contender drives the same levels, at one rate."""
+        layout = station.layout
+        end = layout.tail_bit
+        if layout.fast_bit >= self.first:
+            end = layout.fast_bit
+        if station.index != self.first:
+            return 0
+        if end - self.first < most:
+            most = end - self.first
+        if station is not self.sender.station:  # type: ignore[union-attr]
+            for k in range(self.first, self.first + most):
+                if station.levels[k] != self.levels[k]:
+                    return k - self.first
+        return most
+
+    def _read_along(self, clocks: list[Clock], most: int) -> int:
+        """How many of the bits are mere bits to all readers; `_scratch` is where the sender's then stands."""
+        assert self.sender is not None
+        lead = self.sender.station
+        scratch = self._scratch
+        self._unlike = False
+        for clock in clocks:
+            station = clock.station
+            reads = station is not lead and station.state == _FRAME
+            if reads and not reader_state.alike(station.reader, lead.reader):
+                self._unlike = True
+                reader_state.copy(scratch, station.reader)
+                most = scratch.take_run(self.levels, self.first, most)
+        reader_state.copy(scratch, lead.reader)
+        self._read = scratch.take_run(self.levels, self.first, most)
+        return self._read
+
+    # one level
+
+    def _look_ahead(self, clocks: list[Clock], most: int) -> int:
+        level = 1
+        for clock in clocks:
+            station = clock.station
+            if station.state == _ACTIVE_FLAG or station.state == _OVERLOAD_FLAG:
+                level = 0
+        self.level = level
+        self._asked = None
+        busy = False
+        for clock in clocks:
+            station = clock.station
+            if station.finished or station.rejoined or most <= 0:
+                return 0
+            busy = busy or not station.resting()
+            bits = self._in_frame(station, level) if station.state == _FRAME else _between(station, level)
+            if bits < most:
+                most = bits
+        return most if busy and most > 0 else 0  # the bus may come to rest at the next bit
+
+    def _in_frame(self, station: Station, level: int) -> int:
+        """Receivers read on while others signal an error; behind the CRC only an ACK slot is more than a bit."""
+        reader = station.reader
+        field = reader.field
+        if field < _CRC_DELIMITER or reader.stuffing:
+            return 0 if station.transmitting else self._bits_before_error(reader, level)
+        if level == 0:
+            return 0
+        if field == _CRC_DELIMITER:
+            return 0 if station.fast else 1
+        if field == _ACK_DELIMITER:
+            good = station.acknowledged if station.transmitting else reader.crc_ok
+            return 1 + _EOF_BITS if good else 0
+        return reader.left if field == _EOF else 0
+
+    def _bits_before_error(self, reader: FrameReader, level: int) -> int:
+        """The same for all that have read the same: the last answer holds on."""
+        if self._asked is None or not reader_state.alike(reader, self._asked):
+            self._asked = reader
+            reader_state.copy(self._scratch, reader)
+            self._answer = self._scratch.take_steady(level, _FEW)
+        return self._answer
+
+    # going on
+
+    def go(self, clocks: list[Clock], bits: int, at_ps: int, sampled_ns: int) -> None:
+        """All of them have had so many bits, the first of which began at `at_ps`, and take the last sample now."""
+        if self.level < 0:
+            self._read_on(clocks, bits)
+        for clock in clocks:
+            station = clock.station
+            if self.level < 0 and station.transmitting:
+                clock.drive_run(self.levels, self.first, bits, at_ps)
+            else:
+                clock.drive_steady(at_ps)
+            clock.pass_bits(bits, at_ps)
+            station.last_sample = self.level_of(bits - 1)
+            station.rate_change = 0
+            station.just_free = False
+            station.now_ns = sampled_ns
+            if self.level >= 0:
+                _keep(station, self.level, bits)
+            elif station.state == _WAITING:
+                self._count_recessive(station, bits)
+            else:
+                station.index += bits
+
+    def level_of(self, bit: int) -> int:
+        """The wire's level in this bit of it."""
+        return self.level if self.level >= 0 else self.levels[self.first + bit]
+
+    def _read_on(self, clocks: list[Clock], bits: int) -> None:
+        """One reader reads for all that have read the same."""
+        assert self.sender is not None
+        lead = self.sender.station
+        scratch = self._scratch
+        if bits != self._read:
+            reader_state.copy(scratch, lead.reader)
+            scratch.take_run(self.levels, self.first, bits)
+        for clock in clocks:
+            station = clock.station
+            if station is not lead and station.state == _FRAME:
+                if not self._unlike or reader_state.alike(station.reader, lead.reader):
+                    reader_state.copy(station.reader, scratch)
+                else:
+                    station.reader.take_run(self.levels, self.first, bits)
+        reader_state.copy(lead.reader, scratch)
+
+    def _count_recessive(self, station: Station, bits: int) -> None:
+        for k in range(self.first, self.first + bits):
+            station.run = station.run + 1 if self.levels[k] else 0
+
+
+def _can_wait(station: Station) -> bool:
+    """It looks for 11 recessive bits, and no frame will bring them."""
+    waits = station.state == _WAITING and not station.rejoined and not station.node.edge_filter
+    return waits and station.run + _FEW_BITS < _RECOVERED
+
+
+def _between(station: Station, level: int) -> int:
+    """For how many bits of this level a station that is in no frame has nothing to tell or to decide."""
+    state = station.state
+    if state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG:
+        return station.left
+    if state == _PASSIVE_FLAG:
+        return 0 if station.tec_due and level == 0 else _FEW - 1 - _counted(station, level)
+    if state == _FLAG_WAIT:
+        if level or (station.dominant_run == 0 and not station.transmitting and not station.overload):
+            return 0
+        return 7 - station.dominant_run % 8
+    if state == _WAITING:
+        if station.node.edge_filter:
+            return 0
+        return _RECOVERED - 1 - station.run if level else _LONG
+    if level == 0:
+        return 0
+    if state == _DELIMITER or state == _INTERMISSION:
+        return station.left
+    if station.sof_seen:
+        return 0
+    if state == _SUSPEND:
+        return station.left
+    return _LONG if station.contending is None and station.node.offer is None else 0
+
+
+def _counted(station: Station, level: int) -> int:
+    """How many bits of this level its passive flag has seen in a row."""
+    return station.run if station.run and level == station.flag_level else 0
+
+
+def _keep(station: Station, level: int, bits: int) -> None:
+    """The station has had so many bits of this level."""
+    state = station.state
+    if state == _FRAME or state == _DELIMITER or state == _INTERMISSION:
+        for _ in range(bits):
+            station.sample(level)
+    elif state == _PASSIVE_FLAG:
+        station.run = _counted(station, level) + bits
+        station.flag_level = level
+    elif state == _FLAG_WAIT:
+        station.dominant_run += bits
+    elif state == _WAITING:
+        station.run = station.run + bits if level else 0
+    elif state != _IDLE:
+        station.left -= bits
+        if station.left == 0 and (state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG):
+            station.state = _FLAG_WAIT
