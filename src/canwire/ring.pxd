@@ -5,7 +5,9 @@ from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
 cdef unsigned long long _M64
-cdef int _CAPACITY, _RECORD_BYTES, _LIMIT, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS, _RECORD_SIZE
+cdef const int _CAPACITY, _RECORD_BYTES, _LIMIT, _HEAD, _LOST, _TAIL, _WANTED, _FREE_WANTED, _RECORDS, _WORDS
+cdef const unsigned long long _LARGEST_CAPACITY
+cdef int _RECORD_SIZE
 
 @cython.final
 cdef class Ring:
@@ -54,6 +56,8 @@ cdef class Ring:
 
     @cython.locals(goal="unsigned long long")
     cdef int _arm(self, int wanted, int counter, unsigned long long seen, long long missing) except -1
+
+    cdef int _told(self, unsigned long long head, long long before, long long count) except -1
 
     cdef int _signal(self, int wanted) except -1
 

@@ -49,7 +49,8 @@ _RECORDS = 32
 _WORDS = 10
 _RECORD_SIZE = RECORD_SIZE
 _M64 = (1 << 64) - 1  # counters wrap; only their differences count
-LARGEST_CAPACITY = 1 << 24
+_LARGEST_CAPACITY = 1 << 24
+LARGEST_CAPACITY = _LARGEST_CAPACITY
 # interpreted there is no memory fence, so a signal may be missed: whoever waits looks again this often
 RECHECK_S = 0.01 if __file__.endswith(".py") else None
 
@@ -172,10 +173,8 @@ class Ring:
         words[slot + 1] = head_word
         head = (head + 1) & _M64
         _mem.store_release(words, _HEAD, head)
-        if self._shared:
-            self._wake_consumer(head)
-        if self.listener is not None and fill + 1 == self.threshold:
-            self.listener()
+        if self._shared or self.listener is not None:
+            self._told(head, fill, 1)
         return True
 
     def put_bytes(self, record: bytes | bytearray | memoryview) -> bool:
@@ -389,7 +388,7 @@ class Ring:
             goal = _M64
         self._words[wanted] = goal
         _mem.fence()
-        if (_mem.load_acquire(self._words, counter) - goal) & _M64 <= LARGEST_CAPACITY:
+        if (_mem.load_acquire(self._words, counter) - goal) & _M64 <= _LARGEST_CAPACITY:
             self._signal(wanted)  # it got there before it could see what is wanted
 
     def _sleep(
@@ -423,13 +422,13 @@ class Ring:
     def _wake_consumer(self, head: int) -> None:
         _mem.fence()
         wanted = self._words[_WANTED]
-        if wanted and (head - wanted) & _M64 <= LARGEST_CAPACITY:
+        if wanted and (head - wanted) & _M64 <= _LARGEST_CAPACITY:
             self._signal(_WANTED)
 
     def _wake_producer(self, tail: int) -> None:
         _mem.fence()
         wanted = self._words[_FREE_WANTED]
-        if wanted and (tail - wanted) & _M64 <= LARGEST_CAPACITY:
+        if wanted and (tail - wanted) & _M64 <= _LARGEST_CAPACITY:
             self._signal(_FREE_WANTED)
 
 

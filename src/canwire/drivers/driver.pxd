@@ -4,7 +4,7 @@ from canwire cimport _mem
 from canwire.bus.can.node cimport Mailbox, Sink
 from canwire.chips.host cimport Host
 
-cdef unsigned int _SINGLE_SHOT, _HIGH_PRIORITY, _ABORT_ON_ERROR
+cdef const unsigned int _SINGLE_SHOT, _HIGH_PRIORITY, _ABORT_ON_ERROR
 
 cdef class Driver:
     cdef public Host host

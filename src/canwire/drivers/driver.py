@@ -164,9 +164,12 @@ class Driver:
         """Send the record at word `at` from its mailbox, which must be free; True if it is one of high priority."""
         info = words[at + 1] >> 32
         urgent = info & _HIGH_PRIORITY != 0
-        box = self.high if urgent else self.normal
         if self.several:
             box = self._free()
+        elif urgent:
+            box = self.high
+        else:
+            box = self.normal
         _mem.copy_record(box.words, 0, words, at)
         box.occupied = True
         box.esi_added = False

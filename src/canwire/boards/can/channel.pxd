@@ -5,9 +5,11 @@ from canwire.boards.can.message_filter cimport MessageFilter
 from canwire.bus.can.node cimport Mailbox, Sink
 from canwire.ring cimport Ring
 
-cdef unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM, _SELF_RECEPTION, _ACCEPTED, _FD
+cdef const unsigned int _REMOTE, _EXTENDED, _HIGH_PRIORITY, _CONFIRM, _SELF_RECEPTION, _FD
+cdef unsigned int _ACCEPTED
 cdef int _ALWAYS, _OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY, _OTHERS, _OTHERS_AND_OWN
-cdef unsigned long long _M32, _OVERRUN, _FRAME_BITS, _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
+cdef const unsigned long long _M32, _OVERRUN, _FRAME_BITS
+cdef unsigned long long _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTES
 
 @cython.final
 cdef class Channel(Sink):
@@ -21,15 +23,15 @@ cdef class Channel(Sink):
     cdef public unsigned int allowed
     cdef public long long urgent, in_flight
     cdef public MessageFilter filter
-    cdef bint _overrun_due, _open
+    cdef bint _overrun_due, _open, _by_head
     cdef tuple _outcomes
     cdef object _pairs_block
     cdef unsigned long long *_pairs
-    cdef int _pair_count
+    cdef int _head_words, _pair_words
     cdef list _listed
 
 
-    cdef int _take(self, Mailbox box, unsigned long long at_ns, unsigned long long head, unsigned long long flags) except -1
+    cdef inline int _take(self, Mailbox box, unsigned long long at_ns, unsigned long long head, unsigned long long flags) except -1
 
     cpdef int tell_outcome(self, Mailbox box, bint delivered, unsigned long long at_ns) except -1
 
@@ -41,13 +43,24 @@ cdef class Channel(Sink):
     @cython.locals(words="unsigned long long *", time_ns="unsigned long long")
     cpdef int deliver_event(self, bytes record, bint stamped=*) except -1
 
-    cdef unsigned long long _stamp(self, unsigned long long at_ns) noexcept
+    cdef inline unsigned long long _stamp(self, unsigned long long at_ns) noexcept
 
     @cython.locals(code="unsigned long long")
-    cdef int _offer(self, Mailbox box, unsigned long long head, unsigned long long at_ns, unsigned long long flags) except -1
+    cdef inline int _offer(self, Mailbox box, unsigned long long head, unsigned long long at_ns, unsigned long long flags) except -1
+
+    @cython.locals(pairs="unsigned long long *", k=int)
+    cdef inline bint _passes(self, unsigned long long *words, unsigned long long head) except -1
 
     @cython.locals(info="unsigned int", identifier="unsigned long long", key="unsigned long long",
                    data="unsigned long long", k=int, length=int)
-    cdef bint _passes(self, unsigned long long *words, unsigned long long head) except -1
+    cdef bint _passes_by_key(self, unsigned long long *words, unsigned long long head) except -1
 
     cdef bint _is_listed(self, unsigned long long identifier, unsigned int info) except -1
+
+@cython.final
+cdef class Splitter(Sink):
+    cdef public list channels
+    cdef public MessageFilter filter
+
+    @cython.locals(channel=Channel, code="unsigned long long")
+    cdef int _deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags) except -1

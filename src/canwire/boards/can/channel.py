@@ -18,6 +18,7 @@ from canwire.bus.can.node import Mailbox, Sink
 from canwire.ring import Ring
 from canwire.values.acceptance import (
     KEY_EXTENDED,
+    KEY_ID_SHIFT,
     KEY_NO_BYTE_0,
     KEY_NO_BYTE_1,
     KEY_REMOTE,
@@ -46,6 +47,7 @@ _KEY_EXTENDED = KEY_EXTENDED
 _KEY_REMOTE = KEY_REMOTE
 _KEY_NO_BYTE_1 = KEY_NO_BYTE_1
 _KEY_NO_BYTES = KEY_NO_BYTE_0 | KEY_NO_BYTE_1
+_KEY_OF_HEAD = KEY_EXTENDED | KEY_REMOTE | 0x1FFFFFFF << KEY_ID_SHIFT  # what the id/info word alone tells
 
 Outcome = Callable[[bool, int], None]
 
@@ -114,10 +116,14 @@ class Channel(Sink):
         pairs = () if acceptance is None else acceptance.pairs
         listed = () if acceptance is None else acceptance.identifiers
         self._open = acceptance is None or any(mask == 0 for _, mask in pairs)
-        self._pairs_block = array("Q", [word for pair in pairs for word in pair] or [0])
+        by_head = [(_head_of(code), _head_of(mask)) for code, mask in pairs if not mask & ~_KEY_OF_HEAD]
+        by_key = [pair for pair in pairs if pair[1] & ~_KEY_OF_HEAD]
+        self._pairs_block = array("Q", [word for pair in by_head + by_key for word in pair] or [0])
         self._pairs = _mem.words_of(self._pairs_block)
-        self._pair_count = len(pairs)
+        self._head_words = 2 * len(by_head)
+        self._pair_words = 2 * len(pairs)
         self._listed = sorted(listed)
+        self._by_head = not by_key and not listed
 
     def pending(self) -> int:
         """Frames sent that wait for the bus, those in the controller included."""
@@ -222,6 +228,13 @@ class Channel(Sink):
             waiting.popleft()(delivered, at_ns)
 
     def _passes(self, words: _mem.Words, head: int) -> bool:
+        pairs = self._pairs
+        for k in range(0, self._head_words, 2):
+            if (head ^ pairs[k]) & pairs[k + 1] == 0:
+                return True
+        return not self._by_head and self._passes_by_key(words, head)
+
+    def _passes_by_key(self, words: _mem.Words, head: int) -> bool:
         info = head >> 32
         identifier = head & 0x1FFFFFFF
         key = identifier << 17
@@ -235,8 +248,8 @@ class Channel(Sink):
             key |= _KEY_NO_BYTE_1 if length else _KEY_NO_BYTES
         data = words[2]  # bytes beyond the frame's length are zero in every record
         key |= (data & 0xFF) << 8 | (data >> 8 & 0xFF)
-        for k in range(self._pair_count):
-            if (key ^ self._pairs[2 * k]) & self._pairs[2 * k + 1] == 0:
+        for k in range(self._head_words, self._pair_words, 2):
+            if (key ^ self._pairs[k]) & self._pairs[k + 1] == 0:
                 return True
         return bool(self._listed) and self._is_listed(identifier, info)
 
@@ -244,3 +257,28 @@ class Channel(Sink):
         wanted = identifier << 1 | (1 if info & _REMOTE else 0) | (1 << 31 if info & _EXTENDED else 0)
         at = bisect_left(self._listed, wanted)
         return at < len(self._listed) and self._listed[at] == wanted
+
+
+class Splitter(Sink):
+    """One copy for every channel of what passes the line's filter, if it has one."""
+
+    def __init__(self) -> None:
+        self.channels: list[Channel] = []
+        self.filter: MessageFilter | None = None
+
+    def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        self._deliver(box, at_ns, flags)
+
+    def _deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
+        code = 0
+        if self.filter is not None:
+            code = self.filter.judge(box.words[1])
+        if code or self.filter is None:
+            for channel in self.channels:
+                channel.deliver(box, at_ns, flags | code << 24)
+
+
+def _head_of(key: int) -> int:
+    """What of a key, or a mask over it, is in a record's id/info word, where that has it."""
+    info = (_EXTENDED if key & KEY_EXTENDED else 0) | (_REMOTE if key & KEY_REMOTE else 0)
+    return key >> KEY_ID_SHIFT & 0x1FFFFFFF | info << 32

@@ -1,9 +1,9 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire cimport _mem
-from canwire.boards.can.channel cimport Channel
+from canwire.boards.can.channel cimport Channel, Splitter
 from canwire.boards.can.message_filter cimport MessageFilter
-from canwire.bus.can.node cimport Mailbox, Node, Sink
+from canwire.bus.can.node cimport Mailbox, Node
 from canwire.chips.host cimport Host
 from canwire.drivers.driver cimport Driver
 from canwire.ring cimport Ring
@@ -11,18 +11,14 @@ from canwire.timeline cimport Timeline
 from canwire.values cimport frame as codec
 from canwire.values.frame cimport Frame
 
-cdef unsigned int _SELF_RECEPTION, _CONFIRM, _CONFIRM_LOAD, _HIGH_PRIORITY, _EXTENDED, _REMOTE, _FD, _FAST, _LOOP_BACK
-cdef unsigned int _LARGEST_STANDARD, _LARGEST_EXTENDED
-cdef unsigned long long _M32, _PAUSE_NS
-cdef int _ABORTED, _ERROR, _EVERY, _REFUSALS
+cdef unsigned int _CONFIRM, _CONFIRM_LOAD, _HIGH_PRIORITY
+cdef const unsigned int _SELF_RECEPTION, _EXTENDED, _REMOTE, _FD, _FAST, _LOOP_BACK
+cdef const unsigned int _LARGEST_STANDARD, _LARGEST_EXTENDED
+cdef const unsigned long long _M32, _PAUSE_NS
+cdef const int _REFUSALS
+cdef int _ABORTED, _ERROR, _EVERY
 
-cdef class Splitter(Sink):
-    cdef public list channels
-    cdef public MessageFilter filter
-
-    @cython.locals(channel=Channel, code="unsigned long long")
-    cdef int _deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags) except -1
-
+@cython.final
 cdef class Line(Host):
     cdef readonly object name
     cdef readonly Timeline timeline
@@ -37,6 +33,7 @@ cdef class Line(Host):
     cdef list _all, _senders, _observers, _prioritised
     cdef object _backlog
     cdef Splitter _splitter
+    cdef Channel _lone
 
     @cython.locals(driver=Driver, box=Mailbox)
     cpdef bint pending(self)
@@ -46,44 +43,29 @@ cdef class Line(Host):
     @cython.locals(driver=Driver, before="unsigned long long")
     cpdef int kick(self) except -1
 
-    @cython.locals(channel=Channel, other=Channel, info="unsigned int")
-    cpdef transmitted(self, Mailbox box, unsigned long long at_ns)
+    @cython.locals(other=Channel, info="unsigned int")
+    cdef inline int _count_sent(self, Channel channel, Mailbox box, unsigned long long at_ns) except -1
 
-    @cython.locals(channel=Channel)
-    cpdef aborted(self, Mailbox box, unsigned long long at_ns)
-
-    @cython.locals(driver=Driver, channel=Channel)
-    cpdef fill(self, unsigned long long at_ns)
-
-    @cython.final
     @cython.locals(senders=list, count=int, k=int, turn=int, normal_taken=bint, channel=Channel, loaded=bint)
-    cdef bint _load_one(self, unsigned long long at_ns) except -1
+    cdef inline bint _load_one(self, unsigned long long at_ns) except -1
 
-    @cython.final
     @cython.locals(ring=Ring, at=Py_ssize_t, driver=Driver)
-    cdef bint _load_trusted(self, Channel channel, unsigned long long at_ns) except -1
+    cdef inline bint _load_trusted(self, Channel channel, unsigned long long at_ns) except -1
 
-    @cython.final
     @cython.locals(ring=Ring, at=Py_ssize_t, driver=Driver, words="unsigned long long *", delay="unsigned long long")
     cdef bint _load_untrusted(self, Channel channel, unsigned long long at_ns) except -1
 
-    @cython.final
     @cython.locals(ring=Ring, at=Py_ssize_t, words="unsigned long long *", priority=int, loop_back=bint)
     cdef int _drain(self, Channel channel, unsigned long long at_ns) except -1
 
-    @cython.final
     cdef int _tell_aborted(self, Channel channel, unsigned long long at_ns) except -1
 
-    @cython.final
     @cython.locals(channel=Channel, owner=Channel, driver=Driver, box=Mailbox)
     cdef bint _load_first(self, unsigned long long at_ns) except -1
 
-    @cython.final
     cdef bint _refuse(self, Channel channel, unsigned long long at_ns) except -1
 
-    @cython.final
     @cython.locals(info="unsigned long long", identifier="unsigned long long", length=int)
     cdef bint _admit(self, unsigned long long *words, Channel channel) except -1
 
-    @cython.final
-    cdef bint _due(self, Channel channel, unsigned long long delay_ns, unsigned long long now_ns) except -1
+    cdef inline bint _due(self, Channel channel, unsigned long long delay_ns, unsigned long long now_ns) except -1

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from canwire import _mem
 from canwire.boards.can.backlog import Backlog
-from canwire.boards.can.channel import Channel
+from canwire.boards.can.channel import Channel, Splitter
 from canwire.boards.can.message_filter import MessageFilter
 from canwire.boards.can.modes import Siblings
-from canwire.bus.can.node import Mailbox, Node, Sink
+from canwire.bus.can.node import Mailbox, Node
 from canwire.chips.host import Host
 from canwire.drivers.driver import Driver
 from canwire.errors import LineError, QueueFull
@@ -54,25 +54,6 @@ def _sound() -> bool:
     return False
 
 
-class Splitter(Sink):
-    """One copy for every channel of what passes the line's filter, if it has one."""
-
-    def __init__(self) -> None:
-        self.channels: list[Channel] = []
-        self.filter: MessageFilter | None = None
-
-    def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
-        self._deliver(box, at_ns, flags)
-
-    def _deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
-        code = 0
-        if self.filter is not None:
-            code = self.filter.judge(box.words[1])
-        if code or self.filter is None:
-            for channel in self.channels:
-                channel.deliver(box, at_ns, flags | code << 24)
-
-
 class Line(Host):
     """Splitter between one controller and its channels; `controller` is what hangs on the copper.
 
@@ -101,6 +82,7 @@ class Line(Host):
         self._watched = False
         self._all: list[Channel] = []
         self._senders: list[Channel] = []
+        self._lone: Channel | None = None  # the only sender, where there is no turn to take
         self._splitter = Splitter()
         self._observers: list[Channel] = []
         self._prioritised: list[Channel] = []
@@ -229,7 +211,9 @@ class Line(Host):
         self._splitter.deliver(box, at_ns, 0)
 
     def transmitted(self, box: Mailbox, at_ns: int) -> None:
-        channel = box.owner
+        self._count_sent(box.owner, box, at_ns)
+
+    def _count_sent(self, channel: Channel, box: Mailbox, at_ns: int) -> None:
         channel.delivered += 1
         channel.in_flight -= 1
         channel.last_sent_ns = at_ns
@@ -262,6 +246,11 @@ class Line(Host):
         if at_ns >= self._patient_until_ns:
             self._refusals = 0
             self._patient_until_ns = at_ns + _PAUSE_NS
+        lone = self._lone
+        if lone is not None and not (lone.untrusted or driver.several):
+            while (lone.urgent or not driver.normal.occupied) and self._load_trusted(lone, at_ns):
+                self._loads += 1
+            return
         for channel in self._prioritised:
             self._drain(channel, at_ns)
         while self._load_one(at_ns):
@@ -475,6 +464,7 @@ class Line(Host):
         self._watched = any(channel.siblings >= _EVERY for channel in receivers)
         direct = len(receivers) == 1 and self._splitter.filter is None
         self._prioritised = [channel for channel in self._senders if channel.prioritised]
+        self._lone = self._senders[0] if len(self._senders) == 1 and not self._prioritised else None
         self.driver.listen(receivers[0] if direct else self._splitter, bool(self._observers))
 
     def _take_turns(self, senders: list[Channel]) -> None:

@@ -3,9 +3,9 @@ cimport cython
 from canwire cimport _mem
 from canwire.bus.can.node cimport Mailbox
 
-cdef unsigned int _EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH, _ERROR_STATE
-cdef unsigned long long _ESI_WORD
-cdef int _NON_ISO, _TAIL_BITS, _START_STATE
+cdef const unsigned int _EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH, _ERROR_STATE
+cdef const unsigned long long _ESI_WORD
+cdef const int _NON_ISO, _TAIL_BITS, _START_STATE
 cdef unsigned short *_CRC15
 cdef unsigned short *_STUFF1
 cdef unsigned short *_STUFF3

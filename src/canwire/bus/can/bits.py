@@ -18,8 +18,8 @@ _FD = 1 << 10
 _BIT_RATE_SWITCH = 1 << 11
 _ERROR_STATE = 1 << 12
 _ESI_WORD = 1 << 44  # ESI in a record's id/info word
-NON_ISO = 2
-_NON_ISO = NON_ISO
+_NON_ISO = 2
+NON_ISO = _NON_ISO
 
 CRC15_POLY = 0x4599
 CRC17_POLY = 0x1685B
@@ -29,17 +29,18 @@ CRC21_ISO_START = 1 << 20
 STUFF_COUNT_CODE = (0b0000, 0b0011, 0b0110, 0b0101, 0b1100, 0b1111, 0b1010, 0b1001)
 
 _TAIL_BITS = 10  # CRC delimiter, ACK slot, ACK delimiter, EOF
-START_STATE = 8 << 8  # last bit recessive, run of none
-_START_STATE = START_STATE
+_START_STATE = 8 << 8  # last bit recessive, run of none
+START_STATE = _START_STATE
 
 
 def _crc15_table() -> array[int]:
+    """By byte, in the upper 15 of 16 bits: so a register's upper byte is what the next byte meets."""
     table = array("H")
     for byte in range(256):
         register = byte << 7
         for _ in range(8):
             register = (register << 1) ^ (CRC15_POLY if register & 0x4000 else 0)
-        table.append(register & 0x7FFF)
+        table.append((register & 0x7FFF) << 1)
     return table
 
 
@@ -116,6 +117,7 @@ def show_error_state(box: Mailbox, passive: bool, fd_mode: int) -> None:
 
 
 def _measure_classic(words: _mem.Words, head: int) -> int:
+    """Bits from SOF to the end of EOF. `count` adds up whole entries: their low bytes are the stuff bits."""
     info = head >> 32
     identifier = head & 0x1FFFFFFF
     dlc = info >> 16 & 15
@@ -127,39 +129,39 @@ def _measure_classic(words: _mem.Words, head: int) -> int:
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 7 | remote << 6 | dlc
         bits = 64 + 8 * length
         step = _STUFF7[_START_STATE + (header >> 32)]
-        count = step & 15
+        count = step
         step = table[step & 0xF00 | header >> 24 & 255]
-        count += step & 15
+        count += step
         step = table[step & 0xF00 | header >> 16 & 255]
-        count += step & 15
+        count += step
         crc = crc_table[header >> 32]
-        crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 24) & 255]
-        crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 16) & 255]
+        crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header >> 24 & 255]
+        crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header >> 16 & 255]
     else:  # SOF, base, RTR, IDE, r0, DLC: 19 bits
         header = identifier << 7 | remote << 6 | dlc
         bits = 44 + 8 * length
         step = _STUFF3[_START_STATE + (header >> 16)]
-        count = step & 15
+        count = step
         crc = crc_table[header >> 16]
     step = table[step & 0xF00 | header >> 8 & 255]
-    count += step & 15
-    crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header >> 8) & 255]
+    count += step
+    crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header >> 8 & 255]
     step = table[step & 0xF00 | header & 255]
-    count += step & 15
-    crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ header) & 255]
+    count += step
+    crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header & 255]
     data = words[2]
     for _ in range(length):
         step = table[step & 0xF00 | data & 255]
-        count += step & 15
-        crc = (crc << 8 & 0x7F00) ^ crc_table[(crc >> 7 ^ data) & 255]
+        count += step
+        crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ data & 255]
         data >>= 8
-    step = _STUFF7[step & 0xF00 | crc >> 8]
-    count += step & 15
-    step = table[step & 0xF00 | crc & 255]
-    count += step & 15
+    step = _STUFF7[step & 0xF00 | crc >> 9]
+    count += step
+    step = table[step & 0xF00 | crc >> 1 & 255]
+    count += step
     if step & 0x700 == 0x500:
         count += 1
-    return bits + count
+    return bits + (count & 255)
 
 
 def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
@@ -174,23 +176,23 @@ def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 4 | 4 | switch
         bits = 41
         step = _STUFF4[_START_STATE + (header >> 32)]
-        count = step & 15
+        count = step
         step = table[step & 0xF00 | header >> 24 & 255]
-        count += step & 15
+        count += step
         step = table[step & 0xF00 | header >> 16 & 255]
-        count += step & 15
+        count += step
     else:  # SOF, base, RRS, IDE, FDF, res, BRS: 17 bits
         header = identifier << 5 | 4 | switch
         bits = 22
         step = _STUFF1[_START_STATE + (header >> 16)]
-        count = step & 15
+        count = step
     step = table[step & 0xF00 | header >> 8 & 255]
-    count += step & 15
+    count += step
     step = table[step & 0xF00 | header & 255]
-    count += step & 15
-    nominal = bits - 5 + count
+    count += step
+    nominal = bits - 5 + (count & 255)
     step = _STUFF5[step & 0xF00 | (16 if info & _ERROR_STATE else 0) | dlc]
-    count += step & 15
+    count += step
     at = 2
     left = length
     while left > 0:
@@ -198,9 +200,9 @@ def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
         at += 1
         for _ in range(left if left < 8 else 8):
             step = table[step & 0xF00 | data & 255]
-            count += step & 15
+            count += step
             data >>= 8
         left -= 8
     crc_field = (27 if length <= 16 else 32) - (5 if fd_mode == _NON_ISO else 0)
-    box.bits = bits + 8 * length + count + crc_field + _TAIL_BITS
+    box.bits = bits + 8 * length + (count & 255) + crc_field + _TAIL_BITS
     box.data_bits = box.bits - _TAIL_BITS - nominal if switch else 0

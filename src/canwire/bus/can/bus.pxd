@@ -7,12 +7,14 @@ from canwire.bus.can.node cimport Mailbox, Node
 from canwire.bus.can.stepped cimport SteppedFrame
 from canwire.timeline cimport Timeline
 
-cdef unsigned long long _NEVER, _NOBODY
-cdef int _ACK_ERROR, _NO_RULE, _TRANSMIT_ERROR, _REST, _SENDING, _BITWISE, _ERRING
-cdef unsigned int _FD
-cdef long long _INTERMISSION, _EOF_END_TO_ACK, _ACK_DELIMITER_TO_EOF_END, _ERROR_FRAME, _ACK_SLOT_TO_FREE
-cdef int _ACK_SLOT
+cdef unsigned long long _NEVER
+cdef const unsigned long long _NOBODY
+cdef const int _ACK_ERROR, _ACK_SLOT
+cdef int _NO_RULE, _TRANSMIT_ERROR, _REST, _SENDING, _BITWISE, _ERRING
+cdef const unsigned int _FD
+cdef const long long _INTERMISSION, _EOF_END_TO_ACK, _ACK_DELIMITER_TO_EOF_END, _ERROR_FRAME, _ACK_SLOT_TO_FREE
 
+@cython.final
 cdef class CanBus(BusState):
     cdef public object name
     cdef public unsigned long long collisions
@@ -26,83 +28,56 @@ cdef class CanBus(BusState):
     cdef bint _acknowledged, _alike, _alike_fd, _waiting, _sleeping, _flag_passive
     cdef list _members
 
-    @cython.locals(start="unsigned long long", joining="unsigned long long")
-    cpdef unsigned long long next_ns(self) except? 0
-
-    @cython.locals(timeline=Timeline, start="unsigned long long", joining="unsigned long long")
-    cpdef run(self, unsigned long long limit_ns)
-
-    @cython.final
     @cython.locals(free="unsigned long long", soonest="unsigned long long", ready="unsigned long long", node=Node, box=Mailbox)
     cdef unsigned long long _next_start(self) except? 0
 
-    @cython.final
     @cython.locals(sender=Node, lowest="unsigned long long", rivals=int, collision=bint, keen=bint, tainted=bint, joins=bint,
                    node=Node, box=Mailbox, key="unsigned long long")
-    cdef bint _start(self, unsigned long long start_ns) except -1
+    cdef inline bint _start(self, unsigned long long start_ns, unsigned long long limit_ns) except -1
 
-    @cython.final
     @cython.locals(box=Mailbox, bits="long long", alone=bint)
-    cdef bint _skippable(self) except -1
+    cdef inline bint _skippable(self) except -1
 
-    @cython.final
     @cython.locals(node=Node, box=Mailbox, bits="long long", length_ps="long long")
-    cdef int _time_frame(self) except -1
+    cdef inline int _time_frame(self) except -1
 
-    @cython.final
     @cython.locals(sender=Node, box=Mailbox)
-    cdef int _complete(self) except -1
+    cdef inline int _complete(self) except -1
 
-    @cython.final
     @cython.locals(end_ns="unsigned long long", bit_ps="long long", free_ps="long long", node=Node)
-    cdef int _succeed(self, Node sender, Mailbox box) except -1
+    cdef inline int _succeed(self, Node sender, Mailbox box) except -1
 
-    @cython.final
     @cython.locals(free="unsigned long long", now="unsigned long long")
-    cdef bint _go_on(self, unsigned long long limit_ns) except -1
+    cdef inline bint _go_on(self, unsigned long long limit_ns) except -1
 
-    @cython.final
     @cython.locals(inside=SteppedFrame)
     cdef int _happen(self) except -1
 
-    @cython.final
-    @cython.locals(node=Node)
-    cdef int _count_losers(self) except -1
+    @cython.locals(sender=Node, node=Node)
+    cdef inline int _count_losers(self) except -1
 
-    @cython.final
     @cython.locals(rule=int, extra=int)
     cdef int _fail_unacknowledged(self, Node sender, Mailbox box) except -1
 
-    @cython.final
     @cython.locals(sender=Node)
     cdef int _end_error_frame(self) except -1
 
-    @cython.final
     cdef int _replay(self) except -1
 
-    @cython.final
     @cython.locals(bits=BitLevel, at_ns="unsigned long long", at_ps="long long")
     cdef bint _run_bits(self, unsigned long long limit_ns) except -1
 
-    @cython.final
     cdef int _enter_bitwise(self) except -1
 
-    @cython.final
     @cython.locals(bits=BitLevel)
     cdef int _leave_bitwise(self) except -1
 
-    @cython.final
     cdef bint _anything_left(self) except -1
 
-    @cython.final
     @cython.locals(sender=Node, bit_ps="long long", now_ns="unsigned long long")
     cdef void _leave_rest(self) except *
 
-    @cython.locals(node=Node)
-    cpdef interrupt(self)
-    @cython.final
     @cython.locals(origin_ps="long long")
     cdef int _enter_at(self, long long at_ps) except -1
 
-    @cython.final
-    cdef void _begin_at(self, unsigned long long start_ns) noexcept
+    cdef inline void _begin_at(self, unsigned long long start_ns) noexcept

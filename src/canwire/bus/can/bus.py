@@ -11,7 +11,6 @@ Source: ISO 11898-1:2015; reference/can-protocol.md sections 5 to 8.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 from canwire.bus.can import bits as can_bits
 from canwire.bus.can import node as seam
@@ -222,7 +221,7 @@ class CanBus(BusState):
                 if start < timeline.now_ns:
                     start = timeline.now_ns  # somebody who has only just come has waited for long
                 timeline.now_ns = start
-                self._start(start)
+                self._start(start, limit_ns)
 
     def _go_on(self, limit_ns: int) -> bool:
         """The usual case in one look: the next frame follows the last one at once."""
@@ -230,7 +229,7 @@ class CanBus(BusState):
         now = self.timeline.now_ns
         if free > limit_ns or now > free:
             return False
-        if not self._start(free):
+        if not self._start(free, limit_ns):
             return False
         self.timeline.now_ns = free
         return True
@@ -255,8 +254,11 @@ class CanBus(BusState):
             node = node.next_member
         return soonest
 
-    def _start(self, start_ns: int) -> bool:
-        """Arbitrate among everybody who is ready, and find out how the frame will go; False if nobody is."""
+    def _start(self, start_ns: int, limit_ns: int) -> bool:
+        """Arbitrate among everybody who is ready, and find out how the frame will go; False if nobody is.
+
+        A frame that is over by `limit_ns`, with nobody to look inside, is nowhere written down but in `contends`.
+        """
         sender = None
         lowest = _NOBODY
         rivals = 0
@@ -264,21 +266,20 @@ class CanBus(BusState):
         node = self._first
         while node is not None:
             box = node.offer
-            if box is None or node.listen_only or box.ready_ns > start_ns or node.suspended_ns > start_ns:
-                node.contending = None
+            if box is None or box.ready_ns > start_ns or node.suspended_ns > start_ns or node.listen_only:
+                node.contends = False
             else:
-                node.contending = box
+                node.contends = True
                 rivals += 1
                 if node.attentive or box.single_shot:
                     keen = True
                 key = box.key
-                if key == lowest:
-                    collision = True
-                elif key < lowest:
+                if key < lowest:
                     collision = False
                     lowest = key
                     sender = node
-                    self._box = box
+                elif key == lowest:
+                    collision = True
             if node.tainted:
                 tainted = True
             node = node.next_member
@@ -286,6 +287,7 @@ class CanBus(BusState):
             return False
         self._begin_at(start_ns)
         self._sender = sender
+        self._box = sender.offer
         self._rivals = rivals
         joins = self._waiting and self._joining.count(start_ns)
         if self._sleeping:
@@ -293,11 +295,15 @@ class CanBus(BusState):
         if collision:
             self.collisions += 1
         if collision or self.bitwise or joins or not self._alike or not self._skippable():
+            self._contend()
             self._enter_bitwise()
         else:
             self._time_frame()
             if tainted or (keen and rivals > 1):
+                self._contend()
                 self._next_ns = self._look_inside().next_ns(self._end_ns, self._acknowledged)
+            elif self._end_ns > limit_ns or not self._acknowledged or self.timeline.interrupted:
+                self._contend()
         return True
 
     def _skippable(self) -> bool:
@@ -319,7 +325,10 @@ class CanBus(BusState):
                 return False
             self._noise_taken = bits
             self.noise_left -= bits
-        return self.scripted is None or not self.scripted(box)
+        if self.scripted is None:
+            return True
+        self._contend()
+        return not self.scripted(box)
 
     def _time_frame(self) -> None:
         """The frame's end, from its bits at one or two rates; if nobody acknowledges, where its sender finds out."""
@@ -360,9 +369,10 @@ class CanBus(BusState):
 
     def _count_losers(self) -> None:
         """Contenders that have not been told are counted at the latest now."""
+        sender = self._sender
         node = self._first
         while node is not None:
-            if node.contending is not None and node is not self._sender:
+            if node is not sender and (node.contends or node.contending is not None):
                 node.arbitration_losses += 1
             node = node.next_member
 
@@ -383,7 +393,8 @@ class CanBus(BusState):
             self.tally.tap.transmitted(sender, box, end_ns)
         node = self._first
         while node is not None:
-            node.contending = None
+            if node.contending is not None:
+                node.contending = None
             if node is not sender:
                 if node.sink is not None:
                     node.frames_received += 1
@@ -423,12 +434,6 @@ class CanBus(BusState):
             if start_ns > self._free_ns + self._pause_ns:
                 self._busy_since_ns = start_ns
         self._start_ns = self._busy_from_ns = start_ns
-
-    def _rouse(self, at_ns: int) -> None:
-        """The bus comes to life: sleeping nodes are to hear of it before anything else happens."""
-        for node in self.nodes:
-            if node.asleep:
-                self.timeline.at(at_ns, partial(node.woken, at_ns))
 
     # bit by bit
 

@@ -31,3 +31,7 @@ cdef class BusState(Bus):
 
     @cython.locals(now_ns="unsigned long long", inside=SteppedFrame)
     cpdef int activity(self, Node node) except -1
+
+    @cython.final
+    @cython.locals(node=Node)
+    cdef void _contend(self) noexcept

@@ -5,6 +5,8 @@ bus.py moves it on. Whichever way a frame takes, whole or bit by bit, the answer
 
 from __future__ import annotations
 
+from functools import partial
+
 from canwire.bus.can.bit_level import BitLevel
 from canwire.bus.can.joining import Joining
 from canwire.bus.can.node import FAILED, QUIET, Bus, Mailbox, Node
@@ -112,3 +114,18 @@ class BusState(Bus):
         if self._state == _REST:
             inside.end_ps += _INTERMISSION * self._sender.bit_ps
         return inside
+
+    def _contend(self) -> None:
+        """Others may see now whose frames are on the wire."""
+        node = self._first
+        while node is not None:
+            if node.contends:
+                node.contends = False
+                node.contending = node.offer
+            node = node.next_member
+
+    def _rouse(self, at_ns: int) -> None:
+        """The bus comes to life: sleeping nodes are to hear of it before anything else happens."""
+        for node in self.nodes:
+            if node.asleep:
+                self.timeline.at(at_ns, partial(node.woken, at_ns))

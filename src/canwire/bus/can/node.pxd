@@ -14,13 +14,13 @@ cdef class Mailbox:
     cdef public object owner
 
 cdef class Sink:
-    cpdef deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags)
+    cpdef int deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags) except -1
 
 cdef class Node:
     cdef public object name
     cdef public Bus bus
     cdef public Node next_member
-    cdef public bint attentive
+    cdef public bint attentive, contends
     cdef public Sink sink
     cdef public unsigned long long arbitration_losses, frames_received
     cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep, read_dominant

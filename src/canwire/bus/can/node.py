@@ -85,11 +85,11 @@ class Node:
     it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
     know: at a recessive res bit, a classic node at FDF.
 
-    It writes only `contending` (the node's mailbox on the wire, until it loses), `arbitration_losses`, `sequences`,
-    `suspended_ns`, `waiting_from_ns`, `counted_ns` (SOF of the last frame that was counted as received while it went
-    on), before `error` and `count` `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell),
-    before `error` `read_dominant` (what that bit was read as), and `next_member`, which links those on the bus. A node
-    with a `sink` has its frames put there and counted in `frames_received` instead of `received` being called. Only an
+    It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer, for
+    as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns`,
+    `counted_ns` (SOF of the last frame that was counted as received while it went on), before `error` and `count`
+    `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell), before `error` `read_dominant`
+    (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead of `received` being called. Only an
     `attentive` node is told of lost arbitrations, at the very bit; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
@@ -114,6 +114,7 @@ class Node:
         self.read_dominant = False
         self.fd = CLASSIC_ONLY
         self.offer: Mailbox | None = None
+        self.contends = False
         self.contending: Mailbox | None = None
         self.suspended_ns = 0
         self.waiting = 0

@@ -5,7 +5,8 @@ from canwire.bus.can.node cimport Bus, Mailbox, Node
 from canwire.chips.confinement cimport Confinement
 from canwire.chips.host cimport Host
 
-cdef int _PASSIVE, _BUS_OFF, _STOPPED, _ERROR, _STATE, _ARBITRATION_LOST
+cdef const int _PASSIVE, _BUS_OFF
+cdef int _STOPPED, _ERROR, _STATE, _ARBITRATION_LOST
 
 @cython.final
 cdef class CanFdController(Node):
@@ -19,7 +20,7 @@ cdef class CanFdController(Node):
     cpdef take(self, Mailbox box)
     cpdef bint abort(self, Mailbox box, unsigned long long at_ns) except -1
 
-    cdef void _make_offer(self) noexcept
+    cdef inline void _make_offer(self) noexcept
     cdef int _take_options(self, object options) except -1
     cdef int _give_up(self, Mailbox box, unsigned long long at_ns) except -1
     cdef int _state_changed(self, unsigned long long at_ns) except -1
