@@ -45,6 +45,8 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.boards.can.message_filter": 1,
     "canwire.boards.can.channel": 2,
     "canwire.boards.can.line": 2,
+    "canwire.hub.owner.pace": 1,
+    "canwire.hub.owner.loop": 1,
 }
 SHIM = "canwire.socketcan._shim"
 DIRECTIVES = {
