@@ -33,6 +33,7 @@ from canwire.chips.sja1000 import link as sja1000_link
 from canwire.chips.sja1000 import modes as sja1000_modes
 from canwire.drivers import can_fd as can_fd_driver
 from canwire.drivers import driver
+from canwire.hub.owner import loop, pace
 from canwire.values import frame, slcan_text
 
 # fmt: off
@@ -40,7 +41,7 @@ MODULES = (
     frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, tally, station, stimulus, echo,
     reader_state, clock, coasting, bit_level, load, joining, stepped, bus_state, can_bus, confinement, host,
     can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes, sja1000, driver,
-    can_fd_driver, message_filter, channel, line,
+    can_fd_driver, message_filter, channel, line, pace, loop,
 )
 # fmt: on
 

@@ -79,9 +79,7 @@ class EventDescriptor(Waiting):
     def wait(self, timeout: float | None = None) -> bool:
         """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
         if not self._closed and wait_readable([self._read], timeout):
-            with contextlib.suppress(BlockingIOError):  # another waiter was quicker
-                os.read(self._read, _ALL)
-                return True
+            return self.take()  # unless another waiter was quicker
         return False
 
     def take(self) -> bool:

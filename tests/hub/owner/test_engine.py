@@ -21,6 +21,8 @@ from canwire.hub.owner.engine import Engine
 from canwire.platform import EventDescriptor
 from canwire.timeline import NEVER, Source, Timeline
 
+pytestmark = pytest.mark.core
+
 MS = 1_000_000
 AGES = 20.0  # seconds; only a broken build waits that long
 

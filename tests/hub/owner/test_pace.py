@@ -12,6 +12,8 @@ from canwire.hub.owner.pace import AHEAD_NS, LARGEST_GAP_NS, SLICE_NS, FastPace,
 from canwire.hub.owner.world import World
 from canwire.timeline import NEVER, Source
 
+pytestmark = pytest.mark.core
+
 MS = 1_000_000
 GRAIN_NS = 10_000  # of bus time between two happenings
 Make = Callable[..., Any]

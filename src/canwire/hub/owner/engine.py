@@ -8,13 +8,13 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from canwire.errors import BadValue, CanwireError, HubLost
 from canwire.hub.owner.lockstep.pace import LockstepPace
+from canwire.hub.owner.loop import HasFileno, Loop
 from canwire.hub.owner.pace import FastPace, RealPace
 from canwire.hub.protocol.pending import Pending
-from canwire.platform import EventDescriptor, Poller, sharpen_sleep
 
 if TYPE_CHECKING:
     from canwire.hub.owner.world import World
@@ -23,11 +23,6 @@ Result = TypeVar("Result")
 
 REAL, FAST, VIRTUAL, LOCKSTEP = "real", "fast", "virtual", "lockstep"
 _PACES: dict[str, Callable[[World], RealPace]] = {REAL: RealPace, FAST: FastPace, LOCKSTEP: LockstepPace}
-_AFTER_FAILURE_S = 0.01  # a bus that fails at every turn must not take the whole processor
-
-
-class HasFileno(Protocol):
-    def fileno(self) -> int: ...
 
 
 class Engine:
@@ -51,7 +46,7 @@ class Engine:
         self._pid = os.getpid()
         self._lock = threading.RLock()  # in virtual time whoever has the world holds it
         self._calls = 0
-        self._loop = None if time == VIRTUAL else _Loop(self, pace or _PACES[time](world))
+        self._loop = None if time == VIRTUAL else Loop(self, pace or _PACES[time](world), self._posted)
         if self._loop is not None:
             if world.reactor is not None:
                 world.reactor.attach(self)
@@ -144,11 +139,6 @@ class Engine:
 
     # for the loop
 
-    @property
-    def busy(self) -> bool:
-        """Something posted waits."""
-        return bool(self._posted)
-
     def attempt(self, work: Callable[[], object]) -> bool:
         """Do it; False if it failed."""
         try:
@@ -204,84 +194,3 @@ class Engine:
             done.settle(work())
         except BaseException as error:
             done.fail(error)
-
-
-class _Watched:
-    """What to call when a descriptor is ready; `active` until it is unwatched."""
-
-    def __init__(self, readable: Callable[[], object], writable: Callable[[], object] | None) -> None:
-        self.readable = readable
-        self.writable = writable
-        self.active = True
-
-
-class _Loop:
-    """The engine's thread: input, what was posted, then time."""
-
-    def __init__(self, engine: Engine, pace: RealPace) -> None:
-        self.pace = pace
-        self.stopping = False
-        self.wake = EventDescriptor()
-        self._engine = engine
-        self._poller = Poller()
-        self._watched: dict[int, _Watched] = {}
-        self.watch(self.wake, self.wake.clear)
-        self.thread = threading.Thread(target=self._run, name="canwire-hub", daemon=True)
-
-    def watch(
-        self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
-    ) -> None:
-        before = self._watched.get(source.fileno())
-        if before is not None:
-            before.active = False
-        self._watched[source.fileno()] = _Watched(readable, writable)
-        self._poller.watch(source.fileno(), Poller.READABLE | (Poller.WRITABLE if writable else 0))
-
-    def unwatch(self, source: HasFileno) -> None:
-        watched = self._watched.pop(source.fileno(), None)
-        if watched is not None:
-            watched.active = False
-            self._poller.unwatch(source.fileno())
-
-    def _run(self) -> None:
-        sharpen_sleep()
-        try:
-            timeout: float | None = 0.0
-            while not self.stopping:
-                timeout = self._turn(timeout)
-        finally:
-            with self.pace.holding():
-                self._engine.finish()
-            self._poller.close()
-            self.wake.close()
-
-    def _turn(self, timeout: float | None) -> float | None:
-        """Wait for input for so many seconds, handle it, let time go on; how long to wait next."""
-        found = self._poller.wait(0 if self._engine.busy else timeout)
-        with self.pace.holding():
-            return self._work([(self._watched[descriptor], events) for descriptor, events in found])
-
-    def _work(self, ready: list[tuple[_Watched, int]]) -> float | None:
-        engine = self._engine
-        try:
-            if ready or engine.busy:
-                self.pace.catch_up()
-        except Exception as error:
-            engine.report(error)
-        for watched, events in ready:
-            self._handle(watched, events)
-        engine.run_posted()
-        try:
-            return self.pace.run()
-        except Exception as error:
-            engine.report(error)
-            return _AFTER_FAILURE_S
-
-    def _handle(self, watched: _Watched, events: int) -> None:
-        try:
-            if watched.active and events & ~Poller.WRITABLE:
-                watched.readable()
-            if watched.active and watched.writable is not None and events & Poller.WRITABLE:
-                watched.writable()
-        except Exception as error:
-            self._engine.report(error)

@@ -29,6 +29,9 @@ PATIENCE_NS = 200_000_000  # how long a full receive queue may hold up fast time
 LARGEST_GAP_NS = 1_000_000_000  # a process that was stopped for longer does not make up for it
 LONGEST_WAIT_NS = 3_600_000_000_000  # systems do not count for ever
 _KEPT = 4096
+# the same for the compiled form, which has them as C numbers
+_REST, _BURST, _SLICE, _STEP, _LONGEST_STEP = REST_NS, BURST_NS, SLICE_NS, STEP_NS, LONGEST_STEP_NS
+_LARGEST_GAP, _LONGEST_WAIT, _NEVER = LARGEST_GAP_NS, LONGEST_WAIT_NS, NEVER
 
 
 class RealPace:
@@ -40,6 +43,7 @@ class RealPace:
     """
 
     def __init__(self, world: World, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self.held = False  # somebody else lets time pass, too: not while in `holding`
         self.lateness_ns: deque[int] = deque(maxlen=_KEPT)
         self.skipped_ns = 0
         self._world = world
@@ -64,34 +68,47 @@ class RealPace:
         now_ns = self._clock_ns()
         late_ns = now_ns - self._timeline.wake_ns()
         if late_ns >= 0:
-            if late_ns > LARGEST_GAP_NS:
+            if late_ns > _LARGEST_GAP:
                 self._skip(late_ns)
                 now_ns -= late_ns
                 self._warn()
             self.lateness_ns.append(late_ns)
-        if not self._in_steps(now_ns, self._run_until, self._timeline.next_ns):
+        if not self._in_steps(now_ns, False):
             self._rest_until_ns = 0
             self._warn()
 
-    def _run_until(self, limit_ns: int) -> None:
-        while not self._timeline.run_until(limit_ns):
-            pass  # cut short between two happenings: go on with the next
+    def _in_steps(self, limit_ns: int, busy: bool) -> bool:
+        """Run the timeline up to this time, or until a slice of time is over: then False.
 
-    def _in_steps(self, limit_ns: int, run: Callable[[int], object], next_ns: Callable[[], int]) -> bool:
-        """Run the timeline up to this time, or until a slice of time is over: then False. `next_ns` is due next."""
+        A `busy` run lasts only as long as a bus has something to do.
+        """
         began_ns = before_ns = self._monotonic_ns()
-        while (due_ns := next_ns()) <= limit_ns:
-            run(min(limit_ns, due_ns + self._step_ns))
+        due_ns = self._due_ns(busy)
+        while due_ns <= limit_ns:
+            self._run(min(limit_ns, due_ns + self._step_ns), busy)
             after_ns = self._monotonic_ns()
-            if after_ns - before_ns < STEP_NS:
-                self._step_ns = min(2 * self._step_ns, LONGEST_STEP_NS)
-            elif after_ns - before_ns > 2 * STEP_NS:
-                self._step_ns = max(self._step_ns * STEP_NS // (after_ns - before_ns), 1000)
-            if after_ns - began_ns >= SLICE_NS and next_ns() <= limit_ns:
+            spent_ns = after_ns - before_ns
+            if spent_ns < _STEP:
+                self._step_ns = min(2 * self._step_ns, _LONGEST_STEP)
+            elif spent_ns > 2 * _STEP:
+                self._step_ns = max(self._step_ns * _STEP // spent_ns, 1000)
+            due_ns = self._due_ns(busy)
+            if after_ns - began_ns >= _SLICE and due_ns <= limit_ns:
                 return False
             before_ns = after_ns
-        run(limit_ns)
+        self._run(limit_ns, busy)
         return True
+
+    def _due_ns(self, busy: bool) -> int:
+        return self._timeline.busy_ns() if busy else self._timeline.next_ns()
+
+    def _run(self, limit_ns: int, busy: bool) -> None:
+        timeline = self._timeline
+        if busy:
+            timeline.run_busy(limit_ns)
+        else:
+            while not timeline.run_until(limit_ns):
+                pass  # cut short between two happenings: go on with the next
 
     def _warn(self) -> None:
         """Once a second at most."""
@@ -106,13 +123,14 @@ class RealPace:
         due_ns = self._timeline.wake_ns()
         now_ns = self._clock_ns()
         if due_ns <= now_ns and self._rest_until_ns <= now_ns:
-            self._rest_until_ns = max(self._rest_until_ns, now_ns - BURST_NS) + REST_NS
+            self._rest_until_ns = max(self._rest_until_ns, now_ns - _BURST) + _REST
             self.catch_up()
             due_ns = self._timeline.wake_ns()
-        if due_ns >= NEVER:
+            now_ns = self._clock_ns()
+        if due_ns >= _NEVER:
             return None
-        wait_ns = max(due_ns, self._rest_until_ns) - self._clock_ns()
-        return min(max(0, wait_ns), LONGEST_WAIT_NS) / 1e9
+        wait_ns = max(due_ns, self._rest_until_ns) - now_ns
+        return min(max(0, wait_ns), _LONGEST_WAIT) / 1e9
 
     def _clock_ns(self) -> int:
         return self._monotonic_ns() - self._origin_ns
@@ -136,21 +154,21 @@ class FastPace(RealPace):
         self._patient_until_ns = 0
 
     def catch_up(self) -> None:
-        if self._timeline.busy_ns() >= NEVER or self._held_up():
-            super().catch_up()
+        if self._timeline.busy_ns() >= _NEVER or self._held_up():
+            RealPace.catch_up(self)
         else:
             self._go_on_from_here()
 
     def run(self) -> float | None:
         timeline = self._timeline
-        if timeline.busy_ns() >= NEVER or self._held_up():
-            return super().run()
+        if timeline.busy_ns() >= _NEVER or self._held_up():
+            return RealPace.run(self)
         wait_ns = self._patience_ns()
         if wait_ns == 0:
             limit_ns = min(timeline.now_ns + AHEAD_NS, self._world.clear_until_ns)
-            self._in_steps(max(limit_ns, timeline.busy_ns()), timeline.run_busy, timeline.busy_ns)
+            self._in_steps(max(limit_ns, timeline.busy_ns()), True)
         self._go_on_from_here()
-        return super().run() if timeline.busy_ns() >= NEVER else wait_ns / 1e9
+        return RealPace.run(self) if timeline.busy_ns() >= _NEVER else wait_ns / 1e9
 
     def _held_up(self) -> bool:
         """Time has to keep to the clock: somebody needs it, or has been waited for in vain.
@@ -187,6 +205,7 @@ class BenchPace(RealPace):
 
     def __init__(self, world: World, pacer: Pacer) -> None:
         super().__init__(world)
+        self.held = True
         self._pacer = pacer
 
     def holding(self) -> AbstractContextManager[object]:

@@ -92,7 +92,7 @@ class StreamLink:
 
     @property
     def lost(self) -> bool:
-        return self._lost or self._pid != os.getpid()
+        return self._lost
 
     @property
     def doorbell(self) -> EventDescriptor:
@@ -119,6 +119,7 @@ class StreamLink:
 
     def leave_to_parent(self) -> None:
         """In a fork: let go of the connection, so that the hub sees it end with the process that made it."""
+        self._lost = True
         self._socket.close()
 
     # what a kind of stream adds

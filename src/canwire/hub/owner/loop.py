@@ -1,0 +1,116 @@
+"""An engine's thread: it waits for input, hands it on, and lets time pass."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from canwire.hub.owner.pace import RealPace
+from canwire.platform import EventDescriptor, Poller, sharpen_sleep
+
+_AFTER_FAILURE_S = 0.01  # a bus that fails at every turn must not take the whole processor
+_WRITABLE = Poller.WRITABLE
+
+
+class HasFileno(Protocol):
+    """What can be watched."""
+
+    def fileno(self) -> int: ...
+
+
+class Runs(Protocol):
+    """The engine, as its thread sees it."""
+
+    def report(self, error: BaseException) -> None: ...
+    def run_posted(self) -> None: ...
+    def finish(self) -> None: ...
+
+
+class Watched:
+    """What to call when a descriptor is ready; `active` until it is unwatched."""
+
+    def __init__(self, readable: Callable[[], object], writable: Callable[[], object] | None) -> None:
+        self.readable = readable
+        self.writable = writable
+        self.active = True
+
+
+class Loop:
+    """The engine's thread: input, what was posted, then time."""
+
+    def __init__(self, engine: Runs, pace: RealPace, posted: deque[Callable[[], object]]) -> None:
+        self.pace = pace
+        self.stopping = False
+        self.wake = EventDescriptor()
+        self._engine = engine
+        self._posted = posted
+        self._poller = Poller()
+        self._watched: dict[int, Watched] = {}
+        self.watch(self.wake, self.wake.clear)
+        self.thread = threading.Thread(target=self.run, name="canwire-hub", daemon=True)
+
+    def watch(
+        self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
+    ) -> None:
+        """Call back whenever `source` is readable, or writable; again: in place of what was."""
+        before = self._watched.get(source.fileno())
+        if before is not None:
+            before.active = False
+        self._watched[source.fileno()] = Watched(readable, writable)
+        self._poller.watch(source.fileno(), Poller.READABLE | (Poller.WRITABLE if writable else 0))
+
+    def unwatch(self, source: HasFileno) -> None:
+        """No more, from this moment; unknown ones are ignored."""
+        watched = self._watched.pop(source.fileno(), None)
+        if watched is not None:
+            watched.active = False
+            self._poller.unwatch(source.fileno())
+
+    def run(self) -> None:
+        """The thread's work, until `stopping`."""
+        sharpen_sleep()
+        try:
+            timeout: float | None = 0.0
+            while not self.stopping:
+                timeout = self._turn(timeout)
+        finally:
+            with self.pace.holding():
+                self._engine.finish()
+            self._poller.close()
+            self.wake.close()
+
+    def _turn(self, timeout: float | None) -> float | None:
+        """Wait for input for so many seconds, handle it, let time go on; how long to wait next."""
+        found = self._poller.wait(0 if self._posted else timeout)
+        if not self.pace.held:
+            return self._work(found)
+        with self.pace.holding():
+            return self._work(found)
+
+    def _work(self, found: list[tuple[int, int]]) -> float | None:
+        ready = [(self._watched[descriptor], events) for descriptor, events in found]
+        if ready or self._posted:
+            try:
+                self.pace.catch_up()
+            except Exception as error:
+                self._engine.report(error)
+            for watched, events in ready:
+                self._handle(watched, events)
+            if self._posted:
+                self._engine.run_posted()
+        try:
+            return self.pace.run()
+        except Exception as error:
+            self._engine.report(error)
+            return _AFTER_FAILURE_S
+
+    def _handle(self, watched: Watched, events: int) -> None:
+        try:
+            if watched.active and events & ~_WRITABLE:
+                watched.readable()
+            if watched.active and watched.writable is not None and events & _WRITABLE:
+                watched.writable()
+        except Exception as error:
+            self._engine.report(error)
