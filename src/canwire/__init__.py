@@ -169,7 +169,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.frame import Frame, frame_of_record
     from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
     from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
-    from canwire.values.lin.record import linmsg_of_record, record_of_linmsg
+    from canwire.values.lin.record import lin_frame_of_record, linmsg_of_record, record_of_linmsg
     from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
     from canwire.values.lin.text import (
         LinLogLine,
@@ -301,7 +301,7 @@ _NAMES = {
     "values.frame": "Frame frame_of_record",
     "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
     "values.lin.frame": "LinFrame lin_checksum protected_id",
-    "values.lin.record": "linmsg_of_record record_of_linmsg",
+    "values.lin.record": "lin_frame_of_record linmsg_of_record record_of_linmsg",
     "values.lin.schedule": "LinSchedule LinSlot SlotKind",
     "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
     "values.record": (
@@ -552,6 +552,7 @@ __all__ = [
     "kind_names",
     "length_to_dlc",
     "lin_checksum",
+    "lin_frame_of_record",
     "lines_now",
     "linmsg_of_record",
     "load_database",

@@ -13,6 +13,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from canwire.commands.shell.ending import (
@@ -127,7 +128,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return ended_by(error)
     except OSError as error:  # files have a name: this is what print writes to
         forget_output()
-        print(f"canwire: standard output: {error.strerror}", file=sys.stderr)
+        with suppress(OSError):  # it may be this that is full
+            print(f"canwire: standard output: {error.strerror}", file=sys.stderr)
         return FAILED
     finally:
         # the process ends, and what is left in circles with it; but nanobind, DuckDB's, complains of what is left

@@ -5,10 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from canwire import BadFrame, BusEvent, ErrorKind, ErrorState, EventKind, Frame, format_frame, frame_of_record
+from canwire import (
+    BadFrame,
+    BusEvent,
+    ErrorKind,
+    ErrorState,
+    EventKind,
+    Frame,
+    LinErrorKind,
+    LinEvent,
+    LinEventKind,
+    LinFrame,
+    format_frame,
+    format_lin_frame,
+    frame_of_record,
+)
 from canwire.web.fields import BadFields
 from canwire.web.trace.drawing import BITS, HEIGHT, WIDTH, Bit, Row, bits_of, rows_of
 from canwire.web.trace.history import GAP, LOST
+from canwire.web.trace.lin import is_lin, lin_message
 
 if TYPE_CHECKING:
     from canwire.web.database import Database, Signal
@@ -35,6 +50,10 @@ def details_of(record: str, following: str, database: Database, word: Words) -> 
     content = _content(record, word)
     if isinstance(content, Frame):
         return _frame_details(content, database, word)
+    if isinstance(content, LinFrame):
+        return _lin_frame_details(content, word)
+    if isinstance(content, LinEvent):
+        return _lin_event_details(content, word)
     if isinstance(content, int):
         raw = int.from_bytes(bytes.fromhex(record)[_DATA_AT : _DATA_AT + 8], "little")
         name = "trace.gap" if content == GAP else "trace.lost-row"
@@ -43,7 +62,7 @@ def details_of(record: str, following: str, database: Database, word: Words) -> 
     return _event_details(content, repeated if isinstance(repeated, Frame) else None, word)
 
 
-def _content(record: str, word: Words) -> Frame | BusEvent | int:
+def _content(record: str, word: Words) -> Frame | BusEvent | LinFrame | LinEvent | int:
     try:
         octets = bytes.fromhex(record)
         if len(octets) != RECORD_BYTES:
@@ -51,6 +70,8 @@ def _content(record: str, word: Words) -> Frame | BusEvent | int:
         kind = octets[_INFO_AT]
         if kind in (GAP, LOST):
             return kind
+        if is_lin(kind):
+            return lin_message(octets)
         return BusEvent.from_record(octets) if kind else frame_of_record(octets)
     except (ValueError, BadFrame):
         raise BadFields({"record": word("trace.no-record")}) from None
@@ -97,3 +118,30 @@ def _event_details(event: BusEvent, repeated: Frame | None, word: Words) -> Deta
         details.rows = rows_of(bits_of(repeated, event.bit))
         details.note = word("trace.repeated-note", frame=format_frame(repeated))
     return details
+
+
+def _lin_frame_details(frame: LinFrame, word: Words) -> Details:
+    model = word("trace.enhanced" if frame.enhanced else "trace.classic")
+    facts = [
+        (word("trace.time"), f"{frame.timestamp_ns / 1e9:.6f} s"),
+        (word("trace.format"), word("trace.format-header" if frame.header_only else "trace.format-lin")),
+        (word("trace.id"), f"{frame.id:02X} (PID {frame.pid:02X})"),
+        (word("trace.length"), f"{frame.length}"),
+        (word("trace.text"), format_lin_frame(frame)),
+    ]
+    if not frame.header_only:
+        facts.append((word("trace.checksum"), f"{frame.checksum:02X} ({model})"))
+    return Details(format_lin_frame(frame), facts)
+
+
+def _lin_event_details(event: LinEvent, word: Words) -> Details:
+    facts = [
+        (word("trace.time"), f"{event.timestamp_ns / 1e9:.6f} s"),
+        (word("trace.state"), word(f"boards.state-lin-{event.state.name.lower()}")),
+    ]
+    if event.id >= 0:
+        facts.append((word("trace.id"), f"{event.id:02X}"))
+    if event.kind != LinEventKind.ERROR:
+        return Details(LinEventKind(event.kind).name.lower(), facts)
+    facts.insert(1, (word("trace.seen-by"), word("trace.sender" if event.transmitting else "trace.receiver")))
+    return Details(word(f"trace.lin-error-{LinErrorKind(event.error).name.lower()}"), facts)

@@ -5,8 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from canwire import BadFrame, BusEvent, EventKind, Frame, LogLine, format_log_line, frame_of_record
+from canwire import (
+    BadFrame,
+    BusEvent,
+    EventKind,
+    Frame,
+    LinEvent,
+    LinFrame,
+    LinLogLine,
+    LogLine,
+    format_lin_log_line,
+    format_log_line,
+    frame_of_record,
+)
 from canwire.web.trace.history import GAP, LOST, History
+from canwire.web.trace.lin import is_lin, lin_message
 
 if TYPE_CHECKING:
     import numpy
@@ -29,14 +42,26 @@ def format_rows(rows: numpy.ndarray, names: Mapping[int, str], epoch_ns: int, *,
     for row in rows:
         content = _content(row["record"].tobytes(), errors)
         if content is not None:
-            direction = "T" if int(row["record"]["info"]) & _SELF_RECEIVED else "R"
-            stamp_ns = epoch_ns + content.timestamp_ns
-            found.append(format_log_line(LogLine(stamp_ns, names[int(row["line"])], content, direction)))
+            stamp_ns, name = epoch_ns + content.timestamp_ns, names[int(row["line"])]
+            if isinstance(content, LinFrame | LinEvent):
+                found.append(format_lin_log_line(LinLogLine(stamp_ns, name, content, _direction(content))))
+            else:
+                direction = "T" if int(row["record"]["info"]) & _SELF_RECEIVED else "R"
+                found.append(format_log_line(LogLine(stamp_ns, name, content, direction)))
     return found
 
 
-def _content(record: bytes, errors: bool) -> Frame | BusEvent | None:
+def _direction(content: LinFrame | LinEvent) -> str | None:
+    if isinstance(content, LinEvent):
+        return None
+    return "T" if content.sent else "R"
+
+
+def _content(record: bytes, errors: bool) -> Frame | BusEvent | LinFrame | LinEvent | None:
     kind = record[12]
+    if is_lin(kind):
+        message = lin_message(record)
+        return message if errors or isinstance(message, LinFrame) else None
     if kind in (GAP, LOST) or (kind and not (errors and kind in (EventKind.ERROR, EventKind.STATE))):
         return None
     try:

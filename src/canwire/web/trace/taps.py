@@ -120,7 +120,7 @@ class Taps:
     def _open(self, wanted: frozenset[str]) -> None:
         try:
             hub = self._link.hub
-            places = {place.address: place for place in every_line(hub, "CAN")}
+            places = {place.address: place for place in every_line(hub)}
         except CanwireError as error:
             self._tell(dict.fromkeys(wanted, str(error)))
             return

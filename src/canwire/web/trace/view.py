@@ -13,7 +13,7 @@ from canwire import BadValue, HubLost
 from canwire.web.actions import Call, action
 from canwire.web.desk import View
 from canwire.web.fields import BadFields
-from canwire.web.lines import can_lines
+from canwire.web.lines import look
 from canwire.web.trace.details import details_of
 from canwire.web.trace.feed import Feed
 from canwire.web.trace.history import History
@@ -59,10 +59,15 @@ class Tracing:
         return self._desk.page(request, VIEW, database=self.database.name)
 
     def _lines(self, _: Request) -> Response:
-        """Every CAN line, whether it runs; the names of messages; how far the recording is."""
+        """Every line, its kind of bus, whether it runs; the names of messages; how far the recording is."""
         lines = [
-            {"address": line.place.address, "bus": line.place.info.bus, "running": line.running}
-            for line in can_lines(self._desk.link.hub)
+            {
+                "address": line.place.address,
+                "bus": line.place.info.bus,
+                "kind": line.place.info.bus_type,
+                "running": line.running,
+            }
+            for line in look(self._desk.link.hub)
         ]
         recording = self.recording.progress._asdict()
         return JSONResponse({"lines": lines, "names": self.database.names, "recording": recording})

@@ -8,8 +8,10 @@ export const COLUMNS = {
   dir: { width: "4ch" },
   type: { width: "8ch" },
   id: { width: "9ch" },
+  pid: { width: "4ch", lin: true },
   name: { width: "16ch" },
   len: { width: "4ch", number: true },
+  sum: { width: "9ch", lin: true },
   count: { width: "9ch", number: true },
   cycle: { width: "10ch", number: true },
   data: { width: "minmax(24ch, 1fr)" },
@@ -17,10 +19,11 @@ export const COLUMNS = {
 const NARROW = ["time", "dir", "id", "count", "cycle", "data"];
 const USUAL = Object.keys(COLUMNS);
 
-export function chooseColumns() {
+/** Those that are only for LIN lines are shown while one is watched. */
+export function chooseColumns(lin) {
   const usual = innerWidth < 760 ? NARROW : USUAL;
   const kept = remembered(innerWidth < 760 ? "trace.columns-narrow" : "trace.columns", usual);
-  return USUAL.filter((key) => kept.includes(key));
+  return USUAL.filter((key) => kept.includes(key) && (lin || !COLUMNS[key].lin));
 }
 
 export function templateOf(columns) {
@@ -33,7 +36,7 @@ for (const key of USUAL) {
   label.className = "check";
   const box = document.createElement("input");
   box.type = "checkbox";
-  box.checked = chooseColumns().includes(key);
+  box.checked = chooseColumns(true).includes(key);
   box.value = key;
   label.append(box, word(`trace.column-${key}`));
   place.append(label);

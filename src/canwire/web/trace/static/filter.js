@@ -1,9 +1,11 @@
 // Filters and colour rules: "100-1FF, !123, error, rtr, fd, sent" in words of one line.
 
 const WORDS = {
-  error: (rows, place) => rows.kind(place) === 2,
-  event: (rows, place) => rows.kind(place) !== 0,
-  frame: (rows, place) => rows.kind(place) === 0,
+  error: (rows, place) => rows.error(place),
+  event: (rows, place) => !rows.frame(place),
+  frame: (rows, place) => rows.frame(place),
+  lin: (rows, place) => rows.lin(place),
+  can: (rows, place) => !rows.lin(place),
   rtr: (rows, place) => rows.kind(place) === 0 && (rows.info(place) & (1 << 22)) !== 0,
   fd: (rows, place) => rows.kind(place) === 0 && (rows.info(place) & (1 << 10)) !== 0,
   ext: (rows, place) => rows.kind(place) === 0 && rows.extended(place),
@@ -33,11 +35,11 @@ function term(text, part, names) {
     if (from > to) throw part;
     return (rows, place) => {
       const id = rows.id(place);
-      return rows.kind(place) === 0 && id >= from && id <= to;
+      return rows.frame(place) && id >= from && id <= to;
     };
   }
   const like = text.toLowerCase();
   const ids = new Set(Object.keys(names).filter((id) => names[id].toLowerCase().includes(like)));
   if (!ids.size) throw part;
-  return (rows, place) => rows.kind(place) === 0 && ids.has(rows.idText(place));
+  return (rows, place) => rows.frame(place) && ids.has(rows.idText(place));
 }

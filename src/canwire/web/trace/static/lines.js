@@ -10,6 +10,7 @@ export class LinesChosen {
     this.watched = [];
     this.chosen = remembered("trace.lines", null);
     this.known = "";
+    this.onLin = new Set();
     this.named = named;
     this.look();
     setInterval(() => this.look(), LOOK_MS);
@@ -34,10 +35,16 @@ export class LinesChosen {
       this.named = null;
     }
     document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
+    this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN").map((line) => line.address));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
     this.set(chosen?.length ? chosen : usual(told.lines));
     this.show(told.lines);
+  }
+
+  /** Whether a LIN line is watched. */
+  get lin() {
+    return this.watched.some((address) => this.onLin.has(address));
   }
 
   set(addresses) {

@@ -16,7 +16,7 @@ const element = (id) => document.getElementById(id);
 const rows = new Rows(KEPT);
 const state = {
   mode: remembered("trace.mode", "time"), filter: null, names: {}, labels: [], places: [], start: 0,
-  paused: null, columns: chooseColumns(), dirty: false,
+  paused: null, columns: chooseColumns(false), lin: false, dirty: false,
 };
 const byFrame = new ByFrame(rows);
 
@@ -24,7 +24,7 @@ const list = new List(element("head"), element("body"), element("spacer"), [], f
 
 function passes(from, place) {
   const direction = element("direction").value;
-  if (direction && from.kind(place) === 0 && (direction === "T") !== from.sent(place)) return false;
+  if (direction && from.frame(place) && (direction === "T") !== from.sent(place)) return false;
   return !state.filter || state.filter(from, place);
 }
 
@@ -43,25 +43,28 @@ const TEXTS = {
   no: (from, place) => String(from.view.getUint32(from.at(place) + 84, true)),
   time: (from, place) => (from.kind(place) >= 0xf0 ? "" : from.time(place).toFixed(6)),
   line: (from, place) => state.labels[from.line(place)] || "",
-  dir: (from, place) => (from.kind(place) ? "" : from.sent(place) ? "Tx" : "Rx"),
+  dir: (from, place) => (!from.frame(place) ? "" : from.sent(place) ? "Tx" : "Rx"),
   type: (from, place) => from.typeText(place),
   id: (from, place) => from.idText(place),
-  name: (from, place) => (from.kind(place) ? "" : state.names[from.idText(place)] || ""),
+  pid: (from, place) => from.pidText(place),
+  name: (from, place) => (!from.frame(place) ? "" : state.names[from.idText(place)] || ""),
   len: (from, place) => from.dlcText(place),
+  sum: (from, place) => from.checksumText(place),
   data: (from, place) => from.dataText(place),
 };
 
 function fill(row, index) {
   const [from, place] = placeOf(index);
   const kind = from.kind(place);
+  const event = !from.frame(place);
   const colour = rules.colourOf(from, place);
-  row.className = `trace-row${kind ? ` event kind-${kind}` : ""}${colour ? ` tint-${colour}` : ""}`;
+  row.className = `trace-row${event ? ` event kind-${kind}` : ""}${colour ? ` tint-${colour}` : ""}`;
   const entry = state.mode === "id" ? byFrame.shown[index] : null;
   state.columns.forEach((key, at) => {
     const cell = row.children[at];
     if (entry && key === "count") cell.textContent = entry.count;
     else if (entry && key === "cycle") cell.textContent = entry.cycle === null ? "" : (entry.cycle * 1000).toFixed(1);
-    else if (entry && key === "data" && !kind) mark(cell, TEXTS.data(from, place), entry.before);
+    else if (entry && key === "data" && !event) mark(cell, TEXTS.data(from, place), entry.before);
     else cell.textContent = key in TEXTS ? TEXTS[key](from, place) : "";
   });
 }
@@ -137,7 +140,7 @@ function again() {
 }
 
 function columns() {
-  state.columns = chooseColumns();
+  state.columns = chooseColumns(state.lin);
   const shown = state.columns.filter((key) => state.mode === "id" || !["count", "cycle"].includes(key));
   state.columns = shown;
   element("grid").style.setProperty("--columns", templateOf(shown));
@@ -183,7 +186,7 @@ async function open(index) {
 /** The frame that was repeated after an error: the next one of the same line. */
 function nextFrame(place) {
   for (let next = place + 1; next < rows.total; next += 1) {
-    if (rows.kind(next) === 0 && rows.line(next) === rows.line(place)) return next;
+    if (rows.frame(next) && rows.line(next) === rows.line(place)) return next;
   }
   return null;
 }
@@ -276,6 +279,11 @@ const socket = live(
 );
 
 function watch(addresses) {
+  if (lines.lin !== state.lin) {
+    state.lin = lines.lin;
+    columns();
+    draw();
+  }
   socket.send({ watch: addresses, backlog });
   if (addresses.length) backlog = 0;
 }
