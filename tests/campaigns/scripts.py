@@ -36,6 +36,28 @@ def ends(lab, number):
     return {"square": number * number}
 '''
 
+LASTS = '''
+"""Run 2 never ends, and run 4 cannot even be told to."""
+from canwire import campaign
+
+
+def for_ever():
+    while True:
+        pass
+
+
+@campaign(number=range(6))
+def lasts(lab, number):
+    if number == 2:
+        for_ever()
+    while number == 4:
+        try:
+            for_ever()
+        except BaseException:
+            pass
+    return {"square": number * number}
+'''
+
 
 def written(folder: Path, name: str, text: str) -> Path:
     """The file."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from canwire import HubError, run_campaign
-from tests.campaigns.scripts import FLIPS, written
+from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
@@ -31,6 +31,22 @@ def test_the_same_table(cluster: str, tmp_path: Path) -> None:
     here = run_campaign(flips, runs=24, seed=3, workers=2, results=tmp_path / "here.csv")
     assert run_campaign(flips, runs=24, seed=3, cluster=cluster, results=tmp_path / "there.csv") == here
     assert (tmp_path / "there.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()
+
+
+@pytest.mark.conforms("N-38")
+def test_a_run_that_takes_too_long_there(cluster: str, tmp_path: Path) -> None:
+    lasts = written(tmp_path, "lasts.py", LASTS.replace("while number == 4", "while number > 5"))
+    runs = run_campaign(lasts, time_limit=0.3, cluster=cluster)
+    verdicts = {run.number: run.verdict for run in runs}
+    assert verdicts == dict.fromkeys(range(6), "passed") | {2: "timeout"}
+
+
+def test_a_run_that_takes_its_worker_down_is_named_and_the_others_are_played(
+    cluster: str, tmp_path: Path
+) -> None:
+    runs = run_campaign(written(tmp_path, "ends.py", ENDS), cluster=cluster)
+    verdicts = {run.number: run.verdict for run in runs}
+    assert verdicts == dict.fromkeys(range(12), "passed") | {5: "crashed", 7: "error"}
 
 
 def test_no_cluster_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

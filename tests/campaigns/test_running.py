@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from canwire import BadValue, CampaignRun, repeat_run, run_campaign
-from tests.campaigns.scripts import ENDS, FLIPS, written
+from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
 
 @pytest.fixture
@@ -58,6 +58,23 @@ def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tm
     assert [run.figures for run in runs if run.passed] == [
         {"square": number * number} for number in range(12) if number not in (5, 7)
     ]
+
+
+@pytest.mark.conforms("N-37")
+def test_a_run_that_takes_too_long_is_ended_and_the_others_are_played(tmp_path: Path) -> None:
+    lasts = written(tmp_path, "lasts.py", LASTS)
+    runs = run_campaign(lasts, workers=2, time_limit=0.3)
+    verdicts = {run.number: run.verdict for run in runs}
+    assert verdicts == dict.fromkeys(range(6), "passed") | {2: "timeout", 4: "timeout"}
+    assert runs[2].reason == runs[4].reason == "longer than 0.3 s"
+    assert [run.figures.get("square") for run in runs] == [0, 1, None, 9, None, 25]
+    again, _ = repeat_run(lasts, 2, time_limit=0.1)
+    assert (again.verdict, again.reason) == ("timeout", "longer than 0.1 s")
+    assert "in for_ever" in again.trace
+
+
+def test_a_limit_changes_nothing_for_runs_that_keep_it(flips: Path) -> None:
+    assert run_campaign(flips, workers=1, time_limit=3600) == run_campaign(flips, workers=1)
 
 
 def test_a_pool_that_breaks_while_batches_are_handed_out_loses_none(
@@ -134,6 +151,8 @@ def test_numbers_out_of_range(flips: Path, tmp_path: Path) -> None:
     for wrong in ({"runs": 0}, {"workers": 1 << 20}, {"seed": -1}):
         with pytest.raises(BadValue):
             run_campaign(flips, **wrong)  # type: ignore[arg-type]
+    with pytest.raises(BadValue, match=r"time limit 0: 0\.001 to"):
+        run_campaign(flips, time_limit=0)
     with pytest.raises(BadValue, match=r"ends in \.parquet or \.csv"):
         run_campaign(flips, results=tmp_path / "x.txt")
     with pytest.raises(FileNotFoundError):

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import islice
+from typing import NamedTuple
 
 from canwire.campaigns.campaign import Campaign
+from canwire.campaigns.limit import process_at_most
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun, play
 from canwire.errors import HubError
@@ -25,14 +27,29 @@ def batches(numbers: Sequence[int], workers: int) -> Iterator[Batch]:
         yield batch
 
 
-def play_batch(script: Script, batch: Batch, seed: int, version: str = __version__) -> list[CampaignRun]:
+class Rules(NamedTuple):
+    """How runs are played: the campaign's seed, the seconds that each may take (None: any).
+
+    `alone`: nothing else runs in the worker's process, which may be ended where nothing else ends a run.
+    """
+
+    seed: int
+    limit_s: float | None = None
+    alone: bool = True
+
+
+def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __version__) -> list[CampaignRun]:
     """Play these runs. Raises HubError where this worker's canwire is not the caller's."""
     if version != __version__:
         raise HubError(
             f"this worker has canwire {__version__}, the campaign was started by {version}: install one of them"
         )
     campaign = _loaded(script)
-    return [play(campaign, number, seed) for number in batch]
+    runs = []
+    for number in batch:
+        with process_at_most(rules.limit_s if rules.alone else None):
+            runs.append(play(campaign, number, rules.seed, limit_s=rules.limit_s))
+    return runs
 
 
 @lru_cache(maxsize=4)

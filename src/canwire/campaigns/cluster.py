@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from canwire.campaigns.batches import batches, play_batch
+from canwire.campaigns.batches import Batch, Rules, batches, play_batch
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun
+from canwire.campaigns.workers import crashed
 from canwire.errors import BadValue, ExtraMissing, HubError
 
 SCHEME = "dask://"
@@ -17,7 +18,7 @@ _PATIENCE_S = 10
 
 
 def in_cluster(
-    script: Script, numbers: Sequence[int], seed: int, address: str
+    script: Script, numbers: Sequence[int], rules: Rules, address: str
 ) -> Iterator[list[CampaignRun]]:
     """Play the runs on the workers of `address` ("dask://host:8786"); batches come as they are done.
 
@@ -27,7 +28,7 @@ def in_cluster(
     if not address.startswith(SCHEME):
         raise BadValue(f"cluster {address!r}: an address such as dask://host:8786")
     try:
-        from distributed import Client, as_completed
+        from distributed import Client, KilledWorker, as_completed
     except ImportError:
         raise ExtraMissing("dask", "cluster") from None
     try:
@@ -36,19 +37,36 @@ def in_cluster(
     except (OSError, ValueError) as error:
         raise HubError(f"cluster {address}: {error or 'no answer'}") from None
     with client:
-        yield from _played(client, as_completed, script, numbers, seed)
+        yield from _played(client, as_completed, KilledWorker, script, numbers, rules)
 
 
 def _played(
-    client: Any, as_completed: Any, script: Script, numbers: Sequence[int], seed: int
+    client: Any,
+    as_completed: Any,
+    killed: type[Exception],
+    script: Script,
+    numbers: Sequence[int],
+    rules: Rules,
 ) -> Iterator[list[CampaignRun]]:
-    workers = max(1, sum(client.nthreads().values()))
+    threads = list(client.nthreads().values())
+    workers = max(1, sum(threads))
+    rules = rules._replace(alone=all(count == 1 for count in threads))
     rest = batches(numbers, workers)
+    under_way: dict[Any, Batch] = {}
 
-    def submitted(count: int) -> list[Any]:
-        return [client.submit(play_batch, script, batch, seed, pure=False) for batch in islice(rest, count)]
+    def submitted(handed: Iterable[Batch]) -> list[Any]:
+        found = {client.submit(play_batch, script, batch, rules, pure=False): batch for batch in handed}
+        under_way.update(found)
+        return list(found)
 
-    coming = as_completed(submitted(workers * _AHEAD), loop=client.loop, with_results=True)
-    for _, runs in coming:
-        coming.update(submitted(1))
-        yield runs
+    coming = as_completed(submitted(islice(rest, workers * _AHEAD)), loop=client.loop)
+    for future in coming:
+        batch = under_way.pop(future)
+        coming.update(submitted(islice(rest, 1)))
+        try:
+            yield future.result()
+        except killed:  # the scheduler has tried it on several workers, and none of them is left
+            if len(batch) > 1:
+                coming.update(submitted((number,) for number in batch))
+            else:
+                yield [crashed(script.load(), batch[0], rules.seed)]

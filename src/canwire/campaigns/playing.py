@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from canwire.campaigns.campaign import Campaign, Figures
+from canwire.campaigns.limit import TooLong, at_most
 from canwire.campaigns.parameters import Value
 from canwire.errors import BadValue, NotReceived, NotTransmitted
 from canwire.lab.bench import Lab
@@ -23,9 +24,10 @@ _VERDICTS_OF_TESTS = (AssertionError, NotReceived, NotTransmitted)
 class CampaignRun:
     """What came of one run.
 
-    `verdict` is "passed", "failed" (an assertion or an expectation), "error" (any other exception) or "crashed"
-    (its process ended); `reason` says why. `digest` is of every frame on every bus with its time, in hexadecimal:
-    two runs with one digest were the same. `trace` is the traceback, not part of the table.
+    `verdict` is "passed", "failed" (an assertion or an expectation), "error" (any other exception), "crashed"
+    (its process ended) or "timeout" (it took longer than it may); `reason` says why. `digest` is of every frame on
+    every bus with its time, in hexadecimal: two runs with one digest were the same. `trace` is the traceback, not
+    part of the table.
     """
 
     number: int
@@ -75,11 +77,33 @@ class _Watched(Lab):
         return [format_log_line(line) for line in heard]
 
 
-def play(campaign: Campaign, number: int, seed: int, *, log: list[str] | None = None) -> CampaignRun:
-    """Run number `number` of a campaign that was started with `seed`.
+def play(
+    campaign: Campaign,
+    number: int,
+    seed: int,
+    *,
+    log: list[str] | None = None,
+    limit_s: float | None = None,
+) -> CampaignRun:
+    """Run number `number` of a campaign that was started with `seed`, for `limit_s` seconds at most (None: any).
 
     Its frames go into `log` as lines of a candump log.
     """
+    try:
+        with at_most(limit_s):
+            return _play(campaign, number, seed, log)
+    except TooLong as error:
+        return late(campaign, number, seed, limit_s, "".join(traceback.format_exception(error)))
+
+
+def late(campaign: Campaign, number: int, seed: int, limit_s: float | None, trace: str = "") -> CampaignRun:
+    """What there is to say of a run that took too long: nothing that depends on how far it came."""
+    own_seed = campaign.seed_of(number, seed)
+    parameters = campaign.space.at(number, own_seed)
+    return CampaignRun(number, own_seed, parameters, "timeout", f"longer than {limit_s:g} s", trace=trace)
+
+
+def _play(campaign: Campaign, number: int, seed: int, log: list[str] | None) -> CampaignRun:
     own_seed = campaign.seed_of(number, seed)
     parameters = campaign.space.at(number, own_seed)
     lab = _Watched(own_seed, log is not None)

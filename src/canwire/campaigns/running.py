@@ -6,8 +6,10 @@ import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from canwire.campaigns.batches import Rules
 from canwire.campaigns.campaign import MOST_RUNS, Campaign
 from canwire.campaigns.cluster import in_cluster
+from canwire.campaigns.limit import limit_of
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun, play
 from canwire.campaigns.table import check_table, write
@@ -33,6 +35,7 @@ def run_campaign(
     workers: int | None = None,
     cluster: str | None = None,
     results: str | Path | None = None,
+    time_limit: float | None = None,
     told: Callable[[CampaignRun], object] | None = None,
 ) -> list[CampaignRun]:
     """Play a campaign, or the only one in a file; what came of each run, in the order of their numbers.
@@ -40,7 +43,8 @@ def run_campaign(
     `runs` is how many (None: the grid of its lists once), `workers` how many processes (None: one a processor), or
     `cluster` the address of a Dask scheduler, "dask://host:8786". `results` is a Parquet or CSV file for the table,
     which is written in any case: after Ctrl-C with the runs that were done. `told` is called with each run as it
-    comes, in any order. Each worker reads the file anew: a script that calls this guards it by
+    comes, in any order. A run that takes longer than `time_limit` seconds (None: any) is ended, and its verdict is
+    "timeout". Each worker reads the file anew: a script that calls this guards it by
     `if __name__ == "__main__"`.
 
     Raises BadValue, ExtraMissing, HubError (no cluster), OSError; a run's own exceptions are in its row.
@@ -48,11 +52,12 @@ def run_campaign(
     script = script_of(campaign)
     size = script.load().space.size
     count = whole("runs", size if runs is None else runs, 1, MOST_RUNS)
+    rules = Rules(whole("seed", seed, 0, _MOST_SEED), limit_of(time_limit))
     if results is not None:
         check_table(results)
     done: list[CampaignRun] = []
     try:
-        for batch in _batches(script, range(count), whole("seed", seed, 0, _MOST_SEED), workers, cluster):
+        for batch in _batches(script, range(count), rules, workers, cluster):
             for run in batch:
                 done.append(run)
                 if told is not None:
@@ -64,18 +69,27 @@ def run_campaign(
 
 
 def repeat_run(
-    campaign: Campaign | str | Path, number: int, *, seed: int = 1, name: str = ""
+    campaign: Campaign | str | Path,
+    number: int,
+    *,
+    seed: int = 1,
+    name: str = "",
+    time_limit: float | None = None,
 ) -> tuple[CampaignRun, list[str]]:
-    """Run number `number` once more, in this process: what came of it, and its frames as lines of a candump log."""
+    """Run number `number` once more, in this process: what came of it, and its frames as lines of a candump log.
+
+    After `time_limit` seconds it is ended (None: never), as soon as it comes to a step of Python.
+    """
     log: list[str] = []
-    run = play(script_of(campaign, name).load(), number, whole("seed", seed, 0, _MOST_SEED), log=log)
+    script, limit_s = script_of(campaign, name), limit_of(time_limit)
+    run = play(script.load(), number, whole("seed", seed, 0, _MOST_SEED), log=log, limit_s=limit_s)
     return run, log
 
 
 def _batches(
-    script: Script, numbers: range, seed: int, workers: int | None, cluster: str | None
+    script: Script, numbers: range, rules: Rules, workers: int | None, cluster: str | None
 ) -> Iterator[list[CampaignRun]]:
     if cluster is not None:
-        return in_cluster(script, numbers, seed, cluster)
+        return in_cluster(script, numbers, rules, cluster)
     processes = min(len(numbers), whole("workers", workers or os.cpu_count() or 1, 1, _MOST_WORKERS))
-    return in_processes(script, numbers, seed, processes)
+    return in_processes(script, numbers, rules, processes)

@@ -3,6 +3,7 @@
 canwire campaign flips.py                              once for each value of its lists
 canwire campaign flips.py --runs 10000 --workers 8     so many runs, so many processes
 canwire campaign flips.py --results flips.parquet      one row a run: parameters, verdict, figures
+canwire campaign flips.py --time-limit 60              a run that takes longer is ended, the others go on
 canwire campaign flips.py --repeat 4711 --log run.log  one run again, byte for byte
 canwire campaign flips.py --cluster dask://lab:8786    the same on a Dask cluster
 
@@ -29,6 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--workers", type=int, metavar="N", help="processes (default: one a processor)")
     where.add_argument("--cluster", metavar="ADDRESS", help="a Dask scheduler instead, as dask://host:8786")
     where.add_argument("--repeat", type=int, metavar="RUN", help="play this one run again, here")
+    parser.add_argument(
+        "--time-limit", type=float, metavar="SECONDS", help="of each run: one that takes longer is ended"
+    )
     parser.add_argument("--results", metavar="FILE", help="write the table, as .parquet or .csv")
     parser.add_argument("--log", metavar="FILE", help="with --repeat: its frames, as a candump log")
 
@@ -46,6 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
             workers=arguments.workers,
             cluster=arguments.cluster,
             results=arguments.results,
+            time_limit=arguments.time_limit,
             told=progress.count,
         )
     finally:
@@ -62,7 +67,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _again(arguments: argparse.Namespace) -> int:
-    one, log = repeat_run(arguments.file, arguments.repeat, seed=arguments.seed)
+    one, log = repeat_run(
+        arguments.file, arguments.repeat, seed=arguments.seed, time_limit=arguments.time_limit
+    )
     if arguments.log is not None:
         Path(arguments.log).write_text("".join(line + "\n" for line in log))
     print(one.trace, end="")

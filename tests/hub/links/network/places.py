@@ -138,7 +138,11 @@ class Cable:
     def _handle(self, selector: selectors.BaseSelector, key: selectors.SelectorKey) -> None:
         if key.data is None:
             near, _ = self._listener.accept()
-            far = socket.create_connection(("127.0.0.1", self._target), LONG_S)
+            try:
+                far = socket.create_connection(("127.0.0.1", self._target), LONG_S)
+            except OSError:  # nobody listens there at the moment
+                near.close()
+                return
             self._open += (near, far)
             for one, other in ((near, far), (far, near)):
                 selector.register(one, selectors.EVENT_READ, other)

@@ -15,8 +15,11 @@ import pytest
 
 import canwire
 from canwire import BadMessage, Frame, Hub, HubChannel, HubError, HubLost, InUse
+from canwire.hub.links.local import LocalLink
 from canwire.hub.links.network import wire
+from canwire.hub.links.network.bridge import Bridge
 from canwire.hub.links.network.client import NetworkLink
+from canwire.hub.offer import offered_hubs
 from canwire.hub.protocol import messages as m
 from tests.hub.links.network.places import (
     CONFIG,
@@ -31,6 +34,7 @@ from tests.hub.links.network.places import (
 )
 from tests.hubs import LONG_S, Served, offering, serving
 
+LEASE_S = 1.0  # of Zenoh's, which is ten times that otherwise
 pytestmark = [pytest.mark.conforms("PL-11"), pytest.mark.realtime]
 
 
@@ -125,6 +129,86 @@ def test_a_broken_connection_is_made_anew_and_nothing_is_missing(place: Place, c
         send_all(sender, 50)
         assert numbers(receiver, 100) == [*range(50)] * 2
         assert receiver.status().lost == 0
+
+
+@pytest.mark.parametrize(("room", "lost"), [(256, 0), (64, 136)])
+def test_a_cut_beyond_the_lease_goes_on_and_what_is_lost_is_counted(room: int, lost: int) -> None:
+    """Zenoh gives the connection up at both ends, and makes a new one once it can."""
+    patience = QUICK._replace(lease_s=LEASE_S, cut_s=LONG_S)
+    with (
+        offered(lease_s=LEASE_S, cut_s=LONG_S) as place,
+        closing(Cable(place.port)) as cable,
+        place.here() as here,
+        elsewhere(over(cable), patience) as hub,
+    ):
+        running(here)
+        receiver = channel(hub, 1, receive=room, transmit=0)
+        sender, theirs = channel(here, 0), channel(hub, 0)
+        there = here.boards()[0].id
+        cable.cut()
+        assert "has not been heard of" in str(lost_call(hub))
+        until(lambda: bool(place.bridge._leaving) and not transports(hub))
+        assert "has not been heard of" in str(lost_call(hub))
+        with pytest.raises(HubLost):
+            offered_hubs(f"tcp/127.0.0.1:{cable.port}")
+        send_all(sender, 200)
+        if not lost:  # behind the others, and not one more that does not fit
+            theirs.send(Frame(7))
+            assert theirs.writing.ring.fill() == 1
+        cable.mend()
+        assert numbers(receiver, 200 - lost) == list(range(200 - lost))
+        until(lambda: _answers(hub))
+        assert receiver.status().lost == lost
+        until(lambda: not theirs.writing.ring.fill())
+        assert here.line_status(there, 0).channels == 2
+        assert [one.name for one in offered_hubs(f"tcp/127.0.0.1:{cable.port}")] == ["bench"]
+
+
+def transports(hub: Hub) -> list[object]:
+    """Zenoh's connections of this program."""
+    link = hub._link
+    assert isinstance(link, NetworkLink)
+    return list(link._session.info.transports())
+
+
+def test_a_cut_that_lasts_is_a_hub_lost_and_gives_everything_back() -> None:
+    patience = QUICK._replace(lease_s=LEASE_S, cut_s=0.1)
+    with (
+        offered(lease_s=LEASE_S, cut_s=0.1) as place,
+        closing(Cable(place.port)) as cable,
+        place.here() as here,
+        elsewhere(over(cable), patience) as hub,
+    ):
+        running(here)
+        board = here.boards()[1].id
+        hub.open_control(board, 0)
+        receiver = channel(hub, 1, transmit=0)
+        cable.cut()
+        with pytest.raises(HubLost):
+            receiver.receive(LONG_S)
+        assert hub.lost
+        until(lambda: not here.line_status(board, 0).control_holder)
+        cable.mend()
+
+
+def test_a_hub_that_is_back_under_its_name_is_another_one(place: Place, cable: Cable) -> None:
+    """Clients of the one before are told so, soon: nothing of theirs is there any more."""
+    patience = QUICK._replace(cut_s=LONG_S)
+    with place.here() as here, elsewhere(over(cable), patience) as hub:
+        running(here)
+        receiver = channel(hub, 1, transmit=0)
+        cable.cut()  # so that nobody says farewell
+        place.bridge.close()
+        cable.hang_up()
+        again = Bridge(lambda name: LocalLink(place.engine, name), place.bridge._offered, lambda: None)
+        with closing(again):
+            assert again.offer.name == place.bridge.offer.name
+            cable.mend()
+            with pytest.raises(HubLost):
+                receiver.receive(LONG_S)
+            assert "connect again" in str(lost_call(hub))
+            with elsewhere(over(cable)) as other:
+                assert len(other.boards()) == 2
 
 
 def test_a_connection_that_stays_broken_is_a_hub_lost(place: Place, cable: Cable) -> None:

@@ -17,7 +17,15 @@ from canwire.hub.links.network.calls import Answered, asked_in, encode
 from canwire.hub.links.network.discovery import offers_in
 from canwire.hub.links.network.guest import Guest
 from canwire.hub.links.network.sending import sender
-from canwire.hub.links.network.settings import LEASE_S, check_reach, for_hub, load_zenoh, open_for_hub
+from canwire.hub.links.network.settings import (
+    CUT_S,
+    LEASE_S,
+    check_reach,
+    for_hub,
+    load_zenoh,
+    open_for_hub,
+    was_cut,
+)
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed, serial_in
 from canwire.platform import EventDescriptor
@@ -42,6 +50,7 @@ class Offered(NamedTuple):
     insecure: bool = False
     lease_s: float = LEASE_S
     grace_s: float = GRACE_S
+    cut_s: float = CUT_S
 
 
 class Bridge:
@@ -168,7 +177,9 @@ class Bridge:
             if sample.kind == self._zenoh.SampleKind.PUT:
                 self._leaving.pop(client, None)
             elif client in self._guests:
-                self._leaving[client] = time.monotonic() + self._offered.grace_s
+                offered = self._offered
+                cut = was_cut(self._guests[client].pump.heard_ns, offered.lease_s)
+                self._leaving[client] = time.monotonic() + (offered.cut_s if cut else offered.grace_s)
                 self._stopping.signal()  # the thread looks when
 
     def _guarded(self, client: str, work: Callable[[], object]) -> None:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
+from canwire.hub.links.network.broken import Broken
 from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
 from canwire.hub.links.network.discovery import find
@@ -41,7 +42,6 @@ _FIRST_S, _LONGEST_S = (
     5.0,
 )  # before a call is asked again: its query, or the answer, may have been dropped
 _LOOK_S = 0.1
-_LAST_WORDS_NS = 100_000_000  # what was under way when a connection broke comes within so long
 
 
 class NetworkLink:
@@ -82,6 +82,7 @@ class NetworkLink:
         self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, secrets.token_hex(8))
         self._pump = Pump(self._send, self._doorbell)
         self._pump.add(IncomingNotes(self._note))
+        self._broken = Broken(self._patience, lambda: self._pump.heard_ns, self._lose)
         self._copies = HeldCopies(self._pump, self._doorbell)
         LIVING.add(self)
         try:
@@ -133,6 +134,7 @@ class NetworkLink:
             return
         LIVING.discard(self)
         self._notices.close()
+        self._broken.close()
         self._fail_calls()
         if not self._lost:
             self._pump.flush()
@@ -255,25 +257,15 @@ class NetworkLink:
     def _hub_came_or_went(self, sample: Any) -> None:
         """Its token: gone where the hub, or its way to a router, is."""
         if sample.kind == self._zenoh.SampleKind.DELETE:
-            self._break()
+            self._broken.gone()
 
     def _connected_or_not(self, event: Any) -> None:
         """The connection to the hub or a router: without it nobody tells of tokens."""
         if event.kind == self._zenoh.SampleKind.DELETE:
-            self._break()
+            self._broken.gone()
         else:
+            self._broken.back()
             self._pump.wake()
-
-    def _break(self) -> None:
-        """Wait for a sign of life from now on, and for so long."""
-        if not self.lost:
-            giving_up = threading.Timer(self._patience.broken_s, self._give_up, (time.monotonic_ns(),))
-            giving_up.daemon = True
-            giving_up.start()
-
-    def _give_up(self, broken_ns: int) -> None:
-        if self._pump.heard_ns <= broken_ns + _LAST_WORDS_NS:
-            self._lose("its connection broke")
 
     def _guarded(self, work: Callable[[], object]) -> None:
         try:

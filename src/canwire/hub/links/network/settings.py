@@ -10,6 +10,7 @@ import json
 import os
 import socket
 import tempfile
+import time
 from typing import Any, NamedTuple
 
 from canwire.errors import BadValue, ExtraMissing, HubError, HubLost, Unsupported
@@ -18,7 +19,8 @@ from canwire.platform import PORTABLE
 
 SESSIONS = 1_000  # machines or programs that one hub lets in
 CONNECT_S = 1.5
-LEASE_S = 10.0  # silence of the other machine after which a connection is given up
+LEASE_S = 10.0  # silence of the other machine after which Zenoh gives a connection up ...
+CUT_S = 20.0  # ... and how much longer both ends keep what is open, since the way between them may be cut
 _ALL = ["put", "delete", "declare_subscriber", "query", "reply", "declare_queryable"]
 _TOKENS = ["liveliness_token", "liveliness_query", "declare_liveliness_subscriber"]
 _BOTH = ["ingress", "egress"]
@@ -27,11 +29,17 @@ Settings = dict[str, Any]
 
 
 class Patience(NamedTuple):
-    """How long silence is borne: by a call, and by the link while its connection is broken."""
+    """How long silence is borne: by a call, and by the link while its connection is broken, or given up as silent."""
 
     call_s: float = 1.7
     broken_s: float = 1.5
     lease_s: float = LEASE_S
+    cut_s: float = CUT_S
+
+
+def was_cut(heard_ns: int, lease_s: float) -> bool:
+    """A connection that is gone now was silent before: nobody closed it."""
+    return time.monotonic_ns() - heard_ns > lease_s * 1e9 / 2
 
 
 def load_zenoh() -> Any:
