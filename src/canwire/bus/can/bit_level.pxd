@@ -17,7 +17,7 @@ cdef class BitLevel:
     cdef list _known
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
-    cdef public bint shorted, undisturbed, pinned, coasts
+    cdef public bint shorted, undisturbed, pinned, coasts, aligned
     cdef Stretch _stretch
     cdef bint _stepping, _forcing
     cdef public object capture, disturb, spare, watch

@@ -85,6 +85,14 @@ cdef class CanBus(BusState):
     cdef bint _run_bits(self, unsigned long long limit_ns) except -1
 
     @cython.final
+    @cython.locals(node=Node)
+    cdef int _forget_contenders(self) except -1
+
+    @cython.final
+    @cython.locals(stations=list, node=Node)
+    cdef list _stations(self)
+
+    @cython.final
     cdef int _enter_bitwise(self) except -1
 
     @cython.final

@@ -50,3 +50,5 @@ cdef int _between(Station station, int level) noexcept
 cdef int _counted(Station station, int level) noexcept
 @cython.locals(state=int)
 cdef int _keep(Station station, int level, int bits) except -1
+@cython.locals(reader=FrameReader)
+cdef int _pass_tail(Station station, int bits) except -1

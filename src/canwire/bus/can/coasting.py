@@ -260,6 +260,8 @@ def _keep(station: Station, level: int, bits: int) -> None:
     """The station has had so many bits of this level."""
     state = station.state
     if state == _FRAME or state == _DELIMITER or state == _INTERMISSION:
+        if bits > 1 and state == _FRAME and station.reader.field > _CRC_DELIMITER:
+            bits = _pass_tail(station, bits)
         for _ in range(bits):
             station.sample(level)
     elif state == _PASSIVE_FLAG:
@@ -273,3 +275,16 @@ def _keep(station: Station, level: int, bits: int) -> None:
         station.left -= bits
         if station.left == 0 and (state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG):
             station.state = _FLAG_WAIT
+
+
+def _pass_tail(station: Station, bits: int) -> int:
+    """All but the last of so many recessive bits behind the ACK slot; how many are left."""
+    reader = station.reader
+    if reader.field == _ACK_DELIMITER:
+        station.sample(1)
+        bits -= 1
+    reader.value = reader.value << (bits - 1) | ((1 << (bits - 1)) - 1)
+    reader.left -= bits - 1
+    reader.last = 1
+    station.index += bits - 1
+    return 1
