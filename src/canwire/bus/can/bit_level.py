@@ -39,8 +39,8 @@ class BitLevel:
     already, and well. `spare` is asked ahead: how many of the sender's next bits, of so many, nobody will see inverted,
     and counts them as passed. Both are None while nothing is to be disturbed; `sender_seen` and `index_seen` are whose
     bit was the last one to be asked for, or would have been. `coasts` allows for many bits in one step; `aligned` says
-    that no clock forbids it. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does not
-    rest.
+    that no clock forbids it. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does
+    not rest.
     """
 
     def __init__(self) -> None:
@@ -222,10 +222,10 @@ class BitLevel:
     def _pass(self, first: Clock, bits: int) -> None:
         stretch = self._stretch
         bit_ps, began_ps = first.bit_ps(), first.due_ps
-        for k in range(bits):
+        self._flip = -1
+        first_shown = 0 if self.capture is not None else stretch.last_fall(bits)
+        for k in range(first_shown, bits):
             self._show(stretch.level_of(k), began_ps + k * bit_ps)
-            if stretch.level >= 0:
-                break
         last_ps = began_ps + (bits - 1) * bit_ps
         if stretch.sender is not None:
             self._flip_sender, self._asked_ps = stretch.sender, last_ps
@@ -236,7 +236,6 @@ class BitLevel:
 
     def _show(self, level: int, at_ps: int) -> None:
         """The wire takes this level, undisturbed, where everybody's bit begins."""
-        self._flip = -1
         if level == 0 and self._wire == 1:
             self._fell_ps = at_ps
         self._wire = level

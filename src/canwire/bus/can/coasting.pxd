@@ -37,7 +37,9 @@ cdef class Stretch:
     cdef int _bits_before_error(self, FrameReader reader, int level) except -1
     @cython.locals(clock=Clock, station=Station)
     cpdef int go(self, list clocks, int bits, long long at_ps, unsigned long long sampled_ns) except -1
-    cpdef int level_of(self, int bit) except -1
+    cdef int level_of(self, int bit) noexcept
+    @cython.locals(at=int)
+    cdef int last_fall(self, int bits) noexcept
     @cython.locals(lead=Station, scratch=FrameReader, clock=Clock, station=Station)
     cdef int _read_on(self, list clocks, int bits) except -1
     @cython.locals(k=int)

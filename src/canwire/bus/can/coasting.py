@@ -197,6 +197,15 @@ class Stretch:
         """The wire's level in this bit of it."""
         return self.level if self.level >= 0 else self.levels[self.first + bit]
 
+    def last_fall(self, bits: int) -> int:
+        """One of so many bits such that behind the next one the wire does not become dominant any more."""
+        if self.level >= 0:
+            return 0
+        at = bits - 1
+        while at > 0 and not (self.levels[self.first + at - 1] and self.levels[self.first + at] == 0):
+            at -= 1
+        return at - 1 if at > 0 else 0
+
     def _read_on(self, clocks: list[Clock], bits: int) -> None:
         """One reader reads for all that have read the same."""
         assert self.sender is not None
