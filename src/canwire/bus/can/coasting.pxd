@@ -16,7 +16,7 @@ cdef class Stretch:
     cdef readonly int first, level
     cdef readonly Clock sender
     cdef FrameReader _scratch
-    cdef int _read, _answer
+    cdef int _answer
     cdef bint _unlike
     cdef FrameReader _asked
 
@@ -40,7 +40,7 @@ cdef class Stretch:
     cdef int level_of(self, int bit) noexcept
     @cython.locals(at=int)
     cdef int last_fall(self, int bits) noexcept
-    @cython.locals(lead=Station, scratch=FrameReader, clock=Clock, station=Station)
+    @cython.locals(lead=Station, scratch=FrameReader, clock=Clock, station=Station, taken=int)
     cdef int _read_on(self, list clocks, int bits) except -1
     @cython.locals(k=int)
     cdef int _count_recessive(self, Station station, int bits) except -1

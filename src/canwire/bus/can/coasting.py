@@ -49,7 +49,6 @@ class Stretch:
         self.level = -1
         self.sender: Clock | None = None
         self._scratch = FrameReader(0)
-        self._read = 0
         self._unlike = False
         self._asked: FrameReader | None = None
         self._answer = 0
@@ -109,7 +108,7 @@ class Stretch:
         return most
 
     def _read_along(self, clocks: list[Clock], most: int) -> int:
-        """How many of the bits are mere bits to all readers; `_scratch` is where the sender's then stands."""
+        """How many of the bits are mere bits to all readers: to those that have read what the sender has, all are."""
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
@@ -121,9 +120,10 @@ class Stretch:
                 self._unlike = True
                 reader_state.copy(scratch, station.reader)
                 most = scratch.take_run(self.levels, self.first, most)
-        reader_state.copy(scratch, lead.reader)
-        self._read = scratch.take_run(self.levels, self.first, most)
-        return self._read
+        if self._unlike:
+            reader_state.copy(scratch, lead.reader)
+            most = scratch.take_run(self.levels, self.first, most)
+        return most
 
     # one level
 
@@ -211,9 +211,9 @@ class Stretch:
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
-        if bits != self._read:
-            reader_state.copy(scratch, lead.reader)
-            scratch.take_run(self.levels, self.first, bits)
+        reader_state.copy(scratch, lead.reader)
+        taken = scratch.take_run(self.levels, self.first, bits)
+        assert taken == bits  # a sender reads its own layout
         for clock in clocks:
             station = clock.station
             if station is not lead and station.state == _FRAME:
