@@ -37,6 +37,7 @@ cdef class BitLayout:
 cdef class KeptLayout:
     cdef readonly bytes levels
     cdef readonly int fast_bit, tail_bit
+    cdef readonly bint classic
     cdef Mailbox _box
     cdef int _fd_mode
 

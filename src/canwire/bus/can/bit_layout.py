@@ -199,12 +199,13 @@ class BitLayout:
 class KeptLayout:
     """The layout of what one node sends: a frame that lost, or failed, is the same when it is tried again.
 
-    `fast_bit` is its BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter.
+    `fast_bit` is its BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter; `classic` says that it is no FD frame.
     """
 
     def __init__(self) -> None:
         self.levels = b""
         self.fast_bit = self.tail_bit = -1
+        self.classic = True
         self._box = Mailbox()
         self._fd_mode = -1
 
@@ -217,6 +218,7 @@ class KeptLayout:
         self.levels = bytes(layout.levels)
         self.tail_bit = len(layout.levels) - _TAIL_BITS
         self.fast_bit = self.tail_bit - layout.data_bits - 1 if layout.data_bits else -1
+        self.classic = not frame.fd
         self._fd_mode = fd_mode
         _mem.copy_record(self._box.words, 0, box.words, 0)
 

@@ -116,12 +116,12 @@ class Stretch:
         for clock in clocks:
             station = clock.station
             reads = station is not lead and station.state == _FRAME
-            if reads and not reader_state.alike(station.reader, lead.reader):
+            if reads and not reader_state.alike(station.reader, lead.reader, lead.layout.classic):
                 self._unlike = True
-                reader_state.copy(scratch, station.reader)
+                reader_state.double(scratch, station.reader)
                 most = scratch.take_run(self.levels, self.first, most)
         if self._unlike:
-            reader_state.copy(scratch, lead.reader)
+            reader_state.double(scratch, lead.reader)
             most = scratch.take_run(self.levels, self.first, most)
         return most
 
@@ -163,9 +163,9 @@ class Stretch:
 
     def _bits_before_error(self, reader: FrameReader, level: int) -> int:
         """The same for all that have read the same: the last answer holds on."""
-        if self._asked is None or not reader_state.alike(reader, self._asked):
+        if self._asked is None or not reader_state.alike(reader, self._asked, False):
             self._asked = reader
-            reader_state.copy(self._scratch, reader)
+            reader_state.double(self._scratch, reader)
             self._answer = self._scratch.take_steady(level, _FEW)
         return self._answer
 
@@ -211,13 +211,13 @@ class Stretch:
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
-        reader_state.copy(scratch, lead.reader)
+        reader_state.double(scratch, lead.reader)
         taken = scratch.take_run(self.levels, self.first, bits)
         assert taken == bits  # a sender reads its own layout
         for clock in clocks:
             station = clock.station
             if station is not lead and station.state == _FRAME:
-                if not self._unlike or reader_state.alike(station.reader, lead.reader):
+                if not self._unlike or reader_state.alike(station.reader, lead.reader, lead.layout.classic):
                     reader_state.copy(station.reader, scratch)
                 else:
                     station.reader.take_run(self.levels, self.first, bits)
