@@ -5,14 +5,14 @@ from canwire.bus.can.node cimport Mailbox
 from canwire.values cimport frame as codec
 
 cdef int _SOF, _ID, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA
-cdef int _STUFF_COUNT, _CRC, _CRC_DEL, _ACK, _ACK_DEL, _EOF, _EOF_BITS, _TAIL_BITS, _RECORD_WORDS
+cdef int _STUFF_COUNT, _CRC, _CRC_DEL, _ACK, _ACK_DEL, _EOF, _EOF_BITS, _TAIL_BITS, _RECORD_WORDS, _MOST_BITS
 
 @cython.final
 cdef class BitLayout:
     cdef readonly bytearray levels, fields, stuffed
     cdef readonly int stuff_bits, data_bits
     cdef readonly unsigned int crc
-    cdef int _run, _last, _width
+    cdef int _run, _last, _width, _length
     cdef unsigned int _poly
     cdef bint _wide, _covering
 
@@ -37,6 +37,7 @@ cdef class BitLayout:
 cdef class KeptLayout:
     cdef readonly bytes levels
     cdef readonly int fast_bit, tail_bit
+    cdef readonly bint classic
     cdef Mailbox _box
     cdef int _fd_mode
 

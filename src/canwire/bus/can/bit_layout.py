@@ -35,6 +35,7 @@ _INDEX = {name: index for index, name in enumerate(FIELDS)}
 _EOF_BITS = 7
 _TAIL_BITS = 10  # CRC delimiter, ACK slot, ACK delimiter, EOF
 _RECORD_WORDS = 10
+_MOST_BITS = 800  # 64 bytes, an extended identifier and all the stuff bits there can be
 
 
 def _prototype(frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
@@ -53,9 +54,10 @@ class BitLayout:
 
     def __init__(self, frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
         instance("frame", frame, Frame)
-        self.levels = bytearray()
-        self.fields = bytearray()
-        self.stuffed = bytearray()
+        self.levels = bytearray(_MOST_BITS)
+        self.fields = bytearray(_MOST_BITS)
+        self.stuffed = bytearray(_MOST_BITS)
+        self._length = 0
         self.stuff_bits = 0
         self.crc = 0
         self._run = 0
@@ -69,9 +71,11 @@ class BitLayout:
         else:
             self._classic_crc()
         # a stuff bit right after BRS counts to ESI: it runs at the data rate already
-        after_brs = self.fields.find(_ESI) if frame.bit_rate_switch else len(self.levels)
-        self.data_bits = len(self.levels) - after_brs
+        after_brs = self.fields.find(_ESI) if frame.bit_rate_switch else self._length
+        self.data_bits = self._length - after_brs
         self._tail()
+        for bits in (self.levels, self.fields, self.stuffed):
+            del bits[self._length :]
 
     def __repr__(self) -> str:
         return f"<{len(self.levels)} bits on the wire, {sum(self.stuffed)} of them stuff bits, CRC {self.crc:#x}>"
@@ -186,20 +190,22 @@ class BitLayout:
 
     def _append(self, field: int, level: int, stuffed: int) -> None:
         self._last = level
-        self.levels.append(level)
-        self.fields.append(field)
-        self.stuffed.append(stuffed)
+        self.levels[self._length] = level
+        self.fields[self._length] = field
+        self.stuffed[self._length] = stuffed
+        self._length += 1
 
 
 class KeptLayout:
     """The layout of what one node sends: a frame that lost, or failed, is the same when it is tried again.
 
-    `fast_bit` is its BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter.
+    `fast_bit` is its BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter; `classic` says that it is no FD frame.
     """
 
     def __init__(self) -> None:
         self.levels = b""
         self.fast_bit = self.tail_bit = -1
+        self.classic = True
         self._box = Mailbox()
         self._fd_mode = -1
 
@@ -212,6 +218,7 @@ class KeptLayout:
         self.levels = bytes(layout.levels)
         self.tail_bit = len(layout.levels) - _TAIL_BITS
         self.fast_bit = self.tail_bit - layout.data_bits - 1 if layout.data_bits else -1
+        self.classic = not frame.fd
         self._fd_mode = fd_mode
         _mem.copy_record(self._box.words, 0, box.words, 0)
 

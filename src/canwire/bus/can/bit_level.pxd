@@ -17,7 +17,7 @@ cdef class BitLevel:
     cdef list _known
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
-    cdef public bint shorted, undisturbed, pinned, coasts
+    cdef public bint shorted, undisturbed, pinned, coasts, aligned
     cdef Stretch _stretch
     cdef bint _stepping, _forcing
     cdef public object capture, disturb, spare, watch
@@ -49,7 +49,7 @@ cdef class BitLevel:
     cdef int _bits_until(self, unsigned long long limit_ns, Clock clock) except -1
     @cython.locals(sender=Clock)
     cdef int _calm(self, int bits) except -1
-    @cython.locals(stretch=Stretch, bit_ps="long long", began_ps="long long", last_ps="long long", k=int)
+    @cython.locals(stretch=Stretch, bit_ps="long long", began_ps="long long", last_ps="long long", k=int, first_shown=int)
     cdef int _pass(self, Clock first, int bits) except -1
     cdef int _show(self, int level, long long at_ps) except -1
     @cython.locals(at_ps="long long")

@@ -38,8 +38,9 @@ class BitLevel:
     sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
     already, and well. `spare` is asked ahead: how many of the sender's next bits, of so many, nobody will see inverted,
     and counts them as passed. Both are None while nothing is to be disturbed; `sender_seen` and `index_seen` are whose
-    bit was the last one to be asked for, or would have been. `coasts` allows for many bits in one step. `watch` is
-    handed each clock whose next bit has just begun; a bus that is `pinned` does not rest.
+    bit was the last one to be asked for, or would have been. `coasts` allows for many bits in one step; `aligned` says
+    that no clock forbids it. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does
+    not rest.
     """
 
     def __init__(self) -> None:
@@ -57,6 +58,7 @@ class BitLevel:
         self.spare: Callable[[Node, int, int], int] | None = None
         self.watch: Callable[[Clock, int], None] | None = None
         self.coasts = True
+        self.aligned = False
         self.pinned = False
         self.stimuli: list[Stimulus] = []
         self.victim: Node | None = None
@@ -185,9 +187,11 @@ class BitLevel:
         first = self.clocks[0]
         if first.sampling or self.delay_ps or self.shorted or self._forced != _FREE:
             return False
-        for clock in self.clocks:
-            if not clock.coasts_with(first):
-                return False
+        if not self.aligned:
+            for clock in self.clocks:
+                if not clock.coasts_with(first):
+                    return False
+        self.aligned = True
         bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, first))
         if bits > 0:
             bits = self._calm(bits)
@@ -218,10 +222,10 @@ class BitLevel:
     def _pass(self, first: Clock, bits: int) -> None:
         stretch = self._stretch
         bit_ps, began_ps = first.bit_ps(), first.due_ps
-        for k in range(bits):
+        self._flip = -1
+        first_shown = 0 if self.capture is not None else stretch.last_fall(bits)
+        for k in range(first_shown, bits):
             self._show(stretch.level_of(k), began_ps + k * bit_ps)
-            if stretch.level >= 0:
-                break
         last_ps = began_ps + (bits - 1) * bit_ps
         if stretch.sender is not None:
             self._flip_sender, self._asked_ps = stretch.sender, last_ps
@@ -232,7 +236,6 @@ class BitLevel:
 
     def _show(self, level: int, at_ps: int) -> None:
         """The wire takes this level, undisturbed, where everybody's bit begins."""
-        self._flip = -1
         if level == 0 and self._wire == 1:
             self._fell_ps = at_ps
         self._wire = level
@@ -244,6 +247,7 @@ class BitLevel:
     def replay(self, now_ns: int) -> None:
         """What has passed up to now, and well."""
         self.undisturbed = True
+        self.aligned = False
         while self.clocks:
             if self.coast(now_ns - 1):
                 continue
@@ -260,6 +264,7 @@ class BitLevel:
     def step_at(self, at_ps: int) -> None:
         """The same, for who knows when that is."""
         self._stepping = True
+        self.aligned = False
         self._step(at_ps)
         self._stepping = False
 

@@ -447,7 +447,11 @@ class CanBus(BusState):
         return (self.timeline.now_ns - self.bits.origin_ns) * 1000 - self.bits.origin_ps
 
     def _stations(self) -> list[Node]:
-        return [node for node in self.nodes if node.on_bus or node.waiting]
+        stations = []
+        for node in self.nodes:
+            if node.on_bus or node.waiting:
+                stations.append(node)
+        return stations
 
     def _enter_bitwise(self) -> None:
         bits = self.bits
@@ -465,6 +469,7 @@ class CanBus(BusState):
     def _run_bits(self, limit_ns: int) -> bool:
         """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
         bits = self.bits
+        bits.aligned = False  # who knows what has happened since
         while not self.timeline.interrupted:
             if not self._anything_left():
                 self._leave_bitwise()  # the last node has left

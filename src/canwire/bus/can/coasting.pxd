@@ -16,7 +16,7 @@ cdef class Stretch:
     cdef readonly int first, level
     cdef readonly Clock sender
     cdef FrameReader _scratch
-    cdef int _read, _answer
+    cdef int _answer
     cdef bint _unlike
     cdef FrameReader _asked
 
@@ -37,8 +37,10 @@ cdef class Stretch:
     cdef int _bits_before_error(self, FrameReader reader, int level) except -1
     @cython.locals(clock=Clock, station=Station)
     cpdef int go(self, list clocks, int bits, long long at_ps, unsigned long long sampled_ns) except -1
-    cpdef int level_of(self, int bit) except -1
-    @cython.locals(lead=Station, scratch=FrameReader, clock=Clock, station=Station)
+    cdef int level_of(self, int bit) noexcept
+    @cython.locals(at=int)
+    cdef int last_fall(self, int bits) noexcept
+    @cython.locals(lead=Station, scratch=FrameReader, clock=Clock, station=Station, taken=int)
     cdef int _read_on(self, list clocks, int bits) except -1
     @cython.locals(k=int)
     cdef int _count_recessive(self, Station station, int bits) except -1
@@ -50,3 +52,5 @@ cdef int _between(Station station, int level) noexcept
 cdef int _counted(Station station, int level) noexcept
 @cython.locals(state=int)
 cdef int _keep(Station station, int level, int bits) except -1
+@cython.locals(reader=FrameReader)
+cdef int _pass_tail(Station station, int bits) except -1

@@ -49,7 +49,6 @@ class Stretch:
         self.level = -1
         self.sender: Clock | None = None
         self._scratch = FrameReader(0)
-        self._read = 0
         self._unlike = False
         self._asked: FrameReader | None = None
         self._answer = 0
@@ -109,7 +108,7 @@ class Stretch:
         return most
 
     def _read_along(self, clocks: list[Clock], most: int) -> int:
-        """How many of the bits are mere bits to all readers; `_scratch` is where the sender's then stands."""
+        """How many of the bits are mere bits to all readers: to those that have read what the sender has, all are."""
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
@@ -117,13 +116,14 @@ class Stretch:
         for clock in clocks:
             station = clock.station
             reads = station is not lead and station.state == _FRAME
-            if reads and not reader_state.alike(station.reader, lead.reader):
+            if reads and not reader_state.alike(station.reader, lead.reader, lead.layout.classic):
                 self._unlike = True
-                reader_state.copy(scratch, station.reader)
+                reader_state.double(scratch, station.reader)
                 most = scratch.take_run(self.levels, self.first, most)
-        reader_state.copy(scratch, lead.reader)
-        self._read = scratch.take_run(self.levels, self.first, most)
-        return self._read
+        if self._unlike:
+            reader_state.double(scratch, lead.reader)
+            most = scratch.take_run(self.levels, self.first, most)
+        return most
 
     # one level
 
@@ -163,9 +163,9 @@ class Stretch:
 
     def _bits_before_error(self, reader: FrameReader, level: int) -> int:
         """The same for all that have read the same: the last answer holds on."""
-        if self._asked is None or not reader_state.alike(reader, self._asked):
+        if self._asked is None or not reader_state.alike(reader, self._asked, False):
             self._asked = reader
-            reader_state.copy(self._scratch, reader)
+            reader_state.double(self._scratch, reader)
             self._answer = self._scratch.take_steady(level, _FEW)
         return self._answer
 
@@ -197,18 +197,27 @@ class Stretch:
         """The wire's level in this bit of it."""
         return self.level if self.level >= 0 else self.levels[self.first + bit]
 
+    def last_fall(self, bits: int) -> int:
+        """One of so many bits such that behind the next one the wire does not become dominant any more."""
+        if self.level >= 0:
+            return 0
+        at = bits - 1
+        while at > 0 and not (self.levels[self.first + at - 1] and self.levels[self.first + at] == 0):
+            at -= 1
+        return at - 1 if at > 0 else 0
+
     def _read_on(self, clocks: list[Clock], bits: int) -> None:
         """One reader reads for all that have read the same."""
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
-        if bits != self._read:
-            reader_state.copy(scratch, lead.reader)
-            scratch.take_run(self.levels, self.first, bits)
+        reader_state.double(scratch, lead.reader)
+        taken = scratch.take_run(self.levels, self.first, bits)
+        assert taken == bits  # a sender reads its own layout
         for clock in clocks:
             station = clock.station
             if station is not lead and station.state == _FRAME:
-                if not self._unlike or reader_state.alike(station.reader, lead.reader):
+                if not self._unlike or reader_state.alike(station.reader, lead.reader, lead.layout.classic):
                     reader_state.copy(station.reader, scratch)
                 else:
                     station.reader.take_run(self.levels, self.first, bits)
@@ -260,6 +269,8 @@ def _keep(station: Station, level: int, bits: int) -> None:
     """The station has had so many bits of this level."""
     state = station.state
     if state == _FRAME or state == _DELIMITER or state == _INTERMISSION:
+        if bits > 1 and state == _FRAME and station.reader.field > _CRC_DELIMITER:
+            bits = _pass_tail(station, bits)
         for _ in range(bits):
             station.sample(level)
     elif state == _PASSIVE_FLAG:
@@ -273,3 +284,16 @@ def _keep(station: Station, level: int, bits: int) -> None:
         station.left -= bits
         if station.left == 0 and (state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG):
             station.state = _FLAG_WAIT
+
+
+def _pass_tail(station: Station, bits: int) -> int:
+    """All but the last of so many recessive bits behind the ACK slot; how many are left."""
+    reader = station.reader
+    if reader.field == _ACK_DELIMITER:
+        station.sample(1)
+        bits -= 1
+    reader.value = reader.value << (bits - 1) | ((1 << (bits - 1)) - 1)
+    reader.left -= bits - 1
+    reader.last = 1
+    station.index += bits - 1
+    return 1

@@ -38,8 +38,8 @@ class Echo:
         self.measuring_ps = _NEVER
         self.measured_ps = 0
         self.failed = False
-        self._checks.clear()
-        self._expected.clear()
+        if self._checks:
+            self.forget_checks()
 
     def drive(self, level: int, at_ps: int) -> None:
         """The node drives this from now on."""

@@ -10,7 +10,7 @@ cdef unsigned int _EXTENDED, _REMOTE, _FD, _SWITCH, _ESI
 cdef int store(FrameReader reader, unsigned long long *words) noexcept
 
 @cython.locals(same=bint)
-cpdef bint alike(FrameReader one, FrameReader other) noexcept
+cpdef bint alike(FrameReader one, FrameReader other, bint classic) noexcept
 
 @cython.locals(same=bint, k=int)
 cdef bint _have_read_the_same(FrameReader one, FrameReader other) noexcept
@@ -19,3 +19,5 @@ cdef int _whole_bytes(FrameReader reader) noexcept
 
 @cython.locals(k=int)
 cpdef int copy(FrameReader target, FrameReader source) noexcept
+
+cdef int double(FrameReader target, FrameReader source) noexcept

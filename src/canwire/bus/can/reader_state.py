@@ -34,8 +34,11 @@ def store(reader: FrameReader, words: _mem.Words) -> None:
         words[2 + k] = reader.payload[k] if k < used else 0
 
 
-def alike(one: FrameReader, other: FrameReader) -> bool:
-    """Both stand at the same place of the same frame, and will take the next bits alike."""
+def alike(one: FrameReader, other: FrameReader, classic: bool) -> bool:
+    """Both stand at the same place of the same frame, and will take the next bits alike.
+
+    `classic` says that these are a classic frame's, which those read alike who differ in what they make of FD frames.
+    """
     same = (
         one.field == other.field
         and one.left == other.left
@@ -48,8 +51,9 @@ def alike(one: FrameReader, other: FrameReader) -> bool:
         and one.crc17 == other.crc17
         and one.crc21 == other.crc21
         and one.crc_position == other.crc_position
-        and one.fd_mode == other.fd_mode
-        and one.protocol_exception == other.protocol_exception
+    )
+    same = same and (
+        classic or (one.fd_mode == other.fd_mode and one.protocol_exception == other.protocol_exception)
     )
     return same and _have_read_the_same(one, other)
 
@@ -78,8 +82,7 @@ def _whole_bytes(reader: FrameReader) -> int:
 
 
 def copy(target: FrameReader, source: FrameReader) -> None:
-    """Stand where the other one stands, and read as it does."""
-    target.fd_mode, target.protocol_exception = source.fd_mode, source.protocol_exception
+    """Stand where the other one stands."""
     target.field, target.left, target.value = source.field, source.left, source.value
     target.same, target.last, target.stuffing = source.same, source.last, source.stuffing
     target.stuff_count = source.stuff_count
@@ -92,3 +95,9 @@ def copy(target: FrameReader, source: FrameReader) -> None:
     if source.field >= _DATA:
         for k in range((_whole_bytes(source) + 7) // 8):
             target.payload[k] = source.payload[k]
+
+
+def double(target: FrameReader, source: FrameReader) -> None:
+    """Stand where the other one stands, and read on as it does."""
+    target.fd_mode, target.protocol_exception = source.fd_mode, source.protocol_exception
+    copy(target, source)
