@@ -18,7 +18,7 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.timeline": 1,
     "canwire.ring": 3,
     "canwire.bus.can.node": 1,
-    "canwire.bus.can.bits": 2,
+    "canwire.bus.can.bits": 3,
     "canwire.bus.can.bit_layout": 2,
     "canwire.bus.can.frame_reader": 2,
     "canwire.bus.can.tally": 1,

@@ -22,8 +22,8 @@ cpdef void measure(Mailbox box, int fd_mode) noexcept
 cdef void show_error_state(Mailbox box, bint passive, int fd_mode) noexcept
 
 @cython.locals(info="unsigned int", identifier="unsigned long long", dlc="unsigned int", remote="unsigned int",
-               length=int, table="unsigned short *", crc_table="unsigned short *", header="unsigned long long",
-               bits=int, step="unsigned int", count=int, crc="unsigned int", data="unsigned long long", _=int)
+               length=Py_ssize_t, table="unsigned short *", crc_table="unsigned short *", header="unsigned long long",
+               bits=int, step="unsigned int", count=int, crc="unsigned int", data="unsigned long long")
 cdef int _measure_classic(unsigned long long *words, unsigned long long head) noexcept nogil
 
 @cython.locals(words="unsigned long long *", info="unsigned int", identifier="unsigned long long", dlc="unsigned int",

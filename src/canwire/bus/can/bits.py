@@ -34,13 +34,14 @@ START_STATE = _START_STATE
 
 
 def _crc15_table() -> array[int]:
-    """By byte, in the upper 15 of 16 bits: so a register's upper byte is what the next byte meets."""
+    """What a byte adds to the CRC, by how many bytes follow it: bytes << 8 | byte, up to 5 of header and 8 of data."""
     table = array("H")
-    for byte in range(256):
-        register = byte << 7
-        for _ in range(8):
-            register = (register << 1) ^ (CRC15_POLY if register & 0x4000 else 0)
-        table.append((register & 0x7FFF) << 1)
+    for follow in range(13):
+        for byte in range(256):
+            register = byte << 7 if follow == 0 else table[(follow - 1) << 8 | byte]
+            for _ in range(8):
+                register = (register << 1) ^ (CRC15_POLY if register & 0x4000 else 0)
+            table.append(register & 0x7FFF)
     return table
 
 
@@ -134,30 +135,31 @@ def _measure_classic(words: _mem.Words, head: int) -> int:
         count += step
         step = table[step & 0xF00 | header >> 16 & 255]
         count += step
-        crc = crc_table[header >> 32]
-        crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header >> 24 & 255]
-        crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header >> 16 & 255]
+        crc = crc_table[(length + 4) << 8 | header >> 32]
+        crc ^= crc_table[(length + 3) << 8 | header >> 24 & 255]
+        crc ^= crc_table[(length + 2) << 8 | header >> 16 & 255]
     else:  # SOF, base, RTR, IDE, r0, DLC: 19 bits
         header = identifier << 7 | remote << 6 | dlc
         bits = 44 + 8 * length
         step = _STUFF3[_START_STATE + (header >> 16)]
         count = step
-        crc = crc_table[header >> 16]
+        crc = crc_table[(length + 2) << 8 | header >> 16]
     step = table[step & 0xF00 | header >> 8 & 255]
     count += step
-    crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header >> 8 & 255]
+    crc ^= crc_table[(length + 1) << 8 | header >> 8 & 255]
     step = table[step & 0xF00 | header & 255]
     count += step
-    crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ header & 255]
+    crc ^= crc_table[length << 8 | header & 255]
     data = words[2]
-    for _ in range(length):
+    while length > 0:
+        length -= 1
         step = table[step & 0xF00 | data & 255]
         count += step
-        crc = (crc << 8 & 0xFF00) ^ crc_table[crc >> 8 ^ data & 255]
+        crc ^= crc_table[length << 8 | data & 255]
         data >>= 8
-    step = _STUFF7[step & 0xF00 | crc >> 9]
+    step = _STUFF7[step & 0xF00 | crc >> 8]
     count += step
-    step = table[step & 0xF00 | crc >> 1 & 255]
+    step = table[step & 0xF00 | crc & 255]
     count += step
     if step & 0x700 == 0x500:
         count += 1

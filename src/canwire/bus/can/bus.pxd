@@ -22,7 +22,7 @@ cdef class CanBus(BusState):
     cdef public bint bitwise
     cdef public long long noise_left
     cdef public object scripted
-    cdef int _acknowledgers, _listeners, _rivals
+    cdef int _acknowledgers, _listeners
     cdef unsigned long long _pause_ns, _next_ns
     cdef long long _noise_taken
     cdef bint _acknowledged, _alike, _alike_fd, _waiting, _sleeping, _flag_passive

@@ -57,7 +57,6 @@ class CanBus(BusState):
         self._acknowledgers = 0
         self._listeners = 0
         self._waiting = False
-        self._rivals = 0
         self._noise_taken = 0
         timeline.add(self)
 
@@ -257,7 +256,8 @@ class CanBus(BusState):
     def _start(self, start_ns: int, limit_ns: int) -> bool:
         """Arbitrate among everybody who is ready, and find out how the frame will go; False if nobody is.
 
-        A frame that is over by `limit_ns`, with nobody to look inside, is nowhere written down but in `contends`.
+        A frame that is over by `limit_ns`, with nobody to look inside, is not written down in `contending`: its losers
+        are counted at once. Whatever may be asked about goes through `_contend`.
         """
         sender = None
         lowest = _NOBODY
@@ -270,6 +270,7 @@ class CanBus(BusState):
                 node.contends = False
             else:
                 node.contends = True
+                node.arbitration_losses += 1  # but for the winner's
                 rivals += 1
                 if node.attentive or box.single_shot:
                     keen = True
@@ -286,9 +287,10 @@ class CanBus(BusState):
         if sender is None:
             return False
         self._begin_at(start_ns)
+        sender.arbitration_losses -= 1
         self._sender = sender
         self._box = sender.offer
-        self._rivals = rivals
+        self._rivals = 0  # left to be counted
         joins = self._waiting and self._joining.count(start_ns)
         if self._sleeping:
             self._rouse(start_ns)
@@ -359,7 +361,7 @@ class CanBus(BusState):
         """The frame's last EOF bit has passed (or the ACK slot that nobody filled)."""
         sender = self._sender
         box = self._box
-        if self._rivals > 1:
+        if self._rivals:
             self._count_losers()
         if self._acknowledged:
             self._state = _REST
@@ -372,7 +374,7 @@ class CanBus(BusState):
         sender = self._sender
         node = self._first
         while node is not None:
-            if node is not sender and (node.contends or node.contending is not None):
+            if node.contending is not None and node is not sender:
                 node.arbitration_losses += 1
             node = node.next_member
 

@@ -15,7 +15,7 @@ cdef class BusState(Bus):
     cdef public BusLoad load
     cdef public BitLevel bits
     cdef public Tally tally
-    cdef int _state
+    cdef int _state, _rivals
     cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _end_ns
     cdef long long _free_ps, _end_ps
     cdef SteppedFrame _inside

@@ -47,6 +47,7 @@ class BusState(Bus):
         self._sender = self._nobody
         self._box = Mailbox()
         self._first: Node | None = None
+        self._rivals = 0
 
     def on_wire(self, node: Node) -> bool:
         """This node has been the sender since SOF, or still takes part in arbitration."""
@@ -116,12 +117,15 @@ class BusState(Bus):
         return inside
 
     def _contend(self) -> None:
-        """Others may see now whose frames are on the wire."""
+        """Anybody may see now whose frames are on the wire; who loses is counted where that shows."""
         node = self._first
         while node is not None:
             if node.contends:
                 node.contends = False
                 node.contending = node.offer
+                if node is not self._sender:
+                    node.arbitration_losses -= 1
+                    self._rivals += 1
             node = node.next_member
 
     def _rouse(self, at_ns: int) -> None:

@@ -89,8 +89,9 @@ class Node:
     as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns`,
     `counted_ns` (SOF of the last frame that was counted as received while it went on), before `error` and `count`
     `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell), before `error` `read_dominant`
-    (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead of `received` being called. Only an
-    `attentive` node is told of lost arbitrations, at the very bit; a single-shot frame makes it one.
+    (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames
+    put there and counted in `frames_received` instead of `received` being called. Only an `attentive` node is told of
+    lost arbitrations, at the very bit; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.

@@ -17,7 +17,7 @@ cdef class CanFdController(Node):
     cdef public unsigned long long errors, frames_sent
     cdef public int last_error
 
-    cpdef take(self, Mailbox box)
+    cpdef int take(self, Mailbox box) except -1
     cpdef bint abort(self, Mailbox box, unsigned long long at_ns) except -1
 
     cdef inline void _make_offer(self) noexcept
