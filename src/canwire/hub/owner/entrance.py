@@ -25,6 +25,7 @@ def open_session(
         limits=world.limits,
         answer=lambda request, asking: _answer(request, asking, world),
         changed=world.look_anew,
+        bells=world.bells,
     )
     world.sessions.append(session)
     return session
