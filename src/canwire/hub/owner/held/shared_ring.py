@@ -35,7 +35,8 @@ class SharedRings:
     """A ring that a client reads and, with room for `transmit` frames, one that it writes; in one memory.
 
     `hand_over` gives the client its descriptors; the hub itself keeps one for each event, and the memory. `halts`
-    is told of signals in virtual time; with `bells` they are given when those are rung. Raises BadValue, and OSError with nothing left behind.
+    is told of signals in virtual time; with `bells` they are given when those are rung. Raises BadValue, and OSError
+    with nothing left behind.
     """
 
     def __init__(
