@@ -21,7 +21,6 @@ from pathlib import Path
 
 FRAMES = 200_000
 REAL_SECONDS = 5
-_TICKS = os.sysconf("SC_CLK_TCK")
 
 
 class Usage:
@@ -67,10 +66,12 @@ class Usage:
             if self._address not in command + environment:
                 self._others.add(pid)
                 return
-            user, system = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
+            tasks = [task.read_text() for task in Path(f"/proc/{pid}/task").glob("*/schedstat")]
         except (OSError, ValueError):
             return
-        spent = (int(user) + int(system)) / _TICKS
+        spent = (
+            sum(int(task.split()[0]) for task in tasks) / 1e9
+        )  # the scheduler's own count, not samples of it
         self._first.setdefault(pid, spent)
         served = re.search(r"canwire run.* (can[a-z]+) ", command)
         name = f"server of {served[1]}" if served else command.partition(" ")[0]

@@ -397,7 +397,7 @@ class Ring:
         if event is None:
             raise CanwireError("this end of the ring has no event descriptor to wait on")
         settled = partial(self._settled, wanted)
-        return event.wait_for(settled if ended is None else lambda: ended() or settled(), timeout, RECHECK_S)
+        return event.wait_for(settled if ended is None else lambda: settled() or ended(), timeout, RECHECK_S)
 
     def _settled(self, wanted: int) -> bool:
         """There is nothing to wait for; otherwise the other side knows from now on that somebody waits."""

@@ -202,8 +202,15 @@ class Poller:
             self._poll.unregister(descriptor)
 
     def wait(self, timeout: float | None) -> list[tuple[int, int]]:
-        """Descriptors and their events within `timeout` seconds (None: for ever). A broken one is readable, too."""
-        if timeout is not None and timeout > 0 and self._finer:
+        """Descriptors and their events within `timeout` seconds (None: for ever). A broken one is readable, too.
+
+        With a long timeout none may be found a little earlier: whoever waits again then is on time.
+        """
+        if timeout is None or not self._finer:
+            pass
+        elif timeout > _LONG_S:
+            timeout -= _EARLIER_S
+        elif timeout > 0:
             if not select.select(self._finer, (), (), timeout)[0]:
                 return []
             timeout = 0
@@ -280,5 +287,7 @@ def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
 
 
 _OPENS_ANEW = sys.platform == "linux" and os.path.exists("/proc/self/fd")
+_LONG_S = 0.05  # that is waited for in one call, which counts milliseconds ...
+_EARLIER_S = 0.002  # ... and has to end before its time, never behind it
 _ALL = mmap.PAGESIZE if _OPENS_ANEW else 1 << 16  # bytes that an event holds at most
 _CREDENTIALS = struct.Struct("iII")

@@ -86,10 +86,9 @@ class Loop:
         self._epoll.close()
 
     def _turn(self) -> None:
-        wait_s = 0.0 if self._soon else self._seconds_left()
         # epoll counts in whole milliseconds, select in microseconds
-        select.select([self._epoll], [], [], wait_s)
-        for descriptor, events in self._epoll.poll(0, _MOST_EVENTS):
+        ready = self._soon or select.select([self._epoll], [], [], self._seconds_left())[0]
+        for descriptor, events in self._epoll.poll(0, _MOST_EVENTS) if ready else ():
             if descriptor in self._calls:  # an earlier one of these may have ended it
                 self._calls[descriptor](events)
         for _ in range(len(self._soon)):

@@ -40,7 +40,8 @@ _RECEIVE, _TRANSMIT = 32_768, 4096  # frames
 _AT_ONCE = 2048
 _ROOM = 256  # frames for which a sender that waits is woken
 _MUCH = 64  # frames after which more is looked for at once ...
-_GATHER_S = 0.0005  # ... and else after this
+_GATHER_S = 0.0005  # ... and else after this ...
+_SEVERAL, _LONGER_S = 3, 0.001  # ... or this, once so many came in that: a bus that is full
 _STUCK_S = 0.25
 _LOOK_S = 0.02
 _EVENTS = tuple(
@@ -128,7 +129,7 @@ class Port:
             self.pump()
         elif len(records):
             self._pumps = True
-            self._loop.call_in(_GATHER_S, self._turn)
+            self._loop.call_in(_LONGER_S if len(records) >= _SEVERAL else _GATHER_S, self._turn)
         else:
             self._reading.ring.arm()
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from canwire.errors import BadValue, CanwireError, HubLost
+from canwire.hub.owner.held.bells import Bells
 from canwire.hub.owner.lockstep.pace import LockstepPace
 from canwire.hub.owner.loop import HasFileno, Loop
 from canwire.hub.owner.pace import FastPace, RealPace
@@ -46,6 +47,8 @@ class Engine:
         self._pid = os.getpid()
         self._lock = threading.RLock()  # in virtual time whoever has the world holds it
         self._calls = 0
+        if pace is None and time in (REAL, FAST):
+            world.bells = Bells()
         self._loop = None if time == VIRTUAL else Loop(self, pace or _PACES[time](world), self._posted)
         if self._loop is not None:
             if world.reactor is not None:

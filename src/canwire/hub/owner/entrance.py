@@ -25,6 +25,7 @@ def open_session(
         limits=world.limits,
         answer=lambda request, asking: _answer(request, asking, world),
         changed=world.look_anew,
+        bells=world.bells,
     )
     world.sessions.append(session)
     return session
@@ -41,7 +42,7 @@ def _answer(request: Message, session: Session, world: World) -> Answer | Deferr
 def rung(world: World, session: Session, doorbell: EventDescriptor) -> None:
     """A client has rung: it wrote into its transmit queues, or read from a full receive queue."""
     if world.lockstep is None or not world.lockstep.has(session):
-        doorbell.clear()
+        doorbell.take()
         world.kick(session)
     elif doorbell.take():  # else this was looked at already, when its thread began to wait
         world.lockstep.rung(session)

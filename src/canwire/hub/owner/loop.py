@@ -100,11 +100,16 @@ class Loop:
                 self._handle(watched, events)
             if self._posted:
                 self._engine.run_posted()
+        timeout: float | None = _AFTER_FAILURE_S
         try:
-            return self.pace.run()
+            timeout = self.pace.run()
         except Exception as error:
             self._engine.report(error)
-            return _AFTER_FAILURE_S
+        try:
+            self.pace.tell()
+        except Exception as error:
+            self._engine.report(error)
+        return timeout
 
     def _handle(self, watched: Watched, events: int) -> None:
         try:

@@ -9,6 +9,7 @@ cdef class RealPace:
     cdef public object lateness_ns
     cdef public long long skipped_ns
     cdef public object _world, _monotonic_ns
+    cdef object _bells, _due
     cdef public Timeline _timeline
     cdef long long _origin_ns, _rest_until_ns, _step_ns, _warned_ns
 
@@ -22,6 +23,8 @@ cdef class RealPace:
 
     @cython.locals(timeline=Timeline)
     cdef int _run(self, long long limit_ns, bint busy) except -1
+
+    cpdef int tell(self) except -1
 
     cdef object _warn(self)
 

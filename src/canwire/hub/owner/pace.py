@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from canwire.hub.owner.world import World
     from canwire.pacing import Pacer
 
-REST_NS = 400_000  # on average happenings closer together than this share a wake-up ...
+REST_NS = 500_000  # on average happenings closer together than this share a wake-up ...
 BURST_NS = 4_000_000  # ... once they have been so for this long
 AHEAD_NS = 50_000_000  # bus time that fast time runs at most before it looks for input again
 SLICE_NS = 4_000_000  # time that is spent on the buses before the engine looks for input again ...
@@ -48,6 +48,8 @@ class RealPace:
         self.skipped_ns = 0
         self._world = world
         self._timeline = world.timeline
+        self._bells = world.bells
+        self._due = None if self._bells is None else self._bells.due
         self._monotonic_ns = clock_ns
         self._origin_ns = clock_ns() - self._timeline.now_ns
         self._rest_until_ns = 0
@@ -109,6 +111,12 @@ class RealPace:
         else:
             while not timeline.run_until(limit_ns):
                 pass  # cut short between two happenings: go on with the next
+        self.tell()
+
+    def tell(self) -> None:
+        """Give the signals that wait: once for all that happened in a step."""
+        if self._due:
+            self._bells.ring()
 
     def _warn(self) -> None:
         """Once a second at most."""

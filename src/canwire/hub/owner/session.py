@@ -10,6 +10,7 @@ from canwire.boards.can.connector import CanLine
 from canwire.boards.config.limits import LimitsConfig
 from canwire.errors import NoSuchBoard, Unplugged
 from canwire.hub.owner.deferred import Deferred
+from canwire.hub.owner.held.bells import Bells
 from canwire.hub.owner.held.channel import HeldChannel
 from canwire.hub.owner.held.held import Gone, Halts, Held
 from canwire.hub.owner.limits import check_room, enough
@@ -26,7 +27,8 @@ class Session:
     """Everything a client holds has a handle, a number that is only its own; `doorbell` is how it calls the hub.
 
     It knows only what it holds. `answer` finds out what a request is answered with, `changed` is told when a channel
-    came or went; both come from entrance.py. `halts` is told of its signals where time is virtual.
+    came or went; both come from entrance.py. `halts` is told of its signals where time is virtual,
+    `bells` give them where an engine rings those.
     """
 
     def __init__(
@@ -39,11 +41,13 @@ class Session:
         limits: LimitsConfig,
         answer: Callable[[m.Message, Session], Answer | Deferred],
         changed: Callable[[], object],
+        bells: Bells | None = None,
     ) -> None:
         self.name = name
         self.notify = notify
         self.doorbell = doorbell
         self.halts = halts
+        self.bells = bells
         self.shares_memory = True  # a link that carries no descriptors says no
         self.watching = False
         self.limits = limits

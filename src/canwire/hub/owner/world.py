@@ -20,6 +20,7 @@ from canwire.bus.medium import one_way_delay_ps
 from canwire.errors import BadValue, NoSuchBoard, Unplugged, Unsupported
 from canwire.hub.owner.bench import Bench
 from canwire.hub.owner.faults.book import FaultBook
+from canwire.hub.owner.held.bells import Bells
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.lin import LinSlot
 from canwire.hub.owner.held.line import LineSlot
@@ -69,6 +70,7 @@ class World:
         self.warn: Callable[[str], object] | None = None  # gets what people should know, in sentences
         # how many ns bus time is behind the clock, and how many were left out; the pace knows
         self.lateness: Callable[[], tuple[int, int]] = lambda: (0, 0)
+        self.bells: Bells | None = None  # of an engine that rings them
         self.clear_until_ns = 0  # until then of bus time no receive queue can overflow; fast time's own
         self.limits = config.limits
         self.notes = Notes(config.limits)

@@ -36,7 +36,12 @@ class HeldChannel(HeldQueue):
         size = mode.filter_size
         chosen = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
         queues = SharedRings(
-            mode.receive, mode.transmit, exact=mode.exact, doorbell=doorbell, halts=self.holder.halts
+            mode.receive,
+            mode.transmit,
+            exact=mode.exact,
+            doorbell=doorbell,
+            halts=self.holder.halts,
+            bells=self.holder.bells,
         )
         self.activate(False)
         self._forget_queues()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import ClassVar, Protocol
 
+from canwire.hub.owner.held.bells import Bells
 from canwire.platform import EventDescriptor
 
 
@@ -15,10 +16,11 @@ class Halts(Protocol):
 
 
 class Holder(Protocol):
-    """A client, as what it holds sees it; `halts` is told of every signal that it gets."""
+    """A client, as what it holds sees it; `halts` is told of every signal that it gets, or `bells` give it."""
 
     name: str
     halts: Halts | None
+    bells: Bells | None
     doorbell: EventDescriptor | None
 
     def channels_changed(self) -> None:

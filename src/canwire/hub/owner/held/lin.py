@@ -67,7 +67,14 @@ class HeldMonitor(HeldQueue):
     def set_up(self, mode: LinMonitorMode) -> tuple[Descriptor, ...]:
         """A new queue in new memory; descriptors for the client: memory and event."""
         doorbell = self.holder.doorbell
-        queue = SharedRings(mode.receive, 0, exact=mode.exact, doorbell=doorbell, halts=self.holder.halts)
+        queue = SharedRings(
+            mode.receive,
+            0,
+            exact=mode.exact,
+            doorbell=doorbell,
+            halts=self.holder.halts,
+            bells=self.holder.bells,
+        )
         self._forget()
         self._queue = queue
         self.monitor = LinMonitor(mode, ring=queue.receive)

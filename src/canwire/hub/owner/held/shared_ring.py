@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from canwire.hub.owner.held.bells import Bells
 from canwire.hub.owner.held.held import Halts
 from canwire.hub.protocol.queues import transmit_offset
 from canwire.platform import (
@@ -34,7 +35,8 @@ class SharedRings:
     """A ring that a client reads and, with room for `transmit` frames, one that it writes; in one memory.
 
     `hand_over` gives the client its descriptors; the hub itself keeps one for each event, and the memory. `halts`
-    is told of signals in virtual time. Raises BadValue, and OSError with nothing left behind.
+    is told of signals in virtual time; with `bells` they are given when those are rung. Raises BadValue, and OSError
+    with nothing left behind.
     """
 
     def __init__(
@@ -45,8 +47,10 @@ class SharedRings:
         exact: bool,
         doorbell: EventDescriptor | None,
         halts: Halts | None,
+        bells: Bells | None = None,
     ) -> None:
         self._halts = halts
+        self._bells = bells
         self._events: list[EventDescriptor] = []
         self._for_client: list[Descriptor] = []
         begin = transmit_offset(receive)
@@ -83,6 +87,8 @@ class SharedRings:
         event = shared_event()
         self._events.append(event)
         self._for_client += event.copies()
+        if self._bells is not None:
+            return self._bells.late(event)
         return event if self._halts is None else Halting(event, self._halts)
 
     def _close(self) -> None:
