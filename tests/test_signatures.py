@@ -25,7 +25,7 @@ pytestmark = pytest.mark.finding("newcomer F11")
 # what they speak in. They keep plain names because other files call them.
 SEAMS = {
     "CanBenchNode.begin", "Client.adopt", "Client.ask", "Client.call", "Client.forget", "Event.bind",
-    "Event.unbind", "LabBus.stalled", "LabFaults.islands", "LabTime.active", "LabTime.advance",
+    "Event.unbind", "BenchBus.forget", "LabBus.stalled", "LabFaults.islands", "LabTime.active", "LabTime.advance",
     "LabTime.check_open", "LabTime.touch", "LabTime.turn", "Lease.ask", "LinBenchNode.set_up",
     "LinDisturber.header", "LinDisturber.response", "LinFaults.header", "LinFaults.response",
     "NodeScript.run_on",

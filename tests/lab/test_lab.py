@@ -748,3 +748,60 @@ class TestWhatWouldNotWork:
             TypeError, match=r"node\(\) has no argument 'listen_onyl'; did you mean 'listen_only'"
         ):
             lab.buses["can0"].node("a", listen_onyl=True)  # type: ignore[arg-type]
+
+
+def test_a_closed_node_leaves_nothing_behind(lab: Lab, can_bus: LabBus) -> None:
+    """Its name is free, the wire knows nothing of it, and no bus grows with those that came and went."""
+    a, b = can_bus.node("a"), can_bus.node("b")
+    for _ in range(3):
+        guest = can_bus.node("guest")
+        lab.run_for(0.001)  # 11 recessive bits, and it takes part
+        a.send(C04)
+        lab.run_until_idle()
+        assert guest.receive() == b.receive() == C04
+        guest.close()
+        guest.close()
+        with pytest.raises(Closed):
+            guest.send(C04)
+        assert (guest.lost, guest.waiting) == (0, 0)
+    assert list(can_bus.nodes) == ["a", "b"]
+    assert len(can_bus.wire.nodes) == 2
+
+
+def test_a_node_that_closes_as_it_hears_a_frame_hides_it_from_nobody(lab: Lab, can_bus: LabBus) -> None:
+    nodes = [can_bus.node(name) for name in "abcde"]
+    nodes[1].on_frames(nodes[1].close)
+    nodes[3].on_frames(nodes[3].close)
+    for _ in range(2):
+        nodes[0].send(C04)
+        lab.run_until_idle()
+    assert [node.waiting for node in nodes] == [0, 1, 2, 1, 2]
+    assert list(can_bus.nodes) == ["a", "c", "e"]
+
+
+def test_a_sender_that_closes_in_the_middle_of_its_frame(lab: Lab, can_bus: LabBus) -> None:
+    a, b, c = (can_bus.node(name) for name in "abc")
+    a.send(C04)
+    lab.run_for(50e-6)
+    a.close()
+    lab.run_for(0.001)
+    b.send(C04)
+    lab.run_until_idle()
+    assert (b.delivered, c.waiting) == (1, 1)
+
+
+def test_a_closed_node_whose_plug_was_pulled(lab: Lab, can_bus: LabBus) -> None:
+    a, b = can_bus.node("a"), can_bus.node("b")
+    can_bus.faults.disconnect(b)
+    b.close()
+    assert can_bus.node("b") is not b
+    a.send(C04)
+    lab.run_until_idle()
+    assert a.delivered == 1
+
+
+def test_nodes_of_a_closed_lab_can_still_be_looked_at() -> None:
+    with Lab() as lab:
+        bus = lab.can_bus()
+        node = bus.node("a")
+    assert bus.nodes == {"a": node}

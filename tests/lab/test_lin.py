@@ -370,3 +370,18 @@ def test_in_real_time() -> None:
         slave.respond(1, b"\2")
         assert master.expect(1, within=5.0, data=b"\2").timestamp_ns > 0
         master.schedule.stop()
+
+
+def test_a_closed_slave_leaves_nothing_behind(lab: Lab) -> None:
+    bus = lab.lin_bus("lin9")
+    master = bus.master("master")
+    for data in (b"\x01", b"\x02"):
+        slave = bus.slave("slave", responses={0x10: data})
+        master.ask(0x10)
+        lab.run_until_idle()
+        answer = master.receive()
+        assert answer is not None
+        assert answer.data == data
+        slave.close()
+    assert list(bus.nodes) == ["master"]
+    assert len(bus.wire.nodes) == 1

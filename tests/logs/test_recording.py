@@ -226,3 +226,17 @@ def test_a_database_whose_writer_was_killed_while_it_committed(tmp_path: Path) -
         assert [entry.channel for entry in log] == ["can0"] * 1000
         assert not log.faults
     assert path.read_bytes() == before
+
+
+def test_a_bus_is_recorded_more_than_once(tmp_path: Path) -> None:
+    """Each recorder is a node of its own there, which leaves with its name."""
+    with canwire.Lab() as lab:
+        bus = lab.can_bus("can0")
+        sender, _ = bus.node("a"), bus.node("b")
+        for name in ("first.log", "second.log"):
+            with canwire.record(bus, tmp_path / name):
+                lab.run_for(0.001)
+                sender.send(canwire.Frame(0x123))
+                lab.run_until_idle()
+            assert (tmp_path / name).read_text().count("123#") == 1
+        assert list(bus.nodes) == ["a", "b"]

@@ -78,6 +78,10 @@ def test_a_row_says_what_the_record_says(messages: list[LinFrame | LinEvent]) ->
     assert all(is_lin(row.tobytes()[12]) for row in rows)
 
 
+def test_nothing_makes_no_rows() -> None:
+    assert len(rows_of_lin(numpy.empty(0, record_dtype()))) == 0
+
+
 def test_no_other_kind_is_a_lin_rows() -> None:
     others = {0, GAP, LOST, *map(int, canwire.EventKind)}
     assert not any(map(is_lin, others))
@@ -193,6 +197,14 @@ def test_rows_open_and_columns_are_those_of_the_lines(
         if box.input_value() in {place.address for place in find_lines(hub, "lin0", "LIN")}:
             box.uncheck()
     page.get_by_role("columnheader", name="PID").wait_for(state="detached")
+
+
+def test_a_lin_board_that_is_pulled_is_named_and_comes_back(trace: Page, hub: canwire.Hub) -> None:
+    page = trace
+    hub.unplug("HW000001")
+    page.locator("#live", has_text="HW000001:2 is not plugged in").wait_for()
+    hub.plug("usb-to-can-fd", "HW000001", ("can0", "can0", "lin0"))
+    page.locator("body[data-listening=yes]").wait_for()
 
 
 def test_a_header_that_was_recorded_alone(steady: Site, asker: httpx.Client, browser: Browser) -> None:

@@ -29,6 +29,7 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
         self.nodes: dict[str, NodeT] = {}
         self._trace: tuple[VcdTrace, TraceFile] | None = None
         self._tap: Recent[FrameT] | None = None
+        self._closes = False
 
     @property
     def load(self) -> float:
@@ -80,10 +81,21 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
         self._tap = tap
 
     def close(self) -> None:
+        self._closes = True  # who took part can still be looked at afterwards
         with self.time.touch():
             self.end_trace()
             for node in self.nodes.values():
                 node.close()
+
+    def forget(self, node: NodeT) -> None:
+        """A node has been closed: its name is free, and nothing of it stays on the wire."""
+        if not self._closes and self.nodes.get(node.name) is node:
+            with self.time.touch():
+                del self.nodes[node.name]
+                self._unplug(node)
+
+    def _unplug(self, node: NodeT) -> None:
+        raise NotImplementedError
 
     def _check_new(self, name: str) -> None:
         self.time.check_open()

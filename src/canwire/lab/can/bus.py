@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from types import NoneType
 from typing import Never, Protocol
 
-from canwire.boards.catalogue import ideal_line, plug, sja1000_line
+from canwire.boards.catalogue import ideal_line, plug, sja1000_line, unplug
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.tally import Tap
@@ -31,6 +31,11 @@ Filters = Iterable[Sequence[int]] | Acceptance
 
 class LabNode(CanBenchNode["LabBus"]):
     """One controller with one channel. Made by `LabBus.node`."""
+
+    def close(self) -> None:
+        """Leave the bus for good, with its name; a second time does nothing."""
+        super().close()
+        self.bus.forget(self)
 
 
 class Behaviour(Protocol):
@@ -175,6 +180,9 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
                 if self.time.now_ns - last_ns >= after_ns:
                     return self._complaint(after_ns)
         return None
+
+    def _unplug(self, node: LabNode) -> None:
+        unplug(node.line)
 
     def _complaint(self, after_ns: int) -> str:
         waiting = [node for node in self.nodes.values() if node.pending]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import NoneType
 
-from canwire.boards.catalogue import ideal_lin_line, plug_lin
+from canwire.boards.catalogue import ideal_lin_line, plug_lin, unplug_lin
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.node import LinNode, LinResponse
 from canwire.bus.lin.wire import LinTap
@@ -30,6 +30,11 @@ class LabLinNode(LinBenchNode["LabLinBus"]):
 
     `schedule` is a master's: `start`, `stop`, `request` and the rest of it.
     """
+
+    def close(self) -> None:
+        """Leave the bus for good, with its name; a second time does nothing."""
+        super().close()
+        self.bus.forget(self)
 
 
 class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
@@ -145,6 +150,9 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         tap = RecentLinFrames(whole("limit", limit, 0, MOST_KEPT))
         self._keep_in(tap)
         self.wire.wire.tap = tap
+
+    def _unplug(self, node: LabLinNode) -> None:
+        unplug_lin(node.line)
 
     def _node(
         self,

@@ -67,7 +67,9 @@ class MessageSocket(CanSocket):
             self._drain(port)
 
     def _drain(self, port: Port) -> None:
-        waiting = self._queued[port]
+        waiting = self._queued.get(port)
+        if waiting is None:  # dropped with its interface
+            return
         while waiting and port.room():
             row = row_of(waiting.popleft(), port.interface.index)
             if sound(row).all():

@@ -22,7 +22,7 @@ _PID_AT, _TYPE_AT = 12, 13
 
 def rows_of_lin(records: numpy.ndarray) -> numpy.ndarray:
     """Records of a monitor as a row has them."""
-    octets: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), -1).copy()
+    octets: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), records.itemsize).copy()
     octets[:, [_PID_AT, _TYPE_AT]] = octets[:, [_TYPE_AT, _PID_AT]]
     octets[:, _PID_AT] |= LIN
     return octets.view(record_dtype()).reshape(-1)
