@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -216,3 +217,22 @@ def test_what_a_killed_hub_left_is_replaced_by_the_next_one(start: Start, place:
         start, place, "hub = canwire.connect(sys.argv[1])\nprint('ready', flush=True)\nhub.boards()\n"
     )
     assert again.wait(AGES) == 0
+
+
+def test_socketcand_runs_there(start: Start, place: Path) -> None:
+    """No epoll: its server waits with what is left, and a frame goes from one of its clients to another."""
+    serve(start, place)
+    served = start("socketcand", "--hub", str(place / "hub"), "--listen", "127.0.0.1:0")
+    port = int(stdout_of(served).readline().rpartition(":")[2])
+
+    def program() -> tuple[socket.socket, IO[bytes]]:
+        made = socket.create_connection(("127.0.0.1", port), AGES)
+        made.sendall(b"< open can0 >< rawmode >")
+        return made, made.makefile("rb")
+
+    (sender, told), (receiver, heard) = program(), program()
+    with sender, receiver, told, heard:
+        for read in (told, heard):
+            assert read.read(len(b"< hi >< ok >< ok >")) == b"< hi >< ok >< ok >"
+        sender.sendall(b"< send 123 2 11 22 >")
+        assert heard.read(len(b"< frame 123 ")) == b"< frame 123 "

@@ -8,8 +8,9 @@ import select
 import time
 from collections import deque
 from collections.abc import Callable
+from typing import Protocol
 
-READABLE, WRITABLE, HUNG_UP = select.EPOLLIN, select.EPOLLOUT, select.EPOLLHUP | select.EPOLLERR
+READABLE, WRITABLE, HUNG_UP = 1, 4, 8 | 16  # as epoll has them
 _MOST_EVENTS = 256
 _FEW = 64  # timers among which nobody looks for cancelled ones
 
@@ -31,11 +32,41 @@ class Timer:
         self.call = None
 
 
-class Loop:
-    """Runs until `stop`; times are those of `clock_s`, seconds of the monotonic clock."""
+class Waiter(Protocol):
+    """`watch` with no events at all is allowed: then a broken connection may be told, and nothing else."""
+
+    def watch(self, descriptor: int, events: int) -> None: ...
+    def change(self, descriptor: int, events: int) -> None: ...
+    def forget(self, descriptor: int) -> None: ...
+    def wait(self, seconds: float | None) -> list[tuple[int, int]]: ...
+    def close(self) -> None: ...
+
+
+class Polled:
+    """Linux."""
 
     def __init__(self) -> None:
         self._epoll = select.epoll()
+        self.watch, self.change, self.forget = (
+            self._epoll.register,
+            self._epoll.modify,
+            self._epoll.unregister,
+        )
+        self.close = self._epoll.close
+
+    def wait(self, seconds: float | None) -> list[tuple[int, int]]:
+        """Descriptors and their events; none after so many seconds (None: never)."""
+        # epoll counts in whole milliseconds, select in microseconds
+        if seconds != 0 and not select.select([self._epoll], [], [], seconds)[0]:
+            return []
+        return self._epoll.poll(0, _MOST_EVENTS)
+
+
+class Loop:
+    """Runs until `stop`; times are those of `clock_s`, seconds of the monotonic clock. `waiter` None: Linux' own."""
+
+    def __init__(self, waiter: Waiter | None = None) -> None:
+        self._waiter = waiter or Polled()
         self._calls: dict[int, Callable[[int], object]] = {}
         self._timers: list[tuple[float, int, Timer]] = []
         self._most_timers = _FEW  # with more of them, cancelled ones go
@@ -48,15 +79,15 @@ class Loop:
     def watch(self, descriptor: int, events: int, call: Callable[[int], object]) -> None:
         """Call `call(events)` whenever there are such; a descriptor that is watched already is watched for these."""
         if descriptor in self._calls:
-            self._epoll.modify(descriptor, events)
+            self._waiter.change(descriptor, events)
         else:
-            self._epoll.register(descriptor, events)
+            self._waiter.watch(descriptor, events)
         self._calls[descriptor] = call
 
     def forget(self, descriptor: int) -> None:
         """Watch it no longer; before it is closed. A second time does nothing."""
         if self._calls.pop(descriptor, None) is not None:
-            self._epoll.unregister(descriptor)
+            self._waiter.forget(descriptor)
 
     def call_at(self, due_s: float, call: Callable[[], object]) -> Timer:
         timer = Timer(due_s, call)
@@ -83,12 +114,11 @@ class Loop:
             self._turn()
 
     def close(self) -> None:
-        self._epoll.close()
+        self._waiter.close()
 
     def _turn(self) -> None:
-        # epoll counts in whole milliseconds, select in microseconds
-        ready = self._soon or select.select([self._epoll], [], [], self._seconds_left())[0]
-        for descriptor, events in self._epoll.poll(0, _MOST_EVENTS) if ready else ():
+        wait_s = 0.0 if self._soon else self._seconds_left()
+        for descriptor, events in self._waiter.wait(wait_s):
             if descriptor in self._calls:  # an earlier one of these may have ended it
                 self._calls[descriptor](events)
         for _ in range(len(self._soon)):

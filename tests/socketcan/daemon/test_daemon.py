@@ -12,6 +12,8 @@ import pytest
 
 from canwire import BadValue, Event, Frame, Hub, HubChannel, WantedMode
 from canwire.socketcan.daemon.daemon import Daemon, parse_address
+from canwire.socketcan.daemon.waiting import Selected
+from canwire.socketcan.loop import Polled
 from tests.gateway.test_gateway import CONFIG, got, program
 from tests.hubs import LONG_S, connected, embedded
 
@@ -34,8 +36,15 @@ def said() -> list[str]:
     return []
 
 
-@pytest.fixture
-def daemon(hub: Hub, closing: ExitStack, said: list[str]) -> Daemon:
+@pytest.fixture(params=[Polled, Selected], ids=["epoll", "select"])
+def daemon(
+    hub: Hub,
+    closing: ExitStack,
+    said: list[str],
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Daemon:
+    monkeypatch.setattr("canwire.socketcan.daemon.daemon.usual", request.param)
     made = Daemon(hub, ("127.0.0.1", 0), WantedMode(), 0, said.append, mappings={"vcan7": "can1"})
     stop = Event(manual_reset=True)
     thread = threading.Thread(target=made.run, args=(stop,))

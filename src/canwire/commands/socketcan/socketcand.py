@@ -5,7 +5,7 @@ canwire socketcand --listen 0.0.0.0:29536              for everybody who reaches
 canwire socketcand --interface vcan0=can0              can0 under another name
 canwire socketcand --beacon 192.168.0.255              and tell this network where it is, every two seconds
 
-The protocol knows no passwords: whoever reaches the port may send on every bus. Linux only. A client that does not read
+The protocol knows no passwords: whoever reaches the port may send on every bus. A client that does not read
 loses frames, which are counted; one that sends more than its bus carries is read more slowly.
 """
 

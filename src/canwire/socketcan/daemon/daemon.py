@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 from canwire import BadValue, Event, HubError
 from canwire.socketcan.daemon.client import Client
+from canwire.socketcan.daemon.waiting import usual
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, Loop
 from canwire.socketcan.ports import Ports, refuse
@@ -62,7 +63,7 @@ class Daemon:
         )
         self._listener.setblocking(False)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
-        self._loop = Loop()
+        self._loop = Loop(usual())
         table = Table(os.path.join(self._directory.name, "table"), b"socketcand")
         interfaces = Interfaces(hub, table, mappings or {})
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)

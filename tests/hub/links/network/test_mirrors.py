@@ -223,3 +223,23 @@ def test_a_token_says_what_is_offered() -> None:
     offer = keys.Offer("lab", "bench1", "a1b2", 2, "fast")
     assert keys.offer_of(keys.token(offer)) == offer
     assert keys.offer_of("canwire/lab/hub/bench1") is None
+
+
+@given(sizes=st.lists(st.sampled_from([1, 5, 96, wire.SMALL, wire.SMALL + 1, 5136]), max_size=80))
+def test_small_payloads_go_together_and_come_apart_in_order(sizes: list[int]) -> None:
+    payloads = [
+        bytes([wire.REPORTS, *number.to_bytes(2, "big")]) + bytes(n) for number, n in enumerate(sizes)
+    ]
+    sent = wire.packed(payloads)
+    found: list[bytes] = []
+    for payload in sent:
+        found += wire.parts_in(payload) if payload[0] == wire.TOGETHER else [payload]
+    assert found == payloads
+    assert len(sent) <= 2 * sum(size + 3 > wire.SMALL for size in sizes) + 1 + len(sizes) // 32
+    assert all(len(payload) <= 40 * wire.SMALL for payload in sent if payload[0] == wire.TOGETHER)
+
+
+def test_payloads_within_each_other_are_refused() -> None:
+    inner = wire.packed([b"\3", b"\3"])[0]
+    with pytest.raises(BadMessage, match="within others"):
+        wire.parts_in(wire.packed([inner, inner])[0])

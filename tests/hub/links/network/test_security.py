@@ -24,7 +24,7 @@ from canwire.hub.links.network.settings import (
     usual,
 )
 from canwire.hub.protocol import messages as m
-from tests.hub.links.network.places import Place, channel, offered, running, until
+from tests.hub.links.network.places import QUICK, Place, channel, offered, running, until
 from tests.hubs import LONG_S, free_port
 
 pytestmark = pytest.mark.conforms("PL-11")
@@ -72,15 +72,12 @@ def test_who_is_not_known_is_not_let_in() -> None:
 def test_a_user_cannot_take_another_one_s_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     """The rights go by keys, and Zenoh's access list says whose those are: a client that lies is not heard."""
     with offered(access=Access(users=USERS)) as place:
-        monkeypatch.setattr(
-            "canwire.hub.links.network.settings.Patience.__new__.__defaults__", (0.4, 0.4, LEASE_S)
-        )
         login = Login(user="eve", password="ear")
         monkeypatch.setattr(
             NetworkLink, "_user", property(lambda self: "alice", lambda self, user: None), raising=False
         )
         with pytest.raises(HubLost, match="has not been heard of"):
-            NetworkLink(place.address, "liar", login)
+            NetworkLink(place.address, "liar", login, QUICK)
 
 
 def test_every_request_needs_one_of_the_rights() -> None:

@@ -114,8 +114,11 @@ class Pump:
                 watched = self._moved.watched.get(count.ring)
                 if watched is not None and watched.show(count):
                     self.wake()
+        elif kind == wire.TOGETHER:
+            for part in wire.parts_in(payload):
+                self.take(part)
         else:
-            raise BadMessage(f"a message of kind {kind}: 1 to 5")
+            raise BadMessage(f"a message of kind {kind}: 1 to 4, or {wire.TOGETHER}")
 
     def close(self) -> None:
         """End, and let go of every ring; a second time does nothing."""
@@ -200,21 +203,18 @@ class Pump:
                 batches = one.batches(now_ns, at_once=at_once)
                 found += batches
                 left |= len(batches) >= MOST
-            self._tell(now_ns, at_once=at_once or bool(found))
-            for batch in found:
-                self._send(batch)
+            for payload in wire.packed(self._news(now_ns, at_once=at_once or bool(found)) + found):
+                self._send(payload)
 
-    def _tell(self, now_ns: int, *, at_once: bool) -> None:
+    def _news(self, now_ns: int, *, at_once: bool) -> list[bytes]:
+        """How far rings are that are copies here, and FIFOs that are only looked at."""
         reports = []
         for taker in self._moved.takers.values():
             made = taker.report(now_ns, at_once=at_once)
             if made is not None:
                 reports.append(made)
-        if reports:
-            self._send(wire.reports(reports))
         counts = [changed for one in self._moved.watched.values() if (changed := one.changed()) is not None]
-        if counts:
-            self._send(wire.counts(counts))
+        return ([wire.reports(reports)] if reports else []) + ([wire.counts(counts)] if counts else [])
 
     def _send_signs(self, now_ns: int) -> None:
         """That this end lives, and what it has sent, for the other one to find out what it misses."""

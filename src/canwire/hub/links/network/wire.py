@@ -11,12 +11,15 @@ from typing import NamedTuple
 
 from canwire.errors import BadMessage
 
-FRAMES, STATES, REPORTS, COUNTS, FAREWELL, CALL, ANSWER = range(1, 8)
+FRAMES, STATES, REPORTS, COUNTS, FAREWELL, CALL, ANSWER, TOGETHER = range(1, 9)
 
 _HEAD = struct.Struct("<BxxxIQ")  # kind, ring, position of the first record
 _STATE = struct.Struct("<IQ")
 _REPORT = struct.Struct("<IQQ?")
 _COUNT = struct.Struct("<IQQQQ")
+_LENGTH = struct.Struct("<I")
+SMALL = 1_024  # bytes of a payload that goes together with others
+_MOST = 32  # of them
 NOTES = 0  # the number of what is no ring: notices, in their order
 
 
@@ -101,6 +104,42 @@ def call(asked: bytes) -> bytes:
 def answer(answered: bytes) -> bytes:
     """The answer to such a call."""
     return bytes((ANSWER,)) + answered
+
+
+def packed(payloads: list[bytes]) -> list[bytes]:
+    """The same in the same order, small ones together: each that travels alone wakes the other machine up."""
+    found: list[bytes] = []
+    small: list[bytes] = []
+    for payload in payloads:
+        if len(payload) > SMALL or len(small) == _MOST:
+            found += _together(small)
+            small = []
+        if len(payload) > SMALL:
+            found.append(payload)
+        else:
+            small.append(payload)
+    return found + _together(small)
+
+
+def parts_in(payload: bytes) -> list[bytes]:
+    """What went together; raises BadMessage."""
+    found, at = [], 1
+    while at < len(payload):
+        begin = at + _LENGTH.size
+        if begin > len(payload) or (end := begin + _LENGTH.unpack_from(payload, at)[0]) > len(payload):
+            raise BadMessage(f"payloads together, {len(payload)} bytes: the one at {at} is longer than that")
+        if payload[begin:end][:1] == bytes((TOGETHER,)):
+            raise BadMessage("payloads together within others")
+        found.append(payload[begin:end])
+        at = end
+    return found
+
+
+def _together(payloads: list[bytes]) -> list[bytes]:
+    if len(payloads) < 2:
+        return payloads
+    parts = [part for payload in payloads for part in (_LENGTH.pack(len(payload)), payload)]
+    return [b"".join((bytes((TOGETHER,)), *parts))]
 
 
 def _each(form: struct.Struct, payload: bytes) -> list[tuple[int, ...]]:
