@@ -59,7 +59,7 @@ def help_milliseconds(module: str, option: str) -> float:
 
 
 def core_rows(scale: int, runs: int, pure: Path) -> list[tuple[str, str, str, str]]:
-    from workloads import bit_by_bit, hour_at_half_load, median, saturated
+    from workloads import bit_by_bit, hour_at_half_load, median, saturated, with_errors
 
     classic = median(lambda: saturated(1_000_000 // scale)[0], runs)
     realtime = median(lambda: saturated(1_000_000 // scale)[1], runs)
@@ -74,13 +74,17 @@ def core_rows(scale: int, runs: int, pure: Path) -> list[tuple[str, str, str, st
         raise SystemExit(1)
     hour = median(lambda: hour_at_half_load(3600 / scale), 1)
     bits = median(lambda: bit_by_bit(20_000 // scale), runs)
+    many = median(lambda: bit_by_bit(5_000 // scale, 64), runs)
+    noisy = median(lambda: with_errors(50_000 // scale, 0.1), runs)
     return [
         ("core, 4 nodes, 0-8 bytes, 11/29 bit, filters", f"{classic:,.0f} frames/s", "", "8,000,000"),
         ("  the same against real time, 1 Mbit/s", f"{realtime:,.0f} x", "", "700 x"),
         ("  the same, CAN FD, 8-64 bytes", f"{fd:,.0f} frames/s", "", "3,000,000"),
         ("  the same, uncompiled", f"{slow:,.0f} frames/s", "", "100,000"),
         ("  drained as numpy batches", f"{drained:,.0f} records/s", "", "10,000,000"),
-        ("bit by bit (errors, traces), 4 nodes", f"{bits:,.0f} frames/s", "", ""),
+        ("bit by bit (errors, traces), 4 nodes", f"{bits:,.0f} frames/s", "", "200,000"),
+        ("  the same, 64 nodes", f"{many:,.0f} frames/s", "", ""),
+        ("  errors in 10 % of the frames, 4 nodes", f"{noisy:,.0f} frames/s", "", ""),
         (f"{3600 // scale} s of bus at 50 % load, paced by a timer", f"{hour:,.0f} x real time", "", "1 x"),
     ]
 

@@ -56,12 +56,21 @@ def frames_of(length: int = 8, *, fd: bool = False) -> object:
     return canwire.frames_to_array(frames)
 
 
-def on_a_bus(nodes: int, count: int, *, length: int = 8, fd: bool = False, errors: float = 0.0) -> float:
+def on_a_bus(
+    nodes: int,
+    count: int,
+    *,
+    length: int = 8,
+    fd: bool = False,
+    errors: float = 0.0,
+    bitwise: bool = False,
+) -> float:
     """Microseconds of processor a frame: one sends, all others receive into their rings, which are emptied."""
     with Lab() as lab:
         bus = lab.can_bus("can0", bit_rate=1_000_000, data_bit_rate=4_000_000 if fd else None)
         sender = bus.node("n0", receive_queue=1, transmit_queue=BATCH)
         others = [bus.node(f"n{k}", receive_queue=BATCH) for k in range(1, nodes)]
+        bus.wire.bitwise = bitwise
         if errors:
             bus.faults.noise(1 - (1 - errors / 100) ** (1 / FRAME_BITS))
         batch = frames_of(length, fd=fd)
@@ -173,9 +182,13 @@ def time_rows(scale: int, runs: int) -> list[Row]:
         return Row(name, of, "us/frame", points, **more)
 
     nodes = row("nodes on a bus", "nodes", [2, 4, 16, 64, 256], lambda n: on_a_bus(int(n), few))
+    bits = row(
+        "bit by bit, nodes", "nodes", [2, 4, 16, 64], lambda n: on_a_bus(int(n), few // 4, bitwise=True)
+    )
     clients = row("clients of a board", "channels", [1, 2, 5, 10, 25, 50], lambda n: on_a_hub(int(n), few))
     return [
         _per_copy(nodes, less=1),
+        _per_copy(bits, less=1),
         row("buses of a lab", "buses", [1, 5, 20, 50, 200], lambda n: on_many_buses(int(n), 5 * few)),
         _per_copy(clients, less=0),
         row(

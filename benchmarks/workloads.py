@@ -171,17 +171,30 @@ def hour_at_half_load(seconds: float) -> float:
         return lab.now_ns / 1e9 / spent
 
 
-def bit_by_bit(count: int) -> float:
-    """The slow way, that errors and VCD traces take: frames/s with four nodes."""
+def bit_by_bit(count: int, nodes_there: int = NODES) -> float:
+    """The slow way, that errors and VCD traces take: frames/s; four of the nodes send."""
     with Lab() as lab:
         bus = lab.can_bus("can0", bit_rate=1_000_000)
-        nodes = [bus.node(f"n{k}") for k in range(NODES)]
+        nodes = [bus.node(f"n{k}") for k in range(nodes_there)]
         bus.wire.bitwise = True
         for k in range(count):
             nodes[k % NODES].send(Frame(0x100 + k % NODES, b"\x11\x22\x33\x44"))
         began = time.perf_counter()
         lab.run_until_idle()
         return count / (time.perf_counter() - began)
+
+
+def with_errors(count: int, share: float) -> float:
+    """Noise that meets this share of the frames, which are repeated then: frames/s that get through, four nodes."""
+    with Lab() as lab:
+        bus = lab.can_bus("can0", bit_rate=1_000_000)
+        nodes = [bus.node(f"n{k}") for k in range(NODES)]
+        bus.faults.noise(1 - (1 - share) ** (1 / 82))  # bits of these frames
+        for k in range(count):
+            nodes[k % NODES].send(Frame(0x100 + k % NODES, b"\x11\x22\x33\x44"))
+        began = time.perf_counter()
+        lab.run_until_idle()
+        return bus.frames / (time.perf_counter() - began)
 
 
 def lateness(seconds: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from canwire import BitTiming, Frame, Lab, LabBus, LabNode
-from canwire.bus.can.node import Node
+from canwire.bus.can.node import QUIET, SENDING, Node
 from tests.bus.can.test_two_ways import (
     plan_a_frame,
     random_options,
@@ -67,6 +67,47 @@ def test_most_bits_of_a_good_frame_are_taken_at_once() -> None:
     one_by_one, at_once = bits_asked_for(coasts=True)
     assert one_by_one + at_once == 62
     assert one_by_one < 8
+
+
+@pytest.mark.parametrize("coasts", [True, False])
+def test_what_interrupts_a_frame_at_the_beginning_of_time_finds_it_there(coasts: bool) -> None:
+    with Lab() as lab:
+        bus = lab.can_bus(bit_rate=500_000)
+        bus.wire.bits.coasts = coasts
+        nodes = [bus.node(f"n{k}") for k in range(3)]
+        nodes[0].send(Frame(0x123, b"\x11\x22"))
+        lab.run_until(0)
+        nodes[2].stop()
+        assert bus.wire.activity(nodes[0].line.controller) in (QUIET, SENDING)
+        assert bus.frames == 0
+        lab.run_until_idle()
+        assert nodes[1].receive_many(2)[0].timestamp_ns == 62 * 2000
+        assert nodes[2].receive_many(2) == []
+
+
+@pytest.mark.parametrize("extended", [False, True])
+@pytest.mark.parametrize("exception", [False, True])
+def test_a_classic_controller_left_with_an_fd_frame_goes_the_same_way(
+    extended: bool, exception: bool
+) -> None:
+    """It cannot read its own frame; whatever comes of that."""
+    seen = []
+    for coasts in (True, False):
+        with Lab() as lab:
+            bus = lab.can_bus(bit_rate=500_000, data_bit_rate=2_000_000)
+            bus.wire.bitwise = True
+            bus.wire.bits.coasts = coasts
+            nodes = [bus.node(f"n{k}") for k in range(3)]
+            for node in nodes:
+                node.events()
+            nodes[1].send(Frame(0x50))
+            nodes[0].send(Frame(0x123, bytes(range(16)), fd=True, bit_rate_switch=True, extended=extended))
+            lab.run_until(10_000)
+            controller = nodes[0].line.controller
+            controller.fd, controller.protocol_exception = 0, exception
+            lab.run_until(5_000_000)
+            seen.append(summary(lab, bus, nodes))
+    assert seen[0] == seen[1]
 
 
 def bits_asked_for(*, coasts: bool) -> tuple[int, int]:

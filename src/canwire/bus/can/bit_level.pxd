@@ -8,7 +8,8 @@ from canwire.bus.can.tally cimport Tally
 from canwire.bus.can.stimulus cimport Stimulus
 
 cdef int _FRAME, _QUIET, _IDLE, _SUSPEND, _WAITING, _FREE
-cdef long long _NEVER, _FAR_NS, _MOST
+cdef long long _NEVER, _MOST
+cdef unsigned long long _FAR_NS
 
 @cython.final
 cdef class BitLevel:

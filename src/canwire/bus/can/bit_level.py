@@ -203,9 +203,9 @@ class BitLevel:
         """How many more of its samples come by then."""
         if limit_ns <= self.origin_ns:
             return 0
-        left_ns = limit_ns - self.origin_ns + 1
-        if left_ns > _FAR_NS:
-            left_ns = _FAR_NS
+        left_ns = _FAR_NS
+        if limit_ns - self.origin_ns < _FAR_NS:
+            left_ns = limit_ns - self.origin_ns + 1
         left_ps = left_ns * 1000 - self.origin_ps - clock.due_ps - clock.sample_ps()
         if left_ps <= 0:
             return 0
@@ -249,7 +249,7 @@ class BitLevel:
         self.undisturbed = True
         self.aligned = False
         while self.clocks:
-            if self.coast(now_ns - 1):
+            if now_ns > 0 and self.coast(now_ns - 1):
                 continue
             at_ps = self.next_ps()
             if self.at_ns(at_ps) >= now_ns:

@@ -120,7 +120,7 @@ class Stretch:
                 self._unlike = True
                 reader_state.double(scratch, station.reader)
                 most = scratch.take_run(self.levels, self.first, most)
-        if self._unlike:
+        if self._unlike or (lead.reader.fd_mode == 0 and not lead.layout.classic):
             reader_state.double(scratch, lead.reader)
             most = scratch.take_run(self.levels, self.first, most)
         return most
@@ -213,7 +213,7 @@ class Stretch:
         scratch = self._scratch
         reader_state.double(scratch, lead.reader)
         taken = scratch.take_run(self.levels, self.first, bits)
-        assert taken == bits  # a sender reads its own layout
+        assert taken == bits  # who knows its format reads its own layout
         for clock in clocks:
             station = clock.station
             if station is not lead and station.state == _FRAME:
