@@ -48,7 +48,9 @@ _FREE_WANTED = 24
 _RECORDS = 32
 _WORDS = 10
 _RECORD_SIZE = RECORD_SIZE
-_PLAIN = f"V{RECORD_SIZE}"  # to numpy: bytes; it copies records of several fields field by field, ten times slower
+_PLAIN = (
+    f"V{RECORD_SIZE}"  # to numpy: bytes; it copies records of several fields field by field, ten times slower
+)
 _M64 = (1 << 64) - 1  # counters wrap; only their differences count
 _LARGEST_CAPACITY = 1 << 24
 LARGEST_CAPACITY = _LARGEST_CAPACITY
