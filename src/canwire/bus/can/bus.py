@@ -287,6 +287,7 @@ class CanBus(BusState):
                     collision = False
                     lowest = key
                     sender = node
+                    self._box = box
                 elif key == lowest:
                     collision = True
             if node.tainted:
@@ -299,7 +300,6 @@ class CanBus(BusState):
         self._start_ns = self._busy_from_ns = start_ns
         sender.arbitration_losses -= 1
         self._sender = sender
-        self._box = sender.offer
         self._rivals = 0  # left to be counted
         joins = self._waiting and self._joining.count(start_ns)
         if self._sleeping:
