@@ -9,7 +9,7 @@ import pytest
 
 from canwire.acan import service
 from canwire.candrv.device import device
-from canwire.python_can import line
+from canwire.hub.bring_up import bring_up
 from tests.together import table
 from tests.together.happenings import HAPPENINGS
 from tests.together.players.candrv import REGISTRY
@@ -26,7 +26,7 @@ def program_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "canwire.toml"
     path.write_text(REGISTRY)
     monkeypatch.setenv("CANWIRE_CONFIG", str(path))
-    monkeypatch.setattr(line, "_PATIENCE_S", 0.0)
+    monkeypatch.setitem(bring_up.__kwdefaults__, "patience_s", 0.0)
     monkeypatch.setattr(service, "_PAUSES_S", (0.0,))
     monkeypatch.setattr(device, "_PAUSES_S", (0.0,))
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadFrame
 from canwire.values.checks import instance
+from canwire.values.dlc import CLASSIC_LENGTHS, FD_LENGTHS
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import (
     DLC_SHIFT,
@@ -14,6 +16,7 @@ from canwire.values.record import (
     EXTENDED,
     EXTENDED_DATA_LENGTH,
     FAST_DATA_RATE,
+    RECORD_SIZE,
     REMOTE,
     load_numpy,
     record_dtype,
@@ -22,6 +25,8 @@ from canwire.values.record import (
 if TYPE_CHECKING:
     import numpy
 
+_PLAIN = f"V{RECORD_SIZE}"  # bytes: numpy copies records of several fields field by field
+_OF_FD, _OF_REMOTE = 16, 32
 _FD_ONLY = FAST_DATA_RATE | ERROR_STATE_INDICATOR
 _FRAME_INFO = (
     EXTENDED | REMOTE | EXTENDED_DATA_LENGTH | FAST_DATA_RATE | ERROR_STATE_INDICATOR | 0xF << DLC_SHIFT
@@ -58,7 +63,7 @@ def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.nd
     check_dtype(records)
     info = records["info"] & _FRAME_INFO
     is_fd = info & EXTENDED_DATA_LENGTH != 0
-    limits = numpy.where(info & EXTENDED, 0x1FFFFFFF, 0x7FF)
+    limits = numpy.where(info & EXTENDED, numpy.uint32(0x1FFFFFFF), numpy.uint32(0x7FF))
     faults = {
         "identifier too large for its format": records["id"] > limits,
         "FD frame on a classic line": is_fd & (not fd),
@@ -71,10 +76,23 @@ def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.nd
         if wrong.any():
             at = int(wrong.argmax())
             raise BadFrame(f"record {at} (identifier {int(records['id'][at]):#x}): {what}")
-    checked = records.copy()
+    checked = records.view(_PLAIN).copy().view(record_dtype())
     checked["info"] = info | flags
-    lengths = numpy.array((0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64))[info >> DLC_SHIFT & 15]
-    lengths = numpy.where(is_fd, lengths, numpy.minimum(lengths, 8))
-    lengths[info & REMOTE != 0] = 0
-    checked["data"][numpy.arange(64) >= lengths[:, None]] = 0
+    data = checked.view("<u8").reshape(-1, 10)[:, 2:]
+    kinds = info >> DLC_SHIFT & 15 | numpy.where(info & REMOTE, _OF_REMOTE, 0)
+    if is_fd.any():
+        data &= _kept_bytes()[kinds | numpy.where(is_fd, _OF_FD, 0)]
+    else:
+        data[:, 0] &= _kept_bytes()[:, 0][kinds]
+        data[:, 1:] = 0
     return checked
+
+
+@cache
+def _kept_bytes() -> numpy.ndarray:
+    """Masks over a record's eight words of data, by its DLC, _OF_FD and _OF_REMOTE."""
+    numpy = load_numpy()
+    none = [0] * 16
+    lengths = numpy.array([*CLASSIC_LENGTHS, *FD_LENGTHS, *none, *none])
+    kept = (numpy.arange(64) < lengths[:, None]) * numpy.uint8(0xFF)
+    return kept.view("<u8")

@@ -371,3 +371,27 @@ def test_cancel_of_a_frame_that_lost_arbitration(lab: Lab, can_bus: LabBus) -> N
     lab.run_until_idle()
     assert [frame.id for frame in c.receive_many(9)] == [0x100]
     assert (a.aborted, a.pending) == (1, 0)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(near_frames(), min_size=2, max_size=4, unique_by=arbitration_field), st.integers(1, 40))
+def test_losses_are_the_same_wherever_one_stops_to_look(frames: list[Frame], step_bits: int) -> None:
+    """A frame that nobody stops in is counted as a whole, one that is looked at bit by bit: with the same result."""
+
+    def losses(bitwise: bool, stopping: bool) -> list[tuple[int, ...]]:
+        with Lab() as lab:
+            bus = lab.can_bus(bit_rate=500_000)
+            bus.wire.bitwise = bitwise
+            nodes = [bus.node(f"n{k}") for k in range(len(frames))]
+            for node, frame in zip(nodes, frames, strict=True):
+                node.send(frame)
+            seen = []
+            while stopping and bus.frames < len(frames):
+                lab.run_for(step_bits * 2e-6)
+                seen.append(tuple(node.arbitration_losses for node in nodes))
+            lab.run_until_idle()
+            return [*seen, tuple(node.arbitration_losses for node in nodes)]
+
+    stopped = losses(bitwise=False, stopping=True)
+    assert stopped == losses(bitwise=True, stopping=True)
+    assert stopped[-1:] == losses(bitwise=False, stopping=False)

@@ -31,6 +31,8 @@ cdef class Channel(Sink):
     cdef list _listed
 
 
+    cdef int _take_judged(self, Mailbox box, unsigned long long at_ns, unsigned long long flags,
+                          unsigned long long code) except -1
     cdef inline int _take(self, Mailbox box, unsigned long long at_ns, unsigned long long head, unsigned long long flags) except -1
 
     cpdef int tell_outcome(self, Mailbox box, bint delivered, unsigned long long at_ns) except -1
@@ -44,9 +46,6 @@ cdef class Channel(Sink):
     cpdef int deliver_event(self, bytes record, bint stamped=*) except -1
 
     cdef inline unsigned long long _stamp(self, unsigned long long at_ns) noexcept
-
-    @cython.locals(code="unsigned long long")
-    cdef inline int _offer(self, Mailbox box, unsigned long long head, unsigned long long at_ns, unsigned long long flags) except -1
 
     @cython.locals(pairs="unsigned long long *", k=int)
     cdef inline bint _passes(self, unsigned long long *words, unsigned long long head) except -1

@@ -131,26 +131,31 @@ class Channel(Sink):
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
         """A frame for this channel, unless its filter says otherwise; `flags` are more info bits."""
-        self._offer(box, box.words[1], at_ns, flags)
+        if not self.fd and box.words[1] >> 32 & _FD:
+            pass  # nothing that its client could read
+        elif self.filter is not None:
+            self._take_judged(box, at_ns, flags, self.filter.judge(box.words[1]))
+        elif self._open or self._passes(box.words, box.words[1]):
+            self._take(box, at_ns, box.words[1], flags)
 
     def deliver_sent(self, box: Mailbox, at_ns: int) -> None:
         """A frame that this channel's own line sent; `siblings` says what becomes of it."""
         head = box.words[1]
         if self.siblings == _EVERY:
-            self._offer(box, head, at_ns, _SELF_RECEPTION)
+            self.deliver(box, at_ns, _SELF_RECEPTION)
         elif self.siblings >= _OTHERS:
             if not (box.owner is self or box.owner.stands_for is self):
-                self._offer(box, head, at_ns, 0)
+                self.deliver(box, at_ns, 0)
             elif self.siblings == _OTHERS_AND_OWN:
-                self._offer(box, head, at_ns, _SELF_RECEPTION)
+                self.deliver(box, at_ns, _SELF_RECEPTION)
         elif head >> 32 & _SELF_RECEPTION == 0 or (not self.fd and head >> 32 & _FD):
             pass  # invisible to its own line's channels, as on real boards
         elif self.siblings == _OWN_FILTERED:
-            self._offer(box, head, at_ns, _SELF_RECEPTION)
+            self.deliver(box, at_ns, _SELF_RECEPTION)
         elif self.siblings == _ALL or box.owner is self:
             self._take(box, at_ns, head, _SELF_RECEPTION | _ACCEPTED)
         elif self.siblings == _AS_BUS:
-            self._offer(box, head, at_ns, 0)
+            self.deliver(box, at_ns, 0)
 
     def return_own(self, box: Mailbox, at_ns: int) -> None:
         """A frame of its own that it asked to be told of, past the filter and marked."""
@@ -162,7 +167,7 @@ class Channel(Sink):
         words = _mem.words_of(block)
         self.accepted += 1
         time_ns = words[0]
-        if stamped:
+        if stamped and self.tick_ns:
             time_ns = self._stamp(time_ns)
         if not self.receive.put(words, 0, time_ns, words[1]):
             self.lost += 1
@@ -187,22 +192,14 @@ class Channel(Sink):
             for outcome in [outcomes.pop() for _ in range(count)][::-1]:
                 outcome(False, at_ns)
 
-    def _offer(self, box: Mailbox, head: int, at_ns: int, flags: int) -> None:
-        if not self.fd and head >> 32 & _FD:
-            pass  # nothing that its client could read
-        elif self.filter is not None:
-            code = self.filter.judge(head)
-            if code != _ALWAYS or flags >> 24 == 0:
-                flags = flags & 0xFFFFFF | code << 24
-            if code:
-                self._take(box, at_ns, head, flags)
-        elif self._open or self._passes(box.words, head):
-            self._take(box, at_ns, head, flags)
-
     def _stamp(self, at_ns: int) -> int:
-        if self.tick_ns == 0:
-            return at_ns
         return (at_ns - self.origin_ns) // self.tick_ns & _M32
+
+    def _take_judged(self, box: Mailbox, at_ns: int, flags: int, code: int) -> None:
+        if code != _ALWAYS or flags >> 24 == 0:
+            flags = flags & 0xFFFFFF | code << 24
+        if code:
+            self._take(box, at_ns, box.words[1], flags)
 
     def _take(self, box: Mailbox, at_ns: int, head: int, flags: int) -> None:
         self.accepted += 1
@@ -211,7 +208,9 @@ class Channel(Sink):
             head |= flags << 32
         if self._overrun_due:
             head |= _OVERRUN << 32
-        if self.receive.put(box.words, 0, self._stamp(at_ns), head):
+        if self.tick_ns:
+            at_ns = self._stamp(at_ns)
+        if self.receive.put(box.words, 0, at_ns, head):
             self._overrun_due = False
         else:
             self.lost += 1

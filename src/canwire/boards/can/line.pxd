@@ -49,7 +49,7 @@ cdef class Line(Host):
     @cython.locals(senders=list, count=int, k=int, turn=int, normal_taken=bint, channel=Channel, loaded=bint)
     cdef inline bint _load_one(self, unsigned long long at_ns) except -1
 
-    @cython.locals(ring=Ring, at=Py_ssize_t, driver=Driver)
+    @cython.locals(ring=Ring, at=Py_ssize_t, driver=Driver, delay_ns="unsigned long long")
     cdef inline bint _load_trusted(self, Channel channel, unsigned long long at_ns) except -1
 
     @cython.locals(ring=Ring, at=Py_ssize_t, driver=Driver, words="unsigned long long *", delay="unsigned long long")

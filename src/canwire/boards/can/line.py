@@ -285,7 +285,8 @@ class Line(Host):
         driver = self.driver
         if at == 0 or (driver.several and driver.full_for(channel)):
             return False
-        if driver.occupied(ring._words, at) or not self._due(channel, ring._words[at], at_ns):
+        delay_ns = ring._words[at]
+        if driver.occupied(ring._words, at) or (delay_ns and not self._due(channel, delay_ns, at_ns)):
             return False
         channel.in_flight += 1
         if driver.load(ring._words, at, at_ns, channel):

@@ -41,11 +41,8 @@ cdef class CanBus(BusState):
     @cython.locals(node=Node, box=Mailbox, bits="long long", length_ps="long long")
     cdef inline int _time_frame(self) except -1
 
-    @cython.locals(sender=Node, box=Mailbox)
-    cdef inline int _complete(self) except -1
-
-    @cython.locals(end_ns="unsigned long long", bit_ps="long long", free_ps="long long", node=Node)
-    cdef inline int _succeed(self, Node sender, Mailbox box) except -1
+    @cython.locals(sender=Node, box=Mailbox, end_ns="unsigned long long", bit_ps="long long", free_ps="long long", node=Node)
+    cdef inline int _succeed(self) except -1
 
     @cython.locals(free="unsigned long long", now="unsigned long long")
     cdef inline bint _go_on(self, unsigned long long limit_ns) except -1
@@ -86,4 +83,4 @@ cdef class CanBus(BusState):
     @cython.locals(origin_ps="long long")
     cdef int _enter_at(self, long long at_ps) except -1
 
-    cdef inline void _begin_at(self, unsigned long long start_ns) noexcept
+    cdef void _begin_late(self, unsigned long long start_ns) noexcept

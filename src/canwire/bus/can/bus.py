@@ -158,7 +158,9 @@ class CanBus(BusState):
         self._forget_contenders()
         self._rouse(now_ns)
         if now_ns >= self._free_ns or not self._members:
-            self._begin_at(max(now_ns, self._free_ns))
+            self._start_ns = self._busy_from_ns = max(now_ns, self._free_ns)
+            if now_ns > self._free_ns:
+                self._begin_late(now_ns)
             self._enter_bitwise()
             phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from_ns)
             return
@@ -193,10 +195,12 @@ class CanBus(BusState):
                 if self._next_ns > limit_ns:
                     return
                 timeline.now_ns = self._next_ns
-                if self._next_ns == self._end_ns:
-                    self._complete()
-                else:
+                if self._next_ns != self._end_ns:
                     self._happen()
+                elif self._acknowledged:
+                    self._succeed()
+                else:
+                    self._fail_unacknowledged(self._sender, self._box)
             elif self._state == _BITWISE:
                 if not self._run_bits(limit_ns):
                     return
@@ -279,6 +283,7 @@ class CanBus(BusState):
                     collision = False
                     lowest = key
                     sender = node
+                    self._box = box
                 elif key == lowest:
                     collision = True
             if node.tainted:
@@ -286,10 +291,11 @@ class CanBus(BusState):
             node = node.next_member
         if sender is None:
             return False
-        self._begin_at(start_ns)
+        if start_ns != self._free_ns:
+            self._begin_late(start_ns)
+        self._start_ns = self._busy_from_ns = start_ns
         sender.arbitration_losses -= 1
         self._sender = sender
-        self._box = sender.offer
         self._rivals = 0  # left to be counted
         joins = self._waiting and self._joining.count(start_ns)
         if self._sleeping:
@@ -357,28 +363,13 @@ class CanBus(BusState):
         if self._state == _SENDING:
             self._next_ns = inside.next_ns(self._end_ns, self._acknowledged)
 
-    def _complete(self) -> None:
-        """The frame's last EOF bit has passed (or the ACK slot that nobody filled)."""
+    def _succeed(self) -> None:
+        """The frame's last EOF bit has passed."""
         sender = self._sender
         box = self._box
         if self._rivals:
             self._count_losers()
-        if self._acknowledged:
-            self._state = _REST
-            self._succeed(sender, box)
-        else:
-            self._fail_unacknowledged(sender, box)
-
-    def _count_losers(self) -> None:
-        """Contenders that have not been told are counted at the latest now."""
-        sender = self._sender
-        node = self._first
-        while node is not None:
-            if node.contending is not None and node is not sender:
-                node.arbitration_losses += 1
-            node = node.next_member
-
-    def _succeed(self, sender: Node, box: Mailbox) -> None:
+        self._state = _REST
         bit_ps = sender.bit_ps
         end_ns = self._end_ns
         free_ps = self._end_ps + _INTERMISSION * bit_ps
@@ -408,6 +399,15 @@ class CanBus(BusState):
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
 
+    def _count_losers(self) -> None:
+        """Contenders that have not been told are counted at the latest now."""
+        sender = self._sender
+        node = self._first
+        while node is not None:
+            if node.contending is not None and node is not sender:
+                node.arbitration_losses += 1
+            node = node.next_member
+
     def _fail_unacknowledged(self, sender: Node, box: Mailbox) -> None:
         """A lone sender: nobody filled the ACK slot; error flag, delimiter and intermission follow."""
         self._state = _ERRING
@@ -430,12 +430,10 @@ class CanBus(BusState):
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * sender.bit_ps // 1000
 
-    def _begin_at(self, start_ns: int) -> None:
-        if start_ns != self._free_ns:
-            self._free_ps = 0
-            if start_ns > self._free_ns + self._pause_ns:
-                self._busy_since_ns = start_ns
-        self._start_ns = self._busy_from_ns = start_ns
+    def _begin_late(self, start_ns: int) -> None:
+        self._free_ps = 0
+        if start_ns > self._free_ns + self._pause_ns:
+            self._busy_since_ns = start_ns
 
     # bit by bit
 
