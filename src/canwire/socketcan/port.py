@@ -40,8 +40,11 @@ _RECEIVE, _TRANSMIT = 32_768, 4096  # frames
 _AT_ONCE = 2048
 _ROOM = 256  # frames for which a sender that waits is woken
 _MUCH = 64  # frames after which more is looked for at once ...
-_GATHER_S = 0.0005  # ... and else after this ...
-_SEVERAL, _LONGER_S = 3, 0.001  # ... or this, once so many came in that: a bus that is full
+_GATHER_S, _LONGER_S, _SEVERAL = (
+    0.0005,
+    0.001,
+    3,
+)  # ... else after the first; the second where so many had come
 _STUCK_S = 0.25
 _LOOK_S = 0.02
 _EVENTS = tuple(

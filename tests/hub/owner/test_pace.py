@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from canwire.boards.config.configuration import Config
-from canwire.hub.owner.pace import AHEAD_NS, LARGEST_GAP_NS, SLICE_NS, FastPace, RealPace
+from canwire.hub.owner.pace import AHEAD_NS, LARGEST_GAP_NS, REST_NS, SLICE_NS, UNHEARD_NS, FastPace, RealPace
 from canwire.hub.owner.world import World
 from canwire.timeline import NEVER, Source
 
@@ -127,3 +127,44 @@ def test_fast_time_ends_with_the_bus() -> None:
         paced.turn()
     assert paced.bus.acted == 500
     assert len(rung) == 1
+
+
+class Program:
+    """A client, as the pace sees it."""
+
+    def __init__(self) -> None:
+        self.listens = False
+
+
+def test_what_nobody_can_hear_of_is_looked_at_seldom_until_somebody_listens() -> None:
+    paced, program = Paced(RealPace, 0), Program()
+    paced.world.sessions.append(program)  # type: ignore[arg-type]
+    looks = 0
+    while paced.bus.clock_ns < 10 * UNHEARD_NS:
+        paced.turn()
+        looks += 1
+    assert looks <= 12
+    assert paced.bus.acted >= 9 * UNHEARD_NS // GRAIN_NS  # late, but all of it
+    program.listens = True
+    before_ns = paced.bus.clock_ns
+    paced.turn()
+    assert paced.bus.clock_ns - before_ns <= REST_NS
+    before_ns, looks = paced.bus.clock_ns, 0
+    while paced.bus.clock_ns < before_ns + UNHEARD_NS:
+        paced.turn()
+        looks += 1
+    assert looks >= UNHEARD_NS // REST_NS
+
+
+def test_a_hub_without_programs_and_one_with_a_board_outside_keep_to_the_clock() -> None:
+    for outside in (False, True):
+        paced = Paced(RealPace, 0)
+        if outside:
+            assert paced.world.reactor is not None
+            paced.world.reactor.post(lambda: None)
+            paced.world.sessions.append(Program())  # type: ignore[arg-type]
+        longest_ns = 0
+        while (before_ns := paced.bus.clock_ns) < UNHEARD_NS:
+            paced.turn()
+            longest_ns = max(longest_ns, paced.bus.clock_ns - before_ns)
+        assert longest_ns <= REST_NS

@@ -34,6 +34,8 @@ def open_session(
 def _answer(request: Message, session: Session, world: World) -> Answer | Deferred:
     """One that takes time ends the turn of a program that keeps its time with others."""
     answer = ANSWERS.answer(request, session, world)
+    if not isinstance(answer, tuple):
+        session.await_answer(answer)
     if world.lockstep is None or isinstance(answer, tuple):
         return answer
     return world.lockstep.blocked(session, answer)

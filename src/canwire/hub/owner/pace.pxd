@@ -2,7 +2,7 @@
 cimport cython
 from canwire.timeline cimport Timeline
 
-cdef long long _REST, _BURST, _SLICE, _STEP, _LONGEST_STEP, _LARGEST_GAP, _LONGEST_WAIT, _NEVER
+cdef long long _REST, _BURST, _SLICE, _STEP, _LONGEST_STEP, _LARGEST_GAP, _LONGEST_WAIT, _UNHEARD, _NEVER
 
 cdef class RealPace:
     cdef public bint held

@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from canwire.boards.lateness import lateness_text
+from canwire.hub.owner.unheard import unheard
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from canwire.pacing import Pacer
 
 REST_NS = 500_000  # on average happenings closer together than this share a wake-up ...
+UNHEARD_NS = 50_000_000  # happenings that no program can hear of are looked at so often
 BURST_NS = 4_000_000  # ... once they have been so for this long
 AHEAD_NS = 50_000_000  # bus time that fast time runs at most before it looks for input again
 SLICE_NS = 4_000_000  # time that is spent on the buses before the engine looks for input again ...
@@ -31,7 +33,7 @@ LONGEST_WAIT_NS = 3_600_000_000_000  # systems do not count for ever
 _KEPT = 4096
 # the same for the compiled form, which has them as C numbers
 _REST, _BURST, _SLICE, _STEP, _LONGEST_STEP = REST_NS, BURST_NS, SLICE_NS, STEP_NS, LONGEST_STEP_NS
-_LARGEST_GAP, _LONGEST_WAIT, _NEVER = LARGEST_GAP_NS, LONGEST_WAIT_NS, NEVER
+_LARGEST_GAP, _LONGEST_WAIT, _UNHEARD, _NEVER = LARGEST_GAP_NS, LONGEST_WAIT_NS, UNHEARD_NS, NEVER
 
 
 class RealPace:
@@ -135,6 +137,10 @@ class RealPace:
             self.catch_up()
             due_ns = self._timeline.wake_ns()
             now_ns = self._clock_ns()
+            if due_ns < now_ns + _UNHEARD and unheard(self._world):
+                self._rest_until_ns = now_ns + _UNHEARD
+        elif self._rest_until_ns > now_ns + _REST and not unheard(self._world):
+            self._rest_until_ns = now_ns  # somebody came to listen
         if due_ns >= _NEVER:
             return None
         wait_ns = max(due_ns, self._rest_until_ns) - now_ns

@@ -14,6 +14,7 @@ class LaterReactor:
     """Reactor: keeps what is asked of it until the engine is there, then hands everything on."""
 
     def __init__(self) -> None:
+        self.used = False  # a board's input comes from outside
         self._lock = threading.Lock()  # adapters' own threads may post before the engine is there
         self._engine: Reactor | None = None
         self._kept: list[Callable[[Reactor], object]] = []
@@ -44,6 +45,7 @@ class LaterReactor:
         self._ask(lambda engine: engine.forget(callback))
 
     def _ask(self, ask: Callable[[Reactor], object]) -> None:
+        self.used = True
         with self._lock:
             engine = self._engine
             if engine is None:

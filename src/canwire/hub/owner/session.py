@@ -13,6 +13,7 @@ from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.bells import Bells
 from canwire.hub.owner.held.channel import HeldChannel
 from canwire.hub.owner.held.held import Gone, Halts, Held
+from canwire.hub.owner.held.line import HeldQueue
 from canwire.hub.owner.limits import check_room, enough
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
@@ -59,6 +60,7 @@ class Session:
         self._changed = changed
         self._held: dict[int, Held] = {}
         self._last_handle = 0
+        self._awaited = 0
         self._sending: list[CanLine] | None = None  # looked up at every ring of the doorbell
 
     def handle(self, request: m.Message) -> Answer | Deferred:
@@ -90,6 +92,19 @@ class Session:
                     found[id(held.slot)] = held.slot.can
             self._sending = list(found.values())
         return self._sending
+
+    @property
+    def listens(self) -> bool:
+        """It has a queue on a line, or waits for an answer that comes with a happening."""
+        return self._counts[HeldQueue.limit] > 0 or self._awaited > 0
+
+    def await_answer(self, deferred: Deferred) -> None:
+        """One of its requests is answered later."""
+        self._awaited += 1
+        deferred.on_done(self._answered)
+
+    def _answered(self, _: object) -> None:
+        self._awaited -= 1
 
     def channels_changed(self) -> None:
         """One was activated, deactivated or given back."""
