@@ -149,8 +149,8 @@ def test_slow_requests_of_one_client_come_one_at_a_time(tmp_path: Path) -> None:
         holding = threading.Event()
         engine.post(lambda: holding.wait(30))
         link = slow._link
-        calls = [link._ask(m.CreateLuid()) for _ in range(16)]  # type: ignore[attr-defined]
-        asked = other._ask(m.CreateLuid())
+        calls = [link.begin(m.CreateLuid()) for _ in range(16)]  # type: ignore[attr-defined]
+        asked = other.begin(m.CreateLuid())
         holding.set()
         for call in (*calls, asked):
             call.result(30)
