@@ -111,11 +111,11 @@ def test_ts_and_rs_last_through_the_intermission(bitwise: bool) -> None:
     assert (status(bench.bus, x, end + 0.01)[0], status(bench.bus, y, end + 0.01)[0]) == (0, 0)
 
 
-_starts: dict[int, int] = {}
+_starts: dict[CanBus, int] = {}  # by the bus itself: an id may be given to the next one
 
 
 def status(bus: CanBus, chip: Sja1000, bits: float) -> tuple[int, int]:
     """TS and RS, and the interrupt register, so many bits after the first call for this bus."""
-    start_ns = _starts.setdefault(id(bus), bus.timeline.now_ns)
+    start_ns = _starts.setdefault(bus, bus.timeline.now_ns)
     bus.timeline.run_until(start_ns + round(bits * BIT_NS) - 1)
     return chip.peek(m.SR) & (m.SR_TS | m.SR_RS), chip.peek(m.IR)
