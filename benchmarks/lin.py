@@ -30,7 +30,7 @@ def virtual(seconds: float) -> float:
 
 
 def real(seconds: float, *, heard: bool = False) -> float:
-    """The share of a core that a hub with this bus takes in real time, in %; `heard`: a program waits for each frame."""
+    """The share of a core that a hub with this bus takes in real time, in %; `heard`: a program waits for frames."""
     with shared.served("real") as process, canwire.connect(process.address) as hub:
         master = hub.open_lin_control(hub.boards()[0].id, 2)
         slave = hub.open_lin_control(hub.plug("usb-to-can-fd").id, 2)

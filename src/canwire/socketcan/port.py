@@ -40,13 +40,9 @@ _RECEIVE, _TRANSMIT = 32_768, 4096  # frames
 _AT_ONCE = 2048
 _ROOM = 256  # frames for which a sender that waits is woken
 _MUCH = 64  # frames after which more is looked for at once ...
-_GATHER_S, _LONGER_S, _SEVERAL = (
-    0.0005,
-    0.001,
-    3,
-)  # ... else after the first; the second where so many had come
-_STUCK_S = 0.25
-_LOOK_S = 0.02
+_GATHER_S = 0.0005  # ... and else after this, or twice that where so many had come: a full bus
+_SEVERAL = 3
+_STUCK_S, _LOOK_S = 0.25, 0.02
 _EVENTS = tuple(
     int(kind)
     for kind in (
@@ -132,7 +128,7 @@ class Port:
             self.pump()
         elif len(records):
             self._pumps = True
-            self._loop.call_in(_LONGER_S if len(records) >= _SEVERAL else _GATHER_S, self._turn)
+            self._loop.call_in(2 * _GATHER_S if len(records) >= _SEVERAL else _GATHER_S, self._turn)
         else:
             self._reading.ring.arm()
 

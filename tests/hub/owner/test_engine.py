@@ -518,12 +518,12 @@ def test_after_the_end_calls_raise_and_posts_are_dropped(make: Make, kind: str) 
 
 def test_what_was_asked_before_the_end_still_gets_its_answer(make: Make) -> None:
     engine = make("real")
-    began = threading.Event()
+    began, asked = threading.Event(), threading.Event()
     answers: list[int] = []
 
     def slow() -> None:
         began.set()
-        time.sleep(0.05)
+        asked.wait(AGES)
 
     engine.post(slow)
     began.wait(AGES)
@@ -532,8 +532,13 @@ def test_what_was_asked_before_the_end_still_gets_its_answer(make: Make) -> None
         thread.start()
     while len(engine._posted) < 3:
         time.sleep(0.001)
-    engine.close()
-    for thread in asking:
+    assert engine._loop is not None
+    ending = threading.Thread(target=engine.close)
+    ending.start()
+    while not engine._loop.stopping:
+        time.sleep(0.001)
+    asked.set()
+    for thread in (*asking, ending):
         thread.join(AGES)
     assert answers == [1, 1, 1]
 

@@ -15,7 +15,7 @@ class LateSignal:
     __slots__ = ("signal",)
 
     def __init__(self, event: EventDescriptor, due: deque[EventDescriptor]) -> None:
-        self.signal: Callable[[], object] = partial(due.append, event)
+        self.signal: Callable[[], None] = partial(due.append, event)
 
     def wait_for(self, *_: object) -> bool:
         raise NotImplementedError("only the other end of a ring waits here")
