@@ -23,6 +23,7 @@ import canwire
 CONTEXT = multiprocessing.get_context("spawn")
 RECORD = 80
 BATCH = 64
+MANY = 4  # batches that canwire sends together where so many wait
 QUEUE = 1 << 15
 SPAN_S = 3.0
 PACED = 3_000
@@ -191,9 +192,11 @@ def main() -> None:
     with offered() as (local, address):
         for _ in range(3):
             rate, _ = bare(payload, paced=False)
+            many, _ = bare(MANY * payload, paced=False)
             mine, _ = over(address, local)
             single, _ = over(address, local, single=True)
             print(f"bare Zenoh, {payload} bytes a payload {rate * BATCH:12,.0f} frames/s")
+            print(f"bare Zenoh, {MANY * payload} bytes            {many * BATCH * MANY:12,.0f} frames/s")
             print(
                 f"canwire, batches                  {mine:12,.0f} frames/s ({mine / rate / BATCH:.2f} of bare)"
             )

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from canwire import BadMessage
 from canwire.hub.links.network import calls, keys, wire
-from canwire.hub.links.network.mirrors import AT_ONCE, BATCH, HOLD_NS, Incoming, Outgoing
+from canwire.hub.links.network.mirrors import AT_ONCE, BATCH, FULL, HOLD_NS, MANY, Incoming, Outgoing
 from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
 from canwire.hub.links.network.wire import Count, Report
 from canwire.platform import EventDescriptor, close_descriptors, create_memory
@@ -131,6 +131,24 @@ def test_a_single_record_goes_at_once_and_many_wait_for_each_other() -> None:
         pair.write(1)
         (batch,) = pair.outgoing.batches(HOLD_NS - 1)
         assert len(wire.frames_in(batch)[2]) == BATCH * SIZE
+
+
+def test_where_many_wait_payloads_are_larger_and_a_full_load_is_known_as_one() -> None:
+    with closing(Pair(8192)) as pair:
+        pair.write(MANY * BATCH - 1)
+        assert [len(wire.frames_in(one)[2]) // SIZE for one in pair.outgoing.batches(0)] == [
+            BATCH,
+            BATCH,
+            BATCH,
+            BATCH - 1,
+        ]
+        pair.write(5000)
+        loads = []
+        while found := pair.outgoing.batches(HOLD_NS, at_once=True):
+            loads.append([len(wire.frames_in(one)[2]) // SIZE for one in found])
+        assert loads[0] == [MANY * BATCH] * FULL
+        assert sum(map(sum, loads)) == 5000
+        assert all(len(load) >= FULL for load in loads[:-1])
 
 
 @pytest.mark.parametrize("report", [Report(1, 3, 0, False), Report(1, 1, 2, False)])

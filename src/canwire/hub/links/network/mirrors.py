@@ -14,13 +14,15 @@ from canwire.hub.links.network import wire
 from canwire.hub.links.network.wire import Report
 from canwire.ring import Ring
 
-BATCH = 64  # records sent together at most ...
+BATCH = 64  # records sent together at most (MANY times that where as many wait: each payload costs time) ...
 HOLD_NS = 1_000_000  # ... or those that came within so long ...
 AT_ONCE = 4  # ... once there were so many smaller batches in that time
 WINDOW = 1 << 19  # bytes under way at most, that nobody has said to have come
 REPORT_NS = 2_000_000  # between two reports of records taken one by one
 _LARGEST_BATCH = 1 << 16
-MOST = 32  # batches made at a time
+MANY = 4
+_MOST = 32  # batches made at a time ...
+FULL = _MOST // MANY  # ... which are so many payloads at least, and fewer are all that there is
 _AGAIN_NS = 10_000_000  # before the same records are asked for once more
 _EIGHTH = 8
 
@@ -37,7 +39,8 @@ class Outgoing:
         self._began_ns = -HOLD_NS  # the span of HOLD_NS that ...
         self._batches = 0  # ... so many batches went out in
         self._window = max(1, WINDOW // ring.record_size)
-        self._batch = max(1, min(BATCH, _LARGEST_BATCH // ring.record_size))
+        most = max(1, _LARGEST_BATCH // ring.record_size)
+        self._batch, self._many = min(BATCH, most), min(MANY * BATCH, most)
 
     @property
     def sent(self) -> int:
@@ -57,7 +60,7 @@ class Outgoing:
         """What is to be sent now; `at_once` does not wait for more."""
         with self._lock:
             unsent = self._unsent()
-            count = min(unsent, MOST * self._batch, self._window - (self._sent - self._received))
+            count = min(unsent, _MOST * self._batch, self._window - (self._sent - self._received))
             if not at_once and count % self._batch and self._holds(now_ns):
                 count -= count % self._batch
             if count <= 0:
@@ -105,11 +108,12 @@ class Outgoing:
     def _cut(self, count: int) -> list[bytes]:
         """So many records that were not sent yet, in batches."""
         size = self._ring.record_size
+        step = size * (self._many if count >= self._many else self._batch)
         skip = (self._sent - (self._ring.taken - self._origin)) * size
         found = []
         for block in self._ring.acquire(skip // size + count):
-            for at in range(skip, len(block), self._batch * size):
-                records = block[at : at + self._batch * size]
+            for at in range(skip, len(block), step):
+                records = block[at : at + step]
                 found.append(wire.frames(self.number, self._sent, records))
                 self._sent += len(records) // size
             skip = max(0, skip - len(block))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.mirrors import MOST
+from canwire.hub.links.network.mirrors import FULL
 from canwire.hub.links.network.moved import Mirror, Moved
 from canwire.platform import EventDescriptor
 from canwire.ring import RECHECK_S
@@ -202,7 +202,7 @@ class Pump:
             for one in self._moved.senders.values():
                 batches = one.batches(now_ns, at_once=at_once)
                 found += batches
-                left |= len(batches) >= MOST
+                left |= len(batches) >= FULL
             for payload in wire.packed(self._news(now_ns, at_once=at_once or bool(found)) + found):
                 self._send(payload)
 
