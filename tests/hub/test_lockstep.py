@@ -378,3 +378,30 @@ def test_an_answer_that_takes_bus_time_ends_its_programs_turn(run: int, shares_m
         waits, between, waited = made.end()
         assert (waits[1], between, waited[1]) == ("waits", (2_000_000, "other"), "has waited")
         assert waited[0] == waits[0] + 5_000_000
+
+
+def test_a_frame_that_comes_meanwhile_is_no_answer(shares_memory: bool) -> None:
+    """An event that is assigned to a queue is signalled while its program waits for something that takes bus time."""
+    with stage(2) as made:
+
+        def waits(hub: canwire.Hub) -> None:
+            with ExitStack() as stack, closing(canwire.Event()) as event:
+                channel = bring_up(hub, stack, 0)
+                hub.sleep(0.001)
+                channel.reading.assign(event)
+                fault = stack.enter_context(hub.bus("can0").faults.flip(bit=20, frame_id=0x7FF))
+                before_ns = hub.now_ns()
+                assert fault.wait(0.005) is False
+                made.at(hub, f"{hub.now_ns() - before_ns} {channel.receive()}")
+
+        def sends(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                channel = bring_up(hub, stack, 1)
+                hub.sleep(0.002)
+                channel.send(FRAME)
+                hub.sleep(0.1)
+
+        made.program("1 waits", waits, shares_memory=shares_memory)
+        made.program("2 sends", sends, shares_memory=shares_memory)
+        ((_, what),) = made.end()
+        assert what.startswith("5000000 Frame(0x123")

@@ -199,6 +199,10 @@ class Client:
             now_ns = int(self.call(m.Advance(end_ns - now_ns)).value)
         return ready()
 
+    def tell_stir(self) -> None:
+        """For Timed: the hub hears of a stir."""
+        self._link.stir()
+
     def wait_once(self, timeout: float | None) -> None:
         """One time with others: until anything is signalled to this program, at most `timeout` seconds of it."""
         if self._timed is not None:

@@ -17,8 +17,8 @@ from typing import Any, Protocol
 
 from canwire.errors import CanwireError
 from canwire.hub.protocol import messages as m
-from canwire.hub.protocol.turn_page import TurnPage
-from canwire.platform import EventDescriptor, close_descriptors, map_memory
+from canwire.hub.protocol.turn_wait import TurnWait
+from canwire.platform import EventDescriptor
 from canwire.values.checks import nanoseconds
 
 _NEVER = (1 << 63) - 1
@@ -28,6 +28,8 @@ class Connection(Protocol):
     """What is needed of a client of the hub."""
 
     doorbell: EventDescriptor
+
+    def tell_stir(self) -> None: ...
 
     @property
     def lost(self) -> bool: ...
@@ -40,28 +42,7 @@ class _Seat:
 
     def __init__(self) -> None:
         self.now_ns: int | None = None
-        self.page: _Page | None = None
-
-
-class _Page:
-    """A thread's end of a page, and the connection that it came by."""
-
-    def __init__(self, client: Connection, memory: int, *event: int) -> None:
-        self.client = client
-        self.words = TurnPage(map_memory(memory))
-        self.event = EventDescriptor.adopt(*event)
-        close_descriptors(memory)
-
-    def wait(self, until_ns: int) -> int | None:
-        """The time at the next turn; None: the connection has ended."""
-        words = self.words
-        asked = words.ask(until_ns)
-        self.client.doorbell.signal()
-        while not words.given(asked):
-            if self.client.lost:
-                return None
-            self.event.wait()
-        return words.now_ns()
+        self.page: TurnWait | None = None
 
 
 class _Thread(threading.local):
@@ -102,7 +83,7 @@ class Timed:
     def __init__(self, client: Connection, name: str) -> None:
         self._client = client
         self._name = name
-        self._page: _Page | None = None
+        self._page: TurnWait | None = None
         self._hub = self._joined()
 
     def now_ns(self) -> int:
@@ -152,13 +133,13 @@ class Timed:
     def stir(self) -> None:
         """Have this program's threads look again, without a lock and without waiting."""
         if self._page is not None:
-            self._page.words.stir()
-        self._client.doorbell.signal()
+            self._page.stir()
+        self._client.tell_stir()
 
     def lost(self) -> None:
         """The connection has ended: whoever waits by its page sees that."""
         if self._page is not None:
-            self._page.event.signal()
+            self._page.wake()
 
     def leave(self) -> None:
         """Time does not wait for this thread, until it `joins` again."""
@@ -174,7 +155,8 @@ class Timed:
         seat = self._seat(joined.hub)
         seat.now_ns = joined.now_ns
         if answer[1]:
-            self._page = seat.page = _Page(self._client, *answer[1])
+            client = self._client
+            self._page = seat.page = TurnWait(client.doorbell.signal, lambda: client.lost, *answer[1])
         return joined.hub
 
     def _seat(self, hub: str) -> _Seat:

@@ -67,6 +67,9 @@ class LocalLink:
     def doorbell(self) -> EventDescriptor:
         return self._doorbell
 
+    def stir(self) -> None:
+        self.doorbell.signal()
+
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""
         with self._lock:

@@ -40,5 +40,8 @@ class Link(Protocol):
     def doorbell(self) -> EventDescriptor:
         """What tells the hub of frames in this client's transmit queues; the link keeps it."""
 
+    def stir(self) -> None:
+        """Have this program's threads look again at what they wait for; without a lock and without waiting."""
+
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""

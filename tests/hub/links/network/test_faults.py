@@ -177,13 +177,14 @@ def test_calls_that_arrive_twice_are_carried_out_once(place: Place) -> None:
     with elsewhere(place.address) as hub:
         link = hub._link
         assert isinstance(link, NetworkLink)
-        query = link._query
+        asker = link._asker
+        query = asker._query
 
         def twice(asked: bytes) -> None:
             query(asked)
             query(asked)
 
-        link._query = twice  # type: ignore[method-assign]
+        asker._query = twice  # type: ignore[method-assign]
         luids = [hub.create_luid() for _ in range(20)]
         assert luids == list(range(luids[0], luids[0] + 20))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import itertools
 import os
@@ -17,10 +16,13 @@ from typing import TYPE_CHECKING, Any
 from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
+from canwire.hub.links.network.asking import Asker
 from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
 from canwire.hub.links.network.lifetimes import LIVING
+from canwire.hub.links.network.lockstep import ring_states
+from canwire.hub.links.network.lockstep.stirs import OutgoingStirs
 from canwire.hub.links.network.notes import IncomingNotes
 from canwire.hub.links.network.pump import Pump
 from canwire.hub.links.network.sending import sender
@@ -34,12 +36,6 @@ from canwire.platform import EventDescriptor, close_descriptors
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_QUERY_S = 60.0  # Zenoh forgets a query after so long; one that waits on is asked again
-_FIRST_S, _LONGEST_S = (
-    0.25,
-    5.0,
-)  # before a call is asked again: its query, or the answer, may have been dropped
-_LOOK_S = 0.1
 _LAST_WORDS_NS = 100_000_000  # what was under way when a connection broke comes within so long
 
 
@@ -69,6 +65,9 @@ class NetworkLink:
         self._notices = Notices()
         self._lost = self._closed = False
         self._last_words = ""
+        self._timed = False
+        self._host = socket.gethostname()
+        self._stirs = OutgoingStirs()
         self._zenoh = load_zenoh()
         self._session = open_for_client(for_client(place.endpoint, login, self._patience.lease_s))
         try:
@@ -81,7 +80,11 @@ class NetworkLink:
         self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, secrets.token_hex(8))
         self._pump = Pump(self._send, self._doorbell)
         self._pump.add(IncomingNotes(self._note))
+        self._pump.add(self._stirs)
         self._copies = HeldCopies(self._pump, self._doorbell)
+        self._asker = Asker(
+            self._session, f"{self._keys}/call", self._answered, self._pump, address, self._patience.call_s
+        )
         LIVING.add(self)
         try:
             self._open(name)
@@ -100,13 +103,16 @@ class NetworkLink:
                 raise self._why()
             self._calls[serial] = call
             oldest = min(self._calls)
-        asked = Asked(serial, oldest, socket.gethostname(), self._pump.written(), payload)
+        self._timed |= isinstance(request, m.JoinTime)
+        rings = ring_states.left(self._pump.mirrors()) if self._timed else ()
+        asked = Asked(serial, oldest, self._host, self._pump.written(), payload, rings)
         try:
-            answer, positions = self._insist(call, encode(asked))
+            answer, said = self._asker.insist(call, encode(asked))
         finally:
             with self._lock:
                 self._calls.pop(serial, None)
-        self._pump.await_arrival(positions, self._patience.call_s)
+        self._asker.await_arrival(said)
+        ring_states.acknowledged(said.taken, self._pump.mirror)
         return answer
 
     def listen(self, listener: Listener) -> None:
@@ -121,6 +127,10 @@ class NetworkLink:
     @property
     def doorbell(self) -> EventDescriptor:
         return self._doorbell
+
+    def stir(self) -> None:
+        self._stirs.stir()
+        self._doorbell.signal()
 
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""
@@ -159,35 +169,6 @@ class NetworkLink:
         self.call(m.Hello(m.VERSION, self._pid, name))
 
     # calls
-
-    def _insist(self, call: Call, asked: bytes) -> tuple[Answer, tuple[tuple[int, int], ...]]:
-        """Ask until there is an answer, or a reason to give up."""
-        began_s = time.monotonic()
-        again_s, pause_s = began_s, _FIRST_S
-        while True:
-            now_s = time.monotonic()
-            if now_s >= again_s:
-                self._query(asked)
-                again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
-            with contextlib.suppress(TimeoutError):
-                return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))
-            silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
-            if silent_s > self._patience.call_s:
-                raise HubLost(
-                    f"{self.address} has not been heard of for {silent_s:.1f} s; what is open stays so and goes on "
-                    "if the network comes back"
-                )
-
-    def _query(self, asked: bytes) -> None:
-        with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment
-            self._session.get(
-                f"{self._keys}/call",
-                self._zenoh.handlers.Callback(self._answered, indirect=False),
-                payload=asked,
-                timeout=_QUERY_S,
-                congestion_control=self._zenoh.CongestionControl.DROP,
-                express=True,
-            )
 
     def _send(self, payload: bytes) -> None:
         self._sender(payload)
@@ -234,7 +215,7 @@ class NetworkLink:
         except LimitReached as error:
             call.answered.fail(error)
             return
-        if not call.answered.settle(((reply, descriptors), answer.positions)):
+        if not call.answered.settle(((reply, descriptors), answer)):
             close_descriptors(*descriptors)
 
     def _came(self, sample: Any) -> None:

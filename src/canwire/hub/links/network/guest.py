@@ -9,6 +9,7 @@ import contextlib
 import itertools
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +18,8 @@ from typing import TYPE_CHECKING
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.network import access
 from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode
+from canwire.hub.links.network.lockstep.places import Places
+from canwire.hub.links.network.lockstep.stirs import IncomingStirs
 from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.notes import OutgoingNotes
 from canwire.hub.links.network.opening import Opened, filled, taken_over
@@ -57,10 +60,22 @@ class Guest:
         self._closed = False
         self._notes = OutgoingNotes()
         self.pump = Pump(send, healthy=healthy)
+        self._places = Places(link, self.pump.mirror)
         self.pump.add(self._notes)
+        self.pump.add(IncomingStirs(self._places.stir))
         self.pump.start()
         self._workers = ThreadPoolExecutor(CALLS, "canwire-guest")
         link.listen(self._notice)
+
+    @property
+    def timed(self) -> bool:
+        """Its program keeps one time with others, who wait for it."""
+        return self._places.timed
+
+    @property
+    def silent_s(self) -> float:
+        """Since its last sign of life."""
+        return (time.monotonic_ns() - self.pump.heard_ns) / 1e9
 
     def ask(self, payload: bytes, reply: Reply) -> None:
         """Carry it out once, and answer everybody who asks for it; raises BadMessage."""
@@ -91,6 +106,7 @@ class Guest:
             return
         self._closed = True
         self._link.close()  # whoever waits for an answer gets HubLost
+        self._places.lost()
         self._workers.shutdown(wait=True)
         self.pump.close()
 
@@ -119,7 +135,8 @@ class Guest:
             raise HubError(
                 "what was sent before this call did not arrive: the network loses too much; try again"
             )
-        reply, descriptors = self._link.call(request)
+        self.pump.quiet |= isinstance(request, m.JoinTime)
+        reply, descriptors = self._places.call(asked, request)
         opened: list[Opened] = []
         try:
             opened = taken_over(request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers))
@@ -148,7 +165,9 @@ class Guest:
         """To everybody who asked; behind everything that the client's queues hold by now."""
         positions = self.pump.written() + begun
         self.pump.flush()
-        answer = encode(Answered(m.encode_reply(asked.serial, reply)[m.LENGTH.size :], rings, positions))
+        taken = self._places.taken(self.pump.mirrors())
+        body = m.encode_reply(asked.serial, reply)[m.LENGTH.size :]
+        answer = encode(Answered(body, rings, positions, taken))
         with self._lock:
             waiting = self._known.get(asked.serial)
             self._known[asked.serial] = answer
@@ -160,6 +179,8 @@ class Guest:
         self.pump.remove(self._rings.pop(handle, ()))
 
     def _notice(self, notice: m.Message | None) -> None:
-        if notice is not None:
+        if notice is None:
+            self._places.lost()
+        else:
             self._notes.add(m.encode_reply(0, notice)[m.LENGTH.size :])
             self.pump.wake()

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage
 from canwire.hub.links.network import wire
+from canwire.hub.links.network.lockstep.stirs import IncomingStirs, OutgoingStirs
 from canwire.hub.links.network.mirrors import Incoming, Outgoing
 from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
 from canwire.hub.links.network.watched import Watched
@@ -22,8 +23,8 @@ from canwire.ring import RECHECK_S
 if TYPE_CHECKING:
     from canwire.hub.links.network.wire import Report
 
-Sender = Outgoing | OutgoingNotes
-Taker = Incoming | IncomingNotes
+Sender = Outgoing | OutgoingNotes | OutgoingStirs
+Taker = Incoming | IncomingNotes | IncomingStirs
 Mirror = Sender | Taker | Watched
 HEARTBEAT_NS = 400_000_000  # between two signs of life
 _ASK_NS = 50_000_000  # before what was sent and has not come is asked for
@@ -59,6 +60,7 @@ class Pump:
         self._arrived = threading.Condition()
         self._awaiting = 0
         self._stopping = False
+        self.quiet = False  # rings are moved with calls and answers, and their events are for others
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
         self.heard_ns = time.monotonic_ns()
         self._wake = EventDescriptor()
@@ -100,7 +102,12 @@ class Pump:
 
     def written(self) -> tuple[tuple[int, int], ...]:
         """Where the writers of outgoing rings are now."""
-        return tuple((one.number, one.written) for one in self._mirrors() if isinstance(one, Sender))
+        return tuple((one.number, one.written) for one in self.mirrors() if isinstance(one, Sender))
+
+    def mirror(self, number: int) -> Mirror | None:
+        """The one of this number, if it is still moved."""
+        moved = self._moved.get(number)
+        return None if moved is None else moved.mirror
 
     def await_arrival(self, positions: tuple[tuple[int, int], ...], timeout: float) -> bool:
         """Wait until incoming rings are so far; False if they are not within so many seconds."""
@@ -220,7 +227,7 @@ class Pump:
     def _send_all(self, now_ns: int, *, at_once: bool = False) -> None:
         """What was taken here is told before what is sent: who makes room and then sends finds that room there."""
         while True:
-            mirrors = self._mirrors()
+            mirrors = self.mirrors()
             found = [
                 batch
                 for one in mirrors
@@ -247,13 +254,13 @@ class Pump:
         """That this end lives, and what it has sent, for the other one to find out what it misses."""
         beat = now_ns >= self._beaten_ns + HEARTBEAT_NS
         sent = [
-            (one.number, one.sent) for one in self._mirrors() if isinstance(one, Sender) and one.unconfirmed
+            (one.number, one.sent) for one in self.mirrors() if isinstance(one, Sender) and one.unconfirmed
         ]
         if beat or (sent and now_ns >= self._asked_ns + _ASK_NS):
             self._asked_ns = now_ns
             if self._healthy():
                 self._send(wire.states(sent))
-                counts = [one.now() for one in self._mirrors() if isinstance(one, Watched)] if beat else []
+                counts = [one.now() for one in self.mirrors() if isinstance(one, Watched)] if beat else []
                 if counts:
                     self._send(wire.counts(counts))
         if beat:
@@ -262,16 +269,18 @@ class Pump:
     def _arm_all(self, now_ns: int) -> int:
         """When to look at the rings again without any signal."""
         due_ns = now_ns + HEARTBEAT_NS
-        for mirror in self._mirrors():
+        for mirror in self.mirrors():
             if isinstance(mirror, Watched):
                 due_ns = min(due_ns, now_ns + _WATCH_NS)
                 continue
-            due_ns = min(due_ns, mirror.arm(now_ns) or due_ns)
+            if not self.quiet:
+                due_ns = min(due_ns, mirror.arm(now_ns) or due_ns)
             if not isinstance(mirror, Taker) and mirror.unconfirmed:
                 due_ns = min(due_ns, self._asked_ns + _ASK_NS)
         return due_ns
 
-    def _mirrors(self) -> list[Mirror]:
+    def mirrors(self) -> list[Mirror]:
+        """Everything that is moved."""
         with self._changing:
             return [moved.mirror for moved in self._moved.values()]
 

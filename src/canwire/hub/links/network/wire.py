@@ -18,6 +18,7 @@ _STATE = struct.Struct("<IQ")
 _REPORT = struct.Struct("<IQQ?")
 _COUNT = struct.Struct("<IQQQQ")
 NOTES = 0  # the number of what is no ring: notices, in their order
+STIRS = (1 << 32) - 1  # and of another: how often a timed program was told to look again
 
 
 class Report(NamedTuple):

@@ -82,6 +82,9 @@ class StreamLink:
         assert self._doorbell is not None, "it came with the greeting"
         return self._doorbell
 
+    def stir(self) -> None:
+        self.doorbell.signal()
+
     def close(self) -> None:
         """Hang up; the hub then takes back what was held. A second time does nothing."""
         if self._pid != os.getpid():

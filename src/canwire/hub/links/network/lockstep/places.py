@@ -1,0 +1,71 @@
+"""A timed program's place in the hub's time, held at the hub's end of the network.
+
+The hub shares a page with whoever has the place, and that is the guest: so what the network brings early is looked at
+only when the program begins to wait, and a turn is given as quickly as beside the hub.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from canwire.errors import HubLost
+from canwire.hub.links.network.calls import Asked, Positions
+from canwire.hub.links.network.lockstep import ring_states
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.turn_wait import TurnWait
+
+if TYPE_CHECKING:
+    from canwire.hub.protocol.link import Answer, Link
+
+
+class Places:
+    """Of one connection; `mirror` has its rings by number. Calls may come from any thread."""
+
+    def __init__(self, link: Link, mirror: Callable[[int], object]) -> None:
+        self.timed = False  # once it has asked to take part
+        self._link = link
+        self._mirror = mirror
+        self._lock = threading.Lock()  # over looking at rings as they were left
+        self._pages: dict[int, TurnWait] = {}  # by thread: there is one at most
+
+    def call(self, asked: Asked, request: m.Message) -> Answer:
+        """Link.call, behind what the program has left in its rings."""
+        if asked.rings:
+            with self._lock:
+                if ring_states.found(asked.rings, self._mirror):
+                    self.stir()
+        if isinstance(request, m.JoinTime):
+            return self._join(request, asked.host)
+        if isinstance(request, m.AwaitTurn) and request.thread in self._pages:
+            now_ns = self._pages[request.thread].wait(request.until_ns)
+            if now_ns is None:
+                raise HubLost("the hub is gone, or this thread waits for another turn already")
+            return m.Number(now_ns), ()
+        return self._link.call(request)
+
+    def taken(self, mirrors: Iterable[object]) -> Positions:
+        """What an answer tells of the hub's side of the rings."""
+        return ring_states.taken(mirrors) if self.timed else ()
+
+    def stir(self) -> None:
+        """The program's threads look again."""
+        for page in list(self._pages.values()):
+            page.stir()
+        self._link.doorbell.signal()
+
+    def lost(self) -> None:
+        """The link has ended: nobody waits any longer."""
+        for page in list(self._pages.values()):
+            page.wake()
+
+    def _join(self, request: m.JoinTime, host: str) -> Answer:
+        self.timed = True
+        number = request.program.partition("-")[0]
+        named = m.JoinTime(request.program, request.thread, request.name, f"{number} on {host}")
+        joined, descriptors = self._link.call(named)
+        if descriptors:
+            doorbell = self._link.doorbell
+            self._pages[request.thread] = TurnWait(doorbell.signal, lambda: self._link.lost, *descriptors)
+        return joined, ()
