@@ -14,9 +14,9 @@ import struct
 import sys
 import threading
 from collections.abc import Callable
-from typing import Any
 
-from canwire.platform.waiting import Waiting, wait_readable
+from canwire.platform.polling import Poller as Poller
+from canwire.platform.waiting import Waiting, hears_signals, wait_readable
 
 if sys.platform != "win32":
     import fcntl
@@ -34,14 +34,14 @@ class EventDescriptor(Waiting):
             self._read, self._write = _open_pipe()
         else:
             self._read = self._write = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
-        self._closed = False
+        self._closed = self._blocks = False
 
     @classmethod
     def adopt(cls, *descriptors: int) -> EventDescriptor:
         """Take over an event's descriptor that another process passed on, or two: to read, and to write."""
         event = cls.__new__(cls)
         event._read, event._write = descriptors[0], descriptors[-1]
-        event._closed = False
+        event._closed = event._blocks = False
         return event
 
     def __repr__(self) -> str:
@@ -83,6 +83,16 @@ class EventDescriptor(Waiting):
                 os.read(self._read, _ALL)
                 return True
         return False
+
+    def rest(self) -> None:
+        """Waiting's; the read itself waits where this process has the descriptor for itself."""
+        if hears_signals() or not _OPENS_ANEW or self._closed:
+            self.wait()
+            return
+        if not self._blocks:
+            os.set_blocking(self._read, True)
+            self._blocks = True
+        os.read(self._read, _ALL)
 
     def take(self) -> bool:
         """Consume whatever signal there is, without waiting; was there one?"""
@@ -171,53 +181,6 @@ class AnyOf:
 
     def close(self) -> None:
         self._poll.close()
-
-
-class Poller:
-    """Waits for any of many descriptors; `READABLE` and `WRITABLE` are the bits of what it finds."""
-
-    READABLE = select.POLLIN
-    WRITABLE = select.POLLOUT
-
-    def __init__(self) -> None:
-        epoll = hasattr(select, "epoll")
-        poll: Any = select.epoll() if epoll else select.poll()
-        self._poll = poll
-        self._per_second = 1 if epoll else 1000  # what their timeouts count in
-        self._known: set[int] = set()
-        # both wait whole milliseconds, select waits better, but only for descriptors below 1024
-        own = poll.fileno() if epoll else 1024
-        self._finer = [own] if own < 1024 else []
-
-    def watch(self, descriptor: int, events: int) -> None:
-        """From now on, or in place of the events before."""
-        if descriptor in self._known:
-            self._poll.modify(descriptor, events)
-        else:
-            self._poll.register(descriptor, events)
-            self._known.add(descriptor)
-
-    def unwatch(self, descriptor: int) -> None:
-        """Before it is closed; an unknown one is ignored."""
-        if descriptor in self._known:
-            self._known.remove(descriptor)
-            self._poll.unregister(descriptor)
-
-    def wait(self, timeout: float | None) -> list[tuple[int, int]]:
-        """Descriptors and their events within `timeout` seconds (None: for ever). A broken one is readable, too."""
-        if timeout is not None and timeout > 0 and self._finer:
-            if not select.select(self._finer, (), (), timeout)[0]:
-                return []
-            timeout = 0
-        found: list[tuple[int, int]] = self._poll.poll(
-            None if timeout is None else timeout * self._per_second
-        )
-        return found
-
-    def close(self) -> None:
-        self._known.clear()
-        if hasattr(self._poll, "close"):
-            self._poll.close()
 
 
 def sharpen_sleep() -> None:

@@ -139,7 +139,7 @@ class Timed:
     def lost(self) -> None:
         """The connection has ended: whoever waits by its page sees that."""
         if self._page is not None:
-            self._page.wake()
+            self._page.end()
 
     def leave(self) -> None:
         """Time does not wait for this thread, until it `joins` again."""
@@ -155,8 +155,7 @@ class Timed:
         seat = self._seat(joined.hub)
         seat.now_ns = joined.now_ns
         if answer[1]:
-            client = self._client
-            self._page = seat.page = TurnWait(client.doorbell.signal, lambda: client.lost, *answer[1])
+            self._page = seat.page = TurnWait(self._client.doorbell.signal, *answer[1])
         return joined.hub
 
     def _seat(self, hub: str) -> _Seat:
@@ -168,9 +167,10 @@ class Timed:
         return seat
 
     def _await_turn(self, until_ns: int) -> int:
-        seat = self._seat(self._hub)
+        seat = _THREAD.seats.get(self._hub) or self._seat(self._hub)
         seat.now_ns = None  # for whoever is interrupted meanwhile
-        page, until_ns = seat.page, min(until_ns, _NEVER)
+        page = seat.page
+        until_ns = min(until_ns, _NEVER)
         now_ns = None if page is None else page.wait(until_ns)
         if now_ns is None:
             now_ns = int(self._client.ask(m.AwaitTurn(_THREAD.number, until_ns))[0].value)

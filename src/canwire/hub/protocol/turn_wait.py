@@ -9,16 +9,11 @@ from canwire.platform import EventDescriptor, close_descriptors, map_memory
 
 
 class TurnWait:
-    """`ring` tells the hub that there is something to look at; `lost` says that it will never answer.
+    """`ring` tells the hub that there is something to look at. Takes over the descriptors of m.Joined."""
 
-    Takes over the descriptors of m.Joined.
-    """
-
-    def __init__(
-        self, ring: Callable[[], object], lost: Callable[[], bool], memory: int, *event: int
-    ) -> None:
+    def __init__(self, ring: Callable[[], object], memory: int, *event: int) -> None:
         self._ring = ring
-        self._lost = lost
+        self._over = False
         self._words = TurnPage(map_memory(memory))
         self._event = EventDescriptor.adopt(*event)
         self._latest = 0
@@ -30,18 +25,19 @@ class TurnWait:
         asked = self._latest = words.ask(until_ns)
         self._ring()
         while not words.given(asked):
-            if self._lost():
+            if self._over:
                 return None
             if self._latest != asked:
                 self._event.signal()  # this wake-up may have been the other one's
                 return None
-            self._event.wait()
+            self._event.rest()
         return words.now_ns()
 
     def stir(self) -> None:
         """The program's other threads look again; `ring` is still to be called."""
         self._words.stir()
 
-    def wake(self) -> None:
-        """Whoever waits sees that it need not."""
+    def end(self) -> None:
+        """The connection has ended: whoever waits need not any longer."""
+        self._over = True
         self._event.signal()

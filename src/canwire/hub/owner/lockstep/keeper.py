@@ -138,8 +138,9 @@ class Lockstep:
                 seat = self._at(program, session, page.thread)
                 self._sends(program, seat)
                 self.turns.wait(seat.participant, page.words.until_ns())
-                self._ask(seat, None)
-                seat.asked, seat.page = None, page
+                if seat.asked is not None:  # interrupted by a signal, and here again
+                    seat.asked.settle((m.Number(self._timeline.now_ns), ()))
+                seat.asked, seat.answer, seat.page = None, None, page
                 return
             if not page.words.stirred():
                 return

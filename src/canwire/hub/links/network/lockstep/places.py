@@ -58,7 +58,7 @@ class Places:
     def lost(self) -> None:
         """The link has ended: nobody waits any longer."""
         for page in list(self._pages.values()):
-            page.wake()
+            page.end()
 
     def _join(self, request: m.JoinTime, host: str) -> Answer:
         self.timed = True
@@ -66,6 +66,5 @@ class Places:
         named = m.JoinTime(request.program, request.thread, request.name, f"{number} on {host}")
         joined, descriptors = self._link.call(named)
         if descriptors:
-            doorbell = self._link.doorbell
-            self._pages[request.thread] = TurnWait(doorbell.signal, lambda: self._link.lost, *descriptors)
+            self._pages[request.thread] = TurnWait(self._link.doorbell.signal, *descriptors)
         return joined, ()
