@@ -16,28 +16,40 @@ class TurnWait:
         self._over = False
         self._words = TurnPage(map_memory(memory))
         self._event = EventDescriptor.adopt(*event)
-        self._latest = 0
         close_descriptors(memory)
 
     def wait(self, until_ns: int) -> int | None:
-        """The time at the next turn; None: the hub is gone, or another wait has begun since."""
+        """The time at the next turn; None: the connection has ended."""
         words = self._words
-        asked = self._latest = words.ask(until_ns)
+        asked = words.ask(until_ns)
         self._ring()
         while not words.given(asked):
             if self._over:
-                return None
-            if self._latest != asked:
-                self._event.signal()  # this wake-up may have been the other one's
                 return None
             self._event.rest()
         return words.now_ns()
 
     def stir(self) -> None:
-        """The program's other threads look again; `ring` is still to be called."""
+        """The program's other threads look again; the hub is still to be told."""
         self._words.stir()
 
     def end(self) -> None:
         """The connection has ended: whoever waits need not any longer."""
         self._over = True
         self._event.signal()
+
+    # in pieces, for whoever waits for another machine's program
+
+    def begin(self, until_ns: int) -> int:
+        """The number of the wait that begins now."""
+        asked = self._words.ask(until_ns)
+        self._ring()
+        return asked
+
+    def rest(self) -> None:
+        """Until the hub gave a turn, or the end: in one thread only."""
+        self._event.rest()
+
+    def given(self, asked: int) -> int | None:
+        """The time at the turn that ended this wait; None: it is not over."""
+        return self._words.now_ns() if self._words.given(asked) else None

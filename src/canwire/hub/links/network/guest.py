@@ -13,6 +13,7 @@ import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
@@ -96,7 +97,7 @@ class Guest:
         elif known is None and crowded:
             error = LimitReached(f"{CALLS} calls of this client wait for their answers; end one of them")
             self._answer(asked, failed(error))
-        elif known is None:
+        elif known is None and not self._begins(asked):
             with contextlib.suppress(RuntimeError):  # closed this very moment
                 self._workers.submit(self._work, asked)
 
@@ -111,6 +112,18 @@ class Guest:
         self.pump.close()
 
     # a call
+
+    def _begins(self, asked: Asked) -> bool:
+        """A wait for a turn, which all that it comes behind is here for, begins at once; a worker sees to the rest."""
+        if not self._places.timed or not self.pump.await_arrival(asked.positions, 0.0):
+            return False
+        try:
+            serial, request = m.decode_request(asked.request)
+            return serial == asked.serial and self._places.begins(
+                asked, request, partial(self._answer, asked)
+            )
+        except BadMessage:
+            return False  # and says so
 
     def _work(self, asked: Asked) -> None:
         try:
@@ -135,6 +148,8 @@ class Guest:
             raise HubError(
                 "what was sent before this call did not arrive: the network loses too much; try again"
             )
+        if self._places.begins(asked, request, partial(self._answer, asked)):
+            return
         self.pump.quiet |= isinstance(request, m.JoinTime)
         reply, descriptors = self._places.call(asked, request)
         opened: list[Opened] = []

@@ -13,11 +13,16 @@ from typing import TYPE_CHECKING
 from canwire.errors import HubLost
 from canwire.hub.links.network.calls import Asked, Positions
 from canwire.hub.links.network.lockstep import ring_states
+from canwire.hub.links.network.lockstep.held_place import HeldPlace
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.failure import failed
 from canwire.hub.protocol.turn_wait import TurnWait
 
 if TYPE_CHECKING:
     from canwire.hub.protocol.link import Answer, Link
+
+
+_LOST = failed(HubLost("the hub is gone, or this thread waits for another turn already"))
 
 
 class Places:
@@ -28,22 +33,29 @@ class Places:
         self._link = link
         self._mirror = mirror
         self._lock = threading.Lock()  # over looking at rings as they were left
-        self._pages: dict[int, TurnWait] = {}  # by thread: there is one at most
+        self._pages: dict[int, HeldPlace] = {}  # by thread: there is one at most
 
     def call(self, asked: Asked, request: m.Message) -> Answer:
         """Link.call, behind what the program has left in its rings."""
+        self._find(asked)
+        if isinstance(request, m.JoinTime):
+            return self._join(request, asked.host)
+        return self._link.call(request)
+
+    def begins(self, asked: Asked, request: m.Message, answer: Callable[[m.Message], object]) -> bool:
+        """A wait for a turn by the hub's page begins at once, and is answered when it is over; False: it is none."""
+        page = self._pages.get(request.thread) if isinstance(request, m.AwaitTurn) else None
+        if page is None or not isinstance(request, m.AwaitTurn):
+            return False
+        self._find(asked)
+        page.begin(request.until_ns, lambda now_ns: answer(_LOST if now_ns is None else m.Number(now_ns)))
+        return True
+
+    def _find(self, asked: Asked) -> None:
         if asked.rings:
             with self._lock:
                 if ring_states.found(asked.rings, self._mirror):
                     self.stir()
-        if isinstance(request, m.JoinTime):
-            return self._join(request, asked.host)
-        if isinstance(request, m.AwaitTurn) and request.thread in self._pages:
-            now_ns = self._pages[request.thread].wait(request.until_ns)
-            if now_ns is None:
-                raise HubLost("the hub is gone, or this thread waits for another turn already")
-            return m.Number(now_ns), ()
-        return self._link.call(request)
 
     def taken(self, mirrors: Iterable[object]) -> Positions:
         """What an answer tells of the hub's side of the rings."""
@@ -66,5 +78,6 @@ class Places:
         named = m.JoinTime(request.program, request.thread, request.name, f"{number} on {host}")
         joined, descriptors = self._link.call(named)
         if descriptors:
-            self._pages[request.thread] = TurnWait(self._link.doorbell.signal, *descriptors)
+            page = TurnWait(self._link.doorbell.signal, *descriptors)
+            self._pages[request.thread] = HeldPlace(page)
         return joined, ()
