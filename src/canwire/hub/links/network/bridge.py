@@ -163,8 +163,13 @@ class Bridge:
     def _came(self, sample: Any) -> None:
         user, client = keys.client_of(str(sample.key_expr))
         guest = self._guests.get(client)
-        if guest is not None and guest.user == user:
-            self._guarded(client, lambda: guest.pump.take(sample.payload.to_bytes()))
+        if guest is None or guest.user != user:
+            return
+        payload = sample.payload.to_bytes()
+        if payload[:1] == bytes((wire.FAREWELL,)):
+            threading.Thread(target=self._leave, args=(client,), daemon=True).start()
+        else:
+            self._guarded(client, lambda: guest.pump.take(payload))
 
     def _came_or_went(self, sample: Any) -> None:
         _, client = keys.client_of(str(sample.key_expr))

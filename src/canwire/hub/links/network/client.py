@@ -145,6 +145,8 @@ class NetworkLink:
         self._fail_calls()
         if not self._lost:
             self._pump.flush()
+            if self._timed:  # others wait for this program
+                self._send(wire.farewell("it was closed"))
         self._pump.close()
         self._session.close()  # the token goes with it, and tells the hub
         self._copies.close()
