@@ -29,8 +29,6 @@ class Connection(Protocol):
 
     doorbell: EventDescriptor
 
-    def tell_stir(self) -> None: ...
-
     @property
     def lost(self) -> bool: ...
     def ask(self, request: m.Message) -> tuple[Any, tuple[int, ...]]: ...
@@ -80,8 +78,9 @@ class _Leaving:
 class Timed:
     """A connection whose program takes part. Made by the thread that connects, which waits for its first turn here."""
 
-    def __init__(self, client: Connection, name: str) -> None:
+    def __init__(self, client: Connection, name: str, stir: Callable[[], object]) -> None:
         self._client = client
+        self._stir_hub = stir
         self._name = name
         self._page: TurnWait | None = None
         self._hub = self._joined()
@@ -134,7 +133,7 @@ class Timed:
         """Have this program's threads look again, without a lock and without waiting."""
         if self._page is not None:
             self._page.stir()
-        self._client.tell_stir()
+        self._stir_hub()
 
     def lost(self) -> None:
         """The connection has ended: whoever waits by its page sees that."""

@@ -32,6 +32,8 @@ class LocalLink:
 
     address = ""
 
+    copies = False
+
     def __init__(self, engine: Engine, name: str, released: Callable[[], object] | None = None) -> None:
         self.time = engine.time
         self._engine = engine

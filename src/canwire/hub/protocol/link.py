@@ -23,6 +23,7 @@ class Link(Protocol):
     listener is called for every one; after the hub is gone, once more with None.
     """
 
+    copies: bool  # rings here are copies of the hub's, which are elsewhere
     time: str  # "real", "fast" or "virtual"
     address: str  # of the socket, or on the network; "" in this process
 

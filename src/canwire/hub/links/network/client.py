@@ -50,6 +50,8 @@ class NetworkLink:
     BadMessage if it speaks another version.
     """
 
+    copies = True
+
     def __init__(
         self, address: str, name: str, login: Login | None = None, patience: Patience | None = None
     ) -> None:

@@ -120,7 +120,7 @@ class Guest:
         try:
             serial, request = m.decode_request(asked.request)
             return serial == asked.serial and self._places.begins(
-                asked, request, partial(self._answer, asked)
+                asked, request, partial(self._answer, asked), may_wait=False
             )
         except BadMessage:
             return False  # and says so
@@ -148,13 +148,16 @@ class Guest:
             raise HubError(
                 "what was sent before this call did not arrive: the network loses too much; try again"
             )
-        if self._places.begins(asked, request, partial(self._answer, asked)):
+        if self._places.begins(asked, request, partial(self._answer, asked), may_wait=True):
             return
         self.pump.quiet |= isinstance(request, m.JoinTime)
         reply, descriptors = self._places.call(asked, request)
         opened: list[Opened] = []
         try:
-            opened = taken_over(request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers))
+            told = self._places.signalled if self._places.timed else None
+            opened = taken_over(
+                request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers), told
+            )
         except OSError as error:
             raise LimitReached(f"{type(request).__name__}: {error.strerror}") from error
         finally:

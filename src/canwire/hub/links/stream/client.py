@@ -40,6 +40,8 @@ class StreamLink:
     each of them into `_descriptors` before the reply that counts it.
     """
 
+    copies = False
+
     def __init__(self, address: str, name: str) -> None:
         self.address = os.path.abspath(address)
         self.time = ""

@@ -33,21 +33,31 @@ class Places:
         self._link = link
         self._mirror = mirror
         self._lock = threading.Lock()  # over looking at rings as they were left
+        self._signalled = False  # somebody at the other end of a FIFO waits for what the program did there
         self._pages: dict[int, HeldPlace] = {}  # by thread: there is one at most
 
     def call(self, asked: Asked, request: m.Message) -> Answer:
         """Link.call, behind what the program has left in its rings."""
         self._find(asked)
+        self._tell_others()
         if isinstance(request, m.JoinTime):
             return self._join(request, asked.host)
         return self._link.call(request)
 
-    def begins(self, asked: Asked, request: m.Message, answer: Callable[[m.Message], object]) -> bool:
-        """A wait for a turn by the hub's page begins at once, and is answered when it is over; False: it is none."""
+    def begins(
+        self, asked: Asked, request: m.Message, answer: Callable[[m.Message], object], *, may_wait: bool
+    ) -> bool:
+        """A wait for a turn by the hub's page begins at once, and is answered when it is over.
+
+        False for any other request, and where something has to be asked of the hub before and nobody `may_wait`.
+        """
         page = self._pages.get(request.thread) if isinstance(request, m.AwaitTurn) else None
         if page is None or not isinstance(request, m.AwaitTurn):
             return False
         self._find(asked)
+        if self._signalled and not may_wait:
+            return False
+        self._tell_others()
         page.begin(request.until_ns, lambda now_ns: answer(_LOST if now_ns is None else m.Number(now_ns)))
         return True
 
@@ -56,6 +66,16 @@ class Places:
             with self._lock:
                 if ring_states.found(asked.rings, self._mirror):
                     self.stir()
+
+    def signalled(self) -> None:
+        """What the program did in a FIFO is what its other end waits for."""
+        self._signalled = True
+
+    def _tell_others(self) -> None:
+        """Their turns come when this program's is over."""
+        if self._signalled:
+            self._signalled = False
+            self._link.call(m.Stir())
 
     def taken(self, mirrors: Iterable[object]) -> Positions:
         """What an answer tells of the hub's side of the rings."""
