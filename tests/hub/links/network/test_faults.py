@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import BadMessage, Frame, Hub, HubChannel, HubError, HubLost, InUse
+from canwire import BadMessage, Frame, Hub, HubChannel, HubError, HubLost, InUse, WrongState
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.protocol import messages as m
 from tests.hub.links.network.places import (
@@ -187,6 +187,16 @@ def test_calls_that_arrive_twice_are_carried_out_once(place: Place) -> None:
         asker._query = twice  # type: ignore[method-assign]
         luids = [hub.create_luid() for _ in range(20)]
         assert luids == list(range(luids[0], luids[0] + 20))
+
+
+def test_frames_still_come_to_one_that_may_not_keep_time_there(place: Place) -> None:
+    with place.here() as here, elsewhere(place.address) as hub:
+        running(here)
+        with pytest.raises(WrongState, match="--time lockstep"):
+            hub.keep_time("elsewhere")
+        receiver, sender = channel(hub, 1, transmit=0), channel(here, 0)
+        send_all(sender, 3)
+        assert numbers(receiver, 3) == [0, 1, 2]
 
 
 def test_another_version_is_named_at_both_ends(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -105,7 +105,6 @@ class NetworkLink:
                 raise self._why()
             self._calls[serial] = call
             oldest = min(self._calls)
-        self._timed |= isinstance(request, m.JoinTime)
         rings = ring_states.left(self._pump.mirrors()) if self._timed else ()
         asked = Asked(serial, oldest, self._host, self._pump.written(), payload, rings)
         try:
@@ -113,6 +112,7 @@ class NetworkLink:
         finally:
             with self._lock:
                 self._calls.pop(serial, None)
+        self._timed |= isinstance(request, m.JoinTime)
         self._asker.await_arrival(said)
         ring_states.acknowledged(said.taken, self._pump.mirror)
         return answer

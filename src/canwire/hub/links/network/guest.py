@@ -151,7 +151,10 @@ class Guest:
         if self._places.begins(asked, request, partial(self._answer, asked), may_wait=True):
             return
         self.pump.quiet |= isinstance(request, m.JoinTime)
-        reply, descriptors = self._places.call(asked, request)
+        try:
+            reply, descriptors = self._places.call(asked, request)
+        finally:
+            self.pump.quiet = self._places.timed
         opened: list[Opened] = []
         try:
             told = self._places.signalled if self._places.timed else None

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from canwire.errors import HubLost
+from canwire.errors import CanwireError, HubLost
 from canwire.hub.links.network.calls import Asked, Positions
 from canwire.hub.links.network.lockstep import ring_states
 from canwire.hub.links.network.lockstep.held_place import HeldPlace
@@ -93,10 +93,14 @@ class Places:
             page.end()
 
     def _join(self, request: m.JoinTime, host: str) -> Answer:
-        self.timed = True
+        before, self.timed = self.timed, True
         number = request.program.partition("-")[0]
         named = m.JoinTime(request.program, request.thread, request.name, f"{number} on {host}")
-        joined, descriptors = self._link.call(named)
+        try:
+            joined, descriptors = self._link.call(named)
+        except CanwireError:
+            self.timed = before
+            raise
         if descriptors:
             page = TurnWait(self._link.doorbell.signal, *descriptors)
             self._pages[request.thread] = HeldPlace(page)
