@@ -1,22 +1,27 @@
 """One time for many programs: steps a second, beside bare pipes that hand a word round in the same way.
 
-    python benchmarks/lockstep.py [--seconds 3] [--programs 2 20]
+    python benchmarks/lockstep.py [--programs 2 20] [--network]
 
 A step is 1 ms of the hub's time, in which every program has one turn: each sleeps so long, again and again. The bare
 pipes do as many handovers and nothing else: one process writes a byte to each of the others in turn, and waits for its
-answer. Both run in the same run, one after the other; best of `--repeat`.
+answer. Both run in the same run, one after the other; best of `--repeat`. With `--network` the programs reach the hub
+over it, and beside them stands Zenoh's bare query and answer between two processes, one for each turn.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
+import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import canwire
 
@@ -37,7 +42,75 @@ with connected() as hub:
 """
 
 
-def lockstep(programs: int, steps: int) -> float:
+_QUERYABLE = """
+import sys, zenoh
+config = zenoh.Config.from_json5(sys.argv[1])
+with zenoh.open(config) as session:
+    def answer(query):
+        query.reply(query.key_expr, query.payload.to_bytes())
+        query.drop()
+    session.declare_queryable("bare", zenoh.handlers.Callback(answer, indirect=False), complete=True)
+    print("ready", flush=True)
+    sys.stdin.read()
+"""
+
+
+@contextlib.contextmanager
+def offered(hub: str) -> Iterator[str]:
+    """The hub's address on this machine's loopback."""
+    place = f"tcp/127.0.0.1:{free_port()}"
+    command = [sys.executable, "-m", "canwire", "offer", "--hub", hub, "--realm", "bench", "--listen", place]
+    process = subprocess.Popen([*command, "--name", "bench"], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        process.stdout.readline()
+        yield f"zenoh://bench/bench?via={place}"
+    finally:
+        process.terminate()
+        process.wait(30)
+        process.stdout.close()
+
+
+def free_port() -> int:
+    """A port of the loopback that nobody listens on."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return int(listener.getsockname()[1])
+
+
+def queries(programs: int, steps: int) -> float:
+    """Rounds a second of one Zenoh query and its answer for each program, one after the other."""
+    import zenoh
+
+    place = f"tcp/127.0.0.1:{free_port()}"
+    quiet = '"scouting": {"multicast": {"enabled": false}, "gossip": {"enabled": false}}'
+    listens = f'{{"mode": "peer", "listen": {{"endpoints": ["{place}"]}}, {quiet}}}'
+    dials = f'{{"mode": "client", "connect": {{"endpoints": ["{place}"]}}, {quiet}}}'
+    other = subprocess.Popen(
+        [sys.executable, "-c", _QUERYABLE, listens], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert other.stdin is not None
+    assert other.stdout is not None
+    other.stdout.readline()
+    gate = threading.Lock()
+    gate.acquire()
+
+    def answered(reply: Any) -> None:
+        gate.release()
+
+    with zenoh.open(zenoh.Config.from_json5(dials)) as session:
+        begin_s = time.perf_counter()
+        for _ in range(steps * programs):
+            handler = zenoh.handlers.Callback(answered, indirect=False)
+            session.get("bare", handler, payload=b"turn", express=True)
+            gate.acquire()
+        taken_s = time.perf_counter() - begin_s
+    other.stdin.close()
+    other.wait(30)
+    other.stdout.close()
+    return steps / taken_s
+
+
+def lockstep(programs: int, steps: int, *, network: bool = False) -> float:
     """Steps a second, from the first turn to the last program's end; a hub in a process of its own."""
     with tempfile.TemporaryDirectory() as home:
         address = str(Path(home) / "hub.sock")
@@ -47,11 +120,13 @@ def lockstep(programs: int, steps: int) -> float:
         assert hub.stdout is not None
         hub.stdout.readline()
         others: list[subprocess.Popen[bytes]] = []
-        try:
+        with contextlib.ExitStack() as stack:
+            stack.callback(_ended, hub, others)
+            reached = stack.enter_context(offered(address)) if network else address
             others += [
                 subprocess.Popen(
                     [sys.executable, "-c", _PROGRAM, str(steps)],
-                    env={**os.environ, "CANWIRE_HUB": address, "CANWIRE_NAME": f"program {number}"},
+                    env={**os.environ, "CANWIRE_HUB": reached, "CANWIRE_NAME": f"program {number}"},
                 )
                 for number in range(programs)
             ]
@@ -61,13 +136,17 @@ def lockstep(programs: int, steps: int) -> float:
                 taken_s = time.perf_counter() - begin_s
             for one in others:
                 assert one.wait(60) == 0
-        finally:
-            for one in others:
-                one.kill()
-            hub.terminate()
-            hub.wait(30)
-            hub.stdout.close()
     return steps / taken_s
+
+
+def _ended(hub: subprocess.Popen[str], others: list[subprocess.Popen[bytes]]) -> None:
+    for one in others:
+        one.kill()
+        one.wait(30)
+    hub.terminate()
+    hub.wait(30)
+    assert hub.stdout is not None
+    hub.stdout.close()
 
 
 def pipes(programs: int, steps: int) -> float:
@@ -104,15 +183,17 @@ def main() -> None:
     parser.add_argument("--programs", type=int, nargs="+", default=[2, 20])
     parser.add_argument("--steps", type=int, default=20_000, help="turns of all programs together, each time")
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--network", action="store_true", help="beside Zenoh's bare queries, not pipes")
     arguments = parser.parse_args()
     assert threading.active_count() == 1, "pipes() forks"
     for programs in arguments.programs:
         steps = max(1, arguments.steps // programs)
-        bare = max(pipes(programs, steps) for _ in range(arguments.repeat))
-        ours = max(lockstep(programs, steps) for _ in range(arguments.repeat))
+        beside = queries if arguments.network else pipes
+        bare = max(beside(programs, steps) for _ in range(arguments.repeat))
+        ours = max(lockstep(programs, steps, network=arguments.network) for _ in range(arguments.repeat))
         print(
             f"{programs:3} processes: {ours:8,.0f} steps/s ({ours * programs:8,.0f} turns/s); "
-            f"bare pipes {bare:8,.0f} ({bare * programs:8,.0f}); load {os.getloadavg()[0]:.1f}",
+            f"bare {beside.__name__} {bare:8,.0f} ({bare * programs:8,.0f}); load {os.getloadavg()[0]:.1f}",
             flush=True,
         )
 

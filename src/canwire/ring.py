@@ -157,6 +157,16 @@ class Ring:
         return int(self._words[_TAIL])
 
     @property
+    def wanted(self) -> int:
+        """The `written` that the consumer wants to be signalled at, 0: none."""
+        return int(self._words[_WANTED])
+
+    @property
+    def free_wanted(self) -> int:
+        """The `taken` that the producer wants to be signalled at, 0: none."""
+        return int(self._words[_FREE_WANTED])
+
+    @property
     def lost(self) -> int:
         """Records dropped because the ring was full."""
         return int(self._words[_LOST])

@@ -14,12 +14,15 @@ import canwire
 from canwire.boards.config.configuration import Config
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
+from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.owner.engine import LOCKSTEP, Engine
 from canwire.hub.owner.lockstep.pace import LockstepPace
 from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.world import World
-from tests.hubs import LONG_S
+from canwire.platform import PORTABLE
+from tests.hubs import LONG_S, free_port
 
+BY_PAGE, BY_MESSAGES, BY_NETWORK = "by a page", "by messages", "over the network"
 FRAME = canwire.Frame(0x123, b"\x01")
 
 
@@ -32,17 +35,33 @@ class Stage:
         world.warn = self.said.put
         self.engine = Engine(world, LOCKSTEP, LockstepPace(world, patience_s))
         self.log: list[tuple[int, str]] = []
+        self.closing = ExitStack()
+        self.closing.callback(self.engine.close)
+        self._network = ""
         self._ended: list[tuple[threading.Thread, list[BaseException]]] = []
 
-    def connect(self, name: str, *, timed: bool = True, shares_memory: bool = True) -> canwire.Hub:
-        link = LocalLink(self.engine, name)
-        link._session.shares_memory = shares_memory
-        hub = Hub(link)
+    def connect(self, name: str, *, timed: bool = True, way: str = BY_PAGE) -> canwire.Hub:
+        if way == BY_NETWORK:
+            hub = Hub(NetworkLink(self._network, name))
+        else:
+            link = LocalLink(self.engine, name)
+            link._session.shares_memory = way == BY_PAGE
+            hub = Hub(link)
         if timed:
             hub.keep_time(name)
         return hub
 
-    def program(self, name: str, work: Callable[[canwire.Hub], object], **options: bool) -> None:
+    def offer(self) -> None:
+        """To other machines."""
+        from canwire.hub.links.network.bridge import Bridge, Offered
+
+        place = f"tcp/127.0.0.1:{free_port()}"
+        offered = Offered(realm="tests", name="stage", listen=(place,))
+        bridge = Bridge(lambda name: LocalLink(self.engine, name), offered, lambda: None)
+        self.closing.callback(bridge.close)
+        self._network = f"zenoh://tests/stage?via={place}"
+
+    def program(self, name: str, work: Callable[[canwire.Hub], object], **options: str) -> None:
         """A thread that connects by this name and does this."""
         failed: list[BaseException] = []
 
@@ -71,15 +90,25 @@ class Stage:
 
 
 @contextmanager
-def stage(expected: int, patience_s: float = 5.0) -> Iterator[Stage]:
+def stage(expected: int, patience_s: float = 5.0, way: str = BY_PAGE) -> Iterator[Stage]:
     made = Stage(expected, patience_s)
-    with closing(made.engine):
+    with made.closing:
+        if way == BY_NETWORK:
+            made.offer()
         yield made
 
 
-@pytest.fixture(params=["by a page", "by messages"])
-def shares_memory(request: pytest.FixtureRequest) -> bool:
-    return bool(request.param == "by a page")
+@pytest.fixture(
+    params=[
+        BY_PAGE,
+        BY_MESSAGES,
+        pytest.param(BY_NETWORK, marks=pytest.mark.skipif(PORTABLE, reason="needs Linux' own platform")),
+    ]
+)
+def way(request: pytest.FixtureRequest) -> str:
+    if request.param == BY_NETWORK:
+        pytest.importorskip("zenoh")
+    return str(request.param)
 
 
 def line_of(hub: canwire.Hub, number: int) -> tuple[int, int]:
@@ -101,8 +130,8 @@ def bring_up(hub: canwire.Hub, stack: ExitStack, number: int) -> canwire.HubChan
 
 @pytest.mark.conforms("G-17")
 @pytest.mark.parametrize("run", range(3))
-def test_turns_go_by_name_at_each_instant(run: int, shares_memory: bool) -> None:
-    with stage(3) as made:
+def test_turns_go_by_name_at_each_instant(run: int, way: str) -> None:
+    with stage(3, way=way) as made:
 
         def work(name: str, period_s: float) -> Callable[[canwire.Hub], None]:
             def steps(hub: canwire.Hub) -> None:
@@ -113,15 +142,15 @@ def test_turns_go_by_name_at_each_instant(run: int, shares_memory: bool) -> None
             return steps
 
         for name, period_s in (("c", 0.001), ("a", 0.002), ("b", 0.001)):
-            made.program(name, work(name, period_s), shares_memory=shares_memory)
+            made.program(name, work(name, period_s), way=way)
         assert made.end() == [
             (0, "a"), (0, "b"), (0, "c"), (1_000_000, "b"), (1_000_000, "c"), (2_000_000, "a"), (2_000_000, "b"),
             (2_000_000, "c"), (4_000_000, "a"),
         ]  # fmt: skip
 
 
-def test_frames_wake_their_reader_at_the_instant_they_come(shares_memory: bool) -> None:
-    with stage(2) as made:
+def test_frames_wake_their_reader_at_the_instant_they_come(way: str) -> None:
+    with stage(2, way=way) as made:
 
         def reader(hub: canwire.Hub) -> None:
             with ExitStack() as stack:
@@ -138,16 +167,16 @@ def test_frames_wake_their_reader_at_the_instant_they_come(shares_memory: bool) 
                 channel.send(FRAME)
                 hub.sleep(0.1)
 
-        made.program("reader", reader, shares_memory=shares_memory)
-        made.program("sender", sender, shares_memory=shares_memory)
+        made.program("reader", reader, way=way)
+        made.program("sender", sender, way=way)
         (first_ns, heard), nothing = made.end()
         assert heard == f"123 of {first_ns}"
         assert 2_100_000 < first_ns < 2_130_000
         assert nothing == (first_ns + 10_000_000, "nothing")
 
 
-def test_an_event_set_by_another_thread_of_the_program(shares_memory: bool) -> None:
-    with stage(2) as made, closing(canwire.Event()) as event:
+def test_an_event_set_by_another_thread_of_the_program(way: str) -> None:
+    with stage(2, way=way) as made, closing(canwire.Event()) as event:
         ready = threading.Event()
 
         def waiter(hub: canwire.Hub) -> None:
@@ -168,13 +197,13 @@ def test_an_event_set_by_another_thread_of_the_program(shares_memory: bool) -> N
             event.set()
             hub.sleep(0.1)
 
-        made.program("b waiter", waiter, shares_memory=shares_memory)
-        made.program("a setter", setter, shares_memory=shares_memory)
+        made.program("b waiter", waiter, way=way)
+        made.program("a setter", setter, way=way)
         assert made.end() == [(1_500_000_000, "set"), (1_750_000_000, "not set again")]
 
 
-def test_a_fifo_between_programs_wakes_its_reader(shares_memory: bool) -> None:
-    with stage(2) as made:
+def test_a_fifo_between_programs_wakes_its_reader(way: str) -> None:
+    with stage(2, way=way) as made:
         numbers: list[int] = []
 
         def reader(hub: canwire.Hub) -> None:
@@ -190,13 +219,13 @@ def test_a_fifo_between_programs_wakes_its_reader(shares_memory: bool) -> None:
                 end.end_of_ring.ring.put_bytes(b"x")
                 hub.sleep(1.0)
 
-        made.program("1 reader", reader, shares_memory=shares_memory)
-        made.program("2 writer", writer, shares_memory=shares_memory)
+        made.program("1 reader", reader, way=way)
+        made.program("2 writer", writer, way=way)
         assert made.end() == [(1_000_000_000, "b'x'")]
 
 
-def test_a_thread_that_ends_is_not_waited_for_and_one_that_is_away_neither(shares_memory: bool) -> None:
-    with stage(1) as made:
+def test_a_thread_that_ends_is_not_waited_for_and_one_that_is_away_neither(way: str) -> None:
+    with stage(1, way=way) as made:
 
         def main(hub: canwire.Hub) -> None:
             def helper() -> None:
@@ -211,7 +240,7 @@ def test_a_thread_that_ends_is_not_waited_for_and_one_that_is_away_neither(share
             hub.sleep(1.0)
             made.at(hub, "main")
 
-        made.program("main", main, shares_memory=shares_memory)
+        made.program("main", main, way=way)
         assert made.end() == [(2_000_000_000, "helper"), (2_000_000_000, "joined"), (3_000_000_000, "main")]
 
 
@@ -318,8 +347,8 @@ def test_a_second_connection_of_a_thread_that_runs_has_its_turn() -> None:
         assert made.end() == [(10**9, "other"), (2 * 10**9, "first"), (3 * 10**9, "after")]
 
 
-def test_asyncio_waits_by_the_hubs_time(shares_memory: bool) -> None:
-    with stage(2) as made:
+def test_asyncio_waits_by_the_hubs_time(way: str) -> None:
+    with stage(2, way=way) as made:
 
         async def tasks(hub: canwire.Hub, channel: canwire.HubChannel, event: canwire.Event) -> None:
             heard = asyncio.Event()
@@ -348,8 +377,8 @@ def test_asyncio_waits_by_the_hubs_time(shares_memory: bool) -> None:
                 channel.send(FRAME)
                 hub.sleep(2.0)
 
-        made.program("1 reader", reader, shares_memory=shares_memory)
-        made.program("2 sender", sender, shares_memory=shares_memory)
+        made.program("1 reader", reader, way=way)
+        made.program("2 sender", sender, way=way)
         heard, timeout = made.end()
         assert heard[0] == 250_000_000
         assert heard[1].startswith("Frame(0x123")
@@ -358,8 +387,8 @@ def test_asyncio_waits_by_the_hubs_time(shares_memory: bool) -> None:
 
 @pytest.mark.conforms("G-17")
 @pytest.mark.parametrize("run", range(2))
-def test_an_answer_that_takes_bus_time_ends_its_programs_turn(run: int, shares_memory: bool) -> None:
-    with stage(2) as made:
+def test_an_answer_that_takes_bus_time_ends_its_programs_turn(run: int, way: str) -> None:
+    with stage(2, way=way) as made:
 
         def stops(hub: canwire.Hub) -> None:
             with ExitStack() as stack:
@@ -373,8 +402,78 @@ def test_an_answer_that_takes_bus_time_ends_its_programs_turn(run: int, shares_m
             hub.sleep(0.002)
             made.at(hub, "other")
 
-        made.program("1 stops", stops, shares_memory=shares_memory)
-        made.program("2 other", other, shares_memory=shares_memory)
+        made.program("1 stops", stops, way=way)
+        made.program("2 other", other, way=way)
         waits, between, waited = made.end()
         assert (waits[1], between, waited[1]) == ("waits", (2_000_000, "other"), "has waited")
         assert waited[0] == waits[0] + 5_000_000
+
+
+def test_a_frame_that_comes_meanwhile_is_no_answer(way: str) -> None:
+    """An event that is assigned to a queue is signalled while its program waits for something that takes bus time."""
+    with stage(2, way=way) as made:
+
+        def waits(hub: canwire.Hub) -> None:
+            with ExitStack() as stack, closing(canwire.Event()) as event:
+                channel = bring_up(hub, stack, 0)
+                hub.sleep(0.001)
+                channel.reading.assign(event)
+                fault = stack.enter_context(hub.bus("can0").faults.flip(bit=20, frame_id=0x7FF))
+                before_ns = hub.now_ns()
+                assert fault.wait(0.005) is False
+                made.at(hub, f"{hub.now_ns() - before_ns} {channel.receive()}")
+
+        def sends(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                channel = bring_up(hub, stack, 1)
+                hub.sleep(0.002)
+                channel.send(FRAME)
+                hub.sleep(0.1)
+
+        made.program("1 waits", waits, way=way)
+        made.program("2 sends", sends, way=way)
+        ((_, what),) = made.end()
+        assert what.startswith("5000000 Frame(0x123")
+
+
+def test_a_queue_overflows_and_a_full_one_has_room_again_at_the_same_moments(way: str) -> None:
+    with stage(2, way=way) as made:
+
+        def reader(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                bring_up(hub, stack, 0)
+                board, line = line_of(hub, 0)
+                channel = stack.enter_context(hub.open_channel(board, line))
+                channel.set_up(canwire.ChannelMode(8, 0, exact=True))
+                channel.activate()
+                hub.sleep(0.1)
+                first = [channel.receive() for _ in range(3)]
+                made.at(hub, " ".join(f"{frame.id:X}" for frame in first if frame is not None))
+                hub.sleep(0.2)
+                rest = channel.receive_many(100)
+                made.at(hub, " ".join(f"{frame.id:X}" for frame in rest) + f" lost {channel.status().lost}")
+
+        def sender(hub: canwire.Hub) -> None:
+            with ExitStack() as stack:
+                bring_up(hub, stack, 1)
+                board, line = line_of(hub, 1)
+                channel = stack.enter_context(hub.open_channel(board, line))
+                channel.set_up(canwire.ChannelMode(1, 4, exact=True))
+                channel.activate()
+                hub.sleep(0.010)
+                for number in range(12):
+                    channel.send(canwire.Frame(number, b""), timeout=None)
+                made.at(hub, "all are under way")
+                hub.sleep(0.2)
+                for number in range(6):
+                    channel.send(canwire.Frame(0x10 + number, b""), timeout=None)
+                hub.sleep(0.2)
+
+        made.program("reader", reader, way=way)
+        made.program("sender", sender, way=way)
+        (sent_ns, _), *read = made.end()
+        assert read == [
+            (100_000_000, "0 1 2"),
+            (300_000_000, "3 4 5 6 7 10 11 12 lost 7"),
+        ]
+        assert 10_500_000 < sent_ns < 11_500_000

@@ -7,13 +7,13 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from tests.docs.test_five_programs import entry_points
-from tests.hubs import LONG_S
+from tests.hubs import LONG_S, offering
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "time.md"
@@ -32,20 +32,24 @@ def page_serves() -> list[str]:
 
 
 class Bench:
-    """A hub in lockstep and programs on it. `said` are the lines of the hub's stderr so far."""
+    """A hub in lockstep and programs on it. `said` are the lines of the hub's stderr so far.
+
+    `remote` names the programs that reach it over the network; `network` is its address there, once it is `offered`.
+    """
 
     def __init__(self, home: Path, words: Sequence[str]) -> None:
         self.address = str(home / "hub.sock")
         paths = [entry_points(home), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
         self._environment = {
             **os.environ,
-            "CANWIRE_HUB": self.address,
             "CANWIRE_TIMED": "1",
             "PYTHONPATH": os.pathsep.join(map(os.path.abspath, paths)),
         }
         self._closing = ExitStack()
         self._home = home
         self.said: list[str] = []
+        self.network = ""
+        self.remote: Container[str] = ()
         self._heard = threading.Condition()
         command = [sys.executable, "-m", "canwire", *words, "--socket", self.address]
         self._hub = subprocess.Popen(
@@ -57,10 +61,17 @@ class Bench:
         assert self._hub.stdout is not None
         assert "canwire hub on" in self._hub.stdout.readline()
 
+    def offered(self, remote: Container[str]) -> subprocess.Popen[str]:
+        """Programs of these names are on another machine from now on; what offers the hub to them."""
+        self.network, process = self._closing.enter_context(offering(self.address))
+        self.remote = remote
+        return process
+
     def start(self, name: str, text: str, *words: str) -> subprocess.Popen[str]:
+        hub = self.network if name in self.remote else self.address
         process = subprocess.Popen(
             [sys.executable, "-c", text, *words],
-            env={**self._environment, "CANWIRE_NAME": name},
+            env={**self._environment, "CANWIRE_NAME": name, "CANWIRE_HUB": hub},
             stdout=subprocess.PIPE,
             text=True,
             cwd=self._home,

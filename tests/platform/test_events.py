@@ -8,6 +8,7 @@ import os
 import select
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
@@ -92,6 +93,22 @@ def test_a_thread_that_waits_is_woken(event: Any) -> None:
     event.signal()
     waiter.join(AGES)
     assert woken == [True]
+
+
+def test_the_one_that_ever_takes_its_signals_rests_until_there_is_one(kind: ModuleType) -> None:
+    own = linux.EventDescriptor(shared=True) if kind is linux else kind.EventDescriptor()
+    other = linux.EventDescriptor.adopt(*own.copies()) if isinstance(own, linux.EventDescriptor) else own
+    for _ in range(3):
+        resting = threading.Thread(target=other.rest)
+        resting.start()
+        own.signal()
+        resting.join(AGES)
+        assert not resting.is_alive()
+        assert not other.wait(0)
+    own.signal()
+    other.rest()
+    for each in (own, other):
+        each.close()
 
 
 def test_of_many_threads_that_signal_no_signal_is_lost(event: Any) -> None:
@@ -246,6 +263,12 @@ def test_a_poller_tells_what_is_ready(poller: Any) -> None:
     poller.watch(reader.fileno(), poller.READABLE)
     poller.unwatch(reader.fileno())
     reader.close()
+
+
+def test_a_poller_waits_as_long_as_it_should(poller: Any) -> None:
+    begun = time.monotonic()
+    assert poller.wait(0.06) == []
+    assert time.monotonic() - begun >= 0.06
 
 
 def test_the_portable_poller_refuses_what_select_cannot_watch() -> None:

@@ -14,9 +14,9 @@ import struct
 import sys
 import threading
 from collections.abc import Callable
-from typing import Any
 
-from canwire.platform.waiting import Waiting, wait_readable
+from canwire.platform.polling import Poller as Poller
+from canwire.platform.waiting import Waiting, hears_signals, wait_readable
 
 if sys.platform != "win32":
     import fcntl
@@ -34,14 +34,14 @@ class EventDescriptor(Waiting):
             self._read, self._write = _open_pipe()
         else:
             self._read = self._write = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
-        self._closed = False
+        self._closed = self._blocks = False
 
     @classmethod
     def adopt(cls, *descriptors: int) -> EventDescriptor:
         """Take over an event's descriptor that another process passed on, or two: to read, and to write."""
         event = cls.__new__(cls)
         event._read, event._write = descriptors[0], descriptors[-1]
-        event._closed = False
+        event._closed = event._blocks = False
         return event
 
     def __repr__(self) -> str:
@@ -81,6 +81,16 @@ class EventDescriptor(Waiting):
         if not self._closed and wait_readable([self._read], timeout):
             return self.take()  # unless another waiter was quicker
         return False
+
+    def rest(self) -> None:
+        """Waiting's; the read itself waits where this process has the descriptor for itself."""
+        if hears_signals() or not _OPENS_ANEW or self._closed:
+            self.wait()
+            return
+        if not self._blocks:
+            os.set_blocking(self._read, True)
+            self._blocks = True
+        os.read(self._read, _ALL)
 
     def take(self) -> bool:
         """Consume whatever signal there is, without waiting; was there one?"""
@@ -171,60 +181,6 @@ class AnyOf:
         self._poll.close()
 
 
-class Poller:
-    """Waits for any of many descriptors; `READABLE` and `WRITABLE` are the bits of what it finds."""
-
-    READABLE = select.POLLIN
-    WRITABLE = select.POLLOUT
-
-    def __init__(self) -> None:
-        epoll = hasattr(select, "epoll")
-        poll: Any = select.epoll() if epoll else select.poll()
-        self._poll = poll
-        self._per_second = 1 if epoll else 1000  # what their timeouts count in
-        self._known: set[int] = set()
-        # both wait whole milliseconds, select waits better, but only for descriptors below 1024
-        own = poll.fileno() if epoll else 1024
-        self._finer = [own] if own < 1024 else []
-
-    def watch(self, descriptor: int, events: int) -> None:
-        """From now on, or in place of the events before."""
-        if descriptor in self._known:
-            self._poll.modify(descriptor, events)
-        else:
-            self._poll.register(descriptor, events)
-            self._known.add(descriptor)
-
-    def unwatch(self, descriptor: int) -> None:
-        """Before it is closed; an unknown one is ignored."""
-        if descriptor in self._known:
-            self._known.remove(descriptor)
-            self._poll.unregister(descriptor)
-
-    def wait(self, timeout: float | None) -> list[tuple[int, int]]:
-        """Descriptors and their events within `timeout` seconds (None: for ever). A broken one is readable, too.
-
-        With a long timeout none may be found a little earlier: whoever waits again then is on time.
-        """
-        if timeout is None or not self._finer:
-            pass
-        elif timeout > _LONG_S:
-            timeout -= _EARLIER_S
-        elif timeout > 0:
-            if not select.select(self._finer, (), (), timeout)[0]:
-                return []
-            timeout = 0
-        found: list[tuple[int, int]] = self._poll.poll(
-            None if timeout is None else timeout * self._per_second
-        )
-        return found
-
-    def close(self) -> None:
-        self._known.clear()
-        if hasattr(self._poll, "close"):
-            self._poll.close()
-
-
 def sharpen_sleep() -> None:
     """Let this thread's sleeps end on time: Linux lets them run some 50 microseconds over unless told otherwise."""
     with contextlib.suppress(OSError):  # not Linux, or no /proc: then they run over
@@ -287,7 +243,5 @@ def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
 
 
 _OPENS_ANEW = sys.platform == "linux" and os.path.exists("/proc/self/fd")
-_LONG_S = 0.05  # that is waited for in one call, which counts milliseconds ...
-_EARLIER_S = 0.002  # ... and has to end before its time, never behind it
 _ALL = mmap.PAGESIZE if _OPENS_ANEW else 1 << 16  # bytes that an event holds at most
 _CREDENTIALS = struct.Struct("iII")

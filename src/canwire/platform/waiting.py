@@ -30,6 +30,11 @@ def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
     return False
 
 
+def hears_signals() -> bool:
+    """This thread's waits are within `signals_end_waits`."""
+    return _wake_up is not None and threading.current_thread() is threading.main_thread()
+
+
 @contextlib.contextmanager
 def signals_end_waits() -> Iterator[None]:
     """For programs with handlers of their own that raise, or set what is waited for: none comes too late for a wait.
@@ -83,6 +88,10 @@ class Waiting:
     def wait(self, timeout: float | None = None) -> bool:
         """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
         raise NotImplementedError
+
+    def rest(self) -> None:
+        """`wait` for ever, by the one thread of the one process that ever consumes these signals."""
+        self.wait()
 
     def wait_for(
         self, settled: Callable[[], bool], timeout: float | None, recheck: float | None = None

@@ -81,6 +81,11 @@ class Client:
         """This program keeps one time with others."""
         return self._timed is not None
 
+    @property
+    def copies(self) -> bool:
+        """Rings here are copies of the hub's: what is at their other ends is told by the hub's."""
+        return self._link.copies
+
     def keep_time(self, name: str) -> None:
         """Take part in a lockstep hub's time, in the place of this name; waits for this thread's first turn.
 
@@ -88,7 +93,7 @@ class Client:
         """
         from canwire.hub.handles.timed import Timed
 
-        self._timed = Timed(self, name)
+        self._timed = Timed(self, name, self._link.stir)
 
     @property
     def lost(self) -> bool:

@@ -50,7 +50,7 @@ class Fifo(Lease):
         reader, writer = EventDescriptor.adopt_each(tuple(events), 2)
         ring.event, ring.free_event = reader, writer
         own, self._other = (writer, reader) if role == WRITER else (reader, writer)
-        if hub.timed:
+        if hub.timed and not hub.copies:
             telling = Telling(self._other, hub)
             if role == WRITER:
                 ring.event = telling

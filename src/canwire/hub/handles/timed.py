@@ -17,8 +17,8 @@ from typing import Any, Protocol
 
 from canwire.errors import CanwireError
 from canwire.hub.protocol import messages as m
-from canwire.hub.protocol.turn_page import TurnPage
-from canwire.platform import EventDescriptor, close_descriptors, map_memory
+from canwire.hub.protocol.turn_wait import TurnWait
+from canwire.platform import EventDescriptor
 from canwire.values.checks import nanoseconds
 
 _NEVER = (1 << 63) - 1
@@ -40,28 +40,7 @@ class _Seat:
 
     def __init__(self) -> None:
         self.now_ns: int | None = None
-        self.page: _Page | None = None
-
-
-class _Page:
-    """A thread's end of a page, and the connection that it came by."""
-
-    def __init__(self, client: Connection, memory: int, *event: int) -> None:
-        self.client = client
-        self.words = TurnPage(map_memory(memory))
-        self.event = EventDescriptor.adopt(*event)
-        close_descriptors(memory)
-
-    def wait(self, until_ns: int) -> int | None:
-        """The time at the next turn; None: the connection has ended."""
-        words = self.words
-        asked = words.ask(until_ns)
-        self.client.doorbell.signal()
-        while not words.given(asked):
-            if self.client.lost:
-                return None
-            self.event.wait()
-        return words.now_ns()
+        self.page: TurnWait | None = None
 
 
 class _Thread(threading.local):
@@ -99,10 +78,11 @@ class _Leaving:
 class Timed:
     """A connection whose program takes part. Made by the thread that connects, which waits for its first turn here."""
 
-    def __init__(self, client: Connection, name: str) -> None:
+    def __init__(self, client: Connection, name: str, stir: Callable[[], object]) -> None:
         self._client = client
+        self._stir_hub = stir
         self._name = name
-        self._page: _Page | None = None
+        self._page: TurnWait | None = None
         self._hub = self._joined()
 
     def now_ns(self) -> int:
@@ -152,13 +132,13 @@ class Timed:
     def stir(self) -> None:
         """Have this program's threads look again, without a lock and without waiting."""
         if self._page is not None:
-            self._page.words.stir()
-        self._client.doorbell.signal()
+            self._page.stir()
+        self._stir_hub()
 
     def lost(self) -> None:
         """The connection has ended: whoever waits by its page sees that."""
         if self._page is not None:
-            self._page.event.signal()
+            self._page.end()
 
     def leave(self) -> None:
         """Time does not wait for this thread, until it `joins` again."""
@@ -174,7 +154,7 @@ class Timed:
         seat = self._seat(joined.hub)
         seat.now_ns = joined.now_ns
         if answer[1]:
-            self._page = seat.page = _Page(self._client, *answer[1])
+            self._page = seat.page = TurnWait(self._client.doorbell.signal, *answer[1])
         return joined.hub
 
     def _seat(self, hub: str) -> _Seat:
@@ -186,9 +166,10 @@ class Timed:
         return seat
 
     def _await_turn(self, until_ns: int) -> int:
-        seat = self._seat(self._hub)
+        seat = _THREAD.seats.get(self._hub) or self._seat(self._hub)
         seat.now_ns = None  # for whoever is interrupted meanwhile
-        page, until_ns = seat.page, min(until_ns, _NEVER)
+        page = seat.page
+        until_ns = min(until_ns, _NEVER)
         now_ns = None if page is None else page.wait(until_ns)
         if now_ns is None:
             now_ns = int(self._client.ask(m.AwaitTurn(_THREAD.number, until_ns))[0].value)

@@ -32,6 +32,8 @@ class LocalLink:
 
     address = ""
 
+    copies = False
+
     def __init__(self, engine: Engine, name: str, released: Callable[[], object] | None = None) -> None:
         self.time = engine.time
         self._engine = engine
@@ -66,6 +68,9 @@ class LocalLink:
     @property
     def doorbell(self) -> EventDescriptor:
         return self._doorbell
+
+    def stir(self) -> None:
+        self.doorbell.signal()
 
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""

@@ -23,6 +23,7 @@ class Link(Protocol):
     listener is called for every one; after the hub is gone, once more with None.
     """
 
+    copies: bool  # rings here are copies of the hub's, which are elsewhere
     time: str  # "real", "fast" or "virtual"
     address: str  # of the socket, or on the network; "" in this process
 
@@ -39,6 +40,9 @@ class Link(Protocol):
     @property
     def doorbell(self) -> EventDescriptor:
         """What tells the hub of frames in this client's transmit queues; the link keeps it."""
+
+    def stir(self) -> None:
+        """Have this program's threads look again at what they wait for; without a lock and without waiting."""
 
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""

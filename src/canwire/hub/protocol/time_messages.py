@@ -11,11 +11,15 @@ from canwire.values.frozen import dataclass
 
 
 class JoinTime(Message):
-    """-> Joined, at this thread's turn: no sooner than everybody is there who is expected. `name` says its place."""
+    """-> Joined, at this thread's turn: no sooner than everybody is there who is expected. `name` says its place.
+
+    `process` says for people which one it is, where the connection does not: on another machine.
+    """
 
     program: str
     thread: int
     name: str
+    process: str = ""
 
 
 class AwaitTurn(Message):

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import BadMessage, Frame, Hub, HubChannel, HubError, HubLost, InUse
+from canwire import BadMessage, Frame, Hub, HubChannel, HubError, HubLost, InUse, WrongState
 from canwire.hub.links.local import LocalLink
 from canwire.hub.links.network import wire
 from canwire.hub.links.network.bridge import Bridge
@@ -262,7 +262,8 @@ def test_calls_that_arrive_twice_are_carried_out_once(place: Place) -> None:
     with elsewhere(place.address) as hub:
         link = hub._link
         assert isinstance(link, NetworkLink)
-        send, query = link._send, link._query
+        asker = link._asker
+        send, query = asker._send, asker._query
 
         def twice(payload: bytes) -> None:
             send(payload)
@@ -270,7 +271,7 @@ def test_calls_that_arrive_twice_are_carried_out_once(place: Place) -> None:
                 send(payload)
                 query(payload[1:])
 
-        link._send = twice  # type: ignore[method-assign]
+        asker._send = twice  # type: ignore[method-assign]
         luids = [hub.create_luid() for _ in range(20)]
         assert luids == list(range(luids[0], luids[0] + 20))
 
@@ -284,11 +285,21 @@ def test_a_call_that_is_dropped_is_asked_again_and_carried_out_once(place: Place
         guest = next(iter(place.bridge._guests.values()))
         dropped: list[int] = []
         if which == wire.CALL:
-            link._send = lambda payload: dropped.append(payload[0])  # type: ignore[method-assign]
+            link._asker._send = lambda payload: dropped.append(payload[0])  # type: ignore[method-assign]
         else:
             guest._reply = lambda answer: dropped.append(wire.ANSWER)
         assert hub.create_luid() == first + 1
         assert which in dropped
+
+
+def test_frames_still_come_to_one_that_may_not_keep_time_there(place: Place) -> None:
+    with place.here() as here, elsewhere(place.address) as hub:
+        running(here)
+        with pytest.raises(WrongState, match="--time lockstep"):
+            hub.keep_time("elsewhere")
+        receiver, sender = channel(hub, 1, transmit=0), channel(here, 0)
+        send_all(sender, 3)
+        assert numbers(receiver, 3) == [0, 1, 2]
 
 
 def test_another_version_is_named_at_both_ends(monkeypatch: pytest.MonkeyPatch) -> None:

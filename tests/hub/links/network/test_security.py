@@ -82,6 +82,7 @@ def test_a_user_cannot_take_another_one_s_keys(monkeypatch: pytest.MonkeyPatch) 
 
 def test_every_request_needs_one_of_the_rights() -> None:
     assert access.needed(m.ListBoards()) == access.LISTEN
+    assert access.needed(m.JoinTime("1-a", 0, "a")) == access.SEND  # everybody waits for who takes part
     assert access.needed(m.CreateFifo(1, 1)) == access.SEND
     assert access.needed(m.Unplug("HW000001")) == access.CONFIGURE
     assert access.needed(m.Disturb("can0", True)) == access.CONFIGURE

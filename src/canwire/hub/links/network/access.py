@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeVar
 import msgspec
 from msgspec import Meta
 
-from canwire.errors import BadConfig, HubError, Unsupported
+from canwire.errors import BadConfig, HubError
 from canwire.hub.links.network.keys import ANYBODY
 from canwire.hub.protocol import messages as m
 
@@ -85,8 +85,8 @@ _LISTENING = (
     m.SetUpMonitor, m.Activate, m.GetChannelStatus, m.GetMonitorStatus, m.Advance, m.Sleep, m.GetRegisters,
     m.GetNote, m.ListNotes, m.GetBus, m.GetFault, m.AwaitFault, m.ListFaults, m.GetTime,
 )  # fmt: skip
-_TIMED = (m.JoinTime, m.AwaitTurn, m.LeaveTime, m.Stir)
 _SENDING = (
+    m.JoinTime, m.AwaitTurn, m.LeaveTime, m.Stir,  # who takes part holds everybody up
     m.CancelQueued, m.PassOn, m.CountRefused, m.CreateFifo, m.OpenFifo, m.ResetFifo, m.CreateLuid, m.OpenScheduler,
     m.AddCyclic, m.RemoveCyclic, m.StartCyclic, m.StopCyclic, m.RunScheduler, m.ResetScheduler, m.GetSchedulerStatus,
     m.ReplaceCyclic, m.StartInTurn, m.OpenShare, m.OpenLayer,
@@ -103,11 +103,7 @@ def needed(request: m.Message) -> str:
 
 
 def check(user: str, may: str, request: m.Message) -> None:
-    """Raises HubError where this user may not ask for it, Unsupported for what a network cannot carry."""
-    if isinstance(request, _TIMED):
-        raise Unsupported(
-            "programs that keep one time run on their hub's machine: leave CANWIRE_TIMED out, or connect there"
-        )
+    """Raises HubError where this user may not ask for it."""
     right = needed(request)
     if _RIGHTS.index(right) > _RIGHTS.index(may):
         raise HubError(

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 LOOPBACK = f"tcp/127.0.0.1:{keys.PORT}"
 GRACE_S = 2.0  # a client whose connection is broken may be back within so long
+TIMED_SILENCE_S = 1.6  # and then one that others wait for is let go, as a cable that is cut tells nobody
 HEALTHY_S = 0.3  # between two looks whether the hub answers ...
 _UNHEALTHY_S = 0.8  # ... and the silence after which no sign of life is given for it
 
@@ -51,6 +52,7 @@ class Offered(NamedTuple):
     lease_s: float = LEASE_S
     grace_s: float = GRACE_S
     cut_s: float = CUT_S
+    timed_silence_s: float = TIMED_SILENCE_S
 
 
 class Bridge:
@@ -168,8 +170,13 @@ class Bridge:
     def _came(self, sample: Any) -> None:
         user, client = keys.client_of(str(sample.key_expr))
         guest = self._guests.get(client)
-        if guest is not None and guest.user == user:
-            self._guarded(client, lambda: guest.take(sample.payload.to_bytes()))
+        if guest is None or guest.user != user:
+            return
+        payload = sample.payload.to_bytes()
+        if payload[:1] == bytes((wire.FAREWELL,)):
+            threading.Thread(target=self._leave, args=(client,), daemon=True).start()
+        else:
+            self._guarded(client, lambda: guest.take(payload))
 
     def _came_or_went(self, sample: Any) -> None:
         _, client = keys.client_of(str(sample.key_expr))
@@ -260,7 +267,14 @@ class Bridge:
             with self._lock:
                 gone = [client for client, until_s in self._leaving.items() if now_s >= until_s]
                 wait_s = min([HEALTHY_S, *(until_s - now_s for until_s in self._leaving.values())])
-            for client in gone:
+                silent = [
+                    client
+                    for client, guest in self._guests.items()
+                    if guest.timed and guest.silent_s > self._offered.timed_silence_s
+                ]
+            for client in silent:
+                self._say_farewell(client, "this program keeps one time with others, and was not heard of")
+            for client in {*gone, *silent}:
                 self._leave(client)
             self._stopping.wait(max(0.0, wait_s))
 

@@ -14,24 +14,33 @@ from canwire.hub.protocol.message import Message
 from canwire.hub.protocol.pending import Pending
 
 Positions = tuple[tuple[int, int], ...]
+States = tuple[tuple[int, int, int], ...]
 
 
 class Asked(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
-    """`oldest` is the lowest serial that the client still wants an answer to; `host` is where it runs."""
+    """`oldest` is the lowest serial that the client still wants an answer to; `host` is where it runs.
+
+    `rings` is how a program that keeps one time has left its own: number, records taken, the position it waits for.
+    """
 
     serial: int
     oldest: int
     host: str
     positions: Positions
     request: bytes
+    rings: States = ()
 
 
 class Answered(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
-    """`rings`: numbers of those that the reply opened, and how many records are in each already."""
+    """`rings`: numbers of those that the reply opened, and how many records are in each already.
+
+    `taken`: what the hub has taken from the rings of a program that keeps one time.
+    """
 
     reply: bytes
     rings: Positions
     positions: Positions
+    taken: Positions = ()
 
 
 _encoder = msgspec.msgpack.Encoder()
@@ -65,4 +74,4 @@ class Call:
     def __init__(self, request: Message, payload: bytes) -> None:
         self.request = request
         self.payload = payload
-        self.answered: Pending[tuple[Answer, Positions]] = Pending()
+        self.answered: Pending[tuple[Answer, Answered]] = Pending()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import itertools
 import os
@@ -17,12 +16,15 @@ from typing import TYPE_CHECKING, Any
 from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
+from canwire.hub.links.network.asking import Asker
 from canwire.hub.links.network.broken import Broken
 from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
 from canwire.hub.links.network.lifetimes import LIVING
+from canwire.hub.links.network.lockstep import ring_states
+from canwire.hub.links.network.lockstep.stirs import OutgoingStirs
 from canwire.hub.links.network.notes import IncomingNotes
 from canwire.hub.links.network.pump import Pump
 from canwire.hub.links.network.sending import sender
@@ -36,13 +38,6 @@ from canwire.platform import EventDescriptor, close_descriptors
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_QUERY_S = 60.0  # Zenoh forgets a query after so long; one that waits on is asked again
-_FIRST_S, _LONGEST_S = (
-    0.25,
-    5.0,
-)  # before a call is asked again: its query, or the answer, may have been dropped
-_LOOK_S = 0.1
-
 
 class NetworkLink:
     """hub/protocol/link.py's Link over Zenoh. Threads of Zenoh's bring what comes, one of its own sends.
@@ -54,6 +49,8 @@ class NetworkLink:
     Raises BadValue for an address that is none, HubLost if no such hub is there, HubError if it lets nobody in,
     BadMessage if it speaks another version.
     """
+
+    copies = True
 
     def __init__(
         self, address: str, name: str, login: Login | None = None, patience: Patience | None = None
@@ -70,6 +67,9 @@ class NetworkLink:
         self._notices = Notices()
         self._lost = self._closed = False
         self._last_words = ""
+        self._timed = False
+        self._host = socket.gethostname()
+        self._stirs = OutgoingStirs()
         self._zenoh = load_zenoh()
         self._session = open_for_client(for_client(place.endpoint, login, self._patience.lease_s))
         try:
@@ -82,8 +82,18 @@ class NetworkLink:
         self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, secrets.token_hex(8))
         self._pump = Pump(self._send, self._doorbell)
         self._pump.add(IncomingNotes(self._note))
+        self._pump.add(self._stirs)
         self._broken = Broken(self._patience, lambda: self._pump.heard_ns, self._lose)
         self._copies = HeldCopies(self._pump, self._doorbell)
+        self._asker = Asker(
+            self._session,
+            f"{self._keys}/call",
+            self._answered,
+            self._send,
+            self._pump,
+            address,
+            self._patience.call_s,
+        )
         LIVING.add(self)
         try:
             self._open(name)
@@ -102,13 +112,16 @@ class NetworkLink:
                 raise self._why()
             self._calls[serial] = call
             oldest = min(self._calls)
-        asked = Asked(serial, oldest, socket.gethostname(), self._pump.written(), payload)
+        rings = ring_states.left(self._pump.mirrors()) if self._timed else ()
+        asked = Asked(serial, oldest, self._host, self._pump.written(), payload, rings)
         try:
-            answer, positions = self._insist(call, encode(asked))
+            answer, said = self._asker.insist(call, encode(asked))
         finally:
             with self._lock:
                 self._calls.pop(serial, None)
-        self._pump.await_arrival(positions, self._patience.call_s)
+        self._timed |= isinstance(request, m.JoinTime)
+        self._asker.await_arrival(said)
+        ring_states.acknowledged(said.taken, self._pump.mirror)
         return answer
 
     def listen(self, listener: Listener) -> None:
@@ -124,6 +137,10 @@ class NetworkLink:
     def doorbell(self) -> EventDescriptor:
         return self._doorbell
 
+    def stir(self) -> None:
+        self._stirs.stir()
+        self._doorbell.signal()
+
     def close(self) -> None:
         """Give back everything held; a second time does nothing."""
         if self._pid != os.getpid():
@@ -138,6 +155,8 @@ class NetworkLink:
         self._fail_calls()
         if not self._lost:
             self._pump.flush()
+            if self._timed:  # others wait for this program
+                self._send(wire.farewell("it was closed"))
         self._pump.close()
         self._session.close()  # the token goes with it, and tells the hub
         self._copies.close()
@@ -159,38 +178,6 @@ class NetworkLink:
         self.call(m.Hello(m.VERSION, self._pid, name))
 
     # calls
-
-    def _insist(self, call: Call, asked: bytes) -> tuple[Answer, tuple[tuple[int, int], ...]]:
-        """Ask until there is an answer, or a reason to give up."""
-        began_s = time.monotonic()
-        again_s, pause_s = began_s, _FIRST_S
-        while True:
-            now_s = time.monotonic()
-            if now_s >= again_s:
-                if again_s == began_s and not isinstance(call.request, m.Hello):
-                    self._send(wire.call(asked))
-                else:
-                    self._query(asked)
-                again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
-            with contextlib.suppress(TimeoutError):
-                return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))
-            silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
-            if silent_s > self._patience.call_s:
-                raise HubLost(
-                    f"{self.address} has not been heard of for {silent_s:.1f} s; what is open stays so and goes on "
-                    "if the network comes back"
-                )
-
-    def _query(self, asked: bytes) -> None:
-        with contextlib.suppress(self._zenoh.ZError):  # no connection at the moment
-            self._session.get(
-                f"{self._keys}/call",
-                direct(self._answered),
-                payload=asked,
-                timeout=_QUERY_S,
-                congestion_control=self._zenoh.CongestionControl.DROP,
-                express=True,
-            )
 
     def _send(self, payload: bytes) -> None:
         self._sender(payload)
@@ -237,7 +224,7 @@ class NetworkLink:
         except LimitReached as error:
             call.answered.fail(error)
             return
-        if not call.answered.settle(((reply, descriptors), answer.positions)):
+        if not call.answered.settle(((reply, descriptors), answer)):
             close_descriptors(*descriptors)
 
     def _came(self, sample: Any) -> None:

@@ -9,6 +9,7 @@ import contextlib
 import itertools
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -18,6 +19,8 @@ from typing import TYPE_CHECKING
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.network import access, wire
 from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode
+from canwire.hub.links.network.lockstep.places import Places
+from canwire.hub.links.network.lockstep.stirs import IncomingStirs
 from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.notes import OutgoingNotes
 from canwire.hub.links.network.opening import Opened, filled, taken_over
@@ -63,7 +66,9 @@ class Guest:
         self._closed = False
         self._notes = OutgoingNotes()
         self.pump = Pump(send, healthy=healthy)
+        self._places = Places(link, self.pump.mirror)
         self.pump.add(self._notes)
+        self.pump.add(IncomingStirs(self._places.stir))
         self.pump.start()
         self._workers = ThreadPoolExecutor(CALLS, "canwire-guest")
         link.listen(self._notice)
@@ -74,6 +79,16 @@ class Guest:
             self.ask(payload[1:], self._reply)
         else:
             self.pump.take(payload)
+
+    @property
+    def timed(self) -> bool:
+        """Its program keeps one time with others, who wait for it."""
+        return self._places.timed
+
+    @property
+    def silent_s(self) -> float:
+        """Since its last sign of life."""
+        return (time.monotonic_ns() - self.pump.heard_ns) / 1e9
 
     def ask(self, payload: bytes, reply: Reply) -> None:
         """Carry it out once, and answer everybody who asks for it; raises BadMessage."""
@@ -96,10 +111,11 @@ class Guest:
         elif known is None and crowded:
             error = LimitReached(f"{CALLS} calls of this client wait for their answers; end one of them")
             self._answer(asked, failed(error))
-        elif known is None and roomy and self._quick is not None:
-            self._guarded(asked, partial(self._begin, asked, self._quick))
-        elif known is None:
-            self._leave_to_worker(asked)
+        elif known is None and not self._begins(asked):
+            if roomy and self._quick is not None and not self._places.timed:
+                self._guarded(asked, partial(self._begin, asked, self._quick))
+            else:
+                self._leave_to_worker(asked)
 
     def close(self) -> None:
         """Give back what the client held; a second time does nothing."""
@@ -107,10 +123,23 @@ class Guest:
             return
         self._closed = True
         self._link.close()  # whoever waits for an answer gets HubLost
+        self._places.lost()
         self._workers.shutdown(wait=True)
         self.pump.close()
 
     # a call
+
+    def _begins(self, asked: Asked) -> bool:
+        """A wait for a turn, which all that it comes behind is here for, begins at once; a worker sees to the rest."""
+        if not self._places.timed or not self.pump.await_arrival(asked.positions, 0.0):
+            return False
+        try:
+            serial, request = m.decode_request(asked.request)
+            return serial == asked.serial and self._places.begins(
+                asked, request, partial(self._answer, asked), may_wait=False
+            )
+        except BadMessage:
+            return False  # and says so
 
     def _guarded(self, asked: Asked, work: Callable[[], object]) -> None:
         """An error is an answer, too."""
@@ -131,7 +160,9 @@ class Guest:
             self._leave_to_worker(asked)
             return
         request = self._checked(asked)
-        if request is not None:
+        if isinstance(request, m.JoinTime):
+            self._leave_to_worker(asked)  # its place is held here
+        elif request is not None:
             pending = link.begin(request)
             pending.when_settled(
                 lambda: self._guarded(asked, lambda: self._pass_on(asked, request, pending.result()))
@@ -162,14 +193,24 @@ class Guest:
             raise HubError(
                 "what was sent before this call did not arrive: the network loses too much; try again"
             )
-        self._pass_on(asked, request, self._link.call(request))
+        if self._places.begins(asked, request, partial(self._answer, asked), may_wait=True):
+            return
+        self.pump.quiet |= isinstance(request, m.JoinTime)
+        try:
+            answer = self._places.call(asked, request)
+        finally:
+            self.pump.quiet = self._places.timed
+        self._pass_on(asked, request, answer)
 
     def _pass_on(self, asked: Asked, request: m.Message, answer: Answer) -> None:
         """The hub's answer, and what it opened."""
         reply, descriptors = answer
         opened: list[Opened] = []
         try:
-            opened = taken_over(request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers))
+            told = self._places.signalled if self._places.timed else None
+            opened = taken_over(
+                request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers), told
+            )
         except OSError as error:
             raise LimitReached(f"{type(request).__name__}: {error.strerror}") from error
         finally:
@@ -195,7 +236,9 @@ class Guest:
         """To everybody who asked; behind everything that the client's queues hold by now."""
         positions = self.pump.written() + begun
         self.pump.flush()
-        answer = encode(Answered(m.encode_reply(asked.serial, reply)[m.LENGTH.size :], rings, positions))
+        taken = self._places.taken(self.pump.mirrors())
+        body = m.encode_reply(asked.serial, reply)[m.LENGTH.size :]
+        answer = encode(Answered(body, rings, positions, taken))
         with self._lock:
             waiting = self._known.get(asked.serial)
             self._known[asked.serial] = answer
@@ -208,6 +251,8 @@ class Guest:
         self.pump.remove(self._rings.pop(handle, ()))
 
     def _notice(self, notice: m.Message | None) -> None:
-        if notice is not None:
+        if notice is None:
+            self._places.lost()
+        else:
             self._notes.add(m.encode_reply(0, notice)[m.LENGTH.size :])
             self.pump.wake()

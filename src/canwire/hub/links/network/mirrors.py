@@ -94,6 +94,24 @@ class Outgoing:
             self._ring.arm()
             return self._began_ns + HOLD_NS if holding else None
 
+    @property
+    def wanted(self) -> int:
+        """How much the copy's reader has to have taken for the program to be told, 0: nobody waits for that."""
+        goal = self._ring.free_wanted
+        return goal and goal - self._origin
+
+    def want(self, taken: int, goal: int) -> bool:
+        """The copy's reader has taken so many, and is to be told at so many written (0: never); are they here?"""
+        self.acknowledge(Report(self.number, taken, taken, False))
+        with self._lock:
+            if goal == 0:
+                self._ring.disarm()
+                return False
+            here = self.written >= goal
+            self._ring.threshold = max(1, goal - (self._ring.taken - self._origin))
+            self._ring.arm()
+            return here
+
     def close(self) -> None:
         self._ring.event = self._ring.free_event = None
         self._ring.close()
@@ -148,6 +166,26 @@ class Incoming:
     def filled(self) -> int:
         """Records in the ring."""
         return self._ring.contents()
+
+    @property
+    def taken(self) -> int:
+        return self._ring.taken - self._origin
+
+    @property
+    def wanted(self) -> int:
+        """How much has to have come for the program to be told, 0: nobody waits for that."""
+        goal = self._ring.wanted
+        return goal and goal - self._origin
+
+    def want(self, goal: int) -> bool:
+        """The original's writer is to be told once so many are taken (0: never); are they?"""
+        with self._lock:
+            if goal == 0:
+                return False
+            here = self.taken >= goal
+            self._ring.free_threshold = max(1, goal - (self.received - self._ring.capacity))
+            self._ring.arm_free()
+            return here
 
     def accept(self, first: int, records: memoryview) -> bool:
         """Put them in; is there something to be told at once? Raises BadMessage for more than there is room for."""

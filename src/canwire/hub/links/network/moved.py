@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 
+from canwire.hub.links.network.lockstep.stirs import IncomingStirs, OutgoingStirs
 from canwire.hub.links.network.mirrors import Incoming, Outgoing
 from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
 from canwire.hub.links.network.watched import Watched
 from canwire.platform import EventDescriptor, Poller
 
-Sender = Outgoing | OutgoingNotes
-Taker = Incoming | IncomingNotes
+Sender = Outgoing | OutgoingNotes | OutgoingStirs
+Taker = Incoming | IncomingNotes | IncomingStirs
 Mirror = Sender | Taker | Watched
 
 
@@ -31,6 +32,13 @@ class Moved:
     def numbers(self) -> tuple[int, ...]:
         return tuple(self._events)
 
+    def mirrors(self) -> tuple[Mirror, ...]:
+        return (*self.senders.values(), *self.takers.values(), *self.watched.values())
+
+    def mirror(self, number: int) -> Mirror | None:
+        """The one of this number, if it is still moved."""
+        return self.senders.get(number) or self.takers.get(number) or self.watched.get(number)
+
     def add(self, mirror: Mirror, events: tuple[EventDescriptor, ...]) -> None:
         """The first of `events` is waited for from now on."""
         number = mirror.number
@@ -49,7 +57,7 @@ class Moved:
         """The mirror of this number, None: unknown; and its events, which are the caller's to close."""
         with self._lock:
             events = self._events.pop(number, ())
-            mirror = self.senders.get(number) or self.takers.get(number) or self.watched.get(number)
+            mirror = self.mirror(number)
             self.senders = {n: one for n, one in self.senders.items() if n != number}
             self.takers = {n: one for n, one in self.takers.items() if n != number}
             self.watched = {n: one for n, one in self.watched.items() if n != number}

@@ -37,14 +37,18 @@ def taken_over(
     descriptors: tuple[int, ...],
     doorbell: EventDescriptor,
     number: Callable[[], int],
+    told: Callable[[], object] | None = None,
 ) -> list[Opened]:
-    """The hub's end: what came with a reply for a client, which is to be moved to that client instead."""
+    """The hub's end: what came with a reply for a client, which is to be moved to that client instead.
+
+    `told` is called when the other end of a FIFO is signalled.
+    """
     if not descriptors:
         return []
     memory, *events = descriptors
     try:
         if isinstance(reply, m.FifoOpened):
-            return [_fifo_here(reply, role_of(request), memory, tuple(events), number())]
+            return [_fifo_here(reply, role_of(request), memory, tuple(events), number(), told)]
         assert isinstance(reply, m.ChannelOpened), f"{reply} has descriptors that nobody knows"
         return _queues_here(reply, memory, tuple(events), doorbell, number)
     finally:
@@ -71,9 +75,35 @@ def _queues_here(
     return opened
 
 
-def _fifo_here(reply: m.FifoOpened, role: str, memory: int, events: tuple[int, ...], number: int) -> Opened:
+class Also:
+    """An event, and who else is to know when it is signalled."""
+
+    def __init__(self, event: EventDescriptor, told: Callable[[], object]) -> None:
+        self._event = event
+        self._told = told
+
+    def signal(self) -> None:
+        self._event.signal()
+        self._told()
+
+    def wait_for(self, *_: object) -> bool:
+        raise NotImplementedError("only the other end of a FIFO waits here")
+
+
+def _fifo_here(
+    reply: m.FifoOpened,
+    role: str,
+    memory: int,
+    events: tuple[int, ...],
+    number: int,
+    told: Callable[[], object] | None,
+) -> Opened:
     ring = Ring.over(memory, reply.capacity, exact=True, record_size=reply.element_size)
     ring.event, ring.free_event = reader, writer = EventDescriptor.adopt_each(events, 2)
+    if told is not None and role == READER:
+        ring.free_event = Also(writer, told)
+    elif told is not None:
+        ring.event = Also(reader, told)
     if role == READER:
         return Opened(Outgoing(number, ring), (reader, writer))
     if role == WRITER:

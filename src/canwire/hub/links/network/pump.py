@@ -46,6 +46,7 @@ class Pump:
         self._arrived = threading.Condition()
         self._awaiting = 0
         self._stopping = False
+        self.quiet = False  # rings are moved with calls and answers, and their events are for others
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
         self.heard_ns = time.monotonic_ns()
         self._thread = threading.Thread(target=self._run, name="canwire-network", daemon=True)
@@ -80,6 +81,14 @@ class Pump:
     def written(self) -> tuple[tuple[int, int], ...]:
         """Where the writers of outgoing rings are now."""
         return tuple((one.number, one.written) for one in self._moved.senders.values())
+
+    def mirrors(self) -> tuple[Mirror, ...]:
+        """Everything that is moved."""
+        return self._moved.mirrors()
+
+    def mirror(self, number: int) -> Mirror | None:
+        """The one of this number, if it is still moved."""
+        return self._moved.mirror(number)
 
     def await_arrival(self, positions: tuple[tuple[int, int], ...], timeout: float) -> bool:
         """Wait until incoming rings are so far; False if they are not within so many seconds."""
@@ -235,10 +244,11 @@ class Pump:
     def _arm_all(self, now_ns: int) -> int:
         """When to look at the rings again without any signal."""
         due_ns = now_ns + (_WATCH_NS if self._moved.watched else HEARTBEAT_NS)
-        for taker in self._moved.takers.values():
+        for taker in () if self.quiet else self._moved.takers.values():
             due_ns = min(due_ns, taker.arm(now_ns) or due_ns)
         for sender in self._moved.senders.values():
-            due_ns = min(due_ns, sender.arm(now_ns) or due_ns)
+            if not self.quiet:
+                due_ns = min(due_ns, sender.arm(now_ns) or due_ns)
             if sender.unconfirmed:
                 due_ns = min(due_ns, self._asked_ns + _ASK_NS)
         return due_ns

@@ -40,6 +40,8 @@ class StreamLink:
     each of them into `_descriptors` before the reply that counts it.
     """
 
+    copies = False
+
     def __init__(self, address: str, name: str) -> None:
         self.address = os.path.abspath(address)
         self.time = ""
@@ -98,6 +100,9 @@ class StreamLink:
     def doorbell(self) -> EventDescriptor:
         assert self._doorbell is not None, "it came with the greeting"
         return self._doorbell
+
+    def stir(self) -> None:
+        self.doorbell.signal()
 
     def close(self) -> None:
         """Hang up; the hub then takes back what was held. A second time does nothing."""

@@ -125,7 +125,7 @@ class Lockstep:
         ):
             return answer
         self._sends(seat.program, seat)
-        self.turns.wait(seat.participant, NEVER)
+        self.turns.wait(seat.participant, NEVER, deaf=True)
         later = self._ask(seat, None)
         answer.on_done(lambda outcome: self._unblocked(seat, outcome))
         return later
@@ -138,8 +138,9 @@ class Lockstep:
                 seat = self._at(program, session, page.thread)
                 self._sends(program, seat)
                 self.turns.wait(seat.participant, page.words.until_ns())
-                self._ask(seat, None)
-                seat.asked, seat.page = None, page
+                if seat.asked is not None:  # interrupted by a signal, and here again
+                    seat.asked.settle((m.Number(self._timeline.now_ns), ()))
+                seat.asked, seat.answer, seat.page = None, None, page
                 return
             if not page.words.stirred():
                 return
@@ -204,7 +205,9 @@ class Lockstep:
     def _new_program(self, session: Session, request: m.JoinTime) -> Program:
         self._last += 1
         program = self._programs[request.program] = Program(request.program, self._last, self._timeline)
-        program.process = session.name[session.name.rindex("(") :]
+        program.process = (
+            f"({request.process})" if request.process else session.name[session.name.rindex("(") :]
+        )
         program.name = f"{request.name} {program.process}"
         if any(one.name == request.name for one in self.turns.everybody):
             self._say(

@@ -19,9 +19,12 @@ _PIECES = re.compile(r"(\d+)|(\D+)")
 
 
 class Participant:
-    """A thread of a program. `until_ns` counts while it `waits`; `woken`: its turn comes at this very instant."""
+    """A thread of a program. `until_ns` counts while it `waits`; `woken`: its turn comes at this very instant.
 
-    __slots__ = ("name", "place", "thread", "until_ns", "waits", "woken")
+    One that is `deaf` waits for something that only `Turns.wake` tells of.
+    """
+
+    __slots__ = ("deaf", "name", "place", "thread", "until_ns", "waits", "woken")
 
     def __init__(self, name: str, thread: int, place: Place) -> None:
         self.name = name
@@ -29,6 +32,7 @@ class Participant:
         self.place = place
         self.waits = True
         self.woken = True
+        self.deaf = False
         self.until_ns = NEVER
 
     def __repr__(self) -> str:
@@ -85,8 +89,9 @@ class Turns:
         if one in self._everybody:
             self._everybody.remove(one)
 
-    def wait(self, one: Participant, until_ns: int) -> None:
+    def wait(self, one: Participant, until_ns: int, *, deaf: bool = False) -> None:
         """Its turn is over; the next one comes at `until_ns` (NEVER: at a signal only), sooner if it is woken."""
+        one.deaf = deaf
         if one is self.running:
             self.running = None
         one.waits = True
@@ -94,7 +99,7 @@ class Turns:
 
     def wake(self, one: Participant) -> None:
         """It looks again at this instant; one that runs does so at its next wait."""
-        one.woken = True
+        one.woken, one.deaf = True, False
 
     def next(self, now_ns: int) -> Participant | None:
         """Who runs from now on; None while somebody runs already, is missing, or nobody's time has come."""
@@ -124,10 +129,10 @@ class Turns:
         everybody = self._everybody
         begin = 0 if self._after is None else bisect_right(everybody, self._after, key=_place_of)
         for k in range(begin, len(everybody)):
-            if everybody[k].woken or everybody[k].until_ns <= now_ns:
+            if (everybody[k].woken and not everybody[k].deaf) or everybody[k].until_ns <= now_ns:
                 return everybody[k]
         for k in range(min(begin, len(everybody))):
-            if everybody[k].woken or everybody[k].until_ns <= now_ns:
+            if (everybody[k].woken and not everybody[k].deaf) or everybody[k].until_ns <= now_ns:
                 return everybody[k]
         return None
 

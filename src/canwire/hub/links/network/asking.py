@@ -1,0 +1,93 @@
+"""How a call gets its answer over a network that may drop either: it is asked again until one has come.
+
+It is a message first, and its answer another one; a query costs more, but finds the hub also where no message would.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable
+from typing import Any
+
+from canwire.errors import HubLost
+from canwire.hub.links.network import wire
+from canwire.hub.links.network.callback import direct
+from canwire.hub.links.network.calls import Answered, Call
+from canwire.hub.links.network.pump import Pump
+from canwire.hub.links.network.settings import load_zenoh
+from canwire.hub.protocol.link import Answer
+from canwire.hub.protocol.messages import Hello
+
+_QUERY_S = 60.0  # Zenoh forgets a query after so long; one that waits on is asked again
+_FIRST_S, _LONGEST_S = (
+    0.25,
+    5.0,
+)  # before a call is asked again: its query, or the answer, may have been dropped
+_LOOK_S = 0.1
+
+
+class Asker:
+    """Asks by `send`, or under this key: `answered` gets Zenoh's replies. HubLost after `silence_s` without a word."""
+
+    def __init__(
+        self,
+        session: Any,
+        key: str,
+        answered: Callable[[Any], None],
+        send: Callable[[bytes], object],
+        pump: Pump,
+        address: str,
+        silence_s: float,
+    ) -> None:
+        zenoh = load_zenoh()
+        self._session = session
+        self._error = zenoh.ZError
+        self._answered = direct(answered)
+        self._send = send
+        self._drop = zenoh.CongestionControl.DROP
+        self._key = key
+        self._pump = pump
+        self._address = address
+        self._silence_s = silence_s
+
+    def insist(self, call: Call, asked: bytes) -> tuple[Answer, Answered]:
+        """Ask until there is an answer, or a reason to give up."""
+        began_s = time.monotonic()
+        again_s, pause_s = began_s, _FIRST_S
+        while True:
+            now_s = time.monotonic()
+            if now_s >= again_s:
+                if again_s == began_s and not isinstance(call.request, Hello):
+                    self._send(wire.call(asked))
+                else:
+                    self._query(asked)
+                again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
+            with contextlib.suppress(TimeoutError):
+                return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))
+            self._heard_since(began_s)
+
+    def await_arrival(self, said: Answered) -> None:
+        """Everything that an answer comes behind."""
+        began_s = time.monotonic()
+        while not self._pump.await_arrival(said.positions, self._silence_s):
+            self._heard_since(began_s)
+
+    def _heard_since(self, began_s: float) -> None:
+        silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
+        if silent_s > self._silence_s:
+            raise HubLost(
+                f"{self._address} has not been heard of for {silent_s:.1f} s; what is open stays so and goes on "
+                "if the network comes back"
+            )
+
+    def _query(self, asked: bytes) -> None:
+        with contextlib.suppress(self._error):  # no connection at the moment
+            self._session.get(
+                self._key,
+                self._answered,
+                payload=asked,
+                timeout=_QUERY_S,
+                congestion_control=self._drop,
+                express=True,
+            )

@@ -1,0 +1,61 @@
+"""One thread's place in the hub's time, held for a program elsewhere: waits begin at once, a thread tells their end."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from canwire.hub.protocol.turn_wait import TurnWait
+
+Done = Callable[[int | None], object]
+"""Is told the time at the next turn; None: there will be none, or another wait has begun since."""
+
+
+class HeldPlace:
+    """Over the hub's page for it. Any thread may call; until `end`."""
+
+    def __init__(self, page: TurnWait) -> None:
+        self._page = page
+        self._lock = threading.Lock()
+        self._asked = 0
+        self._done: Done | None = None
+        self._ended = False
+        threading.Thread(target=self._run, name="canwire-turns", daemon=True).start()
+
+    def begin(self, until_ns: int, done: Done) -> None:
+        """Wait until then; `done` is called once, in another thread or here."""
+        with self._lock:
+            before = self._done
+            if not self._ended:
+                self._done, done = done, before or _nobody
+                self._asked = self._page.begin(until_ns)
+        done(None)
+
+    def stir(self) -> None:
+        """The program's threads look again; the hub is still to be told."""
+        self._page.stir()
+
+    def end(self) -> None:
+        """The link has ended."""
+        with self._lock:
+            self._ended = True
+        self._page.end()
+
+    def _run(self) -> None:
+        while True:
+            self._page.rest()
+            with self._lock:
+                now_ns = None if self._ended else self._page.given(self._asked)
+                if now_ns is None and not self._ended:
+                    continue  # told before it was over
+                done, self._done = self._done or _nobody, None
+                ended = self._ended
+            done(now_ns)
+            if ended:
+                return
+
+
+def _nobody(now_ns: int | None) -> None:
+    """Waits."""

@@ -1,0 +1,55 @@
+"""A program's end of a page (turn_page.py): one of its threads waits there for its turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from canwire.hub.protocol.turn_page import TurnPage
+from canwire.platform import EventDescriptor, close_descriptors, map_memory
+
+
+class TurnWait:
+    """`ring` tells the hub that there is something to look at. Takes over the descriptors of m.Joined."""
+
+    def __init__(self, ring: Callable[[], object], memory: int, *event: int) -> None:
+        self._ring = ring
+        self._over = False
+        self._words = TurnPage(map_memory(memory))
+        self._event = EventDescriptor.adopt(*event)
+        close_descriptors(memory)
+
+    def wait(self, until_ns: int) -> int | None:
+        """The time at the next turn; None: the connection has ended."""
+        words = self._words
+        asked = words.ask(until_ns)
+        self._ring()
+        while not words.given(asked):
+            if self._over:
+                return None
+            self._event.rest()
+        return words.now_ns()
+
+    def stir(self) -> None:
+        """The program's other threads look again; the hub is still to be told."""
+        self._words.stir()
+
+    def end(self) -> None:
+        """The connection has ended: whoever waits need not any longer."""
+        self._over = True
+        self._event.signal()
+
+    # in pieces, for whoever waits for another machine's program
+
+    def begin(self, until_ns: int) -> int:
+        """The number of the wait that begins now."""
+        asked = self._words.ask(until_ns)
+        self._ring()
+        return asked
+
+    def rest(self) -> None:
+        """Until the hub gave a turn, or the end: in one thread only."""
+        self._event.rest()
+
+    def given(self, asked: int) -> int | None:
+        """The time at the turn that ended this wait; None: it is not over."""
+        return self._words.now_ns() if self._words.given(asked) else None
