@@ -146,8 +146,9 @@ def test_slow_requests_of_one_client_come_one_at_a_time(tmp_path: Path) -> None:
             return m.Number(1), ()
 
         engine.call(lambda: [setattr(each, "_answer", take_time) for each in (slow_session, other_session)])
-        holding = threading.Event()
-        engine.post(lambda: holding.wait(30))
+        held, holding = threading.Event(), threading.Event()
+        engine.post(lambda: (held.set(), holding.wait(30)))
+        assert held.wait(30)
         link = slow._link
         calls = [link.begin(m.CreateLuid()) for _ in range(16)]  # type: ignore[attr-defined]
         asked = other.begin(m.CreateLuid())

@@ -75,7 +75,7 @@ def offered_hubs(endpoint: str = "tcp/localhost:7449", realm: str = "*") -> list
     """
     from canwire.hub.links.network.access import usual_login
     from canwire.hub.links.network.discovery import offers_in
-    from canwire.hub.links.network.settings import for_client, open_for_client
+    from canwire.hub.links.network.session.settings import for_client, open_for_client
 
     with contextlib.closing(open_for_client(for_client(endpoint, usual_login()))) as session:
         return offers_in(session, realm)

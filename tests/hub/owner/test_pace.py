@@ -168,3 +168,12 @@ def test_a_hub_without_programs_and_one_with_a_board_outside_keep_to_the_clock()
             paced.turn()
             longest_ns = max(longest_ns, paced.bus.clock_ns - before_ns)
         assert longest_ns <= REST_NS
+
+
+@pytest.mark.parametrize("kind", [RealPace, FastPace])
+def test_nobody_is_late_while_all_that_is_to_come_lies_ahead(kind: type[RealPace]) -> None:
+    paced = Paced(kind, cost_ns=0, ends_ns=1)
+    assert paced.world.timeline.wake_ns() >= 0
+    paced.turn()
+    assert paced.world.timeline.wake_ns() > paced.bus.clock_ns
+    assert paced.pace.lateness() == (0, 0)

@@ -441,11 +441,6 @@ class CanBus(BusState):
         for node in self.nodes:
             node.contending = None
 
-    def _elapsed_ps(self) -> int:
-        if self.timeline.now_ns <= self.bits.origin_ns:
-            return 0
-        return (self.timeline.now_ns - self.bits.origin_ns) * 1000 - self.bits.origin_ps
-
     def _stations(self) -> list[Node]:
         stations = []
         for node in self.nodes:

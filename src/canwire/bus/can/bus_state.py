@@ -133,3 +133,8 @@ class BusState(Bus):
         for node in self.nodes:
             if node.asleep:
                 self.timeline.at(at_ns, partial(node.woken, at_ns))
+
+    def _elapsed_ps(self) -> int:
+        if self.timeline.now_ns <= self.bits.origin_ns:
+            return 0
+        return (self.timeline.now_ns - self.bits.origin_ns) * 1000 - self.bits.origin_ps

@@ -13,6 +13,9 @@ cdef class RealPace:
     cdef public Timeline _timeline
     cdef long long _origin_ns, _rest_until_ns, _step_ns, _warned_ns
 
+    @cython.locals(behind_ns="long long")
+    cpdef tuple lateness(self)
+
     @cython.locals(now_ns="long long", late_ns="long long")
     cpdef catch_up(self)
 

@@ -61,7 +61,8 @@ class RealPace:
 
     def lateness(self) -> tuple[int, int]:
         """How far bus time is behind the clock now, and what it has left out since the beginning."""
-        return max(0, self._clock_ns() - self._timeline.wake_ns()), self.skipped_ns
+        behind_ns = self._clock_ns() - self._timeline.wake_ns()
+        return max(0, behind_ns), self.skipped_ns
 
     def holding(self) -> AbstractContextManager[object]:
         """While something is asked of the world nobody else lets time pass."""

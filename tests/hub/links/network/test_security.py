@@ -14,7 +14,7 @@ from canwire.hub.handles.hub import Hub
 from canwire.hub.links.network import access
 from canwire.hub.links.network.access import Access, Login, Tls, User
 from canwire.hub.links.network.client import NetworkLink
-from canwire.hub.links.network.settings import (
+from canwire.hub.links.network.session.settings import (
     LEASE_S,
     SESSIONS,
     check_reach,

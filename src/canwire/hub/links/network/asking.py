@@ -12,10 +12,10 @@ from typing import Any
 
 from canwire.errors import HubLost
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Answered, Call
 from canwire.hub.links.network.pump import Pump
-from canwire.hub.links.network.settings import load_zenoh
+from canwire.hub.links.network.session.callback import direct
+from canwire.hub.links.network.session.settings import load_zenoh
 from canwire.hub.protocol.link import Answer
 from canwire.hub.protocol.messages import Hello
 

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from canwire.errors import BadMessage, CanwireError, HubError, HubLost
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Access, right_of
-from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Answered, asked_in, encode
 from canwire.hub.links.network.discovery import offers_in
 from canwire.hub.links.network.guest import Guest
-from canwire.hub.links.network.sending import sender
-from canwire.hub.links.network.settings import (
+from canwire.hub.links.network.session.callback import direct
+from canwire.hub.links.network.session.sending import sender
+from canwire.hub.links.network.session.settings import (
     CUT_S,
     LEASE_S,
     check_reach,

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from canwire.hub.links.network.settings import Patience, was_cut
+from canwire.hub.links.network.session.settings import Patience, was_cut
 
 _LAST_WORDS_NS = 100_000_000  # what was under way when a connection broke comes within so long
 

@@ -18,7 +18,6 @@ from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
 from canwire.hub.links.network.asking import Asker
 from canwire.hub.links.network.broken import Broken
-from canwire.hub.links.network.callback import direct
 from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
@@ -27,8 +26,9 @@ from canwire.hub.links.network.lockstep import ring_states
 from canwire.hub.links.network.lockstep.stirs import OutgoingStirs
 from canwire.hub.links.network.notes import IncomingNotes
 from canwire.hub.links.network.pump import Pump
-from canwire.hub.links.network.sending import sender
-from canwire.hub.links.network.settings import Patience, for_client, load_zenoh, open_for_client
+from canwire.hub.links.network.session.callback import direct
+from canwire.hub.links.network.session.sending import sender
+from canwire.hub.links.network.session.settings import Patience, for_client, load_zenoh, open_for_client
 from canwire.hub.links.notices import Notices
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import raised

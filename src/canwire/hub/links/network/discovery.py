@@ -7,7 +7,7 @@ from typing import Any
 from canwire.errors import BadMessage, HubError, HubLost
 from canwire.hub.links.network import keys
 from canwire.hub.links.network.keys import Offer
-from canwire.hub.links.network.settings import load_zenoh
+from canwire.hub.links.network.session.settings import load_zenoh
 from canwire.hub.protocol import messages as m
 
 _LOOK_S = 1.5

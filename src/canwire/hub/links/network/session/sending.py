@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from typing import Any
 
-from canwire.hub.links.network.settings import load_zenoh
+from canwire.hub.links.network.session.settings import load_zenoh
 
 _LARGE = 4_096  # bytes: such batches may share a packet with the next one, smaller ones go at once
 

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from canwire.hub.links.network.settings import load_zenoh
+from canwire.hub.links.network.session.settings import load_zenoh
 
 
 class _Known(threading.local):
