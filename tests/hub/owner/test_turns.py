@@ -166,12 +166,10 @@ class TurnsMachine(RuleBasedStateMachine):
     @rule(step_ns=st.integers(1, 10))
     def pass_time(self, step_ns: int) -> None:
         """As the pace does: only once nobody has a turn any more."""
-        if self.turns.running is not None or self.turns.next(self.now_ns) is not None:
-            self.running = self.turns.running
-            if self.running is not None:
-                self.due.discard(self.running)
-                self.until.pop(self.running, None)
-                self.since.pop(self.running, None)
+        if self.running is not None:
+            return
+        self.give()
+        if self.running is not None:
             return
         self.now_ns = max(self.now_ns, min(self.turns.until_ns(), self.now_ns + step_ns))
         assert all(until_ns >= self.now_ns for until_ns in self.until.values())
