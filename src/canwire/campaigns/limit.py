@@ -69,14 +69,16 @@ class _Watch:
         self._timer.start()
 
     def end(self) -> None:
-        """Nothing is raised from now on; what is to be raised already is raised here."""
+        """Nothing is raised from now on; what is to be raised already is raised here.
+
+        It must not be taken back: CPython 3.11 then goes on looking for it at each step of every thread, for ever,
+        and under a profiler goes no further.
+        """
         self._timer.cancel()
         with self._lock:
             self._over = True
-            late = self._late
-            if late:
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(self._thread, None)
-        if late:
+        if self._late:
+            _step()
             raise TooLong
 
     def _interrupt(self) -> None:
@@ -84,3 +86,7 @@ class _Watch:
             if not self._over:
                 self._late = True
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(self._thread, ctypes.py_object(TooLong))
+
+
+def _step() -> None:
+    """Where the interpreter looks for what it is to raise: at the call."""
