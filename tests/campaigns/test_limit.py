@@ -34,5 +34,7 @@ print(sum(1 for _ in range(3)))
 
 def test_an_interpreter_that_was_interrupted_goes_on_under_a_profiler() -> None:
     """CPython 3.11 goes round in a circle there if an exception for a thread was taken back."""
-    done = subprocess.run([sys.executable, "-c", LATE], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", LATE], capture_output=True, text=True, timeout=60, check=False
+    )
     assert (done.returncode, done.stdout, done.stderr) == (0, "3\n", "")
