@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from canwire.hub.owner.world import World
     from canwire.pacing import Pacer
 
-REST_NS = 600_000  # on average happenings closer together than this share a wake-up ...
+REST_NS = 400_000  # on average happenings closer together than this share a wake-up ...
 BURST_NS = 4_000_000  # ... once they have been so for this long
 UNHEARD_NS = 50_000_000  # happenings that no program can hear of are looked at so often
 AHEAD_NS = 50_000_000  # bus time that fast time runs at most before it looks for input again
