@@ -177,7 +177,7 @@ def test_frames_wake_their_reader_at_the_instant_they_come(way: str) -> None:
 
 def test_an_event_set_by_another_thread_of_the_program(way: str) -> None:
     with stage(2, way=way) as made, closing(canwire.Event()) as event:
-        ready = threading.Event()
+        ready: list[canwire.Hub] = []
 
         def waiter(hub: canwire.Hub) -> None:
             with ExitStack() as stack:
@@ -185,7 +185,7 @@ def test_an_event_set_by_another_thread_of_the_program(way: str) -> None:
                 channel = stack.enter_context(hub.open_channel(board, line))
                 channel.set_up(canwire.ChannelMode(10, 0))
                 channel.reading.assign(event)
-                ready.set()
+                ready.append(hub)
                 assert event.wait(5.0)
                 made.at(hub, "set")
                 assert not event.wait(0.25)
@@ -193,8 +193,8 @@ def test_an_event_set_by_another_thread_of_the_program(way: str) -> None:
 
         def setter(hub: canwire.Hub) -> None:
             hub.sleep(1.5)
-            assert ready.is_set()
             event.set()
+            ready[0].create_luid()  # behind the signal, which goes by the waiter's connection
             hub.sleep(0.1)
 
         made.program("b waiter", waiter, way=way)
