@@ -1,0 +1,126 @@
+"""Tests on a machine that has other work to do: `python -m tests.stress [TESTS...] [--times 10] [--copies 1]`.
+
+The tests (folders, files, names; none: all) run so many times beside a busy loop for each core. A table says which of
+them failed and how often; the status is 1 if any did. `--again` takes what the last run of pytest in this folder saw
+fail, and fails at once for a test that the ledger (tests/flaky.toml) names: nobody has a third chance.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+LEDGER = Path(__file__).with_name("flaky.toml")
+LAST_FAILED = Path(".pytest_cache/v/cache/lastfailed")
+FAILED = 1  # pytest's status where tests failed; others say that the run itself did not succeed
+# whatever ends the process that started it, a loop ends soon after
+_LOOP = "import os, sys\nwhile os.getppid() == int(sys.argv[1]):\n    for _ in range(100_000): pass"
+
+
+@contextmanager
+def busy(loops: int) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """So many processes that do nothing but keep a core busy."""
+    command = [sys.executable, "-S", "-c", _LOOP, str(os.getpid())]
+    with ExitStack() as stack:
+        yield [stack.enter_context(_ended(subprocess.Popen(command))) for _ in range(loops)]
+
+
+@contextmanager
+def _ended(process: subprocess.Popen[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def failures(cache: Path, status: int) -> list[str]:
+    """What failed in a run of pytest with this cache and status; a run without results counts as one that failed."""
+    last = cache / "v/cache/lastfailed"
+    if status == 0:
+        return []
+    if status == FAILED and last.exists():
+        return list(json.loads(last.read_text()))
+    return [f"(the run itself: pytest ended with status {status})"]
+
+
+def repeated(tests: list[str], times: int, copies: int, folder: Path) -> Counter[str]:
+    """How often each test failed; the output of each run is a file in this folder."""
+    failed: Counter[str] = Counter()
+    for turn in range(times):
+        with ExitStack() as stack:
+            running = {}
+            for copy in range(copies):
+                name = f"{turn}-{copy}"
+                output = stack.enter_context((folder / f"{name}.txt").open("wb"))
+                command = [sys.executable, "-m", "pytest", "-q", "-o", f"cache_dir={folder / name}", *tests]
+                started = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
+                running[name] = stack.enter_context(_ended(started))
+            for name, process in running.items():
+                failed.update(failures(folder / name, process.wait()))
+    return failed
+
+
+def table(failed: Counter[str], runs: int) -> str:
+    """Markdown: a row for each test that failed, most often first."""
+    rows = [f"| failed in {runs} runs | test |", "|--:|---|"]
+    return "\n".join([*rows, *(f"| {count} | {test} |" for test, count in failed.most_common())])
+
+
+def known(ledger: Path) -> set[str]:
+    """The tests that failed once already."""
+    return {entry["test"] for entry in tomllib.loads(ledger.read_text()).get("failed", ())}
+
+
+def again(last: Path, ledger: Path) -> list[str]:
+    """What failed in the last run of pytest; SystemExit for a second appearance."""
+    failed = list(json.loads(last.read_text())) if last.exists() else []
+    if second := sorted(known(ledger).intersection(failed)):
+        sys.exit("\n".join(["These tests failed before (tests/flaky.toml); mend their cause:", *second]))
+    return failed
+
+
+def arguments(words: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m tests.stress", description=__doc__)
+    parser.add_argument(
+        "tests", nargs="*", help="folders, files or names of tests, and options of pytest after --"
+    )
+    parser.add_argument("--times", type=int, default=10, help="how many times, one after the other (10)")
+    parser.add_argument("--copies", type=int, default=1, help="how many runs at a time (1)")
+    parser.add_argument(
+        "--loops", type=int, default=os.cpu_count(), help="busy loops (as many as there are cores)"
+    )
+    parser.add_argument("--again", action="store_true", help="what the last run of pytest here saw fail")
+    parser.add_argument("--ledger", type=Path, default=LEDGER, help="tests that failed once already")
+    return parser.parse_args(words)
+
+
+def main(words: list[str] | None = None) -> int:
+    """The command; its exit status."""
+    asked = arguments(words)
+    tests = [*asked.tests, *(again(LAST_FAILED, asked.ledger) if asked.again else ())]
+    if asked.again and not tests:
+        sys.exit("the last run of pytest here saw no test fail: there is nothing to repeat")
+    folder = Path(tempfile.mkdtemp(prefix="stress-"))
+    with busy(asked.loops):
+        failed = repeated(tests, asked.times, asked.copies, folder)
+    print(table(failed, asked.times * asked.copies))
+    print(f"what each run printed: {folder}")
+    if asked.again and not failed:
+        print(f"These failed beside others, and not now. Enter them in {asked.ledger}:", *tests, sep="\n")
+    return int(bool(failed))
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # what was started ends with us
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""tests/stress.py counts what fails under load, ends its busy loops, and knows a second appearance."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests import stress
+from tests.hubs import LONG_S
+
+EVERY_OTHER = """
+from pathlib import Path
+
+def test_every_other_time():
+    mark = Path(__file__).with_name("mark")
+    mark.rmdir() if mark.exists() else mark.mkdir()
+    assert mark.exists()
+
+def test_always():
+    assert True
+"""
+
+
+@pytest.fixture
+def flaky(tmp_path: Path) -> Path:
+    """A file of tests of which one fails every other time; nothing of ours is loaded there."""
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    path = tmp_path / "test_flaky.py"
+    path.write_text(EVERY_OTHER)
+    return path
+
+
+def test_it_counts_what_fails_and_how_often(flaky: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert stress.main([str(flaky), "--times", "4", "--loops", "1"]) == 1
+    rows = capsys.readouterr().out.splitlines()
+    assert rows[0] == "| failed in 4 runs | test |"
+    assert [row for row in rows if "::" in row] == ["| 2 | test_flaky.py::test_every_other_time |"]
+
+
+def test_nothing_failed(flaky: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert stress.main([f"{flaky}::test_always", "--times", "1", "--copies", "2", "--loops", "0"]) == 0
+    assert "::" not in capsys.readouterr().out
+
+
+def test_a_run_without_results_has_failed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert stress.main([str(tmp_path / "not_there.py"), "--times", "1", "--loops", "0"]) == 1
+    assert "| 1 | (the run itself: pytest ended with status 4) |" in capsys.readouterr().out
+
+
+def test_loops_end_with_whoever_started_them() -> None:
+    code = (
+        "import os, signal\n"
+        "from tests.stress import busy\n"
+        "with busy(2) as loops:\n"
+        "    print(flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGTERM)\n"
+        "    signal.pause()\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parent.parent,
+        stdout=subprocess.PIPE,  # the loops hold it, too: it ends when the last of them has
+        timeout=LONG_S,
+    )
+    assert ended.stdout == os.linesep.encode()
+
+
+def test_a_second_appearance_fails(tmp_path: Path) -> None:
+    last, ledger = tmp_path / "lastfailed", tmp_path / "flaky.toml"
+    last.write_text(json.dumps({"test_a.py::test_one": True, "test_a.py::test_two": True}))
+    ledger.write_text('[[failed]]\ntest = "test_b.py::test_one"\ndate = 2026-11-23\ncause = "not known"\n')
+    assert stress.again(last, ledger) == ["test_a.py::test_one", "test_a.py::test_two"]
+    ledger.write_text('[[failed]]\ntest = "test_a.py::test_two"\ndate = 2026-11-23\ncause = "not known"\n')
+    with pytest.raises(SystemExit, match=r"mend their cause:\ntest_a\.py::test_two$"):
+        stress.again(last, ledger)
+
+
+def test_the_ledger_can_be_read() -> None:
+    assert all(
+        (Path(__file__).parent.parent / name.split("::")[0]).exists() for name in stress.known(stress.LEDGER)
+    )
