@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import signal
+from collections.abc import Generator, Iterator
 
 import hypothesis
 import pytest
 
 from canwire import pytest_plugin
+from tests import missing
 from tests.hubs import runs
 
 # a busy machine is no bug: timing belongs to the benchmarks
@@ -21,6 +23,31 @@ def pytest_configure(config: pytest.Config) -> None:
     """Installed, pytest has found the plugin by its entry point already, under that name."""
     if not config.pluginmanager.is_registered(pytest_plugin):
         config.pluginmanager.register(pytest_plugin, "canwire")
+    hear_signals()
+
+
+def hear_signals() -> None:
+    """Started by nohup or a script's `&`, this process goes on ignoring signals; programs that tests start do not.
+
+    A program that is started with a signal ignored leaves it so, and ours do; one that is handled, in whatever way, is
+    the system's own again in a new program.
+    """
+    for name in ("SIGINT", "SIGQUIT", "SIGHUP", "SIGTERM"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """CANWIRE_MISSING=fail: no test is skipped for want of a package."""
+    return missing.judged((yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """The same for a whole file."""
+    return missing.judged((yield))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 from collections.abc import Iterable
 from itertools import pairwise
@@ -13,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from canwire import Frame, Lab, parse_frame
+from tests.missing import find_program
 
 pytestmark = [pytest.mark.core, pytest.mark.conforms("G-22")]
 
@@ -118,17 +118,8 @@ def test_tracing_changes_no_time() -> None:
     assert len(ends[0]) == len(FRAMES)
 
 
-def sigrok_cli() -> str:
-    """The program, or the test is skipped."""
-    sigrok = shutil.which("sigrok-cli")
-    if sigrok is None:
-        assert not os.environ.get("CI"), "CI needs sigrok-cli (Debian: apt-get install sigrok-cli)"
-        pytest.skip("sigrok-cli is not installed")
-    return sigrok
-
-
 def test_sigrok_reads_the_same_frames(tmp_path: Path) -> None:
-    sigrok = sigrok_cli()
+    sigrok = find_program("sigrok-cli")
     trace = tmp_path / "out.vcd"
     traced(trace, FRAMES)
     decoder = "can:nominal_bitrate=500000:fast_bitrate=2000000:sample_point=80"

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from canwire import Frame, Lab
-from tests.bus.test_vcd import blocks_of, sigrok_cli, told, told_of
+from tests.bus.test_vcd import blocks_of, told, told_of
+from tests.missing import find_program
 
 pytestmark = [pytest.mark.core, pytest.mark.conforms("G-22", "G-04")]
 
@@ -20,7 +21,7 @@ FRAMES = 120
 
 @pytest.mark.parametrize("bit_rate", [125_000, 500_000, 1_000_000])
 def test_sigrok_reads_what_the_nodes_received(tmp_path: Path, bit_rate: int) -> None:
-    sigrok = sigrok_cli()
+    sigrok = find_program("sigrok-cli")
     received = busy(tmp_path / "out.vcd", bit_rate)
     # a sample is a tenth of a bit: the trace counts nanoseconds
     options = f"vcd:downsample={100_000_000 // bit_rate}"

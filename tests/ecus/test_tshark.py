@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,13 +9,14 @@ from pathlib import Path
 import pytest
 
 from canwire import Lab, LabBus, LogEntry, create_log
+from tests.missing import needs_program
 
 pytest.importorskip("canopen")
 j1939 = pytest.importorskip("j1939")
 
 from canwire.ecus import CanopenEcu, J1939Ecu, LabCanopen  # noqa: E402
 
-pytestmark = pytest.mark.skipif(shutil.which("tshark") is None, reason="tshark is not installed")
+pytestmark = needs_program("tshark")
 
 
 def read(bus: LabBus, tmp_path: Path, dissector: str, fields: Sequence[str]) -> list[tuple[str, ...]]:

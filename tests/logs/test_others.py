@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +11,7 @@ import pytest
 
 from canwire import Frame, LogEntry, convert_log, create_log, open_log
 from tests.logs.contents import START_NS, some
+from tests.missing import needs_program
 
 DATA = Path("/work/shared/data")
 CAR = Path(__file__).parents[2] / "examples" / "car-candump.log"
@@ -123,7 +123,7 @@ def test_asammdf_sees_bus_logging(tmp_path: Path) -> None:
 
 
 @pytest.mark.conforms("PF-07")
-@pytest.mark.skipif(shutil.which("tshark") is None, reason="tshark is not installed")
+@needs_program("tshark")
 def test_tshark_reads_our_pcapng(tmp_path: Path) -> None:
     log = some(40)
     path = tmp_path / "ours.pcapng"

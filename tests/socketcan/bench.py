@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import select
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,10 +13,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 import canwire
 from tests.hubs import LONG_S, Served
+from tests.missing import find_program
 
 Process = subprocess.Popen[str]
 
@@ -103,8 +101,8 @@ def finished(process: Process) -> str:
 
 def need(program: str) -> None:
     """Skip where it is not installed."""
-    if shutil.which(program) is None and not Path(program).exists():
-        pytest.skip(f"{program} is not installed")
+    if not Path(program).exists():
+        find_program(program)
 
 
 def frames(log: str) -> list[str]:

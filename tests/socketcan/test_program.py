@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import resource
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from tests.missing import find_program
 from tests.socketcan.bench import Bench
 
 SOURCE = Path(__file__).parent / "program.c"
@@ -16,8 +16,7 @@ SOURCE = Path(__file__).parent / "program.c"
 
 @pytest.fixture(scope="session")
 def program(tmp_path_factory: pytest.TempPathFactory) -> str:
-    if shutil.which("gcc") is None:
-        pytest.skip("no gcc")
+    find_program("gcc")
     made = tmp_path_factory.mktemp("program") / "program"
     subprocess.run(["gcc", "-std=gnu11", "-O2", str(SOURCE), "-o", str(made)], check=True)
     return str(made)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,12 +12,12 @@ import pytest
 
 from canwire.socketcan.programs import trouble_with
 from tests.hubs import LONG_S
+from tests.missing import find_program
 from tests.socketcan.bench import Bench, need
 
 
 def built(folder: Path, name: str, *switches: str) -> str:
-    if shutil.which("gcc") is None:
-        pytest.skip("no gcc")
+    find_program("gcc")
     (folder / "main.c").write_text("int main(void) { return 0; }\n")
     made = folder / name
     done = subprocess.run(["gcc", *switches, str(folder / "main.c"), "-o", str(made)], capture_output=True)

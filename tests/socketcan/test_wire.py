@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import struct
 import subprocess
 from pathlib import Path
@@ -17,6 +16,7 @@ from canwire.socketcan import table
 from canwire.socketcan.constants import CAN_EFF_FLAG, CAN_ERR_FLAG, CAN_RTR_FLAG
 from canwire.socketcan.table import Table
 from canwire.socketcan.wire import frames_received, numpy_module, records_to_send, sent_dtype, sound
+from tests.missing import find_program
 
 SHIM = Path(table.__file__).parent / "shim"
 
@@ -98,8 +98,7 @@ int main(void)
 
 
 def test_both_sides_have_the_same_layout(tmp_path: Path) -> None:
-    if shutil.which("gcc") is None:
-        pytest.skip("no gcc")
+    find_program("gcc")
     (tmp_path / "layout.c").write_text(LAYOUT)
     command = ["gcc", "-std=gnu11", f"-I{SHIM}", str(tmp_path / "layout.c"), "-o", str(tmp_path / "layout")]
     subprocess.run(command, check=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import pytest
@@ -15,6 +14,7 @@ from canwire.values.event import BusEvent, ErrorState, EventKind
 from canwire.values.frame import Frame
 from canwire.values.screen_text import format_candump_line, parse_candump_line
 from canwire.values.text import LogLine, format_log_line, parse_frame
+from tests.missing import needs_program
 
 
 @st.composite
@@ -107,7 +107,7 @@ def test_bad_screen_lines(text: str) -> None:
 
 
 @pytest.mark.conforms("PC-01")
-@pytest.mark.skipif(shutil.which("log2long") is None, reason="can-utils are not installed")
+@needs_program("log2long")
 def test_screen_lines_agree_with_log2long() -> None:
     contents: list[Frame | BusEvent] = [
         parse_frame(text) for text in ("123#R8_9", "123##3AABB", "123#1122334455667788_E")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ import pytest
 import canwire
 from canwire import epoch_ns
 from tests.hubs import LONG_S, Served, serving
+from tests.missing import find_program
 
 httpx = pytest.importorskip("httpx2")
 pytest.importorskip("starlette")
@@ -25,7 +25,6 @@ from canwire.web.server import Site  # noqa: E402
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page
 
-CHROMIUM = shutil.which("chromium")
 FLAGS = [
     "--headless",
     "--no-sandbox",
@@ -121,10 +120,9 @@ def browser() -> Iterator[Browser]:
     While it is open there is an event loop, which asyncio.run in tests elsewhere would meet.
     """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if CHROMIUM is None:
-        pytest.skip("chromium is not installed (apt-get install chromium)")
+    chromium = find_program("chromium")
     with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = started.chromium.launch(executable_path=chromium, args=FLAGS)
         yield browser
         browser.close()
 

@@ -8,7 +8,6 @@ Compared are stdout, exit codes, log files and what is sent. Ours alone is a lin
 from __future__ import annotations
 
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +22,7 @@ from canwire import candrv
 from canwire.candrv import CanbusEvent
 from canwire.commands import main
 from tests.hubs import LONG_S, serving
+from tests.missing import needs_program
 
 ROOT = Path(__file__).resolve().parents[3]
 MANUAL = ROOT.parent / "shared" / "seeds" / "000_c4a7ca42d189c1e6.txt"
@@ -40,7 +40,7 @@ ARGUMENTS = re.compile(
 
 pytestmark = [
     pytest.mark.skipif(not MANUAL.exists(), reason=f"the manual's text is not at {MANUAL}"),
-    pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc to compile the listings with"),
+    needs_program("gcc"),
 ]
 # words that end before anything is sent or received
 USAGES = [

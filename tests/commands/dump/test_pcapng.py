@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import canwire
 from canwire import Frame, HubChannel, open_log
 from canwire.commands import main
 from tests.commands.conftest import running_lines
+from tests.missing import needs_program
 
 pytestmark = [pytest.mark.realtime, pytest.mark.conforms("PF-07")]
 LONG_S = 60
@@ -42,7 +42,7 @@ def dumping(hub_address: str) -> Iterator[subprocess.Popen[bytes]]:
     process.communicate()
 
 
-@pytest.mark.skipif(shutil.which("tshark") is None, reason="tshark is not installed")
+@needs_program("tshark")
 def test_tshark_reads_it_live(dumping: subprocess.Popen[bytes], sender: HubChannel) -> None:
     """Each frame is shown while the pipe stays open; Ctrl-C ends both."""
     fields = ["-e", "can.id", "-e", "can.len", "-e", "frame.interface_name"]

@@ -17,12 +17,12 @@ import canwire
 from canwire import Frame, LinFrame, LogEntry, create_log
 from canwire.commands import VERBS, main
 from tests.commands.conftest import running_lines
+from tests.missing import find_program
 
 pytest.importorskip("cantools")
 pytestmark = pytest.mark.conforms("PC-10", "PF-12")
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
-CHROMIUM = shutil.which("chromium")
 COUNT = 400
 
 
@@ -244,13 +244,12 @@ def test_without_matplotlib(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
 def test_the_page_in_a_browser() -> None:
     """It shows values under the pointer, zooms by dragging, and loads nothing."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if CHROMIUM is None:
-        pytest.skip("chromium is not installed (apt-get install chromium)")
+    chromium = find_program("chromium")
     assert main(["plot", "drive.log", "--db", "engine.dbc", "EngineSpeed", "Ready", "-o", "out.html"]) == 0
     asked: list[str] = []
     faults: list[str] = []
     with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        browser = started.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
         page = browser.new_page(viewport={"width": 1000, "height": 700})
         page.on("request", lambda request: asked.append(request.url))
         page.on("pageerror", lambda error: faults.append(str(error)))

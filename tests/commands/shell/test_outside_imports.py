@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -115,6 +115,7 @@ def take(done):
 """
 
 
+@pytest.mark.usefixtures("interrupts")
 def test_the_import_systems_own_code_is_never_interrupted() -> None:
     done: list[object] = []
     take = machinery(LOCK)["take"]
@@ -126,6 +127,14 @@ def test_the_import_systems_own_code_is_never_interrupted() -> None:
     with pytest.raises(KeyboardInterrupt):
         signals_outside_imports(work)
     assert done == ["taken", 0, 1, 2, "given back"]
+
+
+@pytest.fixture
+def interrupts() -> Iterator[None]:
+    """SIGINT is Ctrl-C in this process, also where the tests were started without it, as by a script's `&`."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture
@@ -143,6 +152,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return name
 
 
+@pytest.mark.usefixtures("interrupts")
 def test_an_import_is_finished_first(module: str) -> None:
     reached: list[str] = []
     with pytest.raises(KeyboardInterrupt):
@@ -151,6 +161,7 @@ def test_an_import_is_finished_first(module: str) -> None:
     assert reached == []  # and not a line later
 
 
+@pytest.mark.usefixtures("interrupts")
 def test_one_that_takes_long_is_not(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(outside_imports, "PATIENCE_S", 0.0)
     with pytest.raises(KeyboardInterrupt):

@@ -1,0 +1,50 @@
+"""Tests that are skipped for want of a package; with CANWIRE_MISSING=fail they fail instead, and say which it is.
+
+Optional packages of pip are asked for with pytest.importorskip, programs with `needs_program` or `find_program`.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TypeVar
+
+import pytest
+
+Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
+
+FAIL = os.environ.get("CANWIRE_MISSING") == "fail"
+_REASONS = ("could not import", "not installed")  # pytest.importorskip's, and ours
+PACKAGES = {
+    "candump": "can-utils",
+    "cansend": "can-utils",
+    "log2long": "can-utils",
+}  # else named as the program
+
+
+def reason(program: str) -> str:
+    """Why a test is skipped where this program is not."""
+    return f"{program} is not installed (apt-get install {PACKAGES.get(program, program)})"
+
+
+def needs_program(program: str) -> pytest.MarkDecorator:
+    """A mark: skipped where this program is not installed."""
+    return pytest.mark.skipif(shutil.which(program) is None, reason=reason(program))
+
+
+def find_program(program: str) -> str:
+    """The path of this program; where it is not installed, the test is skipped."""
+    found = shutil.which(program)
+    if found is None:
+        pytest.skip(reason(program))
+    return found
+
+
+def judged(report: Report) -> Report:
+    """The report; a skip for want of a package becomes a failure where none is allowed."""
+    if FAIL and report.skipped and isinstance(report.longrepr, tuple):
+        why = report.longrepr[2]
+        if any(text in why for text in _REASONS):
+            report.outcome = "failed"
+            report.longrepr = f"CANWIRE_MISSING=fail allows no skip: {why}"
+    return report
