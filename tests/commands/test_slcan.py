@@ -197,9 +197,9 @@ def test_without_a_hub_it_has_its_own(home: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_canable(hub_address: str, home: Path) -> None:
     command = Command(hub_address, home, "--dialect", "canable", "--pty", str(home / "tty"))
-    with serial.Serial(command.places[0], timeout=0.3) as port:
+    with serial.Serial(command.places[0], timeout=PATIENCE_S) as port:
         port.write(b"\r\rS6\rO\rN\rV\r")
-        assert port.read(100) == b"canwire canable2\r"
+        assert port.read_until(b"2\r") == b"canwire canable2\r"
     assert command.end() == 0
     command.process.communicate()
 

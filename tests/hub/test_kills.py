@@ -73,7 +73,7 @@ def listener(hub: canwire.Hub, line: int, queue: int = 65_536) -> canwire.HubCha
 def freed(hub: canwire.Hub, line: int) -> bool:
     """Nobody holds anything on this line, which the hub notices by itself."""
     event = canwire.Event()
-    for _ in range(200):
+    for _ in range(600):  # half a minute
         status = hub.line_status(hub.boards()[0].id, line)
         if not (status.control_holder or status.scheduler_holder or status.channels):
             return True

@@ -191,7 +191,7 @@ def test_error_counters_and_error_frames(open_bus: Open) -> None:
 def test_backpressure(open_bus: Open) -> None:
     alone = open_bus("HW000001:0", tx_fifo_size=4)
     for _ in range(5):  # one is in the controller
-        alone.send(message(), timeout=0.5)
+        alone.send(message(), timeout=LONG)
     with pytest.raises(can.CanOperationError, match="4 messages wait already"):
         alone.send(message(), timeout=0)
     with pytest.raises(can.CanTimeoutError, match="none went out"):
@@ -288,11 +288,18 @@ def test_an_event_loop_is_told_once_that_the_hub_is_gone(served: Served, open_bu
     failures: list[Any] = []
 
     async def listen() -> None:
-        loop = asyncio.get_running_loop()
-        loop.set_exception_handler(lambda loop, context: failures.append(context["exception"]))
+        loop, told = asyncio.get_running_loop(), asyncio.Event()
+
+        def fail(_: object, context: dict[str, Any]) -> None:
+            failures.append(context["exception"])
+            told.set()
+
+        loop.set_exception_handler(fail)
         notifier = can.Notifier(bus, [], loop=loop)
         served.process.kill()
-        await asyncio.sleep(0.5)
+        await asyncio.wait_for(told.wait(), LONG)
+        for _ in range(100):  # turns of the loop in which it could be told again
+            await asyncio.sleep(0)
         notifier.stop()
 
     asyncio.run(listen())

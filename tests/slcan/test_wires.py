@@ -87,7 +87,8 @@ def test_clients_come_and_go(running: Running, tmp_path: Path) -> None:
 
 def test_a_client_finds_the_terminal_raw_and_empty(running: Running, tmp_path: Path) -> None:
     link = str(tmp_path / "tty")
-    running.start(PtyWire(link))
+    wire = PtyWire(link)
+    running.start(wire)
     rude = os.open(link, os.O_RDWR | os.O_NOCTTY)
     modes = termios.tcgetattr(rude)
     modes[3] |= termios.ECHO | termios.ICANON
@@ -95,13 +96,15 @@ def test_a_client_finds_the_terminal_raw_and_empty(running: Running, tmp_path: P
     os.write(rude, b"V\rV\rV\r")
     until(lambda: running.dongle.counters.commands >= 3)
     os.close(rude)
-    time.sleep(0.3)
+    until(lambda: not termios.tcgetattr(wire.writing())[3] & (termios.ECHO | termios.ICANON))
     polite = os.open(link, os.O_RDWR | os.O_NOCTTY)
     try:
         assert not termios.tcgetattr(polite)[3] & (termios.ECHO | termios.ICANON)
         os.write(polite, b"N\r")
-        time.sleep(0.3)
-        assert os.read(polite, 100) == b"NA123\r"
+        read = b""
+        while not read.endswith(b"NA123\r"):
+            read += os.read(polite, 100)
+        assert read == b"NA123\r"
     finally:
         os.close(polite)
 

@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-from tests.hubs import LONG_S
+from tests.hubs import LONG_S, free_port
 from tests.socketcan.bench import Bench, finished, frames, need
 
 
@@ -109,9 +109,7 @@ def test_canfdtest_in_full_duplex(bench: Bench) -> None:
 
 
 def test_canlogserver(bench: Bench) -> None:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     server = bench.start("canlogserver", "-p", str(port), "can0")
     with connected(bench, port, server) as client:
         bench.until(lambda: bench.channels() > 0)

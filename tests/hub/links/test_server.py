@@ -415,13 +415,10 @@ def test_a_doorbell_whose_kick_fails_costs_one_session(
 def test_a_client_that_does_not_read_is_hung_up(hub: Hub, wire: Wire, bystander: Wire) -> None:
     """Its replies take at most 4 MiB of the hub."""
     request = m.encode_request(2, m.ListBoards()) * 100
-    wire.socket.settimeout(0.5)
     wire.send(HELLO)
-    for _ in range(10_000):
-        try:
+    with contextlib.suppress(ConnectionError):
+        for _ in range(10_000):
             wire.socket.sendall(request)
-        except (TimeoutError, OSError):
-            break
     hub.wait_for_sessions(1)
 
 

@@ -257,6 +257,7 @@ def test_happenings_close_together_share_wake_ups(make: Make) -> None:
 
 def test_time_stands_still_for_a_process_that_was_stopped(make: Make) -> None:
     """It must not send in a burst what it could not send while it was stopped."""
+    started = time.monotonic_ns()
     engine = make("real")
     work = world_of(engine).work
 
@@ -267,7 +268,7 @@ def test_time_stands_still_for_a_process_that_was_stopped(make: Make) -> None:
     engine.call(stopped)
     until(engine, lambda: work.left == 0)
     assert work.done_ns == [work.done_ns[0] + step * MS for step in range(10)]
-    assert now_ns(engine) < 1_100 * MS
+    assert now_ns(engine) < time.monotonic_ns() - started - 1_000 * MS
 
 
 # fast time
@@ -281,10 +282,9 @@ def test_fast_time_runs_ahead_while_there_is_work_and_never_back(make: Make) -> 
     seen = [begun_ns]
     while work.left:
         seen.append(now_ns(engine))
-        assert time.monotonic_ns() - started < AGES * 1e9
     assert seen == sorted(seen)
     assert now_ns(engine) - begun_ns >= 100_000 * MS
-    assert time.monotonic_ns() - started < 50_000 * MS
+    assert now_ns(engine) - begun_ns > time.monotonic_ns() - started
 
 
 def test_idle_fast_time_keeps_pace_with_the_clock(make: Make) -> None:
