@@ -18,11 +18,12 @@ FILES = (
     "tests/hub/test_kills.py",
     "tests/python_can/test_bus.py",
 )
-LONGEST_S = 280
+LONGEST_S = 1800  # beside other work; twenty seconds by itself
 
 
 @pytest.mark.conforms("N-19")
 @pytest.mark.skipif(PORTABLE, reason="this is that run")
+@pytest.mark.timeout(2 * LONGEST_S)
 def test_the_links_and_handles_of_hubs(tmp_path: Path) -> None:
     environment = os.environ | {"CANWIRE_PLATFORM": "portable", "XDG_RUNTIME_DIR": str(tmp_path)}
     tmp_path.chmod(0o700)

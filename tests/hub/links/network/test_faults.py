@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -55,9 +55,19 @@ def over(cable: Cable) -> str:
 
 
 def lost_call(hub: Hub) -> HubLost:
-    with pytest.raises(HubLost) as caught:
+    with little_patience(hub), pytest.raises(HubLost) as caught:
         hub.now_ns()
     return caught.value
+
+
+@contextmanager
+def little_patience(hub: Hub) -> Iterator[None]:
+    """A call that gets no answer gives up soon, for once."""
+    link = hub._link
+    assert isinstance(link, NetworkLink)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(link._asker, "_silence_s", 0.4)
+        yield
 
 
 def send_all(sender: HubChannel, count: int) -> None:
@@ -98,11 +108,12 @@ def test_a_cut_link_goes_on_and_what_is_lost_is_counted(
 
 
 def _answers(hub: Hub) -> bool:
-    try:
-        hub.now_ns()
-    except HubLost:
-        return False
-    return True
+    with little_patience(hub):
+        try:
+            hub.now_ns()
+        except HubLost:
+            return False
+        return True
 
 
 def test_what_is_sent_while_the_link_is_cut_goes_out_once_when_it_is_back(place: Place, cable: Cable) -> None:
@@ -120,7 +131,7 @@ def test_what_is_sent_while_the_link_is_cut_goes_out_once_when_it_is_back(place:
 
 
 def test_a_broken_connection_is_made_anew_and_nothing_is_missing(place: Place, cable: Cable) -> None:
-    with place.here() as here, elsewhere(over(cable), QUICK._replace(broken_s=LONG_S, call_s=LONG_S)) as hub:
+    with place.here() as here, elsewhere(over(cable), QUICK._replace(broken_s=LONG_S)) as hub:
         running(here)
         receiver = channel(hub, 1, transmit=0)
         sender = channel(here, 0)
@@ -193,7 +204,7 @@ def test_a_cut_that_lasts_is_a_hub_lost_and_gives_everything_back() -> None:
 
 def test_a_hub_that_is_back_under_its_name_is_another_one(place: Place, cable: Cable) -> None:
     """Clients of the one before are told so, soon: nothing of theirs is there any more."""
-    patience = QUICK._replace(cut_s=LONG_S)
+    patience = QUICK._replace(broken_s=LONG_S, cut_s=LONG_S)
     with place.here() as here, elsewhere(over(cable), patience) as hub:
         running(here)
         receiver = channel(hub, 1, transmit=0)

@@ -11,7 +11,7 @@ import pytest
 import canwire
 from canwire import BadConfig, BadValue, ChannelMode, Frame, HubError, HubLost
 from canwire.hub.handles.hub import Hub
-from canwire.hub.links.network import access
+from canwire.hub.links.network import access, discovery
 from canwire.hub.links.network.access import Access, Login, Tls, User
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.session.settings import (
@@ -77,7 +77,7 @@ def test_a_user_cannot_take_another_one_s_keys(monkeypatch: pytest.MonkeyPatch) 
             NetworkLink, "_user", property(lambda self: "alice", lambda self, user: None), raising=False
         )
         with pytest.raises(HubLost, match="has not been heard of"):
-            NetworkLink(place.address, "liar", login, QUICK)
+            NetworkLink(place.address, "liar", login, QUICK._replace(call_s=0.4))
 
 
 def test_every_request_needs_one_of_the_rights() -> None:
@@ -226,8 +226,9 @@ def test_it_listens_where_it_was_told_and_nowhere_else() -> None:
             assert listeners() - before == {f"tcp 0100007F:{place.port:04X}"}
 
 
-def test_many_hubs_are_all_found() -> None:
+def test_many_hubs_are_all_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Zenoh's usual channel for replies hung at 800."""
+    monkeypatch.setattr(discovery, "_LOOK_S", LONG_S)
     with offered() as place:
         session = place.bridge._session
         tokens = [
