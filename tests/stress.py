@@ -90,11 +90,15 @@ def again(last: Path, ledger: Path) -> list[str]:
     return failed
 
 
-def arguments(words: list[str] | None) -> argparse.Namespace:
+def split(words: list[str]) -> tuple[list[str], list[str]]:
+    """Words of ours, and behind -- those of pytest."""
+    end = words.index("--") if "--" in words else len(words)
+    return words[:end], words[end + 1 :]
+
+
+def arguments(words: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.stress", description=__doc__)
-    parser.add_argument(
-        "tests", nargs="*", help="folders, files or names of tests, and options of pytest after --"
-    )
+    parser.add_argument("tests", nargs="*", help="folders, files, names; after -- options of pytest")
     parser.add_argument("--times", type=int, default=10, help="how many times, one after the other (10)")
     parser.add_argument("--copies", type=int, default=1, help="how many runs at a time (1)")
     parser.add_argument(
@@ -107,13 +111,14 @@ def arguments(words: list[str] | None) -> argparse.Namespace:
 
 def main(words: list[str] | None = None) -> int:
     """The command; its exit status."""
-    asked = arguments(words)
-    tests = [*asked.tests, *(again(LAST_FAILED, asked.ledger) if asked.again else ())]
+    own, options = split(sys.argv[1:] if words is None else words)
+    asked = arguments(own)
+    tests = again(LAST_FAILED, asked.ledger) if asked.again else asked.tests
     if asked.again and not tests:
         sys.exit("the last run of pytest here saw no test fail: there is nothing to repeat")
     folder = Path(tempfile.mkdtemp(prefix="stress-"))
     with busy(asked.loops):
-        failed = repeated(tests, asked.times, asked.copies, folder)
+        failed = repeated([*tests, *options], asked.times, asked.copies, folder)
     print(table(failed, asked.times * asked.copies))
     print(f"what each run printed: {folder}")
     if asked.again and not failed:

@@ -43,7 +43,12 @@ def test_it_counts_what_fails_and_how_often(flaky: Path, capsys: pytest.CaptureF
 
 
 def test_nothing_failed(flaky: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert stress.main([f"{flaky}::test_always", "--times", "1", "--copies", "2", "--loops", "0"]) == 0
+    assert (
+        stress.main(
+            [f"{flaky}::test_always", "--times", "1", "--copies", "2", "--loops", "0", "--", "--tb=short"]
+        )
+        == 0
+    )
     assert "::" not in capsys.readouterr().out
 
 
