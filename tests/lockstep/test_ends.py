@@ -65,9 +65,11 @@ def test_a_stopped_program_is_named_and_time_waits_on_for_it(tmp_path: Path) -> 
         endless, other = made.start("a", ENDLESS), made.start("b", ENDLESS)
         assert [first_line(endless), first_line(other)] == ["ready", "ready"]
         os.kill(endless.pid, signal.SIGSTOP)
-        said = made.hears(f"a ({endless.pid}), thread 0, computes")
-        found = devices(made)
-        assert f"canwire: {found['standstill']}" == said
+        os.waitid(os.P_PID, endless.pid, os.WSTOPPED)
+        stands = f"a ({endless.pid}), thread 0, computes"
+        while stands not in str((found := devices(made))["standstill"]):
+            assert endless.poll() is other.poll() is None
+        made.hears(f"canwire: {found['standstill']}")
         again = devices(made)
         assert (again["now_ns"], again["programs"]) == (found["now_ns"], found["programs"])
         told = subprocess.run(
