@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import os
+import gc
 import signal
 from collections.abc import Generator, Iterator
 
-import hypothesis
 import pytest
 
 from canwire import pytest_plugin
 from tests import missing
+from tests.effort import register_profiles
 from tests.hubs import runs
 
-# a busy machine is no bug: timing belongs to the benchmarks
-# in CI the same examples each time; whoever develops gets new ones
-hypothesis.settings.register_profile("canwire", deadline=None, derandomize=bool(os.environ.get("CI")))
-hypothesis.settings.load_profile("canwire")
+register_profiles()
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -56,6 +53,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if runs(item)]
+
+
+def pytest_collection_finish() -> None:
+    """What was collected stays: else each collection of garbage walks through all tests of the session."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -23,6 +23,7 @@ from canwire.platform import EventDescriptor, close_descriptors, create_memory, 
 from canwire.ring import HEADER_SIZE, MAGIC, Ring, ring_size, rounded_capacity
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
+from tests.effort import examples, scaled
 
 pytestmark = pytest.mark.core
 
@@ -719,6 +720,7 @@ class TestArm:
             producer.put_bytes(record(2))
             assert bell.heard() + early == 1, number
 
+    @examples(100)
     @given(st.data())
     def test_a_consumer_and_a_producer_that_arm_after_everything_they_do(self, data: st.DataObject) -> None:
         """Against the rule by itself: armed, the next write that leaves enough signals, and disarms."""
@@ -791,6 +793,7 @@ class TestOtherSizes:
         assert [ends.producer.put_bytes(b"12345") for _ in range(4)] == [True, True, False, False]
         assert ends.consumer.lost == 2
 
+    @examples(100)
     @given(st.data())
     def test_they_do_what_a_list_does(self, data: st.DataObject) -> None:
         size = data.draw(st.integers(1, 200))
@@ -1029,9 +1032,9 @@ class SharedRingMachine(RingMachine):
 
 
 TestMachine = RingMachine.TestCase
-TestMachine.settings = settings(max_examples=60, stateful_step_count=30)
+TestMachine.settings = settings(max_examples=scaled(60), stateful_step_count=30)
 TestSharedMachine = SharedRingMachine.TestCase
-TestSharedMachine.settings = settings(max_examples=30, stateful_step_count=30)
+TestSharedMachine.settings = settings(max_examples=scaled(30), stateful_step_count=30)
 
 
 COUNT = 20_000
@@ -1350,6 +1353,7 @@ intrusions = st.dictionaries(st.sampled_from(sorted(WORDS)), nonsense, min_size=
 
 
 class TestHostilePeer:
+    @examples(100)
     @given(
         st.integers(1, 16),
         st.booleans(),

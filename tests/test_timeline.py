@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.timeline import NEVER, Source, Timeline, Timer
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -375,12 +376,14 @@ def as_the_rules_say(plan: Plan) -> list[tuple[int, str]]:
     return log
 
 
+@examples(100)
 @given(plans)
 def test_any_plan_runs_by_the_rules(plan: Plan) -> None:
     assert as_the_timeline_runs_it(plan, []) == as_the_rules_say(plan)
 
 
 @pytest.mark.conforms("G-17")
+@examples(100)
 @given(plans, st.lists(moments, max_size=4) | st.just(list(range(20))))
 def test_running_in_pieces_changes_nothing(plan: Plan, steps: list[int]) -> None:
     """As the paced timeline does it: the same happenings, however far each run goes."""

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from canwire import BadTiming, BadValue
 from canwire.acan import ACANHI, HardConfig, MachineField, acan_word
+from tests.effort import examples
 
 double_words, octets = st.integers(0, 0xFFFF_FFFF), st.integers(0, 0xFF)
 
@@ -129,6 +130,7 @@ def test_timings_no_register_can_hold(given_: dict[str, int], named: str | None)
 
 
 @pytest.mark.conforms("AC-11")
+@examples(100)
 @given(rate=st.integers(0, 0xFFFF), clock=st.integers(0, 0xFFFF), ts1=octets, ts2=octets)
 def test_exactly_the_manuals_checks(rate: int, clock: int, ts1: int, ts2: int) -> None:
     fits = 2 <= ts1 <= 17 and 1 <= ts2 <= 8 and rate != 0 and clock >= rate * 2 * (ts1 + ts2)
@@ -279,6 +281,7 @@ def by_the_data_sheet(registers: dict[str, int], frame: tuple[int, bool, bool, b
 
 
 @pytest.mark.conforms("AC-19")
+@examples(100)
 @given(
     config=configs(),
     bits=st.integers(0, 0xFFFF_FFFF),

@@ -17,6 +17,7 @@ from canwire.acan.constants import Action, BlockStatus, Condition
 from canwire.acan.filters import Filter
 from canwire.acan.identifiers import acan_word
 from canwire.acan.task_block import Occurrence, Status, TaskBlock
+from tests.effort import examples
 
 NOTIFY, QUEUE, RECEIVE, SEND = Action.NOTIFY, Action.QUEUE, Action.CHANRCV, Action.CHANSND
 SC, MB, OVERFLOW = BlockStatus.SC, BlockStatus.MB, BlockStatus.OVERFLOW
@@ -48,6 +49,7 @@ def test_the_manuals_filters(and_mask: int, xor_value: int, word: int, passes: b
 
 
 @pytest.mark.conforms("AC-20")
+@examples(100)
 @hypothesis.given(*(st.integers(0, 0xFFFF_FFFF) for _ in range(2)), st.integers(0, 0x1FFF_FFFF))
 def test_a_filter_is_the_manuals_formula(and_mask: int, xor_value: int, word: int) -> None:
     assert Filter(and_mask, xor_value).matches(word) is (((word & and_mask) ^ xor_value) == 0)

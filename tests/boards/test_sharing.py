@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from canwire import InUse, NoChannel
 from canwire.boards.sharing import SHARE_READ, SHARE_WRITE, Share, Sharing
+from tests.effort import examples
 
 ACCESS = list(product([False, True], [False, True], range(4)))
 
@@ -57,6 +58,7 @@ def test_channels_run_out_and_come_back() -> None:
     assert len(sharing) == 3
 
 
+@examples(100)
 @given(st.lists(st.tuples(st.sampled_from(ACCESS), st.booleans()), max_size=30))
 def test_what_was_refused_leaves_nothing(steps: list[tuple[tuple[bool, bool, int], bool]]) -> None:
     sharing, open_shares = Sharing("line", 2, 3), list[Share]()

@@ -10,6 +10,7 @@ from canwire import BadFilter, BadFrame, Frame, candrv
 from canwire.candrv import Filter
 from canwire.candrv.filters import aligned, identifier_of
 from canwire.values import acceptance_orders
+from tests.effort import examples
 
 dwords = st.integers(0, 0xFFFF_FFFF)
 aligns = st.integers(0, 3)
@@ -67,6 +68,7 @@ def cases(draw: st.DrawFn) -> tuple[int, int, int, int, tuple[int, bool, bytes]]
 
 
 @pytest.mark.conforms("FS-38", "FS-39", "FS-40")
+@examples(100)
 @given(case=cases())
 def test_a_filter_accepts_what_the_tables_say(
     case: tuple[int, int, int, int, tuple[int, bool, bytes]],
@@ -75,6 +77,7 @@ def test_a_filter_accepts_what_the_tables_say(
     assert Filter(*settings).accepts(*frame) == oracle(*case)
 
 
+@examples(100)
 @given(case=cases())
 def test_the_core_accepts_the_same(case: tuple[int, int, int, int, tuple[int, bool, bytes]]) -> None:
     """values/acceptance_orders.py has the same rule in another form."""

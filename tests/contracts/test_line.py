@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import (
@@ -37,6 +37,7 @@ from canwire.bus.can.faults.faults import Faults
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
+from tests.effort import examples
 from tests.hub import in_memory
 
 pytestmark = pytest.mark.core
@@ -849,7 +850,7 @@ def played(kind: str, steps: list[Step], *, losses: bool = True) -> tuple[Any, .
 
 
 @pytest.mark.parametrize("kind", KINDS[1:])
-@settings(deadline=None, max_examples=40)
+@examples(40)
 @given(steps=steps_of(*CALM))
 def test_all_kinds_do_the_same_to_the_nanosecond(kind: str, steps: list[Step]) -> None:
     """With one channel that sends, on an MCP2515: between two their identifiers decide.
@@ -863,7 +864,7 @@ def test_all_kinds_do_the_same_to_the_nanosecond(kind: str, steps: list[Step]) -
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(deadline=None, max_examples=40)
+@examples(40)
 @given(steps=steps_of(*ROUGH))
 def test_no_frame_is_lost_in_silence(kind: str, steps: list[Step]) -> None:
     """Nor is any received that was not sent. When exactly a frame is given up is the controller's own."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import cantools
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import (
@@ -22,6 +22,7 @@ from canwire import (
     record_dtype,
 )
 from tests.databases.conftest import DATA, ROOT
+from tests.effort import examples
 
 numpy = pytest.importorskip("numpy")
 
@@ -132,7 +133,7 @@ def signal_lines(draw: st.DrawFn, length: int) -> list[str]:
 
 
 @given(st.data())
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_any_layout(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     length = data.draw(st.sampled_from([1, 3, 8, 8, 8, 20, 64]))
     text = LAYOUT.format(length=length, signals="\n".join(data.draw(signal_lines(length))), more="")
@@ -150,7 +151,7 @@ FLOATS = """ SG_ Single : 0|32@1- (1,0) [0|0] "" A
 
 
 @given(st.lists(st.binary(min_size=8, max_size=8), min_size=1, max_size=5))
-@settings(max_examples=50, deadline=None)
+@examples(50)
 def test_floats(tmp_path_factory: pytest.TempPathFactory, contents: list[bytes]) -> None:
     path = tmp_path_factory.mktemp("floats") / "m.dbc"
     more = "SIG_VALTYPE_ 1 Single : 1;\nSIG_VALTYPE_ 1 Scaled : 1;\n"
@@ -179,7 +180,7 @@ MULTIPLEXED = """ SG_ Page M : 0|3@1+ (1,0) [0|0] "" A
 
 
 @given(st.lists(st.binary(max_size=4), min_size=1, max_size=20))
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_multiplexers_in_multiplexers_and_short_data(
     tmp_path_factory: pytest.TempPathFactory, contents: list[bytes]
 ) -> None:

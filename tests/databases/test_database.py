@@ -6,11 +6,12 @@ from pathlib import Path
 
 import cantools
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadSignals, BadValue, Database, Frame, load_database
 from tests.databases.conftest import DATA, ENGINE
+from tests.effort import examples
 
 ENGINE_REFERENCE = cantools.database.load_file(ENGINE)
 VEHICLE_REFERENCE = cantools.database.load_file(DATA / "vehicle.dbc")
@@ -31,7 +32,7 @@ BA_ "CANFD_BRS" BO_ 301 0;
 
 @pytest.mark.conforms("PF-12")
 @given(st.sampled_from(VEHICLE_REFERENCE.messages), st.binary(max_size=8))
-@settings(max_examples=300)
+@examples(300)
 def test_values_are_cantools_own(message: cantools.database.Message, data: bytes) -> None:
     decoded = VEHICLE.decode(Frame(message.frame_id, data, extended=True))
     assert decoded is not None
@@ -42,7 +43,7 @@ def test_values_are_cantools_own(message: cantools.database.Message, data: bytes
 
 @pytest.mark.conforms("PF-12", "PF-16")
 @given(st.sampled_from(VEHICLE_REFERENCE.messages), st.binary(min_size=8, max_size=8))
-@settings(max_examples=200)
+@examples(200)
 def test_what_was_decoded_is_encoded_as_cantools_does(
     message: cantools.database.Message, data: bytes
 ) -> None:

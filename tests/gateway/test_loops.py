@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.gateway.loops import Way, circle
+from tests.effort import examples
 
 
 def both(gateway: str, one: str, other: str) -> list[Way]:
@@ -33,6 +34,7 @@ def test_circles(own: list[Way], others: list[Way], path: list[str] | None) -> N
 BUSES = st.sampled_from("1234")
 
 
+@examples(100)
 @given(
     st.lists(
         st.tuples(BUSES, BUSES, st.booleans()).filter(lambda one: one[0] != one[1]), min_size=1, max_size=5

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from canwire import BadFilter, BadValue, Frame, GatewayRules
 from canwire.gateway.rules import Identifier, Passage
+from tests.effort import examples
 
 
 def test_everything_passes_as_it_is() -> None:
@@ -70,6 +71,7 @@ def test_fd_frames_do_not_fit_a_classic_line() -> None:
     assert passage.counts.unfit == 1
 
 
+@examples(100)
 @given(st.integers(1, 50), st.lists(st.integers(0, 100_000_000), max_size=300))
 def test_never_more_than_the_rate_in_any_second(rate: int, gaps: list[int]) -> None:
     passage, now, passed = Passage(GatewayRules(rate=rate)), 0, []

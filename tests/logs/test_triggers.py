@@ -23,6 +23,7 @@ from canwire import (
 )
 from canwire.logs.batch import batch_of
 from canwire.logs.recording.triggers import Condition, Gate
+from tests.effort import examples
 
 S = 1_000_000_000
 CHANNELS = ["can0"]
@@ -93,6 +94,7 @@ def test_only_a_stop_and_only_a_start() -> None:
     assert through(gate, (0, 1), (1, GO), (2, END), (3, GO)) == ["1:100", "2:200", "3:100"]
 
 
+@examples(100)
 @given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from([1, 2, GO, END])), max_size=40), st.data())
 def test_batches_make_no_difference(steps: list[tuple[int, int]], data: st.DataObject) -> None:
     at, heard = 0, []

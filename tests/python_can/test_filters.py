@@ -12,6 +12,7 @@ from canwire import FilterContent, FilterMode
 from canwire.boards.can.message_filter import MessageFilter, message_filter
 from canwire.python_can.bus import CanwireBus
 from canwire.python_can.filters import LIST_SIZE, OPEN, planned
+from tests.effort import examples
 
 ids = st.integers(0, 0x1FFFFFFF) | st.integers(0, 0x7FF)
 masks = ids | st.sampled_from([0, 0x7FF, 0x1FFFFFFF, 0x700, 0x1FFF0000])
@@ -41,6 +42,7 @@ class Only(can.BusABC):
     def send(self, msg: can.Message, timeout: float | None = None) -> None: ...
 
 
+@examples(100)
 @given(st.lists(one_filter, max_size=6), st.lists(st.tuples(ids, st.booleans()), max_size=20), st.data())
 def test_the_hub_passes_what_python_can_passes(filters: Any, tried: Any, data: st.DataObject) -> None:
     plan, hub = planned(filters), Hubs()

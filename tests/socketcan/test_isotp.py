@@ -14,6 +14,7 @@ from canwire.socketcan.isotp.layout import gap_ns
 from canwire.socketcan.isotp.options import Options
 from canwire.socketcan.isotp.receiver import Receiver
 from canwire.socketcan.isotp.sender import Sender, State
+from tests.effort import examples
 from tests.socketcan.clock import Clock
 
 FRAME_S = 0.0002
@@ -71,6 +72,7 @@ def any_options(draw: st.DrawFn) -> Options:
 
 
 @pytest.mark.conforms("PP-01")
+@examples(100)
 @given(any_options(), st.integers(1, 5000), st.randoms())
 def test_messages_arrive_whole(options: Options, size: int, random: object) -> None:
     scene = Scene(options)

@@ -10,6 +10,7 @@ from canwire.errors import BadFilter
 from canwire.values.acceptance import Acceptance, frame_key, list_key
 from canwire.values.acceptance_orders import candrv, mcp2515, sja1000_basic, sja1000_dual, sja1000_single, vci
 from canwire.values.frame import Frame
+from tests.effort import examples
 from tests.tables.sja1000_acceptance import VECTORS
 
 
@@ -111,6 +112,7 @@ def test_bad_keys_and_registers_are_named() -> None:
         vci(False, 0, 1 << 32)
 
 
+@examples(100)
 @given(frames(), st.lists(st.integers(0, 0xFFF)), st.lists(st.integers(0, 0x3FFFFFFF)))
 def test_identifier_lists_join(frame: Frame, standard: list[int], extended: list[int]) -> None:
     joined = Acceptance.identifier_list(standard, extended=False) | Acceptance.identifier_list(
@@ -121,6 +123,7 @@ def test_identifier_lists_join(frame: Frame, standard: list[int], extended: list
         assert joined.accepts(one) == (one.id << 1 | one.remote in wanted)
 
 
+@examples(100)
 @given(frames(), st.integers(0, 0x7FF), st.integers(0, 0x7FF))
 def test_joined_filters_accept_what_either_does(frame: Frame, code: int, mask: int) -> None:
     one = Acceptance.from_filters([(code, mask)])
@@ -146,6 +149,7 @@ def test_vci_all_and_none(frame: Frame) -> None:
     assert not none.accepts(frame)
 
 
+@examples(100)
 @given(frames(), st.booleans(), words, words)
 def test_vci_compares_identifier_and_remote_bit(frame: Frame, extended: bool, code: int, mask: int) -> None:
     width = 30 if extended else 12
@@ -175,6 +179,7 @@ def test_sja1000_vectors(
     assert acceptance.accepts(frame) == accepted
 
 
+@examples(100)
 @given(frames(), four, sparse)
 def test_sja1000_single_bit_by_bit(frame: Frame, acr: bytes, care: bytes) -> None:
     amr = bytes(byte ^ 0xFF for byte in care)
@@ -192,6 +197,7 @@ def test_sja1000_single_bit_by_bit(frame: Frame, acr: bytes, care: bytes) -> Non
     assert sja1000_single(acr, amr).accepts(frame) == expected
 
 
+@examples(100)
 @given(frames(), four, sparse)
 def test_sja1000_dual_bit_by_bit(frame: Frame, acr: bytes, care: bytes) -> None:
     amr = bytes(byte ^ 0xFF for byte in care)
@@ -207,6 +213,7 @@ def test_sja1000_dual_bit_by_bit(frame: Frame, acr: bytes, care: bytes) -> None:
     assert sja1000_dual(acr, amr).accepts(frame) == (one or two)
 
 
+@examples(100)
 @given(frames(), words, st.lists(words, max_size=2))
 def test_mcp2515_bit_by_bit(frame: Frame, mask: int, filters: list[int]) -> None:
     def matches(value: int) -> bool:
@@ -256,6 +263,7 @@ def test_candrv_example_2_accepts_four_blocks() -> None:
 
 
 @pytest.mark.conforms("FS-38")
+@examples(100)
 @given(frames(), words, words, st.integers(0, 3), st.integers(0, 1))
 def test_candrv_compares_identifiers(
     frame: Frame, code: int, mask: int, align: int, mask_active: int

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from canwire import Frame, SlcanReader, format_slcan_frame, parse_slcan_frame
 from canwire.values.slcan_text import LONGEST_LINE
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -103,6 +104,7 @@ def test_a_length_code_above_eight_is_written_as_eight() -> None:
 
 
 @pytest.mark.conforms("CT-23")
+@examples(60)
 @given(st.lists(frames, max_size=20), st.data())
 def test_a_stream_may_be_cut_anywhere(sent: list[Frame], data: st.DataObject) -> None:
     text = b"".join(map(format_slcan_frame, sent))
@@ -132,6 +134,7 @@ def test_a_line_without_end_takes_no_memory() -> None:
     assert reader.feed(b"x" * 1000 + b"\r") == [b"x" * (LONGEST_LINE + 1)]
 
 
+@examples(60)
 @given(st.lists(st.binary(max_size=300), max_size=20), st.booleans())
 def test_nothing_makes_it_raise(pieces: list[bytes], fd: bool) -> None:
     whole, cut = SlcanReader(fd=fd), SlcanReader(fd=fd)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from canwire import Frame, frames_to_array
 from canwire.web.trace.history import GAP, ROW_BYTES, History, row_dtype
+from tests.effort import examples
 
 pytestmark = pytest.mark.conforms("PG-04")
 
@@ -40,6 +41,7 @@ def test_rows_of_other_lines_are_left_out_and_not_counted_as_skipped() -> None:
     assert (skipped, after) == (0, 5)
 
 
+@examples(100)
 @given(st.lists(st.integers(0, 40), max_size=12), st.integers(1, 20), st.integers(1, 25))
 def test_every_row_is_read_or_counted_as_skipped(batches: list[int], capacity: int, limit: int) -> None:
     history = History(capacity)

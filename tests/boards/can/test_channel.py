@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import canwire
 from canwire import Acceptance, Frame
 from canwire.values.acceptance import frame_key, list_key
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -55,7 +56,7 @@ def arriving(many: list[Frame], filters: Acceptance | None) -> tuple[list[Frame]
         return receiver.receive_many(len(many) + 1), receiver
 
 
-@settings(deadline=None)
+@examples(60)
 @given(st.lists(frames(), min_size=1, max_size=20), acceptances())
 def test_exactly_what_the_filter_accepts_arrives(many: list[Frame], acceptance: Acceptance) -> None:
     got, receiver = arriving(many, acceptance)
@@ -64,7 +65,7 @@ def test_exactly_what_the_filter_accepts_arrives(many: list[Frame], acceptance: 
     assert (receiver.accepted, receiver.lost, receiver.waiting) == (len(expected), 0, 0)
 
 
-@settings(deadline=None)
+@examples(60)
 @given(st.lists(frames(), min_size=1, max_size=20), st.lists(narrow, max_size=4), st.lists(wide, max_size=4))
 def test_identifier_lists(many: list[Frame], short: list[int], long: list[int]) -> None:
     acceptance = Acceptance.identifier_list((id << 1 for id in short), extended=False)

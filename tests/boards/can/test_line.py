@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BitTiming, BusEvent, ErrorKind, EventKind, Frame, LineError
@@ -41,6 +41,7 @@ from canwire.values.record import (
     SELF_RECEPTION,
     SINGLE_SHOT,
 )
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -325,7 +326,7 @@ def nearly_records(draw: st.DrawFn) -> bytes:
 
 
 @pytest.mark.conforms("X3-23", "X4-16", "X4-17")
-@settings(max_examples=150)
+@examples(150)
 @given(
     st.lists(st.binary(min_size=80, max_size=80) | nearly_records(), max_size=12),
     st.builds(Limits, *[mostly(1)] * 5),

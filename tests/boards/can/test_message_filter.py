@@ -21,6 +21,7 @@ from canwire.boards.can.message_filter import (
     message_filter,
 )
 from canwire.boards.can.modes import FilterMode
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -304,6 +305,7 @@ def patterns(draw: st.DrawFn, width: int, most_free: int) -> tuple[int, int]:
 
 @pytest.mark.conforms("X3-26", "X3-27", "X4-33", "X4-34")
 @pytest.mark.parametrize("extended", [False, True])
+@examples(100)
 @given(data=st.data())
 def test_any_filter_does_what_the_manual_says(extended: bool, data: st.DataObject) -> None:
     width = WIDTH[extended]
@@ -342,6 +344,7 @@ def test_any_filter_does_what_the_manual_says(extended: bool, data: st.DataObjec
 
 
 @pytest.mark.conforms("X3-27")
+@examples(50)
 @given(st.integers(1, 12), st.lists(st.tuples(st.booleans(), patterns(12, 4)), max_size=8))
 def test_the_list_is_full_when_it_is_full(size: int, changes: list[tuple[bool, tuple[int, int]]]) -> None:
     filter = message_filter(INCL, size, INCL, size)

@@ -18,6 +18,7 @@ from canwire.ring import Ring, ring_size, rounded_capacity
 from canwire.timeline import Timeline
 from canwire.values.frame import record_to_send
 from canwire.values.record import ABORT_ON_ERROR, LOOP_BACK, SELF_RECEPTION
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -88,6 +89,7 @@ def test_the_lowest_priority_number_goes_first_whoever_sent_it(bench: Bench) -> 
     assert (one.delivered, two.delivered, one.in_flight, two.in_flight) == (3, 3, 0, 0)
 
 
+@examples(60)
 @given(st.lists(st.tuples(st.integers(0, 255), st.integers(0, 2)), max_size=60), st.integers(0, 2))
 def test_a_backlog_is_a_sorted_queue(pushed: list[tuple[int, int]], dropped: int) -> None:
     backlog, channels = Backlog(), [Channel(1, 1) for _ in range(3)]

@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue, BitTiming, Closed, Frame, LineError, Siblings, WrongState
@@ -21,6 +21,7 @@ from canwire.bus.can.bus import CanBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import NEVER, Timeline
 from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -185,7 +186,7 @@ def test_a_cycle_has_1_to_max_ticks(cycle: int) -> None:
 
 
 @pytest.mark.conforms("X3-30")
-@settings(max_examples=60)
+@examples(60)
 @given(cycle_sets(), st.data())
 def test_slots_of_any_cycles(cycles: list[int], data: st.DataObject) -> None:
     """One object a tick, each in the slot that the rule gives it, whatever was added after it."""
@@ -217,7 +218,7 @@ def test_slots_of_any_cycles(cycles: list[int], data: st.DataObject) -> None:
 
 
 @pytest.mark.conforms("X3-30")
-@settings(max_examples=60)
+@examples(60)
 @given(cycle_sets(st.sampled_from([1, 2, 3, 4, 5, 6, 8, 10, 12, 20, 24, 30, 40])))
 def test_nothing_is_lost_over_a_long_window(cycles: list[int]) -> None:
     """Just before all cycles meet, in tick 240, each object has been sent as often as its cycle fits."""
@@ -230,7 +231,7 @@ def test_nothing_is_lost_over_a_long_window(cycles: list[int]) -> None:
 
 
 @pytest.mark.conforms("X3-30")
-@settings(max_examples=40)
+@examples(40)
 @given(cycle_sets(), st.data())
 def test_objects_started_in_different_ticks(cycles: list[int], data: st.DataObject) -> None:
     """From within a tick too: the slots count from the tick in which `start` came."""
@@ -773,7 +774,7 @@ def take(bench: Bench, plain: Plain, name: int, verb: str, values: list[int]) ->
 
 
 @pytest.mark.conforms("X3-30", "X3-32", "X4-41")
-@settings(max_examples=100)
+@examples(100)
 @given(st.lists(st.integers(2, 12), max_size=5), st.lists(STEPS, max_size=40))
 def test_any_steps_give_what_the_plain_list_gives_and_the_same_twice(
     cycles: list[int], steps: list[tuple[str | int, ...]]

@@ -16,6 +16,7 @@ from canwire.boards.config.tables import BoardConfig, BusConfig, Option, options
 from canwire.boards.isa import IsaPlace
 from canwire.boards.kinds import KINDS, USUAL_BOARDS
 from canwire.errors import BadConfig
+from tests.effort import examples
 
 WHOLE = """
 # the workshop
@@ -437,6 +438,7 @@ def toml(value: object) -> str:
             )
 
 
+@examples(40)
 @given(
     st.dictionaries(
         keys,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BusEvent, ErrorKind, ErrorState, EventKind, Frame, Lab, LabBus, LabNode
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -41,7 +42,7 @@ def near_frames(draw: st.DrawFn) -> Frame:
 
 @pytest.mark.conforms("G-04")
 @BOTH_WAYS
-@settings(deadline=None)
+@examples(40)
 @given(frames=st.lists(near_frames(), min_size=1, max_size=8, unique_by=arbitration_field))
 def test_frames_pending_at_idle_go_in_order_of_their_arbitration_fields(
     bitwise: bool, frames: list[Frame]
@@ -65,7 +66,7 @@ def test_frames_pending_at_idle_go_in_order_of_their_arbitration_fields(
 
 @pytest.mark.conforms("G-04")
 @BOTH_WAYS
-@settings(deadline=None)
+@examples(40)
 @given(
     # the node's number is added to each identifier
     queues=st.lists(st.lists(st.integers(0, 0x7F), max_size=5), min_size=2, max_size=4)
@@ -214,7 +215,6 @@ def test_same_identifier_other_data_is_a_bit_error_and_never_a_mixture(
 
 
 @pytest.mark.conforms("G-07")
-@settings(deadline=None)
 @given(data=st.lists(st.binary(max_size=8), min_size=2, max_size=3, unique=True), extended=st.booleans())
 def test_collisions_are_never_silently_merged(data: list[bytes], extended: bool) -> None:
     frames = [Frame(0x2AA, payload, extended=extended) for payload in data]
@@ -373,7 +373,7 @@ def test_cancel_of_a_frame_that_lost_arbitration(lab: Lab, can_bus: LabBus) -> N
     assert (a.aborted, a.pending) == (1, 0)
 
 
-@settings(deadline=None, max_examples=30)
+@examples(30)
 @given(st.lists(near_frames(), min_size=2, max_size=4, unique_by=arbitration_field), st.integers(1, 40))
 def test_losses_are_the_same_wherever_one_stops_to_look(frames: list[Frame], step_bits: int) -> None:
     """A frame that nobody stops in is counted as a whole, one that is looked at bit by bit: with the same result."""

@@ -6,10 +6,11 @@ Source: ISO 11898-1 11.3; reference/can-protocol.md section 8; the medium table 
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BitTiming, ErrorKind, EventKind, Frame, Lab, LabNode
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -22,7 +23,7 @@ HARDEST = Frame(0x078, b"\x3c" * 8)
 
 
 @pytest.mark.conforms("G-12")
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(
     rates=st.lists(st.sampled_from(RATES), min_size=2, max_size=2, unique=True),
     data=st.binary(max_size=8),

@@ -20,6 +20,7 @@ from tests.bus.can.test_two_ways import (
     start_with_counters,
     summary,
 )
+from tests.effort import seeds
 
 pytestmark = pytest.mark.core
 
@@ -42,21 +43,21 @@ CLOCK = ("start_ps", "due_ps", "sampling", "synchronised", "joins", "data_rate",
 @pytest.mark.conforms("G-09")
 @pytest.mark.parametrize("first", range(0, 150, SEEDS_A_TEST))
 def test_many_bits_at_once_are_those_bits(first: int) -> None:
-    for seed in range(first, first + SEEDS_A_TEST):
+    for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts=coasts) for coasts in (True, False))
         assert one == other, f"seed {seed}"
 
 
 @pytest.mark.parametrize("first", range(1000, 1060, SEEDS_A_TEST))
 def test_so_are_they_when_whole_frames_are_stepped_over_between_them(first: int) -> None:
-    for seed in range(first, first + SEEDS_A_TEST):
+    for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts=coasts, bitwise=False) for coasts in (True, False))
         assert one == other, f"seed {seed}"
 
 
 @pytest.mark.parametrize("first", range(2000, 2060, SEEDS_A_TEST))
 def test_so_are_they_where_clocks_disagree_or_nodes_have_options(first: int) -> None:
-    for seed in range(first, first + SEEDS_A_TEST):
+    for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts=coasts, alike=False) for coasts in (True, False))
         assert one == other, f"seed {seed}"
 

@@ -6,10 +6,11 @@ At 5 Mbit/s a bit of the data phase has 200 ns, and its sample point is at 162.5
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import ControllerOptions, DelayCompensation, ErrorKind, EventKind, Frame, Lab, LabBus, LabNode
+from tests.effort import examples
 
 pytestmark = pytest.mark.core
 
@@ -71,7 +72,7 @@ def test_where_the_second_sample_point_may_be(
         assert not passes(ControllerOptions(last_ns + 1, compensation), bitwise=bitwise)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.integers(0, 2_000), st.integers(0, 1_000), st.integers(0, 1_000) | st.just(0), st.booleans())
 def test_a_frame_passes_where_every_bit_is_looked_at_in_its_own_echo(
     delay_ns: int, offset_ns: int, filter_ns: int, measured: bool

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BusEvent, Frame, Lab, LabBus, LineError, dlc_to_length
+from tests.effort import examples
 from tests.tables.frame_vectors import VECTORS, Vector
 
 pytestmark = pytest.mark.core
@@ -68,7 +69,7 @@ def test_11_bit_data_frames_of_every_length(id: int, bitwise: bool) -> None:
 
 @pytest.mark.conforms("G-01", "G-02", "G-03")
 @pytest.mark.parametrize("bitwise", [False, True], ids=["whole frames", "bit by bit"])
-@settings(deadline=None)
+@examples(50)
 @given(frames=st.lists(classic_frames(), max_size=5))
 def test_any_classic_frames(bitwise: bool, frames: list[Frame]) -> None:
     for received in through_a_bus(frames, bitwise=bitwise):
@@ -76,7 +77,7 @@ def test_any_classic_frames(bitwise: bool, frames: list[Frame]) -> None:
 
 
 @pytest.mark.parametrize("bitwise", [False, True], ids=["whole frames", "bit by bit"])
-@settings(deadline=None)
+@examples(50)
 @given(frames=st.lists(fd_frames(), max_size=3))
 def test_any_fd_frames(bitwise: bool, frames: list[Frame]) -> None:
     for received in through_a_bus(frames, bitwise=bitwise):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from canwire import Lab, LinErrorKind, LinEventKind, LinFrame, LinSlot, lin_checksum, protected_id
 from canwire.bus.lin.bits import byte_levels
 from canwire.bus.lin.node import LinResponse
+from tests.effort import examples
 
 BIT_NS = 50_000
 
@@ -17,6 +18,7 @@ def anded(one: bytes, other: bytes) -> bytes:
     return bytes(a & b for a, b in zip(one, other, strict=True))
 
 
+@examples(60)
 @given(st.binary(min_size=1, max_size=8), st.data())
 def test_two_who_answer_make_the_and_of_their_bytes(first: bytes, data: st.DataObject) -> None:
     """Each sender stops with the first byte that it cannot read back; the other's bytes go on."""

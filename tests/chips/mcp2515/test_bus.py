@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import Frame
 from canwire.chips.mcp2515 import register_map as m
 from tests.chips.mcp2515.bench import BIT_NS, CNF, Bench, ask, frame_of, load, send
+from tests.effort import examples
 from tests.tables import mcp2515_vectors as table
 
 pytestmark = pytest.mark.core
@@ -238,7 +239,7 @@ STEP = st.tuples(
 )
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.lists(STEP, max_size=14))
 def test_whole_frames_and_single_bits_come_to_the_same(steps: list[tuple[str, Frame, int, int]]) -> None:
     outcomes = []
@@ -278,7 +279,7 @@ ACCESS = st.tuples(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.lists(ACCESS, max_size=40), st.booleans())
 def test_whatever_is_done_to_it_a_reset_puts_right(
     accesses: list[tuple[str, int, int, int, int]], bitwise: bool

@@ -10,6 +10,7 @@ from canwire import Frame
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
 from tests.chips.mcp2515 import bench
+from tests.effort import examples
 from tests.tables import mcp2515_vectors as table
 
 pytestmark = pytest.mark.core
@@ -103,6 +104,7 @@ def bits_in(octets: bytes) -> dict[str, int]:
     )
 
 
+@examples(100)
 @given(
     frames(), st.lists(st.binary(min_size=4, max_size=4), min_size=6, max_size=6),
     st.lists(st.binary(min_size=4, max_size=4), min_size=2, max_size=2),

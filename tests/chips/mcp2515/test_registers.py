@@ -10,6 +10,7 @@ from canwire import BadTiming, BadValue
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
 from canwire.chips.mcp2515.modes import timing_of
+from tests.effort import examples
 from tests.tables import mcp2515_vectors as table
 
 pytestmark = pytest.mark.core
@@ -94,6 +95,7 @@ def test_bit_modify_takes_its_mask_where_the_map_says_so(
     assert chip.read(address) == other.read(address)
 
 
+@examples(100)
 @given(st.lists(st.tuples(st.sampled_from("rwm"), ADDRESS, BYTE, BYTE), max_size=60))
 def test_any_access_leaves_a_chip_that_makes_sense(accesses: list[tuple[str, int, int, int]]) -> None:
     chip = Mcp2515()

@@ -13,6 +13,7 @@ from canwire.bus.can.faults.faults import Faults
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
 from tests.chips.mcp2515.bench import BIT_NS, Bench
+from tests.effort import seeds
 
 pytestmark = pytest.mark.core
 
@@ -23,13 +24,13 @@ _ADDRESSES = [*range(128)]
 
 @pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
 def test_both_ways_agree(first: int) -> None:
-    for seed in range(first, first + SEEDS_A_TEST):
+    for seed in seeds(first, SEEDS_A_TEST):
         assert outcome(seed, bitwise=False) == outcome(seed, bitwise=True), f"seed {seed}"
 
 
 @pytest.mark.parametrize("first", range(0, 20, SEEDS_A_TEST))
 def test_both_ways_agree_with_faults(first: int) -> None:
-    for seed in range(first, first + SEEDS_A_TEST):
+    for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, bitwise=way, flips=True) for way in (False, True))
         assert one == other, f"seed {seed}"
 

@@ -17,6 +17,7 @@ from canwire.values import acceptance_orders
 from canwire.values.acceptance import Acceptance
 from canwire.values.frame import Frame, record_of_frame
 from tests.chips.sja1000.bench import Bench, get, put, send
+from tests.effort import examples
 from tests.tables import sja1000_vectors
 from tests.tables.sja1000_acceptance import VECTORS as FILTERS
 
@@ -96,6 +97,7 @@ def acceptance(mode: str, acr: bytes, amr: bytes) -> Acceptance:
     return (acceptance_orders.sja1000_single if mode == "S" else acceptance_orders.sja1000_dual)(acr, amr)
 
 
+@examples(100)
 @given(filtered_frames())
 def test_the_filter_agrees_with_another_one(case: tuple[str, bytes, bytes, Frame]) -> None:
     mode, acr, amr, frame = case
@@ -278,6 +280,7 @@ FRAMES = st.one_of(
 )
 
 
+@examples(100)
 @given(st.sampled_from("BSD"), st.lists(st.one_of(st.none(), st.none(), FRAMES), max_size=120))
 def test_the_fifo_against_a_model(mode: str, happenings: list[Frame | None]) -> None:
     """A queue of whole messages with a limit of 64 bytes; None releases one."""

@@ -16,6 +16,7 @@ from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline
 from tests.chips.sja1000.bench import Bench
+from tests.effort import examples
 from tests.tables import sja1000_vectors
 
 pytestmark = pytest.mark.core
@@ -182,6 +183,7 @@ ACCESSES = st.lists(
 )
 
 
+@examples(100)
 @given(ACCESSES)
 def test_nothing_that_is_written_breaks_a_chip(accesses: list[tuple[int, int, int]]) -> None:
     """Two chips, random accesses and time: everything stays a byte, and time goes on."""

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 import canwire
+from tests.effort import seeds
 from tests.uncompiled import load_uncompiled
 
 pytestmark = pytest.mark.core
@@ -25,13 +26,13 @@ ACTIONS, LOOKS = 40, 6
 
 @pytest.mark.parametrize("first", range(0, 60, SEEDS_A_TEST))
 def test_both_ways_agree(first: int) -> None:
-    for seed in range(first, first + SEEDS_A_TEST):
+    for seed in seeds(first, SEEDS_A_TEST):
         assert outcome(canwire, seed, bitwise=False) == outcome(canwire, seed, bitwise=True), f"seed {seed}"
 
 
 @pytest.mark.parametrize("first", range(0, 20, SEEDS_A_TEST))
 def test_both_ways_agree_with_faults(first: int) -> None:
-    for seed in range(first, first + SEEDS_A_TEST):
+    for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(canwire, seed, bitwise=way, flips=True) for way in (False, True))
         assert one == other, f"seed {seed}"
 

@@ -19,6 +19,7 @@ from canwire.drivers.slcan_dongle.port import parse_port
 from canwire.drivers.slcan_dongle.session import POLL_NS, Session
 from canwire.drivers.slcan_dongle.user import Adapter, Setup
 from canwire.values.acceptance_orders import sja1000_dual
+from tests.effort import examples
 
 MS = 1_000_000
 SECOND = 1000 * MS
@@ -418,7 +419,6 @@ def pieces_of(data: bytes, cuts: list[int]) -> list[bytes]:
 
 @pytest.mark.conforms("CT-17", "CT-23", "CT-15")
 @given(st.lists(st.tuples(FRAMES, st.integers(-1, 59_999)), max_size=20), st.lists(st.integers(0, 1 << 30)))
-@settings(deadline=None)
 def test_frames_arrive_whatever_the_pieces(sent: list[tuple[Frame, int]], cuts: list[int]) -> None:
     data = b"".join(format_slcan_frame(frame, stamp) for frame, stamp in sent)
 
@@ -486,7 +486,6 @@ def test_a_line_without_end_takes_no_memory() -> None:
     st.integers(-100, 100),
     st.integers(0, 59_999),
 )
-@settings(deadline=None)
 def test_stamps_are_unwrapped_with_a_bounded_error(
     arrivals: list[tuple[int, int]], ppm: int, start_ms: int
 ) -> None:
@@ -578,6 +577,7 @@ def test_bad_ports(text: str) -> None:
 
 
 @pytest.mark.conforms("PL-21")
+@examples(100)
 @given(
     st.lists(st.tuples(st.integers(0, 0xFFF), st.sampled_from([0, 0xFFF, 0xFF0, 0xF00])), max_size=4),
     st.lists(st.tuples(st.integers(0, 0x3FFFFFFF), st.sampled_from([0, 0x3FFFFFFF, 0x3FFF0000])), max_size=4),
@@ -585,7 +585,6 @@ def test_bad_ports(text: str) -> None:
     st.binary(max_size=8),
     st.data(),
 )
-@settings(deadline=None)
 def test_the_adapters_filter_holds_up_nothing_that_should_pass(
     standard: list[tuple[int, int]],
     extended: list[tuple[int, int]],

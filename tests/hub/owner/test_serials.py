@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from canwire import BadValue
 from canwire.hub.owner.serials import Serials
+from tests.effort import examples
 
 NAMES = st.sampled_from(
     ["HW000001", "HW000002", "HW000003", "HW000005", "HW3", "HW", "HW-2:b", "dongle", "HW0x1"]
@@ -31,6 +32,7 @@ def lowest(taken: set[str]) -> str:
     return next(name for number in range(1, 99) if (name := f"HW{number:06}") not in taken)
 
 
+@examples(100)
 @given(st.sets(NAMES, max_size=3), STEPS)
 def test_boards_that_come_and_go(reserved: set[str], steps: list[tuple[str, str, int]]) -> None:
     serials, there = Serials(reserved), set[str]()

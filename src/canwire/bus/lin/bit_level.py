@@ -73,18 +73,27 @@ class LinBitLevel:
         ]
 
     def next_ps(self) -> int:
-        return min([station.due_ps for station in self.stations], default=NEVER)
+        next_ps = NEVER
+        for station in self.stations:
+            due_ps = station.due_ps
+            if due_ps < next_ps:
+                next_ps = due_ps
+        return next_ps
 
     def step(self) -> None:
         """Do everything that is due at the next moment."""
         at_ps = self.next_ps()
         self.pass_to(at_ps)
         while True:
-            due = [station for station in self.stations if station.due_ps <= at_ps]
-            if not due:
+            senders, readers = [], []
+            for station in self.stations:
+                if station.sender.due_ps <= at_ps:
+                    senders.append(station)
+                elif station.receiver.due_ps <= at_ps:
+                    readers.append(station)
+            if not (senders or readers):
                 break
-            senders = [station for station in due if station.sender.due_ps <= at_ps]
-            for station in senders or due:
+            for station in senders or readers:
                 station.act(self.level, at_ps)
             self._settle(at_ps)
 
@@ -103,7 +112,12 @@ class LinBitLevel:
 
     def busy(self) -> bool:
         """Somebody sends, or the wire is low."""
-        return self.level == 0 or any(station.sender.active for station in self.stations)
+        if self.level == 0:
+            return True
+        for station in self.stations:  # not any(): this is asked at each bit
+            if station.sender.active:
+                return True
+        return False
 
     def at_rest(self) -> bool:
         """Nothing of a frame is under way anywhere; nobody waits for a response but who need not."""
@@ -118,8 +132,12 @@ class LinBitLevel:
         """Work out the level; whoever listens learns of a change."""
         level = self.shorted
         if level == FREE:
-            level = min([station.sender.out for station in self.stations], default=1)
-            if any(station.sender.flipping for station in self.stations):
+            level, flipping = 1, False
+            for station in self.stations:
+                sender = station.sender
+                level &= sender.out
+                flipping |= sender.flipping
+            if flipping:
                 level ^= 1
         if level == self.level:
             return

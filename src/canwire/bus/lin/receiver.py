@@ -78,7 +78,8 @@ class LinReceiver:
 
     @property
     def due_ps(self) -> int:
-        return min(self._sample_ps, self._over_ps, self.limit_ps)
+        due_ps = self._sample_ps if self._sample_ps < self._over_ps else self._over_ps
+        return due_ps if due_ps < self.limit_ps else self.limit_ps
 
     def follow(self, mode: int, limit_ps: int = NEVER) -> None:
         """Wait for something else from now on."""

@@ -15,6 +15,7 @@ from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
 from canwire.hub.links.network.wire import Count, Report
 from canwire.platform import EventDescriptor, close_descriptors, create_memory
 from canwire.ring import Ring, ring_size, rounded_capacity
+from tests.effort import examples
 
 pytestmark = pytest.mark.conforms("PL-11")
 SIZE = 8
@@ -98,6 +99,7 @@ STEPS = st.lists(
 )
 
 
+@examples(100)
 @given(st.integers(1, 200), STEPS)
 def test_everything_arrives_once_and_in_order(capacity: int, steps: list[tuple[str, int]]) -> None:
     with closing(Pair(capacity)) as pair:
@@ -167,6 +169,7 @@ def test_more_than_fits_is_refused() -> None:
             pair.incoming.accept(0, memoryview(bytes(SIZE - 1)))
 
 
+@examples(100)
 @given(st.lists(st.sampled_from(["add", "send", "lose", "report"]), max_size=60))
 def test_notices_arrive_once_and_in_order(steps: list[str]) -> None:
     told: list[bytes] = []
