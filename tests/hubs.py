@@ -97,6 +97,22 @@ def offering(hub: str, *options: str) -> Iterator[Served]:
         process.stdout.close()
 
 
+@contextmanager
+def stopped_meanwhile(hub: canwire.Hub) -> Iterator[None]:
+    """The line of the next channel is stopped, by way of `hub`, just before that channel hears of anything."""
+    activate = canwire.HubChannel.activate
+    with pytest.MonkeyPatch.context() as patch:
+
+        def stop_first(channel: canwire.HubChannel) -> canwire.LineStatus:
+            patch.undo()
+            with hub.open_control(channel.board, channel.line) as control:
+                control.stop()
+            return activate(channel)
+
+        patch.setattr(canwire.HubChannel, "activate", stop_first)
+        yield
+
+
 def free_port() -> int:
     """A port of the loopback that nobody listens on."""
     with socket.create_server(("127.0.0.1", 0)) as listener:

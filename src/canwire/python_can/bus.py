@@ -109,6 +109,7 @@ class CanwireBus(can.BusABC):
                 )
                 self._place, started = line_of_channel(self._hub, str(channel), wanted)
                 board, line = self._place.board.id, self._place.line
+                before = self._place.status(self._hub)
                 with started or nullcontext():  # once there is a channel the line goes on by itself
                     self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
                 self._leases.append(self._line_channel)
@@ -138,7 +139,7 @@ class CanwireBus(can.BusABC):
                 self._can_protocol = _PROTOCOLS[not fd_non_iso] if fd else can.CanProtocol.CAN_20
                 super().__init__(channel, can_filters)
                 self._active = True
-                self._line_channel.activate()
+                self._receiver.begin(before, self._line_channel.activate())
                 OPEN_BUSES.add(self)
                 if self._own_hub:
                     self._company.tell_of_private_hub()

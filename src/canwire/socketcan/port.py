@@ -43,16 +43,7 @@ _MUCH = 64  # frames after which more is looked for at once ...
 _GATHER_S = 0.0005  # ... and else after this, or twice that where so many had come: a full bus
 _SEVERAL = 3
 _STUCK_S, _LOOK_S = 0.25, 0.02
-_EVENTS = tuple(
-    int(kind)
-    for kind in (
-        EventKind.ERROR,
-        EventKind.STATE,
-        EventKind.ARBITRATION_LOST,
-        EventKind.OVERRUN,
-        EventKind.INFO,
-    )
-)
+_EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO)
 _ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
 
 
@@ -91,12 +82,14 @@ class Port:
         self.cyclic = CyclicFrames(hub, self.place)
         by_bus = interface.target == self.place.info.bus
         self._company = company_for(hub, self.place, setting.wanted) if by_bus else None
-        self._channel.set_up(ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=_EVENTS))
+        events = tuple(map(int, _EVENTS))
+        self._channel.set_up(ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=events))
         self._reading, self._writing = self._channel.reading, self._channel.writing
         self._writing.threshold = _ROOM
         self._loop.watch(self._reading.descriptor.fileno(), READABLE, self._rung)
         self._loop.watch(self._writing.descriptor.fileno(), READABLE, self._has_room)
-        self._channel.activate()
+        running = self._channel.activate().running  # it may have been stopped since it was brought up
+        setting.interfaces.show(interface, UP if running else 0)
         self.pump()
 
     # receiving
@@ -260,6 +253,11 @@ class Port:
             return 0
 
     # the end
+
+    def tell_if_down(self, listener: Listener) -> None:
+        """Whoever binds to an interface that is down learns it by its next read, as on Linux."""
+        if not self.interface.flags & UP:
+            listener.interface_lost(self.interface, errno.ENETDOWN)
 
     def leave(self, listener: Listener) -> None:
         """A second time does nothing."""
