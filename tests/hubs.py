@@ -113,6 +113,21 @@ def stopped_meanwhile(hub: canwire.Hub) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def left_meanwhile(leaving: canwire.HubChannel) -> Iterator[None]:
+    """Who has this channel leaves just before the next one is opened."""
+    open_channel = canwire.Hub.open_channel
+    with pytest.MonkeyPatch.context() as patch:
+
+        def leave_first(hub: canwire.Hub, *where: int, **how: bool) -> canwire.HubChannel:
+            patch.undo()
+            leaving.close()
+            return open_channel(hub, *where, **how)
+
+        patch.setattr(canwire.Hub, "open_channel", leave_first)
+        yield
+
+
 def free_port() -> int:
     """A port of the loopback that nobody listens on."""
     with socket.create_server(("127.0.0.1", 0)) as listener:

@@ -33,7 +33,7 @@ from canwire.python_can.ending import OPEN_BUSES
 from canwire.python_can.errors import opening, operating, operation_error
 from canwire.python_can.filters import LIST_SIZE, planned
 from canwire.python_can.hubs import HUBS, program_name
-from canwire.python_can.line import can_places, line_of_channel, set_listening
+from canwire.python_can.line import can_places, kept_up, line_of_channel, set_listening
 from canwire.python_can.messages import record_of
 from canwire.python_can.periodic import hub_task
 from canwire.python_can.receiver import Receiver
@@ -109,10 +109,10 @@ class CanwireBus(can.BusABC):
                 )
                 self._place, started = line_of_channel(self._hub, str(channel), wanted)
                 board, line = self._place.board.id, self._place.line
-                before = self._place.status(self._hub)
                 with started or nullcontext():  # once there is a channel the line goes on by itself
                     self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
                 self._leases.append(self._line_channel)
+                before = kept_up(self._hub, self._place, wanted)
                 warn_of_conflicts(self._hub, self._place.info.bus)
                 self._line_channel.set_up(
                     ChannelMode(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 from collections import deque
-from contextlib import nullcontext
 from typing import TYPE_CHECKING, Protocol
 
 from canwire import BusEvent, CanwireError, ChannelMode, EventKind, HubError, Siblings
@@ -12,7 +11,7 @@ from canwire.socketcan.constants import CAN_MTU
 from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
 from canwire.socketcan.error_frames import error_frame_of
-from canwire.socketcan.lines import company_for, line_of
+from canwire.socketcan.lines import channel_on, company_for
 from canwire.socketcan.loop import READABLE
 from canwire.socketcan.table import GONE, STUCK, UP
 from canwire.socketcan.wire import (
@@ -76,9 +75,7 @@ class Port:
         self._pumps = False
         self._stuck: Timer | None = None
         hub = setting.hub
-        self.place, control = line_of(hub, interface.target, setting.wanted)
-        with control or nullcontext():
-            self._channel = hub.open_channel(self.place.board.id, self.place.line)
+        self.place, self._channel = channel_on(hub, interface.target, setting.wanted)
         self.cyclic = CyclicFrames(hub, self.place)
         by_bus = interface.target == self.place.info.bus
         self._company = company_for(hub, self.place, setting.wanted) if by_bus else None
