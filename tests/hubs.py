@@ -99,6 +99,37 @@ def offering(hub: str, *options: str) -> Iterator[Served]:
         process.stdout.close()
 
 
+@contextmanager
+def stopped_meanwhile(hub: canwire.Hub) -> Iterator[None]:
+    """The line of the next channel is stopped, by way of `hub`, just before that channel hears of anything."""
+    activate = canwire.HubChannel.activate
+    with pytest.MonkeyPatch.context() as patch:
+
+        def stop_first(channel: canwire.HubChannel) -> canwire.LineStatus:
+            patch.undo()
+            with hub.open_control(channel.board, channel.line) as control:
+                control.stop()
+            return activate(channel)
+
+        patch.setattr(canwire.HubChannel, "activate", stop_first)
+        yield
+
+
+@contextmanager
+def left_meanwhile(leaving: canwire.HubChannel) -> Iterator[None]:
+    """Who has this channel leaves just before the next one is opened."""
+    open_channel = canwire.Hub.open_channel
+    with pytest.MonkeyPatch.context() as patch:
+
+        def leave_first(hub: canwire.Hub, *where: int, **how: bool) -> canwire.HubChannel:
+            patch.undo()
+            leaving.close()
+            return open_channel(hub, *where, **how)
+
+        patch.setattr(canwire.Hub, "open_channel", leave_first)
+        yield
+
+
 def free_port() -> int:
     """A port of the loopback that nobody listens on, and none of those that the system gives away by itself.
 

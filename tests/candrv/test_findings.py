@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from canwire import Frame, InUse, candrv
+from canwire import ErrorState, Frame, HubChannel, InUse, LineStatus, candrv
 from canwire.candrv import (
     CAN_ACCEPTANCE_FILTER,
     CanbusEvent,
@@ -386,3 +386,24 @@ def test_reset_mode_breaks_no_frame_of_its_own_off(bench: Bench) -> None:
     assert [frame.id for frame in bench.peer.received(80)] == list(range(80))
     assert bench.peer.receive(0) is None
     assert kinds(handle).count(TRANSMITTED) == 80
+
+
+@pytest.mark.finding("socketcan 1")
+def test_a_state_that_comes_as_soon_as_the_handle_hears_is_told(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = bench.open()
+    assert bench.peer
+    activate = HubChannel.activate
+
+    def go_bus_off(channel: HubChannel) -> LineStatus:
+        monkeypatch.setattr(HubChannel, "activate", activate)
+        began = activate(channel)
+        bench.faults.flip(bit=20, times=32)  # 32 * 8 errors: bus-off
+        writer.write("1 0 0\n")
+        while bench.hub.line_status(bench.board, 0).state != ErrorState.BUS_OFF:
+            bench.run(0.001)
+        return began
+
+    monkeypatch.setattr(HubChannel, "activate", go_bus_off)
+    assert kinds(bench.open())[-3:] == [CanbusEvent.WARNING, CanbusEvent.PASSIVE, CanbusEvent.BUS_ERROR]

@@ -17,7 +17,7 @@ PAGE = ROOT / "docs" / "machines.md"
 def test_the_commands_of_the_page(tmp_path: Path) -> None:
     said = run_console(PAGE, tmp_path)
     assert "offered as zenoh://lab/127.0.0.1" in said
-    assert "fast time, version 3" in said
+    assert "fast time, version 4" in said
     assert "HW000001  usb-to-can-fd  USB-to-CAN FD (simulated)" in said
 
 

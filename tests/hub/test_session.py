@@ -227,6 +227,27 @@ def test_frames_move_while_it_is_active_and_the_line_runs(bench: Bench, hub: Hub
     assert received == [[], [], [], [4], []]
 
 
+@pytest.mark.finding("socketcan 1")
+def test_activating_tells_how_the_line_is_from_which_on_everything_is_an_event(
+    bench: Bench, hub: Hub, other: Hub
+) -> None:
+    control = bench.control(other)
+    channel = hub.open_channel(bench.board, 0)
+    channel.set_up(ChannelMode(8, 0, frames=False, events=(int(EventKind.INFO),)))
+    running = []
+    for turn in (control.stop, control.start):
+        turn()
+        running.append(channel.activate().running)
+        channel.deactivate()
+    assert running == [False, True]
+    assert channel.activate() == hub.line_status(bench.board, 0)
+    assert channel.receive_record() is None
+    control.stop()
+    told = channel.receive_any()
+    assert isinstance(told, BusEvent)
+    assert told.code == InfoCode.STOPPED
+
+
 @pytest.mark.conforms("X3-19")
 def test_what_waits_to_be_sent_stays_while_it_is_inactive(bench: Bench, hub: Hub, other: Hub) -> None:
     bench.control(hub)

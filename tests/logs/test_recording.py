@@ -16,9 +16,20 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import BadValue, BusEvent, Frame, Lab, LogEntry, LogMark, MarkKind, create_log, open_log
+from canwire import (
+    BadValue,
+    BusEvent,
+    ErrorState,
+    Frame,
+    Lab,
+    LogEntry,
+    LogMark,
+    MarkKind,
+    create_log,
+    open_log,
+)
 from canwire.logs.recording import files as recording_files
-from tests.hubs import LONG_S, Served, serving
+from tests.hubs import LONG_S, Served, serving, stopped_meanwhile
 from tests.logs.contents import some
 
 FORMATS = ["log", "asc", "blf", "trc", "csv", "mf4", "parquet", "pcapng", "db", "trace"]
@@ -67,6 +78,17 @@ def test_what_goes_wrong_on_a_bus_is_recorded(tmp_path: Path) -> None:
     marks = [content for content in contents if isinstance(content, LogMark)]
     assert [(mark.kind, mark.bit_rate, mark.text) for mark in marks] == [
         (MarkKind.CLOCK, 0, "lab"), (MarkKind.BIT_RATE, 500_000, "")]  # fmt: skip
+
+
+@pytest.mark.finding("socketcan 1")
+def test_a_line_that_is_stopped_before_the_recorder_hears_it_is_recorded(
+    tmp_path: Path, served: Served
+) -> None:
+    with canwire.connect(served.address) as hub, stopped_meanwhile(hub):
+        canwire.record("HW000001:0", tmp_path / "drive.log", hub=served.address).close()
+    with open_log(tmp_path / "drive.log") as log:
+        states = [entry.content.state for entry in log if isinstance(entry.content, BusEvent)]
+    assert states == [ErrorState.STOPPED]
 
 
 def test_lost_frames_are_counted_in_the_log(tmp_path: Path) -> None:

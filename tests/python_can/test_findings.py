@@ -18,7 +18,7 @@ import canwire
 from canwire.bus.can.faults.faults import Faults
 from canwire.python_can import CanwireBus
 from canwire.python_can.company import Company
-from tests.hubs import Served, connected, embedded
+from tests.hubs import Served, connected, embedded, left_meanwhile, stopped_meanwhile
 from tests.python_can.conftest import ROOT
 from tests.python_can.programs import Open
 
@@ -172,6 +172,31 @@ def test_a_bus_off_line_takes_no_messages(reads: bool) -> None:
             sender.send(message())
         sender.state = can.BusState.ACTIVE
         sender.send(message())
+
+
+@pytest.mark.finding("socketcan 1")
+def test_a_line_that_is_stopped_while_its_bus_is_opened_says_so(hub: canwire.Hub) -> None:
+    with stopped_meanwhile(hub), CanwireBus("HW000001:0", hub=hub) as bus:
+        told = bus.recv(0)
+        assert told is not None
+        assert told.is_error_frame
+        with pytest.raises(can.CanOperationError, match="does not run"):
+            bus.send(message())
+    with stopped_meanwhile(hub), CanwireBus("HW000001:0", hub=hub, error_frames=False) as bus:
+        assert bus.recv(0) is None
+        with pytest.raises(can.CanOperationError, match="does not run"):
+            bus.send(message())
+
+
+@pytest.mark.finding("socketcan 1")
+def test_whoever_had_the_line_running_may_leave_while_a_bus_is_opened(hub: canwire.Hub) -> None:
+    with (
+        CanwireBus("HW000001:0", hub=hub, bitrate=250_000) as other,
+        left_meanwhile(other._line_channel),
+        CanwireBus("HW000001:0", hub=hub) as bus,
+    ):
+        assert bus.line_status().running
+        assert bus.recv(0) is None
 
 
 @pytest.mark.finding("python-can 10.4")

@@ -8,7 +8,8 @@ import pytest
 
 import canwire
 from canwire import NoSuchBoard, Unplugged, WantedMode, every_line
-from canwire.socketcan.lines import company_for, line_of
+from canwire.socketcan.lines import channel_on, company_for, line_of
+from tests.hubs import left_meanwhile
 from tests.python_can.test_unplugged_meanwhile import Pulled
 
 
@@ -26,3 +27,14 @@ def test_another_boards_end_is_not_ours(error: type[Exception]) -> None:
         assert company is not None
         assert company[0].board.id in boards[:-1]
         company[1].close()
+
+
+@pytest.mark.finding("socketcan 1")
+def test_whoever_had_the_line_running_may_leave_while_a_channel_is_opened() -> None:
+    with canwire.connect(time="virtual") as hub:
+        _, first = channel_on(hub, "HW000001:0", WantedMode())
+        with left_meanwhile(first):
+            place, second = channel_on(hub, "HW000001:0", WantedMode())
+        assert place.status(hub).running
+        assert place.status(hub).channels == 1
+        second.close()

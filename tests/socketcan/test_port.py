@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import sys
+from pathlib import Path
 
 import pytest
 
 import canwire
-from tests.hubs import LONG_S
+from canwire import WantedMode
+from canwire.socketcan.interfaces import Interface, Interfaces
+from canwire.socketcan.loop import Loop
+from canwire.socketcan.port import Port
+from canwire.socketcan.setting import Setting
+from canwire.socketcan.table import Table
+from canwire.socketcan.wire import Batch
+from tests.hubs import LONG_S, stopped_meanwhile
 from tests.socketcan.bench import Bench, finished
 
 MANY = """
@@ -57,6 +66,80 @@ while True:
     if id == 0x7F0:
         break
 """
+
+
+AGAIN = """
+import errno, socket
+BOUND = {"raw": (socket.SOCK_RAW, socket.CAN_RAW, ()), "isotp": (socket.SOCK_DGRAM, socket.CAN_ISOTP, (0x11, 0x12))}
+def bound(kind):
+    type, protocol, ids = BOUND[kind]
+    wire = socket.socket(socket.AF_CAN, type, protocol)
+    wire.settimeout(30)
+    wire.bind(("HW000001_0", *ids))
+    return wire
+def read(wire):
+    try:
+        wire.recv(16)
+    except OSError as error:
+        print(errno.errorcode[error.errno], flush=True)
+first = bound("raw")
+print("bound", flush=True)
+read(first)
+read(bound("raw"))
+read(bound("isotp"))
+everything = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+everything.bind(("",))
+everything.setblocking(False)
+read(everything)
+"""
+
+
+class Told:
+    """A listener that keeps what it hears of the interface itself."""
+
+    def __init__(self) -> None:
+        self.errors: list[int] = []
+
+    def take(self, batch: Batch) -> None:
+        del batch
+
+    def congested(self) -> bool:
+        return False
+
+    def interface_lost(self, interface: Interface, error: int) -> None:
+        del interface
+        self.errors.append(error)
+
+
+@pytest.mark.finding("socketcan 1")
+def test_a_line_that_is_stopped_while_its_interface_is_opened_is_down(tmp_path: Path) -> None:
+    """The hub counts a channel that hears nothing yet: candump was killed by its test's patience, one run in two."""
+    pytest.importorskip("numpy")
+    with canwire.connect(time="virtual") as hub:
+        loop, table = Loop(), Table(str(tmp_path / "table"), b"test")
+        interfaces = Interfaces(hub, table, {})
+        setting = Setting(hub, loop, table, interfaces, WantedMode(), 0, lambda said: None)
+        (interface,) = (one for one in interfaces.by_index.values() if one.name == "HW000001_0")
+        with stopped_meanwhile(hub):
+            port = Port(setting, interface, lambda lost: None)
+        listener = Told()
+        port.listeners.append(listener)
+        port.tell_if_down(listener)
+        assert listener.errors == [errno.ENETDOWN]
+        port.close()
+        table.close()
+        loop.close()
+
+
+@pytest.mark.finding("socketcan 1")
+def test_a_bind_to_an_interface_that_is_down_is_told_by_the_next_read(bench: Bench) -> None:
+    """As Linux has it; a socket bound to all of them just waits."""
+    program = bench.start(sys.executable, "-c", AGAIN, stdout=-1)
+    assert program.stdout is not None
+    assert program.stdout.readline() == "bound\n"
+    with bench.hub.open_control(bench.hub.board("HW000001").id, 0) as control:
+        control.stop()
+        assert finished(program).split() == ["ENETDOWN", "ENETDOWN", "ENETDOWN", "EAGAIN"]
 
 
 def test_a_line_that_was_stopped_and_started_again_sends(bench: Bench) -> None:

@@ -169,9 +169,8 @@ class _End:
         control = bring_up(self.hub, self.place, self._mode, lambda status: None)
         if control is not None:
             control.close()
-        mode = self.place.status(self.hub).mode
+        mode = self.channel.activate().mode
         self.fd = mode is not None and mode.long_data
-        self.channel.activate()
 
     def newly_lost(self) -> int:
         """Frames that found this program's receive queue full since the last call."""

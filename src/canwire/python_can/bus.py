@@ -33,7 +33,7 @@ from canwire.python_can.ending import OPEN_BUSES
 from canwire.python_can.errors import opening, operating, operation_error
 from canwire.python_can.filters import LIST_SIZE, planned
 from canwire.python_can.hubs import HUBS, program_name
-from canwire.python_can.line import can_places, line_of_channel, set_listening
+from canwire.python_can.line import can_places, kept_up, line_of_channel, set_listening
 from canwire.python_can.messages import record_of
 from canwire.python_can.periodic import hub_task
 from canwire.python_can.receiver import Receiver
@@ -112,6 +112,7 @@ class CanwireBus(can.BusABC):
                 with started or nullcontext():  # once there is a channel the line goes on by itself
                     self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
                 self._leases.append(self._line_channel)
+                before = kept_up(self._hub, self._place, wanted)
                 warn_of_conflicts(self._hub, self._place.info.bus)
                 self._line_channel.set_up(
                     ChannelMode(
@@ -138,7 +139,7 @@ class CanwireBus(can.BusABC):
                 self._can_protocol = _PROTOCOLS[not fd_non_iso] if fd else can.CanProtocol.CAN_20
                 super().__init__(channel, can_filters)
                 self._active = True
-                self._line_channel.activate()
+                self._receiver.begin(before, self._line_channel.activate())
                 OPEN_BUSES.add(self)
                 if self._own_hub:
                     self._company.tell_of_private_hub()

@@ -9,7 +9,7 @@ Who comes first sets a line up, with everything that it can; the others have to 
 
 from __future__ import annotations
 
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 
 from canwire import (
@@ -58,6 +58,19 @@ def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePla
     _check_able(place, wanted)
     neighbours = [other for other in can_places(hub) if place.info.bus and other.info.bus == place.info.bus]
     return place, _brought_up(hub, place, _as_others(hub, neighbours, wanted))
+
+
+def kept_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> LineStatus:
+    """The line that this program has a channel on now, brought up once more if who had it running left before that.
+
+    Raises what `line_of_channel` does.
+    """
+    status = place.status(hub)
+    if status.running:
+        return status
+    neighbours = [other for other in can_places(hub) if place.info.bus and other.info.bus == place.info.bus]
+    with _brought_up(hub, place, _as_others(hub, neighbours, wanted)) or nullcontext():
+        return place.status(hub)
 
 
 def set_listening(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import can
 from can.bus import LOG
 
-from canwire import BusEvent, CanwireError, Closed, ErrorState, HubChannel
+from canwire import BusEvent, CanwireError, Closed, ErrorState, EventKind, HubChannel, LineStatus
 from canwire.python_can.clock import HubClock
 from canwire.python_can.messages import take_messages
 
@@ -47,6 +47,17 @@ class Receiver:
         self._virtual = channel.hub.virtual
         self._now_s = channel.hub.clock_s
         self._lock = threading.Lock()
+
+    def begin(self, before: LineStatus, now: LineStatus) -> None:
+        """The line was `before`, and is `now` that the channel hears of changes: what it missed of them comes first.
+
+        The line was brought up, so that one which does not run was stopped by somebody.
+        """
+        self.state = ErrorState(now.state)
+        if now.running and (now.state != ErrorState.BUS_OFF or before.state == ErrorState.BUS_OFF):
+            return
+        missed = BusEvent(EventKind.STATE, now.time_ns, state=self.state, tec=now.tec, rec=now.rec)
+        self._make_messages(memoryview(missed.to_record()), self.ready.append, self._on_state)
 
     def keep(self, keeps: Callable[[can.Message], bool] | None, *, exact: bool) -> None:
         """Only such messages, from now on. `exact`: the hub lets no others in, only what is here has to be sorted."""
@@ -129,9 +140,7 @@ class Receiver:
         found: list[can.Message] = []
         count = 0
         for block in blocks:
-            take_messages(
-                block, self._clock.epoch_ns, self._name, found.append, states.append, errors=self._errors
-            )
+            self._make_messages(block, found.append, states.append)
             count += len(block) // _RECORD_SIZE
         ring.release(count)
         keeps = self._keeps
@@ -144,3 +153,11 @@ class Receiver:
                 LOG.log(can.BusABC.RECV_LOGGING_LEVEL, "Received: %s", message)
         self.ready.extend(found)
         return True, states
+
+    def _make_messages(
+        self,
+        block: memoryview,
+        append: Callable[[can.Message], object],
+        tell: Callable[[BusEvent], object],
+    ) -> None:
+        take_messages(block, self._clock.epoch_ns, self._name, append, tell, errors=self._errors)

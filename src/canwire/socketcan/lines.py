@@ -7,7 +7,7 @@ other one runs; one that is named after a board's line is that line, with whoeve
 
 from __future__ import annotations
 
-from contextlib import suppress
+from contextlib import ExitStack, nullcontext, suppress
 from typing import TYPE_CHECKING
 
 from canwire import (
@@ -26,7 +26,20 @@ from canwire import (
 )
 
 if TYPE_CHECKING:
-    from canwire import Control, Hub, Lease, LinePlace, LineStatus
+    from canwire import Control, Hub, HubChannel, Lease, LinePlace, LineStatus
+
+
+def channel_on(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, HubChannel]:
+    """A new channel on the line, which runs. Raises what `line_of` does."""
+    place, started = line_of(hub, target, wanted)
+    with started or nullcontext(), ExitStack() as on_failure:
+        channel = on_failure.enter_context(hub.open_channel(place.board.id, place.line))
+        # who had it running may have left before there was this channel, which keeps it
+        if not place.status(hub).running:
+            with _joined(hub, place, _at_rates_there(hub, place.info.bus, wanted)) or nullcontext():
+                pass
+        on_failure.pop_all()
+    return place, channel
 
 
 def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 from collections import deque
-from contextlib import nullcontext
 from typing import TYPE_CHECKING, Protocol
 
 from canwire import BusEvent, CanwireError, ChannelMode, EventKind, HubError, Siblings
@@ -12,7 +11,7 @@ from canwire.socketcan.constants import CAN_MTU
 from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
 from canwire.socketcan.error_frames import error_frame_of
-from canwire.socketcan.lines import company_for, line_of
+from canwire.socketcan.lines import channel_on, company_for
 from canwire.socketcan.loop import READABLE
 from canwire.socketcan.table import GONE, STUCK, UP
 from canwire.socketcan.wire import (
@@ -43,16 +42,7 @@ _MUCH = 64  # frames after which more is looked for at once ...
 _GATHER_S = 0.0005  # ... and else after this, or twice that where so many had come: a full bus
 _SEVERAL = 3
 _STUCK_S, _LOOK_S = 0.25, 0.02
-_EVENTS = tuple(
-    int(kind)
-    for kind in (
-        EventKind.ERROR,
-        EventKind.STATE,
-        EventKind.ARBITRATION_LOST,
-        EventKind.OVERRUN,
-        EventKind.INFO,
-    )
-)
+_EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO)
 _ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
 
 
@@ -85,18 +75,18 @@ class Port:
         self._pumps = False
         self._stuck: Timer | None = None
         hub = setting.hub
-        self.place, control = line_of(hub, interface.target, setting.wanted)
-        with control or nullcontext():
-            self._channel = hub.open_channel(self.place.board.id, self.place.line)
+        self.place, self._channel = channel_on(hub, interface.target, setting.wanted)
         self.cyclic = CyclicFrames(hub, self.place)
         by_bus = interface.target == self.place.info.bus
         self._company = company_for(hub, self.place, setting.wanted) if by_bus else None
-        self._channel.set_up(ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=_EVENTS))
+        events = tuple(map(int, _EVENTS))
+        self._channel.set_up(ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=events))
         self._reading, self._writing = self._channel.reading, self._channel.writing
         self._writing.threshold = _ROOM
         self._loop.watch(self._reading.descriptor.fileno(), READABLE, self._rung)
         self._loop.watch(self._writing.descriptor.fileno(), READABLE, self._has_room)
-        self._channel.activate()
+        running = self._channel.activate().running  # it may have been stopped since it was brought up
+        setting.interfaces.show(interface, UP if running else 0)
         self.pump()
 
     # receiving
@@ -260,6 +250,11 @@ class Port:
             return 0
 
     # the end
+
+    def tell_if_down(self, listener: Listener) -> None:
+        """Whoever binds to an interface that is down learns it by its next read, as on Linux."""
+        if not self.interface.flags & UP:
+            listener.interface_lost(self.interface, errno.ENETDOWN)
 
     def leave(self, listener: Listener) -> None:
         """A second time does nothing."""

@@ -60,6 +60,8 @@ class Server:
         say: Callable[[str], object],
     ) -> None:
         self._loop = Loop()
+        self._boards = Event()
+        hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
         self._prefix = f"canwire-{secrets.token_hex(3)}-"
         table = Table(os.path.join(directory, "table"), self._prefix.encode())
         interfaces = Interfaces(hub, table, mappings)
@@ -71,8 +73,6 @@ class Server:
         self._said: set[str] = set()
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
-        self._boards = Event()
-        hub.watch(self._boards)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
 
     def run(self, programs: tuple[int, int]) -> None:

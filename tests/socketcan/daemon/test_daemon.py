@@ -15,7 +15,7 @@ from canwire.socketcan.daemon.daemon import Daemon, parse_address
 from canwire.socketcan.daemon.waiting import Selected
 from canwire.socketcan.loop import Polled
 from tests.gateway.test_gateway import CONFIG, got, program
-from tests.hubs import LONG_S, connected, embedded
+from tests.hubs import LONG_S, connected, embedded, stopped_meanwhile
 
 pytest.importorskip("numpy")
 
@@ -256,3 +256,15 @@ def test_the_beacon(hub: Hub, said: list[str], monkeypatch: pytest.MonkeyPatch, 
         made.close()
     assert f"<URL>can://127.0.0.1:{made.address[1]}</URL>" in text
     assert '<Bus name="can0"/><Bus name="can1"/>' in text
+
+
+@pytest.mark.finding("socketcan 1")
+def test_whoever_opens_a_bus_that_is_down_is_told(daemon: Daemon, hub: Hub, closing: ExitStack) -> None:
+    first, second = Client(daemon), Client(daemon)
+    closing.callback(first.close)
+    closing.callback(second.close)
+    with stopped_meanwhile(hub):
+        assert first.ask("< open can1 >") == "< ok >"
+        assert first.heard() == "< error can1 is down >"
+    assert second.ask("< open can1 >") == "< ok >"
+    assert second.heard() == "< error can1 is down >"

@@ -24,7 +24,7 @@ from canwire.candrv.handle.receiving import EVENTS, RECORD, Key, Receiver, Ticke
 from canwire.candrv.handle.waiting import WaitingRoom
 
 if TYPE_CHECKING:
-    from canwire import HubChannel
+    from canwire import HubChannel, LineStatus
     from canwire.candrv.device.device import Device
     from canwire.candrv.event_queue import EventQueue
 
@@ -61,19 +61,24 @@ class Channel:
         self._channel: HubChannel | None = None
         try:
             if queue is not None or write:
-                self._open(queue, 0 if not write else 1 if self._single else settings.send_buffer_size)
+                began = self._open(
+                    queue, 0 if not write else 1 if self._single else settings.send_buffer_size
+                )
+            else:
+                began = device.status()
             self.receiver = Receiver(
                 queue,
                 look=device.state,
                 align=settings.align,
                 tells_sent=settings.transmitted_events,
-                level=device.status().state,
+                level=began.state,
             )
         except BaseException:
             self.close()
             raise
 
-    def _open(self, queue: EventQueue | None, transmit: int) -> None:
+    def _open(self, queue: EventQueue | None, transmit: int) -> LineStatus:
+        """The line as it was when the channel began to hear of changes."""
         reads = queue is not None
         size = max(LEAST_RING, 2 * queue.capacity) if queue is not None else OUTCOMES
         mode = ChannelMode(
@@ -96,11 +101,12 @@ class Channel:
             if transmit:
                 self.writing = channel.writing.ring
             self._end.assign(self.room.event)
-            channel.activate()
+            began = channel.activate()
         except BaseException:
             channel.close()
             raise
         self._channel = channel
+        return began
 
     # in
 

@@ -26,7 +26,7 @@ from canwire.commands.console import complain
 from canwire.commands.shared_hub import find_line
 
 if TYPE_CHECKING:
-    from canwire import Event, Hub, HubChannel
+    from canwire import Event, Hub, HubChannel, LineStatus
 
 ANY = "any"
 QUEUE = 32_768  # frames: more than a second of the busiest classic bus
@@ -142,10 +142,9 @@ class Listening:
     ) -> Source:
         channel = self._closing.enter_context(self._hub.open_channel(place.board.id, place.line))
         channel.set_up(ChannelMode(receive=queue, transmit=0, siblings=Siblings.EVERY, events=events))
-        self.told.append(_begun(self._hub, place, wanted))
-        source = Source(name, place, channel, place.status(self._hub).errors)
-        channel.activate()
-        return source
+        told, status = _begun(self._hub, place, wanted, channel)
+        self.told.append(told)
+        return Source(name, place, channel, status.errors)
 
     def _one_event(self) -> Event:
         from canwire import Event
@@ -188,13 +187,20 @@ def _in_order(found: list[tuple[Source, list[Record]]]) -> list[tuple[Source, li
     return [(found[at][0], [record for _, _, record in run]) for at, run in groupby(every, key=itemgetter(1))]
 
 
-def _begun(hub: Hub, place: LinePlace, wanted: WantedMode) -> str:
-    """Have the line running; where somebody else is about to start it, wait for that. Returns what to say of it."""
+def _begun(hub: Hub, place: LinePlace, wanted: WantedMode, channel: HubChannel) -> tuple[str, LineStatus]:
+    """Have the line running; where somebody else is about to start it, wait for that.
+
+    Returns what to say of it, and how it was when the channel began to hear.
+    """
+    why = "it was stopped meanwhile"
     try:
         bring_up(hub, place, wanted)
     except InUse as error:
-        return f"{place.address} on {place.info.bus} does not run yet ({error}); listening"
-    return f"{place.address} on {place.info.bus}: {format_rates(place.status(hub).mode)}; listening"
+        why = str(error)
+    status = channel.activate()
+    if status.running:
+        return f"{place.address} on {place.info.bus}: {format_rates(status.mode)}; listening", status
+    return f"{place.address} on {place.info.bus} does not run yet ({why}); listening", status
 
 
 def summary_of(listening: Listening, shown: dict[str, int]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import ChannelMode, ChannelStatus, FilterContent
+from canwire.boards.can.modes import ChannelMode, ChannelStatus, FilterContent, LineStatus
 from canwire.errors import NotInitialised, QueueFull
 from canwire.hub.handles.ends import RingEnd
 from canwire.hub.handles.filtered import Filtered
@@ -79,9 +79,14 @@ class HubChannel(Filtered):
             raise NotInitialised(f"{self.name}: it has no transmit queue")
         return self._writing
 
-    def activate(self) -> None:
-        """From now on frames move, as far as the line runs."""
-        self.ask(m.Activate(self._handle, True))
+    def activate(self) -> LineStatus:
+        """From now on frames move, as far as the line runs; returns the line as it was at that moment.
+
+        Every change after that comes as an event, where the channel takes such. What happened between `open_channel`
+        and this only the result can tell: the line may have been stopped. It leaves out how late the hub is.
+        """
+        status: LineStatus = self.ask(m.Activate(self._handle, True)).status
+        return status
 
     def deactivate(self) -> None:
         """No more; what waits in the queues stays."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from canwire.boards.lin.modes import LinMode, LinMonitorMode, LinMonitorStatus
+from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.boards.lin.monitor import message_of_record
 from canwire.errors import NotInitialised
 from canwire.hub.handles.ends import RingEnd
@@ -110,9 +110,13 @@ class Monitor(Lease):
             raise NotInitialised(f"{self.name}: set it up first")
         return self._reading
 
-    def activate(self) -> None:
-        """From now on messages come, as far as the line runs."""
-        self.ask(m.Activate(self.handle, True))
+    def activate(self) -> LinLineStatus:
+        """From now on messages come, as far as the line runs; returns the line as it was at that moment.
+
+        It leaves out how late the hub is.
+        """
+        status: LinLineStatus = self.ask(m.Activate(self.handle, True)).status
+        return status
 
     def deactivate(self) -> None:
         """No more; what waits in the queue stays."""

@@ -28,8 +28,8 @@ class BoardWatch:
         """Signal this event from now on; one that is signalled already counts once."""
         instance("event", event, Event)
         if not self._asked:
-            self._asked = True
             self._client.call(m.Watch())
+            self._asked = True
         with self._lock:
             if any(watcher.event is event for watcher in self._watchers):
                 return

@@ -84,7 +84,7 @@ if TYPE_CHECKING:  # what __getattr__ says to the interpreter
     from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
     from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 
-VERSION = 3
+VERSION = 4
 LARGEST_REQUEST = 1 << 16
 LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")
@@ -262,7 +262,10 @@ class SetUpChannel(Message):
 
 
 class Activate(Message):
-    """Channel -> None"""
+    """Channel -> LineState, monitor -> LinLineState: the line as it was at that moment; what happens later is told.
+
+    What a hub knows of its own lateness is left out (0).
+    """
 
     handle: int
     active: bool

@@ -17,7 +17,8 @@ from canwire.logs.batch import records_of_line
 from canwire.logs.entry import LogMark, MarkKind
 from canwire.logs.recording.hub_source import HubSource
 from canwire.logs.recording.shared_lin import SharedLinSource, shared_lin_source
-from canwire.values.event import EventKind
+from canwire.values.event import BusEvent, ErrorState, EventKind
+from canwire.values.record import load_numpy, record_dtype
 
 if TYPE_CHECKING:
     import numpy
@@ -37,10 +38,20 @@ class SharedSource(HubSource):
         super().__init__(name, epoch_ns, closing)
         self._handle = channel
         self._status = status
+        self._missed = b""
+        if (
+            status is not None and not status.running
+        ):  # stopped since it was brought up: that stands in the log
+            stop = BusEvent(EventKind.STATE, status.time_ns, state=ErrorState.STOPPED)
+            self._missed = stop.to_record()
 
     def take(self, timeout_s: float) -> numpy.ndarray:
         """Frames and events, in the order that they came in."""
-        found = records_of_line(self._handle.receive_array(None, timeout_s), 0)
+        if self._missed:
+            heard, self._missed = load_numpy().frombuffer(self._missed, record_dtype()), b""
+        else:
+            heard = self._handle.receive_array(None, timeout_s)
+        found = records_of_line(heard, 0)
         found["time_ns"] += self.epoch_ns
         return found
 
@@ -86,6 +97,5 @@ def shared_source(
         )
         if control is not None:
             control.close()
-        status = place.status(hub)  # before anything is heard: its marks stand there
-        channel.activate()
+        status = channel.activate()  # its marks stand before all that is heard
         return SharedSource(channel, name or place.info.bus or line, epoch_ns(hub), status, closing.pop_all())

@@ -171,6 +171,7 @@ class Client:
         self._port.listeners.append(self)
         self._mode = "bcm"
         self._say("< ok >")
+        self._port.tell_if_down(self)
 
     def _leave_mode(self) -> None:
         operations: list[Sending | Watching] = [*self._sendings.values(), *self._watchings.values()]

@@ -64,14 +64,14 @@ class Daemon:
         self._listener.setblocking(False)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
         self._loop = Loop(usual())
+        self._boards = Event()
+        hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
         table = Table(os.path.join(self._directory.name, "table"), b"socketcand")
         interfaces = Interfaces(hub, table, mappings or {})
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
         self._ports = Ports(self._setting)
         self._clients: set[Client] = set()
         self._slots = itertools.count(_FIRST_SLOT)
-        self._boards = Event()
-        hub.watch(self._boards)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
         self._loop.watch(self._listener.fileno(), READABLE, self._accept)
         self._beacon = beacon

@@ -99,6 +99,7 @@ class IsoTpSocket(MessageSocket):
         port.listeners.append(self)
         self.setting.table.bind(self.slot, index)
         self.setting.table.set_identifiers(self.slot, self._receives, self._sends)
+        port.tell_if_down(self)
 
     def sent(self, data: bytes, index: int, waits: bool, asked: Asked) -> None:
         if self._port is None:

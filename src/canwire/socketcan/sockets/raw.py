@@ -87,6 +87,8 @@ class RawSocket(CanSocket):
         self._hears_all = index == 0
         self._hear(heard)
         self.setting.table.bind(self.slot, index)
+        if index:
+            heard[0].tell_if_down(self)
 
     def _hear(self, ports: list[Port]) -> None:
         for port in ports:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from canwire.errors import NoSuchBoard
+from canwire.hub.owner.answers.lin import lin_state
 from canwire.hub.owner.answers.registry import DONE, Answers, opened
 from canwire.hub.owner.held.channel import HeldChannel
+from canwire.hub.owner.held.lin import HeldMonitor
 from canwire.hub.owner.held.line import HeldQueue, OnLine
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
@@ -45,7 +47,10 @@ def _activate(request: m.Activate, session: Session, world: World) -> Answer:
     if not isinstance(held, HeldQueue):
         raise NoSuchBoard(f"handle {request.handle} is neither a channel nor a monitor of {session.name}")
     held.activate(request.active)
-    return DONE
+    if isinstance(held, HeldChannel):
+        return m.LineState(held.slot.status()), ()
+    assert isinstance(held, HeldMonitor)
+    return lin_state(held.slot), ()
 
 
 @answers.to(m.GetChannelStatus)

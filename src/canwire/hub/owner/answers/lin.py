@@ -20,7 +20,7 @@ answers = Answers()
 
 @answers.to(m.GetLinStatus)
 def _get_lin_status(request: m.GetLinStatus, session: Session, world: World) -> Answer:
-    return _state(world.lin_slot(request.board, request.line), world.lateness()), ()
+    return lin_state(world.lin_slot(request.board, request.line), world.lateness()), ()
 
 
 @answers.to(m.GetLinStatuses)
@@ -28,10 +28,11 @@ def _get_lin_statuses(request: m.GetLinStatuses, session: Session, world: World)
     slots = world.slots_of(request.boards)
     lateness = world.lateness()
     found = ((at, slot) for at, slot in slots if isinstance(slot, LinSlot))
-    return m.LinStatuses(tuple((*at, _state(slot, lateness)) for at, slot in found)), ()
+    return m.LinStatuses(tuple((*at, lin_state(slot, lateness)) for at, slot in found)), ()
 
 
-def _state(slot: LinSlot, lateness: tuple[int, int]) -> m.LinLineState:
+def lin_state(slot: LinSlot, lateness: tuple[int, int] = (0, 0)) -> m.LinLineState:
+    """A LIN line as it is now; `lateness` is the hub's: behind_ns and skipped_ns."""
     holder = "" if slot.control is None else slot.control.name
     behind_ns, skipped_ns = lateness
     status = replace(slot.lin.status(), behind_ns=behind_ns, skipped_ns=skipped_ns)
