@@ -60,12 +60,8 @@ class Channel:
         self.lock = self.room.lock
         self._channel: HubChannel | None = None
         try:
-            if queue is not None or write:
-                began = self._open(
-                    queue, 0 if not write else 1 if self._single else settings.send_buffer_size
-                )
-            else:
-                began = device.status()
+            transmit = 0 if not write else 1 if self._single else settings.send_buffer_size
+            began = self._open(queue, transmit) if queue is not None or write else device.status()
             self.receiver = Receiver(
                 queue,
                 look=device.state,

@@ -262,10 +262,7 @@ class SetUpChannel(Message):
 
 
 class Activate(Message):
-    """Channel -> LineState, monitor -> LinLineState: the line as it was at that moment; what happens later is told.
-
-    What a hub knows of its own lateness is left out (0).
-    """
+    """Channel -> LineState, monitor -> LinLineState: the line at that moment, but for the hub's lateness (0)."""
 
     handle: int
     active: bool
