@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
+import sys
 from collections.abc import Generator, Iterator
 
 import pytest
@@ -14,6 +16,13 @@ from tests.effort import register_profiles
 from tests.hubs import runs
 
 register_profiles()
+
+
+if os.environ.get("PYTHONDONTWRITEBYTECODE") == "1":
+    # Images of containers set it so. Here it costs more than it saves: each worker rewrites the assertions of all tests
+    # anew, each of a thousand processes compiles the program. Whoever means it for tests too says "always".
+    del os.environ["PYTHONDONTWRITEBYTECODE"]
+    sys.dont_write_bytecode = False
 
 
 def pytest_configure(config: pytest.Config) -> None:
