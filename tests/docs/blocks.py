@@ -8,10 +8,11 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from tests.docs.warm import warm
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(
@@ -83,8 +84,7 @@ def run_console(page: Path, home: Path) -> str:
     runtime.mkdir(mode=0o700)
     tools = home / "bin"
     tools.mkdir()
-    (tools / "canwire").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m canwire "$@"\n')
-    (tools / "canwire").chmod(0o755)
+    warm().write_script(tools / "canwire")
     environment = {name: value for name, value in os.environ.items() if name != "CANWIRE_HUB"}
     environment |= {
         "PATH": f"{tools}{os.pathsep}{environment['PATH']}",

@@ -1,8 +1,8 @@
 """The Python blocks of docs/porting-candrv.md do what they are meant to.
 
 A block stands behind `<!-- sample: name -->`. Each test runs one or two of them, on a hub in this process, called
-directly and by its socket, in fast time; CID2: and up are the other boards on the bus, CID5: and up with filters aligned
-otherwise.
+directly and by its socket, in fast time; CID2: and up are the other boards on the bus, CID5: and up with filters
+aligned otherwise.
 """
 
 from __future__ import annotations
