@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(
     r"^(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w+)\n(?P<text>.*?)^```\n", re.MULTILINE | re.DOTALL
 )
-LONG_S = 60  # after which something that should end never will
+LONG_S = 240  # after which a page of forty commands will never end, however busy the machine is
 UNTIL_IT_SERVES = (  # without a hub `canwire devices` shows what a program has by itself: an empty address
     """until canwire devices --json 2>/dev/null | grep -q '"hub": "/'; do kill -0 "$!" || exit 99; done"""
 )
