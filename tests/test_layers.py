@@ -220,10 +220,11 @@ MODULES = {name_of(path): path for path in sources()}
 
 def imports_of(name: str, path: Path) -> Iterator[Import]:
     """Every import of a file, wherever it stands; modules of canwire by their name below it."""
-    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text, str(path))
     typing_only = {
         inner
-        for node in ast.walk(tree)
+        for node in (ast.walk(tree) if "TYPE_CHECKING" in text else ())
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
         for statement in node.body
         for inner in ast.walk(statement)
