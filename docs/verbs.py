@@ -5,12 +5,13 @@ python docs/verbs.py
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
-import subprocess
-import sys
 from pathlib import Path
+from unittest import mock
 
-from canwire.commands import VERBS
+from canwire.commands import VERBS, main
 
 PAGE = Path(__file__).resolve().parent / "verbs.md"
 HEAD = """# Verbs
@@ -27,10 +28,14 @@ WIDTH = "100"
 
 
 def help_of(verb: str) -> str:
-    environment = {**os.environ, "COLUMNS": WIDTH, "NO_COLOR": "1"}
-    command = [sys.executable, "-m", "canwire", verb, "--help"]
-    shown = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60)
-    return shown.stdout.rstrip()
+    shown = io.StringIO()
+    with mock.patch.dict(os.environ, COLUMNS=WIDTH, NO_COLOR="1"), contextlib.redirect_stdout(shown):
+        try:
+            main([verb, "--help"])
+        except SystemExit as ended:
+            if ended.code:
+                raise
+    return shown.getvalue().rstrip()
 
 
 def page() -> str:

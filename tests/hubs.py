@@ -22,6 +22,7 @@ import pytest
 import canwire
 from canwire.boards.config.configuration import Config
 from canwire.hub.handles.hub import Hub
+from canwire.hub.links.answering import Server
 from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
@@ -67,6 +68,14 @@ def serving(home: Path, config: str = "", *, time: str = "fast") -> Iterator[Ser
         process.terminate()
         process.wait(LONG_S)
         process.stdout.close()
+
+
+@contextmanager
+def served_here(home: Path, config: str = "", *, time: str = "fast") -> Iterator[str]:
+    """A hub in this process that serves programs on a socket, as `canwire serve` does; that socket."""
+    world = World(Config.parse(config) if config else Config.default())
+    with closing(Engine(world, time)) as engine, closing(Server(engine, str(home / "hub.sock"))) as server:
+        yield server.path
 
 
 @contextmanager

@@ -8,16 +8,17 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from tests.docs.warm import warm
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(
     r"^(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w+)\n(?P<text>.*?)^```\n", re.MULTILINE | re.DOTALL
 )
-LONG_S = 60  # after which something that should end never will
+LONG_S = 240  # after which a page of forty commands will never end, however busy the machine is
 UNTIL_IT_SERVES = (  # without a hub `canwire devices` shows what a program has by itself: an empty address
     """until canwire devices --json 2>/dev/null | grep -q '"hub": "/'; do kill -0 "$!" || exit 99; done"""
 )
@@ -83,8 +84,7 @@ def run_console(page: Path, home: Path) -> str:
     runtime.mkdir(mode=0o700)
     tools = home / "bin"
     tools.mkdir()
-    (tools / "canwire").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m canwire "$@"\n')
-    (tools / "canwire").chmod(0o755)
+    warm().write_script(tools / "canwire")
     environment = {name: value for name, value in os.environ.items() if name != "CANWIRE_HUB"}
     environment |= {
         "PATH": f"{tools}{os.pathsep}{environment['PATH']}",

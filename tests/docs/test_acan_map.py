@@ -45,17 +45,19 @@ def test_every_row_names_a_counterpart_or_says_why_not() -> None:
 
 
 @pytest.mark.conforms("AC-37")
-@pytest.mark.parametrize("place", PLACES)
-def test_every_counterpart_exists(place: str) -> None:
+def test_every_counterpart_exists() -> None:
+    assert len(PLACES) > 50
+    assert [place for place in PLACES if not there(place)] == []
+
+
+def there(place: str) -> bool:
     if place == "notify_event":
-        assert place in inspect.signature(acan.Int2d).parameters
-    elif place.startswith("canwire acan "):
+        return place in inspect.signature(acan.Int2d).parameters
+    if place.startswith("canwire acan "):
         verb, _, switch = place.removeprefix("canwire acan ").partition(" ")
         command = importlib.import_module("canwire.commands.acan.verb")
-        lines = re.findall(rf"canwire acan {verb} .*", command.__doc__)
-        assert any(switch in line for line in lines)
-    else:
-        assert exists(place)
+        return any(switch in line for line in re.findall(rf"canwire acan {verb} .*", command.__doc__))
+    return exists(place)
 
 
 def exists(place: str) -> bool:
@@ -72,17 +74,16 @@ def exists(place: str) -> bool:
 
 
 @pytest.mark.conforms("AC-37")
-@pytest.mark.parametrize("name", [row[1] for row in ROWS if row[2] in ("structure", "constant")])
-def test_constants_and_structures_have_their_own_names(name: str) -> None:
-    assert name in acan.__all__
-    assert getattr(acan, name) is not None
+def test_constants_and_structures_have_their_own_names() -> None:
+    names = [row[1] for row in ROWS if row[2] in ("structure", "constant")]
+    assert [name for name in names if name not in acan.__all__ or getattr(acan, name) is None] == []
 
 
 @pytest.mark.conforms("AC-37")
-@pytest.mark.parametrize("name", [row[1] for row in ROWS if row[2] == "function"])
-def test_functions_have_their_own_names(name: str) -> None:
+def test_functions_have_their_own_names() -> None:
     api = importlib.import_module("canwire.acan.api")
-    assert inspect.isfunction(getattr(api, name))
+    names = [row[1] for row in ROWS if row[2] == "function"]
+    assert [name for name in names if not inspect.isfunction(getattr(api, name, None))] == []
 
 
 @pytest.mark.conforms("AC-37")

@@ -1,8 +1,8 @@
 """The Python blocks of docs/porting-candrv.md do what they are meant to.
 
-A block stands behind `<!-- sample: name -->`. Each test runs one or two of them, on a hub in this process and on one in
-a process of its own, in fast time; CID2: and up are the other boards on the bus, CID5: and up with filters aligned
-otherwise.
+A block stands behind `<!-- sample: name -->`. Each test runs one or two of them, on a hub in this process, called
+directly and by its socket, in fast time; CID2: and up are the other boards on the bus, CID5: and up with filters
+aligned otherwise.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from canwire.candrv.constants import (
 )
 from canwire.candrv.registry.registry import RegistryStore, Settings
 from canwire.commands import VERBS
-from tests.hubs import serving
+from tests.hubs import served_here
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 GUIDE = ROOT / "docs" / "porting-candrv.md"
@@ -72,7 +72,7 @@ def run(name: str) -> Any:
     return argparse.Namespace(**space)
 
 
-@pytest.fixture(params=["embedded", "process"])
+@pytest.fixture(params=["embedded", "socket"])
 def hub(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[canwire.Hub]:
@@ -80,7 +80,7 @@ def hub(
     (tmp_path / "registry.toml").write_text(REGISTRY)
     monkeypatch.setenv("CANWIRE_CONFIG", str(tmp_path / "registry.toml"))
     with ExitStack() as closing:
-        if request.param == "process":
+        if request.param == "socket":
             made = canwire.connect(served(tmp_path, closing))
         else:
             made = canwire.connect(time="fast", config=Config.parse(CONFIG))
@@ -91,8 +91,8 @@ def hub(
 
 
 def served(home: Path, closing: ExitStack) -> str:
-    """Socket of `canwire serve`."""
-    return closing.enter_context(serving(home, CONFIG)).address
+    """Socket of a hub."""
+    return closing.enter_context(served_here(home, CONFIG))
 
 
 def opened(device: str, *, read: bool = True) -> candrv.Handle:

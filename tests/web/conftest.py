@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import canwire
 from canwire import epoch_ns
-from tests.hubs import LONG_S, Served, serving
+from tests.hubs import LONG_S, served_here, serving
 from tests.missing import find_program
 
 httpx = pytest.importorskip("httpx2")
@@ -23,7 +23,7 @@ from canwire.web.link import NAME  # noqa: E402
 from canwire.web.server import Site  # noqa: E402
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Locator, Page
+    from playwright.sync_api import Browser, Locator, Page, ViewportSize
 
 FLAGS = [
     "--headless",
@@ -35,6 +35,9 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
+
+
+SCREEN: ViewportSize = {"width": 1280, "height": 720}
 
 
 @contextmanager
@@ -59,22 +62,22 @@ def home(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def hub_served(home: Path) -> Iterator[Served]:
+def hub_address(home: Path) -> Iterator[str]:
     """A hub of this test's own, with the usual boards, in real time."""
-    with serving(home, time="real") as made:
+    with served_here(home, time="real") as made:
         yield made
 
 
 @pytest.fixture
-def hub(hub_served: Served) -> Iterator[canwire.Hub]:
+def hub(hub_address: str) -> Iterator[canwire.Hub]:
     """Another program on the same hub."""
-    with canwire.connect(hub_served.address, name="test") as made:
+    with canwire.connect(hub_address, name="test") as made:
         yield made
 
 
 @pytest.fixture
-def site(hub_served: Served) -> Iterator[Site]:
-    with served_site(hub_served.address) as made:
+def site(hub_address: str) -> Iterator[Site]:
+    with served_site(hub_address) as made:
         yield made
 
 
@@ -123,25 +126,66 @@ def browser() -> Iterator[Browser]:
     chromium = find_program("chromium")
     with playwright.sync_playwright() as started:
         browser = started.chromium.launch(executable_path=chromium, args=FLAGS)
+        _blank(browser)
         yield browser
         browser.close()
 
 
+EMPTY = "about:blank"
+
+
 @contextmanager
 def tab(browser: Browser, address: str, **options: object) -> Iterator[Page]:
-    """A tab with cookies of its own. Whatever goes wrong in its scripts fails the test."""
-    context = browser.new_context(**{"locale": "en-GB", **options})
-    context.set_default_timeout(LONG_S * 1000)
+    """A tab with cookies of its own. Whatever goes wrong in its scripts fails the test.
+
+    The browser's first tab serves test after test: another one costs a second of processor time. It is emptied between
+    them. A tab beside it, or one with options, is a new one.
+    """
+    first = browser.contexts[0].pages[0]
+    page = first if first.url == EMPTY and not options else _blank(browser, **options)
     faults: list[str] = []
-    page = context.new_page()
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("console", lambda said: faults.append(said.text) if said.type == "error" else None)
-    page.goto(address)
-    try:
-        yield page
-    finally:
-        context.close()
+    with (
+        told(page, "pageerror", lambda error: faults.append(str(error))),
+        told(page, "console", lambda said: faults.append(said.text) if said.type == "error" else None),
+    ):
+        page.goto(address)
+        try:
+            yield page
+        finally:
+            if page is first:
+                _empty(page)
+            else:
+                page.context.close()
     assert [fault for fault in faults if "Failed to load resource" not in fault] == []
+
+
+@contextmanager
+def told(page: Page, event: str, call: Callable[[Any], object]) -> Iterator[None]:
+    """Call this at each such event of the page, so long."""
+    page.on(event, call)
+    try:
+        yield
+    finally:
+        page.remove_listener(event, call)
+
+
+def _blank(browser: Browser, **options: object) -> Page:
+    context = browser.new_context(**{"locale": "en-GB", "viewport": SCREEN, **options})
+    context.set_default_timeout(LONG_S * 1000)
+    return context.new_page()
+
+
+def _empty(page: Page) -> None:
+    """As a new one is: nothing is shown, kept or asked for."""
+    origin = page.evaluate("location.origin")
+    page.unroute_all()
+    page.goto(EMPTY)
+    page.context.clear_cookies()
+    session = page.context.new_cdp_session(page)
+    session.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+    session.detach()
+    page.set_viewport_size(SCREEN)
+    page.emulate_media(color_scheme="light")
 
 
 @pytest.fixture
@@ -149,6 +193,16 @@ def page(browser: Browser, site: Site) -> Iterator[Page]:
     """A tab of somebody with the token."""
     with tab(browser, site.address) as made:
         yield made
+
+
+def nameless_controls(page: Page) -> list[str]:
+    """Controls that a screen reader has no name for."""
+    controls = page.locator("button, select, input:not([type=hidden]), a")
+    found: list[str] = controls.evaluate_all(
+        "all => all.filter(one => !(one.innerText || one.ariaLabel || one.labels?.length || one.title))"
+        ".map(one => one.outerHTML)"
+    )
+    return found
 
 
 def counts(found: Locator, number: int) -> None:

@@ -172,7 +172,7 @@ def test_plug_and_unplug_in_the_browser(page: Page, hub: canwire.Hub) -> None:
     page.get_by_text("HW000077 (inducan104) is plugged in.").wait_for()
     board = page.locator('[data-board="HW000077"].board')
     board.get_by_text("IRQ 7").wait_for()
-    page.on("dialog", lambda asked: asked.accept())
+    page.once("dialog", lambda asked: asked.accept())
     board.get_by_role("button", name="Unplug").click()
     page.get_by_text("HW000077 is unplugged.").wait_for()
     board.wait_for(state="detached")

@@ -10,7 +10,7 @@ import pytest
 import canwire
 from canwire import BadDescription, BadSignals, Frame
 from canwire.web.database import Database
-from tests.hubs import LONG_S, Served
+from tests.hubs import LONG_S
 from tests.web.conftest import served_site, somebody, tab
 from tests.web.test_send import receiving
 from tests.web.test_trace import sender, tab_on_trace
@@ -104,20 +104,20 @@ def test_without_a_file_nothing_has_a_name() -> None:
     assert (database.names, database.signals(Frame(1)), database.messages()) == ({}, [], [])
 
 
-def test_an_opened_row_shows_its_signals(hub_served: Served, dbc: Path) -> None:
+def test_an_opened_row_shows_its_signals(hub_address: str, dbc: Path) -> None:
     record = canwire.frames_to_array([Frame(0x123, bytes.fromhex("A00F010000000000"))]).tobytes().hex()
-    with served_site(hub_served.address, str(dbc)) as site, somebody(site) as client:
+    with served_site(hub_address, str(dbc)) as site, somebody(site) as client:
         shown = client.get("/trace/row", params={"record": record}).text
     assert "EngineData" in shown
     assert "rpm" in shown
 
 
 def test_a_row_by_its_signals_in_the_browser(
-    browser: Browser, hub_served: Served, hub: canwire.Hub, dbc: Path
+    browser: Browser, hub_address: str, hub: canwire.Hub, dbc: Path
 ) -> None:
     with (
         receiving(hub) as channel,
-        served_site(hub_served.address, str(dbc)) as site,
+        served_site(hub_address, str(dbc)) as site,
         tab(browser, site.address) as page,
     ):
         page.get_by_role("link", name="Send").click()
@@ -134,10 +134,10 @@ def test_a_row_by_its_signals_in_the_browser(
 
 
 def test_names_in_the_page_s_rows_and_filter(
-    browser: Browser, hub_served: Served, hub: canwire.Hub, dbc: Path
+    browser: Browser, hub_address: str, hub: canwire.Hub, dbc: Path
 ) -> None:
     with (
-        served_site(hub_served.address, str(dbc)) as site,
+        served_site(hub_address, str(dbc)) as site,
         sender(hub) as channel,
         tab_on_trace(browser, site, canwire.find_lines(hub, "can0")[0].address) as page,
     ):

@@ -28,7 +28,7 @@ from canwire.values.lin.record import record_of_lin_frame
 from canwire.web.server import Site
 from canwire.web.trace.history import GAP, LOST
 from canwire.web.trace.lin import is_lin, lin_message, rows_of_lin
-from tests.hubs import Served, serving
+from tests.hubs import served_here
 from tests.web.conftest import tab
 from tests.web.test_trace import sender
 
@@ -88,8 +88,8 @@ def test_no_other_kind_is_a_lin_rows() -> None:
 
 
 @pytest.fixture
-def hub_served(home: Path) -> Iterator[Served]:
-    with serving(home, CONFIG, time="real") as made:
+def hub_address(home: Path) -> Iterator[str]:
+    with served_here(home, CONFIG, time="real") as made:
         yield made
 
 

@@ -14,7 +14,6 @@ from canwire import BadValue, WantedMode
 from canwire.web.lines import Line, can_lines
 from canwire.web.statistics.faults import Faults
 from canwire.web.statistics.sampler import KEPT, Sampler
-from tests.hubs import Served
 from tests.web.conftest import counts, served_site, somebody
 
 if TYPE_CHECKING:
@@ -107,9 +106,9 @@ def test_a_fault_that_cannot_be_is_refused(asker: httpx.Client, bus: str, kind: 
     assert asker.post("/statistics/fault", data={"bus": bus, "kind": kind}).status_code == status
 
 
-def test_what_was_set_here_ends_with_the_server(hub_served: Served, hub: canwire.Hub) -> None:
+def test_what_was_set_here_ends_with_the_server(hub_address: str, hub: canwire.Hub) -> None:
     with low_speed(hub) as control:
-        with served_site(hub_served.address) as site, somebody(site) as client:
+        with served_site(hub_address) as site, somebody(site) as client:
             client.post("/statistics/fault", data={"bus": "can0", "kind": "short"})
             assert control.status().coupling_fault
         assert not control.status().coupling_fault

@@ -16,7 +16,7 @@ from canwire.web.cancheck.receive import ReceiveWindow
 from canwire.web.cancheck.send import SendWindow
 from tests.candrv.bench import Bench, Peer
 from tests.candrv.conftest import CONFIG, REGISTRY
-from tests.hubs import Served, embedded, serving
+from tests.hubs import embedded, served_here
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
@@ -92,9 +92,9 @@ def program(bench: Bench) -> Iterator[Program]:
 
 
 @pytest.fixture
-def hub_served(home: Path) -> Iterator[Served]:
+def hub_address(home: Path) -> Iterator[str]:
     """In fast time, with the boards of CANDRV's tests."""
-    with serving(home, CONFIG) as made:
+    with served_here(home, CONFIG) as made:
         yield made
 
 
@@ -107,6 +107,11 @@ def peer(hub: canwire.Hub) -> Iterator[Peer]:
 @pytest.fixture
 def cancheck(page: Page, peer: Peer) -> Page:
     """Started on CID1:, in a tab."""
+    return started(page)
+
+
+def started(page: Page) -> Page:
+    """CanCheck on CID1:, in this tab."""
     page.get_by_role("link", name="CanCheck").click()
     page.get_by_role("button", name="Start", exact=True).click()
     page.get_by_role("heading", name="CanCheck", exact=True).wait_for()

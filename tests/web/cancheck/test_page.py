@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -10,9 +11,10 @@ import canwire
 from canwire import Frame
 from canwire.candrv import RegistryStore
 from tests.candrv.bench import Peer
-from tests.hubs import Served
-from tests.web.cancheck.conftest import BOARD, panel
-from tests.web.conftest import counts, holds, tab
+from tests.candrv.conftest import CONFIG
+from tests.hubs import serving
+from tests.web.cancheck.conftest import BOARD, panel, started
+from tests.web.conftest import counts, holds, nameless_controls, served_site, tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -161,34 +163,35 @@ def test_several_viewers_see_the_same_and_readers_can_press_nothing(
 
 
 @pytest.mark.conforms("PG-13")
-@pytest.mark.parametrize("width", [1280, 480])
-def test_windows_fit_and_every_control_has_a_name(
-    browser: Browser, site: Site, cancheck: Page, width: int
-) -> None:
-    cancheck.get_by_role("button", name="Send & Receive").click()
-    panel(cancheck, "receive")
-    with tab(browser, site.address, viewport={"width": width, "height": 800}, locale="de-DE") as page:
+def test_windows_fit_and_every_control_has_a_name(browser: Browser, site: Site, client: httpx.Client) -> None:
+    assert client.post("/cancheck/start", data={"port": "CID1:"}).status_code == 200
+    assert client.post("/cancheck/open", data={"kind": "both"}).status_code == 200
+    with tab(browser, site.address, locale="de-DE") as page:
         page.goto(f"{site.url}cancheck")
         panel(page, "receive")
         panel(page, "send").get_by_role("button", name="Neu").click()
         page.get_by_label("Bereich").check()
-        assert page.locator("html").evaluate("one => one.scrollWidth") <= width
         dialog = page.locator("#generator-dialog")
-        assert dialog.evaluate("one => one.scrollWidth <= one.clientWidth")
-        nameless = page.locator("button, select, input:not([type=hidden])").evaluate_all(
-            "all => all.filter(one => !(one.innerText || one.ariaLabel || one.labels?.length || one.title))"
-            ".map(one => one.outerHTML)"
-        )
-        assert nameless == []
+        for width in (1280, 480):
+            page.set_viewport_size({"width": width, "height": 800})
+            assert page.locator("html").evaluate("one => one.scrollWidth") <= width
+            assert dialog.evaluate("one => one.scrollWidth <= one.clientWidth"), width
+        assert nameless_controls(page) == []
 
 
 @pytest.mark.conforms("FT-06")
-def test_when_the_hub_is_lost_cancheck_has_ended(cancheck: Page, hub_served: Served) -> None:
-    cancheck.get_by_role("button", name="Send & Receive").click()
-    panel(cancheck, "receive")
-    hub_served.process.terminate()
-    cancheck.locator(".window").first.wait_for(state="detached")
-    cancheck.get_by_role("button", name="Start", exact=True).wait_for()
+def test_when_the_hub_is_lost_cancheck_has_ended(browser: Browser, tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, CONFIG) as served,
+        served_site(served.address) as site,
+        tab(browser, site.address) as page,
+    ):
+        started(page)
+        page.get_by_role("button", name="Send & Receive").click()
+        panel(page, "receive")
+        served.process.terminate()
+        page.locator(".window").first.wait_for(state="detached")
+        page.get_by_role("button", name="Start", exact=True).wait_for()
 
 
 @pytest.mark.conforms("FT-06")
