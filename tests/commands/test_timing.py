@@ -10,6 +10,7 @@ import sys
 import pytest
 
 from canwire.commands import VERBS, main
+from tests import warm
 
 
 def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
@@ -110,9 +111,7 @@ def test_help_lists_the_verbs_and_loads_none() -> None:
         "verbs = {verb.module for verb in commands.VERBS.values()}\n"
         "assert not verbs & set(sys.modules)\n"
     )
-    shown = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
-    )
+    shown = warm.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
     for verb in VERBS:
         assert re.search(rf"^ +{verb}\b", shown.stdout, re.MULTILINE)
 
@@ -128,7 +127,7 @@ def test_version_says_which_core_runs(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_a_reader_that_leaves_is_no_error() -> None:
-    process = subprocess.Popen(
+    process = warm.Popen(
         [sys.executable, "-m", "canwire", "timing", "5000", "--controller", "fd", "--list"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
