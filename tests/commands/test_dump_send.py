@@ -566,9 +566,13 @@ def test_what_is_not_delivered_is_told(
 
 @pytest.mark.conforms("PL-13")
 def test_what_other_programs_do_with_a_line_is_told(
-    served: Served, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with connect(served.address, name="owner") as other:
+    with (
+        serving(tmp_path, time="fast") as (address, _),  # the patience with others is of the hub's time
+        connect(address, name="owner") as other,
+    ):
+        served = Served(address)
         control = other.open_control(other.board("HW000001").id, 0)
         assert served.run("send", "HW000001:0", "123#") == 2
         assert "held by owner" in capsys.readouterr().err

@@ -7,8 +7,11 @@ status. The server has one thread, as forks need it, and ends when nobody can as
 
 from __future__ import annotations
 
+import atexit
+import ctypes
 import gc
 import importlib
+import io
 import json
 import os
 import pkgutil
@@ -51,6 +54,10 @@ class Asked(NamedTuple):
 
 def load() -> None:
     """What programs will need; nothing of it starts a thread."""
+    before = set(sys.modules)
+    atexit.register(
+        lambda: keep(set(sys.modules) & loaded)
+    )  # the first one: what else there is runs before it
     sys.modules["asammdf"] = None  # type: ignore[assignment]  # python-can would load half of pandas for it
     for package in PACKAGES:
         folders = importlib.import_module(package).__path__
@@ -61,9 +68,20 @@ def load() -> None:
         with suppress(ImportError):
             importlib.import_module(name)
     del sys.modules["asammdf"]
+    loaded = set(sys.modules) - before
     if os.path.exists("/proc/self/task"):
         assert len(os.listdir("/proc/self/task")) == 1
     gc.collect()
+    gc.freeze()
+
+
+def keep(names: set[str]) -> None:
+    """At a program's end these modules stay: taking them apart would take longer than most programs do.
+
+    Everything in them stands on pages that all forks share, each of which it would copy to write into it.
+    """
+    kept = [sys.modules.pop(name) for name in names]
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept))
     gc.freeze()
 
 
@@ -144,10 +162,19 @@ def become(asked: Asked, interrupted: Any) -> None:
 
 
 def new_streams(unbuffered: bool) -> None:
-    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
-        stream = open(number, mode, closefd=False, errors="backslashreplace" if number == 2 else None)  # noqa: SIM115
-        if number:
-            stream.reconfigure(line_buffering=number == 2 or stream.isatty(), write_through=unbuffered)
+    """As the interpreter makes them."""
+    for number, (name, mode) in enumerate((("stdin", "rb"), ("stdout", "wb"), ("stderr", "wb"))):
+        own = getattr(sys, name)
+        below = open(number, mode, buffering=0 if unbuffered and number else -1, closefd=False)  # noqa: SIM115
+        by_lines = not unbuffered and (number == 2 or below.isatty())
+        stream = io.TextIOWrapper(
+            below,
+            own.encoding,
+            own.errors,
+            newline="\n" if number else None,
+            line_buffering=by_lines,
+            write_through=unbuffered,
+        )
         setattr(sys, name, stream)
         setattr(sys, f"__{name}__", stream)
 
