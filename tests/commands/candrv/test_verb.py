@@ -61,13 +61,13 @@ USAGE = """\
 class Bench:
     """Two boards on a bus in a hub of its own: CID1: and CID2:. Everything ends with the bench."""
 
-    def __init__(self, home: Path, closing: ExitStack, kind: str = "netdcu", time: str = "real") -> None:
+    def __init__(self, home: Path, closing: ExitStack, kind: str = "netdcu") -> None:
         self.home = home
         self._closing = closing
         (home / "hub.toml").write_text(CONFIG.replace("netdcu", kind))
         (home / "registry.toml").write_text(REGISTRY)
         self.address = str(home / "hub.sock")
-        self.hub = self.start("serve", "--time", time, "--socket", self.address, "--config", "hub.toml")
+        self.hub = self.start("serve", "--socket", self.address, "--config", "hub.toml")
         assert self.line(self.hub).startswith("canwire hub on")
 
     def start(self, *words: str) -> subprocess.Popen[str]:
@@ -146,14 +146,6 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     monkeypatch.setenv("CANWIRE_CONFIG", "")  # put back at the end
     with ExitStack() as closing:
         yield Bench(tmp_path, closing)
-
-
-@pytest.fixture
-def fast_bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    """Its time passes as fast as somebody waits for it."""
-    monkeypatch.setenv("CANWIRE_CONFIG", "")
-    with ExitStack() as closing:
-        yield Bench(tmp_path, closing, time="fast")
 
 
 def received(handle: candrv.Handle, count: int) -> list[Event]:
@@ -359,8 +351,8 @@ def test_can_send_with_more_channels_than_there_are(bench: Bench) -> None:
 
 
 @pytest.mark.conforms("FT-04")
-def test_can_send_to_nobody(fast_bench: Bench) -> None:
-    status, out, _ = fast_bench.run("send", "-n", "150")
+def test_can_send_to_nobody(bench: Bench) -> None:
+    status, out, _ = bench.run("send", "-n", "150")
     assert status == 1
     *_, total, given_up, errors, kind = out.splitlines()
     assert total.startswith("0 of 150 messages sent in ")
@@ -409,7 +401,7 @@ def test_can_send_to_nobody_on_an_mcp2515(
     """What nobody acknowledged was not sent, also where it was on the wire to the end."""
     monkeypatch.setenv("CANWIRE_CONFIG", "")
     with ExitStack() as closing:
-        bench = Bench(tmp_path, closing, "picocom1", "fast")
+        bench = Bench(tmp_path, closing, "picocom1")
         status, out, _ = bench.run("send", *words.split())
         assert status == 1
         assert re.search(r"^0 of \d+ messages sent in ", out, re.MULTILINE)
