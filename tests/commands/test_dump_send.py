@@ -566,13 +566,9 @@ def test_what_is_not_delivered_is_told(
 
 @pytest.mark.conforms("PL-13")
 def test_what_other_programs_do_with_a_line_is_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    served: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with (
-        serving(tmp_path, time="fast") as (address, _),  # the patience with others is of the hub's time
-        connect(address, name="owner") as other,
-    ):
-        served = Served(address)
+    with connect(served.address, name="owner") as other:
         control = other.open_control(other.board("HW000001").id, 0)
         assert served.run("send", "HW000001:0", "123#") == 2
         assert "held by owner" in capsys.readouterr().err
