@@ -58,8 +58,15 @@ if hasattr(os, "fork"):
                         self._told.close()
             return self.returncode
 
+    def ready() -> None:
+        """The server runs from now on: for those who count what this process has open."""
+        Server.of_this_run()
+
 else:
     Popen = subprocess.Popen  # type: ignore[misc,assignment]
+
+    def ready() -> None:
+        """Nothing to start where there is no fork."""
 
 
 def run(

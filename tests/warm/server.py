@@ -35,10 +35,7 @@ PACKAGES = (
 )
 OTHERS = ("textual.app", "textual.widgets", "can", "can.interfaces.slcan", "serial", "argcomplete")
 HEAVY = ("canwire.commands.plot.picture",)
-UNDERSTOOD = (
-    "PYTHONPATH",
-    "PYTHONUNBUFFERED",
-)  # of the variables that Python itself reads, those that are understood
+UNDERSTOOD = {"PYTHONPATH", "PYTHONUNBUFFERED"}  # of the variables that Python reads at its start
 
 
 class Asked(NamedTuple):
@@ -55,9 +52,7 @@ class Asked(NamedTuple):
 def load() -> None:
     """What programs will need; nothing of it starts a thread."""
     before = set(sys.modules)
-    atexit.register(
-        lambda: keep(set(sys.modules) & loaded)
-    )  # the first one: what else there is runs before it
+    atexit.register(lambda: keep(set(sys.modules) & loaded))  # the first one, so it runs last
     sys.modules["asammdf"] = None  # type: ignore[assignment]  # python-can would load half of pandas for it
     for package in PACKAGES:
         folders = importlib.import_module(package).__path__
@@ -101,9 +96,8 @@ def serve(link: socket.socket) -> Asked | None:
             asked = receive(link)
             if asked is None:
                 return None
-            signal.pthread_sigmask(
-                signal.SIG_BLOCK, signal.valid_signals()
-            )  # until the fork has its own handlers
+            # until the fork has its own handlers
+            signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
             number = os.fork()
             if number == 0:
                 return asked
@@ -111,7 +105,8 @@ def serve(link: socket.socket) -> Asked | None:
             for stream in asked.streams:
                 os.close(stream)
             tell[number] = asked.tell
-            os.write(asked.tell, b"%d\n" % number)
+            with suppress(BrokenPipeError):  # whoever asked has gone
+                os.write(asked.tell, b"%d\n" % number)
 
 
 def tell_ends(tell: dict[int, int]) -> None:
@@ -151,7 +146,7 @@ def become(asked: Asked, interrupted: Any) -> None:
         for name in {*os.environ, *asked.environment}
         if name.startswith("PYTHON") and os.environ.get(name) != asked.environment.get(name)
     }
-    assert strange <= set(UNDERSTOOD), f"Python reads {strange} at its start, and has started"
+    assert strange <= UNDERSTOOD, f"Python reads {strange} at its start, and has started"
     os.environ.clear()
     os.environ.update(asked.environment)
     new_streams(bool(asked.environment.get("PYTHONUNBUFFERED")))
