@@ -111,7 +111,9 @@ def test_help_lists_the_verbs_and_loads_none() -> None:
         "verbs = {verb.module for verb in commands.VERBS.values()}\n"
         "assert not verbs & set(sys.modules)\n"
     )
-    shown = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
+    shown = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
     for verb in VERBS:
         assert re.search(rf"^ +{verb}\b", shown.stdout, re.MULTILINE)
 
