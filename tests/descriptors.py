@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from tests import warm
 from tests.hubs import LONG_S
 
 _OPEN = Path("/proc/self/fd")
@@ -35,6 +36,7 @@ def open_descriptors() -> Counter[str]:
 
 @contextmanager
 def nothing_left_open() -> Iterator[None]:
+    warm.ready()
     before = open_descriptors()
     yield
     left = open_descriptors() - before

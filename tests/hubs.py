@@ -27,6 +27,7 @@ from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.platform import PORTABLE
+from tests import warm
 
 WAYS = ("embedded", "process", "network")
 NETWORK = os.environ.get("CANWIRE_TEST_NETWORK", "")  # "all": every behaviour test runs over the network, too
@@ -59,7 +60,7 @@ def serving(home: Path, config: str = "", *, time: str = "fast") -> Iterator[Ser
     if config:
         (home / "hub.toml").write_text(config)
         command += ["--config", str(home / "hub.toml")]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    process = warm.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
         assert "canwire hub on" in process.stdout.readline()
@@ -95,7 +96,7 @@ def offering(hub: str, *options: str) -> Iterator[Served]:
     """`canwire offer` for the hub of that socket, on a port of its own of this machine's loopback: address, process."""
     port = free_port()
     command = [sys.executable, "-m", "canwire", "offer", "--hub", hub, "--realm", "tests", "--name", "bench"]
-    process = subprocess.Popen(
+    process = warm.Popen(
         [*command, "--listen", f"tcp/127.0.0.1:{port}", *options], stdout=subprocess.PIPE, text=True
     )
     assert process.stdout is not None

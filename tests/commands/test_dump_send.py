@@ -47,6 +47,7 @@ from canwire.commands.dump.filters import Capture
 from canwire.commands.live.listening import Listening
 from canwire.commands.send import Sending, format_text
 from canwire.commands.shared_hub import find_line
+from tests import warm
 from tests.hubs import serving
 
 COUNTERS = dict.fromkeys(
@@ -388,7 +389,7 @@ class Dump:
     """`canwire dump` in a process of its own, listening."""
 
     def __init__(self, hub: Served, *words: str) -> None:
-        self.process = subprocess.Popen(
+        self.process = warm.Popen(
             [sys.executable, "-m", "canwire", "dump", *words, "--hub", hub.address],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -461,7 +462,7 @@ def test_python_can_reads_the_log(served: Served, dump: StartDump) -> None:
         " m.bitrate_switch, m.data.hex(), m.timestamp > 1e9)\n"
     )
     writing = dump("can0", "-l", "-n", "4")
-    reading = subprocess.Popen(
+    reading = warm.Popen(
         [sys.executable, "-c", reader], stdin=writing.process.stdout, stdout=subprocess.PIPE, text=True
     )
     assert served.run("send", "can0", "123#1122", "12345678#R", "7FF#", "123##1AABB") == 0

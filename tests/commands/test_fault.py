@@ -13,6 +13,7 @@ import pytest
 from canwire import BoardInfo, ChannelMode, Frame, Hub, HubChannel, WantedMode, connect
 from canwire.commands import main
 from canwire.commands.fault.kinds import CAN_KINDS, KINDS, LIN_KINDS
+from tests import warm
 
 LONG_S = 30.0
 Run = Callable[..., tuple[int, str, str]]
@@ -47,7 +48,7 @@ def test_it_runs_until_the_fault_is_used_up(hub_address: str) -> None:
         board = hub.board("usb-to-can-fd")
         sender, receiver = on_line(hub, board, 0), on_line(hub, board, 1)
         words = ["flip", "--id", "123", "--bit", "20", "--times", "3"]
-        process = subprocess.Popen([*command, *words], stdout=subprocess.PIPE, text=True)
+        process = warm.Popen([*command, *words], stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
         assert process.stdout.readline() == "can0: flip bit 20 of standard 123, 3 times: set\n"
         sender.send(Frame(0x123, b"\x11\x22"))
@@ -63,7 +64,7 @@ def test_it_runs_until_the_fault_is_used_up(hub_address: str) -> None:
 def test_ctrl_c_takes_the_fault_back(hub_address: str) -> None:
     command = [sys.executable, "-m", "canwire", "fault", "can0", "--hub", hub_address, "unplug", "HW000001:1"]
     with connect(hub_address) as hub:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        process = warm.Popen(command, stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
         assert process.stdout.readline() == "can0: disconnect HW000001:1: set\n"
         process.send_signal(signal.SIGINT)

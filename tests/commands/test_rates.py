@@ -14,6 +14,7 @@ import pytest
 import canwire
 from canwire import BitTiming, LineMode, LinMode
 from canwire.commands import main
+from tests import warm
 from tests.hubs import LONG_S
 
 pytestmark = pytest.mark.conforms("N-03")
@@ -74,7 +75,7 @@ def address(config: Path, told: Path) -> Iterator[str]:
     socket = str(config.with_name("hub.sock"))
     command = [sys.executable, "-m", "canwire", "serve", "--socket", socket, "--config", str(config)]
     with told.open("w") as file:
-        hub = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=file, text=True)
+        hub = warm.Popen(command, stdout=subprocess.PIPE, stderr=file, text=True)
     assert hub.stdout is not None
     try:
         assert "canwire hub on" in hub.stdout.readline()
@@ -96,7 +97,7 @@ def address(config: Path, told: Path) -> Iterator[str]:
 def _first_line(words: list[str], address: str, text: str | None = None) -> str:
     """On stderr, of a program of its own."""
     command = [sys.executable, "-m", "canwire", *words, "--hub", address]
-    done = subprocess.run(command, input=text, capture_output=True, text=True, timeout=LONG_S, check=False)
+    done = warm.run(command, input=text, capture_output=True, text=True, timeout=LONG_S, check=False)
     return done.stderr.partition("\n")[0]
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from canwire import connect
+from tests import warm
 
 serial = pytest.importorskip("serial")
 LONG = 30
@@ -18,7 +19,7 @@ LONG = 30
 def test_a_hub_with_a_dongle(tmp_path: Path) -> None:
     socket, link = str(tmp_path / "hub.sock"), tmp_path / "dongle"
     command = [sys.executable, "-m", "canwire", "serve", "--socket", socket, "--dongle", str(link)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with warm.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert "canwire hub on" in process.stdout.readline()
         assert str(link) in process.stdout.readline()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests import warm
 from tests.hubs import LONG_S
 
 pytest.importorskip("numpy")
@@ -17,7 +18,7 @@ pytest.importorskip("numpy")
 @pytest.mark.conforms("N-33")
 def test_both_in_one_command(tmp_path: Path) -> None:
     words = ["serve", "--socket", str(tmp_path / "hub.sock"), "--socketcand", "127.0.0.1:0"]
-    with subprocess.Popen(
+    with warm.Popen(
         [sys.executable, "-m", "canwire", *words], stdout=subprocess.PIPE, text=True, cwd=tmp_path
     ) as hub:
         assert hub.stdout is not None

@@ -15,6 +15,7 @@ import canwire
 from canwire import BadValue, ChannelMode, ErrorState, Frame
 from canwire.commands import main
 from canwire.commands.share import parse_spec
+from tests import warm
 from tests.drivers.slcan_dongle.fake_dongle import FakeDongle
 
 
@@ -93,7 +94,7 @@ def test_a_silent_adapter_is_waited_for(
 def test_a_hub_of_its_own_where_none_runs(tmp_path: Path, dongle: FakeDongle) -> None:
     address = str(tmp_path / "own.sock")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "CANWIRE_HUB": address}
-    process = subprocess.Popen(
+    process = warm.Popen(
         [sys.executable, "-m", "canwire", "share", str(dongle.link), "--bit-rate", "500000"],
         stdout=subprocess.PIPE,
         text=True,

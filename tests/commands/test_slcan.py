@@ -16,6 +16,7 @@ import serial
 
 from canwire import BitTiming, ChannelMode, Frame, HubChannel, LineMode, connect
 from canwire.commands import main
+from tests import warm
 
 PATIENCE_S = 60.0
 pytestmark = pytest.mark.realtime
@@ -26,7 +27,7 @@ class Command:
 
     def __init__(self, hub: str, home: Path, *words: str, dongles: int = 1) -> None:
         environment = {**os.environ, "XDG_STATE_HOME": str(home)}
-        self.process = subprocess.Popen(
+        self.process = warm.Popen(
             [sys.executable, "-m", "canwire", "slcan", *words, *(("--hub", hub) if hub else ())],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -72,8 +73,9 @@ def node(hub_address: str) -> Iterator[HubChannel]:
 
 def python_can(code: str, *arguments: str) -> subprocess.Popen[str]:
     """A program with python-can in a process of its own, as it stands."""
-    return subprocess.Popen(
-        [sys.executable, "-W", "ignore", "-c", textwrap.dedent(code), *arguments],
+    quiet = "import warnings; warnings.simplefilter('ignore')"
+    return warm.Popen(
+        [sys.executable, "-c", f"{quiet}\n{textwrap.dedent(code)}", *arguments],
         stdout=subprocess.PIPE,
         text=True,
     )
@@ -236,7 +238,7 @@ def test_the_board_is_pulled_out(served: Command, hub_address: str) -> None:
 
 def test_the_hub_goes(home: Path) -> None:
     address = str(home / "hub.sock")
-    hub = subprocess.Popen(
+    hub = warm.Popen(
         [sys.executable, "-m", "canwire", "serve", "--socket", address], stdout=subprocess.PIPE, text=True
     )
     assert hub.stdout is not None

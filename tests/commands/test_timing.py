@@ -10,6 +10,7 @@ import sys
 import pytest
 
 from canwire.commands import VERBS, main
+from tests import warm
 
 
 def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
@@ -128,7 +129,7 @@ def test_version_says_which_core_runs(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_a_reader_that_leaves_is_no_error() -> None:
-    process = subprocess.Popen(
+    process = warm.Popen(
         [sys.executable, "-m", "canwire", "timing", "5000", "--controller", "fd", "--list"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

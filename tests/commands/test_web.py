@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from canwire.commands import main
+from tests import warm
 
 httpx = pytest.importorskip("httpx2")
 pytest.importorskip("uvicorn")
@@ -22,7 +23,7 @@ LONG_S = 30
 @pytest.mark.conforms("PG-01")
 def test_it_prints_one_address_and_ends_cleanly(hub_address: str, number: signal.Signals) -> None:
     command = [sys.executable, "-m", "canwire", "web", "--hub", hub_address]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with warm.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         printed = process.stdout.readline()
         address = re.fullmatch(r"canwire web: (http://127\.0\.0\.1:\d+/\?token=\S+)\n", printed)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests import warm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAMS = sorted(EXAMPLES.glob("*.py"))
@@ -20,7 +21,7 @@ NEEDS = {"alive": "cantools", "iso_tp": "isotp", "lin_master": "ldfparser"}
 def test_each_runs_by_itself(path: Path) -> None:
     if path.stem in NEEDS:
         pytest.importorskip(NEEDS[path.stem])
-    ended = subprocess.run([sys.executable, str(path)], capture_output=True, text=True, timeout=120)
+    ended = warm.run([sys.executable, str(path)], capture_output=True, text=True, timeout=120)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout
 

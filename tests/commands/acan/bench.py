@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from tests import hubs
+from tests import hubs, warm
 from tests.commands.acan.screen import Screen
 
 ONE, TWO = "HW000104", "HW000105"
@@ -53,7 +53,7 @@ class Bench:
 
     def start(self, program: str, board: str, *words: str) -> subprocess.Popen[str]:
         """With pipes."""
-        process = subprocess.Popen(
+        process = warm.Popen(
             [sys.executable, *self.words(program, board, *words)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

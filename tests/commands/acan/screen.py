@@ -7,13 +7,14 @@ import os
 import pty
 import select
 import struct
-import subprocess
 import sys
 import termios
 import time
 from collections.abc import Callable, Sequence
 
 import pyte
+
+from tests import warm
 
 LINES, COLUMNS = 24, 80
 DEADLINE_S = 60.0  # of one wait, on a busy machine
@@ -33,7 +34,7 @@ class Screen:
         self._stream = pyte.ByteStream(self._screen)
         self._keyboard, inside = pty.openpty()
         fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", LINES, COLUMNS, 0, 0))
-        self.process = subprocess.Popen(
+        self.process = warm.Popen(
             [sys.executable, *words],
             stdin=inside,
             stdout=inside,

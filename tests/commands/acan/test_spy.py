@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import itertools
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from canwire.commands.acan.machines import config_of, set_up
 from canwire.commands.acan.spy import CREDIT, Spy, Trace, banner
 from canwire.commands.acan.term import Terminal
 from canwire.commands.acan.trace import format_message, format_trace_line, parse_message, parse_trace_line
+from tests import warm
 from tests.commands.acan.bench import LONG_S, ONE, TWO, Bench
 from tests.commands.acan.double import Wire
 from tests.commands.acan.screen import ON_DOUBLE, OpenScreen, environment
@@ -625,7 +625,7 @@ def test_on_a_terminal(open_screen: OpenScreen, tmp_path: Path) -> None:
 def test_without_a_terminal_there_are_plain_lines() -> None:
     command = [sys.executable, *ON_DOUBLE, "spy", "-n", "2", "--send", "00001001010 - | ab", "--send",
                "00001001010 - 63"]  # fmt: skip
-    done = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=60)
+    done = warm.run(command, env=environment(), capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert lines[:13] == banner((1, 0), acan.HardConfig(), before=False)

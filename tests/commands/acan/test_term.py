@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from canwire.commands import main
 from canwire.commands.acan.machines import config_of, configured_machine, identifier, set_up
 from canwire.commands.acan.term import PATTERN, SEQUENCE, Printable, Terminal, messages
 from canwire.commands.acan.words import machine, parsed
+from tests import warm
 from tests.commands.acan.bench import ONE, TWO, Bench
 from tests.commands.acan.double import Wire
 from tests.commands.acan.screen import ON_DOUBLE, OpenScreen, environment
@@ -365,7 +365,7 @@ def test_echo_on_a_terminal(open_screen: OpenScreen) -> None:
 def test_without_a_terminal_bytes_are_copied() -> None:
     data = bytes(range(256)) * 3
     command = [sys.executable, *ON_DOUBLE, "term", "1", "2", "-T", "0"]
-    done = subprocess.run(command, env=environment(), input=data, capture_output=True, timeout=60)
+    done = warm.run(command, env=environment(), input=data, capture_output=True, timeout=60)
     assert (done.returncode, done.stdout) == (0, data)
     assert done.stderr == b"canwire: CANTERM: machine 1 to machine 2\n"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import re
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from canwire.commands.acan.machines import config_of, set_up
 from canwire.commands.acan.term import PATTERN, SEQUENCE, Terminal
 from canwire.commands.acan.wct import Settings, Wct, overridden, read_settings, write_settings
 from canwire.commands.acan.words import parsed
+from tests import warm
 from tests.commands.acan.double import Wire
 from tests.commands.acan.screen import ON_DOUBLE, OpenScreen, environment
 
@@ -371,7 +371,7 @@ def test_without_a_terminal_bytes_are_copied(tmp_path: Path) -> None:
     path = tmp_path / "WCT.INI"
     write_settings(path, Settings(local=1, target=2))
     command = [sys.executable, *ON_DOUBLE, "wct", "-T", "0", "--ini", str(path)]
-    done = subprocess.run(command, env=environment(), input=b"\x15 as it is", capture_output=True, timeout=60)
+    done = warm.run(command, env=environment(), input=b"\x15 as it is", capture_output=True, timeout=60)
     assert (done.returncode, done.stdout) == (0, b"\x15 as it is")
     assert done.stderr == b"canwire: WCT: machine 1 to machine 2\n"
 

@@ -21,6 +21,7 @@ import canwire
 from canwire import candrv
 from canwire.candrv import CanbusEvent
 from canwire.commands import main
+from tests import warm
 from tests.hubs import LONG_S, serving
 from tests.missing import needs_program
 
@@ -211,7 +212,7 @@ def test_can_read(programs: dict[str, Path], home: Path, other: candrv.Handle, w
 def _reading(home: Path, words: str) -> Iterator[subprocess.Popen[str]]:
     """`canwire candrv read`, at whose end nothing is left of it."""
     command = [sys.executable, "-m", "canwire", "candrv", "read", *words.split()]
-    with subprocess.Popen(command, cwd=home, stdout=subprocess.PIPE, text=True) as process:
+    with warm.Popen(command, cwd=home, stdout=subprocess.PIPE, text=True) as process:
         try:
             yield process
         finally:

@@ -26,6 +26,7 @@ from canwire.commands.candrv import attach as candrv_attach
 from canwire.commands.candrv.programs import shown
 from canwire.commands.candrv.suite import PROGRAMS
 from canwire.commands.candrv.switches import Usage, parse
+from tests import warm
 
 LONG = 60.0  # seconds after which something that should happen never will
 CONFIG = """
@@ -77,7 +78,7 @@ class Bench:
             "CANWIRE_HUB": self.address,
             "CANWIRE_CONFIG": str(self.home / "registry.toml"),
         }
-        process = subprocess.Popen(
+        process = warm.Popen(
             [sys.executable, "-m", "canwire", *words],
             cwd=self.home,
             env=environment,

@@ -19,6 +19,7 @@ from canwire import BadValue, ChannelMode, Database, Frame, HubChannel, WantedMo
 from canwire.commands import main
 from canwire.commands import send as send_module
 from canwire.commands.databases import plugins, simulate
+from tests import warm
 
 pytest.importorskip("cantools")
 ROOT = Path(__file__).resolve().parents[3]
@@ -185,7 +186,7 @@ def test_counts_after_ctrl_c(hub_address: str, heard: HubChannel) -> None:
         "--hub",
         hub_address,
     ]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+    with warm.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         assert heard.receive(LONG_S) is not None
         process.send_signal(signal.SIGINT)
         _, shown = process.communicate(timeout=LONG_S)

@@ -15,6 +15,7 @@ import pytest
 import canwire
 from canwire import Frame, HubChannel, open_log
 from canwire.commands import main
+from tests import warm
 from tests.commands.conftest import running_lines
 from tests.missing import needs_program
 
@@ -34,7 +35,7 @@ def sender(hub_address: str) -> Iterator[HubChannel]:
 @pytest.fixture
 def dumping(hub_address: str) -> Iterator[subprocess.Popen[bytes]]:
     words = [sys.executable, "-m", "canwire", "dump", "can0", "--pcapng", "-", "--hub", hub_address]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process = warm.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stderr is not None
     assert b"listening" in process.stderr.readline()
     yield process
@@ -90,7 +91,7 @@ def test_a_file_with_filters_and_a_count(tmp_path: Path, hub_address: str, sende
         "-n",
         "2",
     ]
-    with subprocess.Popen([*words, "--hub", hub_address], stderr=subprocess.PIPE) as process:
+    with warm.Popen([*words, "--hub", hub_address], stderr=subprocess.PIPE) as process:
         assert process.stderr is not None
         assert b"listening" in process.stderr.readline()
         for id in (0x123, 0x300, 0x1FF, 0x101):

@@ -15,6 +15,7 @@ import pytest
 from canwire import BadValue, Frame, connect
 from canwire.commands.gateway.rules import add_rule_arguments, rules_by
 from canwire.gateway.rules import Passage
+from tests import warm
 from tests.gateway.test_gateway import CONFIG, got, program
 from tests.hubs import LONG_S, serving
 
@@ -57,7 +58,7 @@ def test_between_two_buses(address: str) -> None:
         hub = closing.enter_context(connect(address))
         here, there = program(hub, "can0", closing), program(hub, "can1", closing)
         words = ["bridge", "can0", "can1", "--map", "100=200", "--change", "200:0=FF", "--filter", "100:700"]
-        bridge = subprocess.Popen(
+        bridge = warm.Popen(
             [sys.executable, "-m", "canwire", *words, "--hub", address], stderr=subprocess.PIPE, text=True
         )
         closing.callback(bridge.kill)
@@ -66,7 +67,7 @@ def test_between_two_buses(address: str) -> None:
         here.send(Frame(0x300))
         here.send(Frame(0x100, b"\x00"))
         assert got(there) == Frame(0x200, b"\xff")
-        refused = subprocess.run(
+        refused = warm.run(
             [sys.executable, "-m", "canwire", "bridge", "can1", "can0", "--hub", address],
             capture_output=True, text=True, timeout=LONG_S,
         )  # fmt: skip

@@ -28,6 +28,7 @@ from canwire import (
 from canwire.commands import main
 from canwire.commands.lin.line import mode_text
 from canwire.commands.lin.slots import parsed, with_delays
+from tests import warm
 
 MS = 1_000_000
 LINE = "HW000001:2"
@@ -125,7 +126,7 @@ class Running:
     """`canwire lin` in a process of its own; `told` is its first line on stderr."""
 
     def __init__(self, hub: Served, *words: str) -> None:
-        self.process = subprocess.Popen(
+        self.process = warm.Popen(
             [sys.executable, "-m", "canwire", "lin", *words, "--hub", hub.address],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -236,11 +237,11 @@ def test_three_processes_share_the_three_lines_of_a_board(served: Served, start:
     lin = start("dump", LINE, "-n", "1")
     lin.told()
     command = [sys.executable, "-m", "canwire", "dump", "HW000001:0", "-n", "1", "--hub", served.address]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as can:
+    with warm.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as can:
         assert can.stderr is not None
         assert can.stderr.readline().endswith("listening\n")
         words = ["send", "HW000001:1", "123#11", "--hub", served.address]
-        assert subprocess.run([sys.executable, "-m", "canwire", *words], timeout=30).returncode == 0
+        assert warm.run([sys.executable, "-m", "canwire", *words], timeout=30).returncode == 0
         assert served.run("send", LINE, "10#0102") == 0
         assert can.communicate(timeout=30)[0] == "  HW000001:0  123   [1]  11\n"
     assert texts(lin.end()[1]) == [f"{LINE} 10#0102 T"]

@@ -21,6 +21,7 @@ from canwire import (
 )
 from canwire.commands import main
 from canwire.commands.logs.conditions import any_of
+from tests import warm
 from tests.hubs import LONG_S
 
 ENGINE = Path(__file__).parents[3] / "examples" / "engine.dbc"
@@ -108,7 +109,7 @@ def test_one_part_and_the_end(tmp_path: Path, hub_address: str) -> None:
         "--once",
     ]
     command = [sys.executable, "-m", "canwire", *words, "--hub", hub_address]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+    with warm.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         assert "recording can0 to" in process.stderr.readline()
         frames = ["100#", "123#22", "123#11", "101#", "124#", "102#"]

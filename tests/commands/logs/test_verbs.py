@@ -14,6 +14,7 @@ import pytest
 import canwire
 from canwire import ChannelMode, Frame, convert_log, open_log
 from canwire.commands import main
+from tests import warm
 from tests.hubs import LONG_S, Served, serving
 
 LOG = "(1.000000) can0 123#1122 R\n(1.010000) can1 7FF#R T\n(1.020000) can0 12345678#33 R\n"
@@ -97,7 +98,7 @@ def test_mistakes(
 def test_record_until_ctrl_c(tmp_path: Path, served: Served) -> None:
     out = tmp_path / "drive.blf"
     words = [sys.executable, "-m", "canwire", "record", "can0", str(out), "--hub", served.address]
-    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as process:
+    with warm.Popen(words, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         assert "recording can0 to" in process.stderr.readline()
         send = [
@@ -112,7 +113,7 @@ def test_record_until_ctrl_c(tmp_path: Path, served: Served) -> None:
             "--hub",
             served.address,
         ]
-        subprocess.run(send, check=True, timeout=LONG_S, capture_output=True)
+        warm.run(send, check=True, timeout=LONG_S, capture_output=True)
         process.send_signal(2)
         said = process.stderr.read()
         assert process.wait(LONG_S) == 0

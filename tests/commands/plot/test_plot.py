@@ -32,16 +32,24 @@ def engine_data(number: int, time_ns: int = 0) -> Frame:
     return Frame(256, raw + bytes(4), timestamp_ns=time_ns)
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """drive.log, 10 ms from frame to frame, and engine.dbc."""
-    monkeypatch.chdir(tmp_path)
-    shutil.copy(EXAMPLES / "engine.dbc", tmp_path)
-    with create_log("drive.log", dated=False) as log:
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log with 10 ms from frame to frame."""
+    path = tmp_path_factory.mktemp("drive") / "drive.log"
+    with create_log(path, dated=False) as log:
         for number in range(COUNT):
             time_ns = 5 * 10**9 + number * 10_000_000
             log.write(LogEntry(time_ns, "can0", engine_data(number, time_ns), "R"))
             log.write(LogEntry(time_ns, "can0", Frame(0x7FF, bytes(8), timestamp_ns=time_ns), "R"))
+    return path
+
+
+@pytest.fixture
+def folder(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """drive.log and engine.dbc."""
+    monkeypatch.chdir(tmp_path)
+    for path in (drive, EXAMPLES / "engine.dbc"):
+        shutil.copy(path, tmp_path)
     return tmp_path
 
 

@@ -14,6 +14,7 @@ import pytest
 
 from canwire import connect
 from canwire.commands import VERBS, main
+from tests import warm
 
 pytestmark = pytest.mark.finding("newcomer F13")
 
@@ -90,7 +91,7 @@ class Running:
         words = one.words.format(folder=folder, car=CAR, examples=CAR.parent).split()
         if words[0] not in WITHOUT_HUB and "--time" not in words:
             words += ["--hub", address]
-        self.process = subprocess.Popen(
+        self.process = warm.Popen(
             [sys.executable, "-m", "canwire", *words],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -158,7 +159,7 @@ def test_closed_output_is_no_traceback(hub_address: str, words: str) -> None:
 @pytest.mark.parametrize("words", ["devices", "bits 123#11", "timing 500000", "demo", "play {car}"])
 def test_a_full_disk_is_one_line_and_a_status(hub_address: str, words: str) -> None:
     with open("/dev/full", "w") as full:
-        ended = subprocess.run(
+        ended = warm.run(
             [sys.executable, "-m", "canwire", *words.format(car=CAR).split()],
             stdout=full,
             stderr=subprocess.PIPE,

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import warm
+
 AGES = 20.0
 
 DEAF = """
@@ -36,7 +38,7 @@ def test_a_signal_just_before_the_wait(
 ) -> None:
     asked = words.split() if words.startswith("serve") else [*words.split(), "--hub", hub_address]
     command = [sys.executable, "-c", DEAF, *asked]
-    with subprocess.Popen(
+    with warm.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, cwd=tmp_path
     ) as verb:
         assert verb.stderr is not None

@@ -9,13 +9,15 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from subprocess import PIPE
+from typing import Any, NamedTuple
 
 import pytest
 
 from canwire import Hub, connect, every_line
 from canwire.boards.config.configuration import Config
 from canwire.commands.shell.ending import GONE
+from tests import warm
 from tests.commands.conftest import served_here
 from tests.hubs import LONG_S
 
@@ -85,18 +87,17 @@ def hub_address(tmp_path: Path) -> Iterator[str]:
 
 
 @contextmanager
-def begun(words: str, hub: str, home: Path, redirected: str = "") -> Iterator[subprocess.Popen[str]]:
-    """That verb in a process of its own; it becomes the shell, so signals are its own."""
+def begun(
+    words: str, hub: str, home: Path, *, closed: str = "", stdout: Any = PIPE, stderr: Any = PIPE
+) -> Iterator[subprocess.Popen[str]]:
+    """That verb in a process of its own. A shell closes streams, and becomes it: signals are its own."""
     (home / "odd.py").write_text(CAMPAIGN)
     command = [sys.executable, "-m", "canwire", *words.format(hub=hub, home=home).split()]
-    process = subprocess.Popen(
-        ["sh", "-c", f'exec "$@" {redirected}', "sh", *command],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
+    start: Callable[..., subprocess.Popen[str]] = warm.Popen
+    if closed:
+        start, command = subprocess.Popen, ["sh", "-c", f'exec "$@" {closed}', "sh", *command]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    process = start(command, stdin=PIPE, stdout=stdout, stderr=stderr, text=True, env=environment)
     try:
         yield process
     finally:
@@ -111,7 +112,7 @@ def unharmed(errors: str) -> bool:
 @pytest.mark.parametrize("streams", [">&-", "<&- >&- 2>&-"])
 @pytest.mark.parametrize("words", SHORT)
 def test_closed_streams(hub_address: str, tmp_path: Path, words: str, streams: str) -> None:
-    with begun(words, hub_address, tmp_path, streams) as process:
+    with begun(words, hub_address, tmp_path, closed=streams) as process:
         _, errors = process.communicate(timeout=LONG_S)
     assert unharmed(errors)
     assert process.returncode in SHORT[words], errors
@@ -131,7 +132,10 @@ def test_a_reader_that_has_gone(hub_address: str, tmp_path: Path, words: str) ->
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
 @pytest.mark.parametrize("words", SHORT)
 def test_a_full_disk(hub_address: str, tmp_path: Path, words: str) -> None:
-    with begun(words, hub_address, tmp_path, ">/dev/full") as process:
+    with (
+        open("/dev/full", "w") as full,
+        begun(words, hub_address, tmp_path, stdout=full) as process,
+    ):
         _, errors = process.communicate(timeout=LONG_S)
     assert (process.returncode, errors) == (2, "canwire: standard output: No space left on device\n")
 
@@ -139,7 +143,10 @@ def test_a_full_disk(hub_address: str, tmp_path: Path, words: str) -> None:
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
 def test_a_full_disk_under_complaints(tmp_path: Path) -> None:
     """There is nobody to tell; the status is that of the mistake, not of a traceback."""
-    with begun("send can0 not-a-frame", "", tmp_path, "2>/dev/full") as process:
+    with (
+        open("/dev/full", "w") as full,
+        begun("send can0 not-a-frame", "", tmp_path, stderr=full) as process,
+    ):
         process.communicate(timeout=LONG_S)
     assert process.returncode == 2
 
@@ -155,7 +162,7 @@ def wait_for(begun_work: Callable[[Hub], bool], address: str, process: subproces
 @pytest.mark.parametrize("verb", ["bridge", "acan spy", "acan wct"])
 def test_lasting_verbs_with_closed_streams(hub_address: str, tmp_path: Path, verb: str, streams: str) -> None:
     lasting = LASTING[verb]
-    with begun(lasting.words, hub_address, tmp_path, streams) as process:
+    with begun(lasting.words, hub_address, tmp_path, closed=streams) as process:
         wait_for(lasting.at_work, hub_address, process)
         process.send_signal(signal.SIGTERM)
         _, errors = process.communicate(timeout=LONG_S)
@@ -167,7 +174,7 @@ def test_lasting_verbs_with_closed_streams(hub_address: str, tmp_path: Path, ver
 def test_lasting_verbs_whose_reader_goes(hub_address: str, tmp_path: Path, verb: str) -> None:
     """`canwire bridge can0 can1 2>&1 | head -1`: it works on, and ends without a traceback's status."""
     lasting = LASTING[verb]
-    with begun(lasting.words, hub_address, tmp_path, "2>&1") as process:
+    with begun(lasting.words, hub_address, tmp_path, stderr=subprocess.STDOUT) as process:
         assert process.stdout is not None
         for line in process.stdout:
             if lasting.says in line:
@@ -182,7 +189,7 @@ def test_lasting_verbs_whose_reader_goes(hub_address: str, tmp_path: Path, verb:
 
 def test_share_with_closed_streams(tmp_path: Path) -> None:
     own = str(tmp_path / "own.sock")
-    with begun(f"share python-can:virtual/streams --hub {own}", "", tmp_path, ">&- 2>&-") as process:
+    with begun(f"share python-can:virtual/streams --hub {own}", "", tmp_path, closed=">&- 2>&-") as process:
         while not os.path.exists(own):
             assert process.poll() is None
         wait_for(lambda hub: any(board.kind == "python-can" for board in hub.boards()), own, process)

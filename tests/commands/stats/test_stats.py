@@ -27,18 +27,25 @@ def examples() -> list[str]:
     return re.findall(r"^canwire (stats\b.*?)(?:  .*)?$", text, re.MULTILINE)
 
 
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """300 frames, 10 ms from one to the next."""
+    path = tmp_path_factory.mktemp("log") / "drive.log"
+    with create_log(path, dated=False) as writer:
+        for number in range(300):
+            time_ns = 10**9 + number * 10_000_000
+            frame = Frame(0x123, bytes(8), timestamp_ns=time_ns)
+            writer.write(LogEntry(time_ns, "can0", frame, "RT"[number % 2]))
+    return path
+
+
 @pytest.fixture
-def drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def drive(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """drive.log and two parts of a day, as the help has them."""
     monkeypatch.chdir(tmp_path)
     shutil.copy(DATABASE, tmp_path)
     for name in ("drive.log", "day-0001.log", "day-0002.log"):
-        with create_log(name, dated=False) as writer:
-            for number in range(300):
-                time_ns = 10**9 + number * 10_000_000
-                writer.write(
-                    LogEntry(time_ns, "can0", Frame(0x123, bytes(8), timestamp_ns=time_ns), "RT"[number % 2])
-                )
+        shutil.copy(log, name)
     return tmp_path / "drive.log"
 
 

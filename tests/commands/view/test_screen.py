@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import ExitStack
@@ -22,6 +21,7 @@ from canwire.commands.live.listening import Listening, places_of
 from canwire.commands.shared_hub import find_line
 from canwire.commands.view.table import Table
 from canwire.commands.view.verb import Plain
+from tests import warm
 from tests.commands.acan.screen import Screen
 
 textual = pytest.importorskip("textual")
@@ -231,7 +231,7 @@ def test_on_a_terminal(hub_address: str, tmp_path: Path) -> None:
     screen = Screen(["-m", "canwire", "view", "can0", "--hub", hub_address], str(tmp_path))
     try:
         screen.wait("0 of 0 identifiers")
-        subprocess.run(
+        warm.run(
             [sys.executable, "-m", "canwire", "send", "HW000002:0", "123#DEADBEEF", "--hub", hub_address],
             check=True, timeout=LONG_S,
         )  # fmt: skip
