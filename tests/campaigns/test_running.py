@@ -11,6 +11,9 @@ from typing import Any
 import pytest
 
 from canwire import BadValue, CampaignRun, repeat_run, run_campaign
+from canwire.campaigns.batches import Rules
+from canwire.campaigns.loading import Script
+from canwire.campaigns.workers import in_processes
 from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
 
@@ -62,15 +65,24 @@ def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tm
 
 @pytest.mark.conforms("N-37")
 def test_a_run_that_takes_too_long_is_ended_and_the_others_are_played(tmp_path: Path) -> None:
-    lasts = written(tmp_path, "lasts.py", LASTS)
-    runs = run_campaign(lasts, workers=2, time_limit=0.3)
+    lasts = written(tmp_path, "lasts.py", LASTS.replace("number == 4", "number > 5"))
+    runs = run_campaign(lasts, workers=1, time_limit=0.3)
+    verdicts = {run.number: run.verdict for run in runs}
+    assert verdicts == dict.fromkeys(range(6), "passed") | {2: "timeout"}
+    again, _ = repeat_run(lasts, 2, time_limit=0.1)
+    assert (again.verdict, again.reason) == ("timeout", "longer than 0.1 s")
+    assert "in for_ever" in again.trace
+
+
+@pytest.mark.conforms("N-37")
+def test_a_run_that_nothing_else_ends_takes_its_process_with_it(tmp_path: Path) -> None:
+    script = Script.read(written(tmp_path, "lasts.py", LASTS))
+    batches = in_processes(script, range(6), Rules(seed=1, limit_s=0.3, grace_s=0.2), 2)
+    runs = sorted((run for batch in batches for run in batch), key=lambda run: run.number)
     verdicts = {run.number: run.verdict for run in runs}
     assert verdicts == dict.fromkeys(range(6), "passed") | {2: "timeout", 4: "timeout"}
     assert runs[2].reason == runs[4].reason == "longer than 0.3 s"
     assert [run.figures.get("square") for run in runs] == [0, 1, None, 9, None, 25]
-    again, _ = repeat_run(lasts, 2, time_limit=0.1)
-    assert (again.verdict, again.reason) == ("timeout", "longer than 0.1 s")
-    assert "in for_ever" in again.trace
 
 
 def test_a_limit_changes_nothing_for_runs_that_keep_it(flips: Path) -> None:
