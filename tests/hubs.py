@@ -20,6 +20,7 @@ import pytest
 
 import canwire
 from canwire.boards.config.configuration import Config
+from canwire.commands import main
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
@@ -95,6 +96,14 @@ def offering(hub: str, *options: str) -> Iterator[Served]:
         process.terminate()
         process.wait(LONG_S)
         process.stdout.close()
+
+
+def status_of(*words: str) -> int:
+    """What `canwire WORDS` exits with, in this process."""
+    try:
+        return main(words)
+    except SystemExit as ended:  # argparse's
+        return int(ended.code or 0)
 
 
 def free_port() -> int:

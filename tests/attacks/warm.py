@@ -63,7 +63,7 @@ def become(streams: Streams) -> None:
             os.close(number)
     kinds: list[dict[str, Any]] = [{"mode": "r"}, {"mode": "w"}, {"mode": "w", "errors": "backslashreplace"}]
     sys.stdin, sys.stdout, sys.stderr = (
-        None if path is CLOSED else open(number, closefd=False, encoding="utf-8", **kinds[number])
+        None if path is CLOSED else open(number, closefd=False, encoding="utf-8", **kinds[number])  # noqa: SIM115
         for number, path in enumerate(streams)
     )
     sys.__stdin__, sys.__stdout__, sys.__stderr__ = sys.stdin, sys.stdout, sys.stderr  # type: ignore[misc]

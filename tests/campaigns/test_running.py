@@ -43,17 +43,29 @@ def test_workers_change_nothing_and_a_number_is_enough_to_repeat(flips: Path) ->
     assert other_log != log
 
 
-def test_without_a_number_the_grid_is_gone_through_once(flips: Path) -> None:
-    runs = run_campaign(flips, workers=1)
+def test_without_a_number_the_grid_is_gone_through_once_and_stands_in_parquet(
+    flips: Path, tmp_path: Path
+) -> None:
+    pyarrow = pytest.importorskip("pyarrow.parquet")
+    runs = run_campaign(flips, workers=1, results=tmp_path / "flips.parquet")
     assert len(runs) == 12
     assert {(run.parameters["bit_rate"], run.parameters["bit"]) for run in runs} == {
         (rate, bit) for rate in (250_000, 500_000) for bit in range(20, 26)
     }
+    table = pyarrow.read_table(tmp_path / "flips.parquet")
+    assert table.num_rows == 12
+    assert table.column_names == [
+        "run", "seed", "bit_rate", "bit", "noise", "verdict", "reason", "errors", "seconds", "frames",
+        "error_frames", "bus_time_ns", "digest",
+    ]  # fmt: skip
+    assert table["digest"].to_pylist() == [run.digest for run in runs]
+    assert table["errors"].to_pylist() == [run.figures.get("errors") for run in runs]
+    assert not list(tmp_path.glob("*.part"))
 
 
 @pytest.mark.conforms("N-37")
 def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tmp_path: Path) -> None:
-    runs = run_campaign(written(tmp_path, "ends.py", ENDS), workers=2)
+    runs = run_campaign(written(tmp_path, "ends.py", ENDS), workers=2, results=tmp_path / "ends.csv")
     verdicts = {run.number: run.verdict for run in runs}
     assert verdicts == dict.fromkeys(range(12), "passed") | {5: "crashed", 7: "error"}
     assert runs[5].reason == "its process ended by itself"
@@ -61,6 +73,11 @@ def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tm
     assert [run.figures for run in runs if run.passed] == [
         {"square": number * number} for number in range(12) if number not in (5, 7)
     ]
+    with (tmp_path / "ends.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["verdict"] for row in rows].count("passed") == 10
+    assert rows[3]["square"] == "9"
+    assert rows[5]["square"] == ""
 
 
 @pytest.mark.conforms("N-37")
@@ -106,30 +123,6 @@ def test_a_pool_that_breaks_while_batches_are_handed_out_loses_none(
     text = ENDS.replace("os._exit(9)", "pass")
     runs = run_campaign(written(tmp_path, "ends.py", text), workers=1)
     assert [run.number for run in runs] == list(range(12))
-
-
-def test_the_table_as_parquet(flips: Path, tmp_path: Path) -> None:
-    pyarrow = pytest.importorskip("pyarrow.parquet")
-    runs = run_campaign(flips, workers=1, results=tmp_path / "flips.parquet")
-    table = pyarrow.read_table(tmp_path / "flips.parquet")
-    assert table.num_rows == 12
-    assert table.column_names == [
-        "run", "seed", "bit_rate", "bit", "noise", "verdict", "reason", "errors", "seconds", "frames",
-        "error_frames", "bus_time_ns", "digest",
-    ]  # fmt: skip
-    assert table["digest"].to_pylist() == [run.digest for run in runs]
-    assert table["errors"].to_pylist() == [run.figures.get("errors") for run in runs]
-    assert not list(tmp_path.glob("*.part"))
-
-
-def test_the_table_as_csv(tmp_path: Path) -> None:
-    path = written(tmp_path, "ends.py", ENDS)
-    run_campaign(path, workers=2, results=tmp_path / "ends.csv")
-    with (tmp_path / "ends.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [row["verdict"] for row in rows].count("passed") == 10
-    assert rows[3]["square"] == "9"
-    assert rows[5]["square"] == ""
 
 
 def test_what_was_done_is_written_when_it_is_interrupted(flips: Path, tmp_path: Path) -> None:
