@@ -11,7 +11,6 @@ import pytest
 from canwire import HubError, run_campaign
 from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
-dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
 
@@ -20,12 +19,9 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
 def cluster() -> Iterator[str]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        with (
-            dask.config.set({"distributed.scheduler.allowed-failures": 1}),  # workers of a task that may end
-            distributed.LocalCluster(
-                n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
-            ) as cluster,
-        ):
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+        ) as cluster:
             yield cluster.scheduler_address.replace("tcp://", "dask://")
 
 
