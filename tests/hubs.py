@@ -21,6 +21,7 @@ import pytest
 
 import canwire
 from canwire.boards.config.configuration import Config
+from canwire.commands import main
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.answering import Server
 from canwire.hub.links.local import LocalLink
@@ -138,6 +139,14 @@ def left_meanwhile(leaving: canwire.HubChannel) -> Iterator[None]:
 
         patch.setattr(canwire.Hub, "open_channel", leave_first)
         yield
+
+
+def status_of(*words: str) -> int:
+    """What `canwire WORDS` exits with, in this process."""
+    try:
+        return main(words)
+    except SystemExit as ended:  # argparse's
+        return int(ended.code or 0)
 
 
 def free_port() -> int:

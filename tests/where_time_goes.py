@@ -96,7 +96,10 @@ def table(lines: list[dict[str, Any]]) -> str:
             if name not in ("test", "when"):
                 sums[folder][name] += value
         sums[folder][str(line["when"])] += line["s"]
-    rows = ["| folder | tests | s | of that in fixtures | processes started | waiting for their end, s | `sleep`, s |", "|---|" + "--:|" * 6]
+    rows = [
+        "| folder | tests | s | of that in fixtures | processes started | waiting for their end, s | `sleep`, s |",
+        "|---|" + "--:|" * 6,
+    ]
     for folder, sum_ in sorted(sums.items(), key=lambda item: -item[1]["s"]):
         rows.append(
             f"| {folder} | {len(tests[folder])} | {sum_['s']:.0f} | {sum_['setup'] + sum_['teardown']:.0f} | {sum_['process']}"

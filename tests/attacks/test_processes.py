@@ -8,12 +8,15 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 import canwire
+from canwire.commands import VERBS
 from tests.attacks.clients import Honest
+from tests.attacks.warm import CLOSED, NOTHING, Ended, Streams, Warm
 from tests.hubs import LONG_S, Served, serving
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and descriptors as Unix has them")
@@ -41,7 +44,15 @@ LONG = {  # verbs that go on until they are ended, and what they say when they h
     "dump": ("dump can0 --hub HUB", ""),
     "lin dump": ("lin dump lin0 --hub HUB", ""),
 }
-STREAMS = {
+ERRORS = "errors"  # the name of the file that stderr goes to
+STREAMS: dict[str, Streams] = {
+    "stdin": (CLOSED, NOTHING, ERRORS),
+    "stdout": (NOTHING, CLOSED, ERRORS),
+    "stderr": (NOTHING, NOTHING, CLOSED),
+    "all": (CLOSED, CLOSED, CLOSED),
+    "full disk": (NOTHING, "/dev/full", ERRORS),
+}
+IN_SHELLS = {  # the same
     "stdin": "<&-",
     "stdout": ">&-",
     "stderr": "2>&-",
@@ -61,14 +72,35 @@ def words(line: str, hub: str, home: Path) -> list[str]:
     return [sys.executable, "-m", "canwire", *given]
 
 
+@pytest.fixture(scope="module")
+def warm() -> Iterator[Warm]:
+    with closing(Warm(*(set(SHORT) & set(VERBS)))) as made:
+        yield made
+
+
 @pytest.mark.finding("faults 10")
 @pytest.mark.parametrize("streams", STREAMS)
 @pytest.mark.parametrize("verb", SHORT)
-def test_no_verb_falls_over_a_stream(shared: Served, tmp_path: Path, verb: str, streams: str) -> None:
+def test_no_verb_falls_over_a_stream(
+    shared: Served, warm: Warm, tmp_path: Path, verb: str, streams: str
+) -> None:
     """One that is closed from the beginning, or that nothing can be written to: a sentence at most."""
+    given = [str(tmp_path / path) if path == ERRORS else path for path in STREAMS[streams]]
     command = words(SHORT[verb], shared.address, tmp_path)
-    shell = ["bash", "-c", f'exec "$@" {STREAMS[streams]}', "bash", *command]
+    check_words(verb, streams, warm.run(command[3:], (given[0], given[1], given[2])))
+
+
+@pytest.mark.finding("faults 10")
+@pytest.mark.parametrize("streams", IN_SHELLS)
+def test_no_process_falls_over_a_stream(shared: Served, tmp_path: Path, streams: str) -> None:
+    """Not while it is loaded either."""
+    command = words(SHORT["devices"], shared.address, tmp_path)
+    shell = ["bash", "-c", f'exec "$@" {IN_SHELLS[streams]}', "bash", *command]
     done = subprocess.run(shell, capture_output=True, text=True, timeout=LONG_S, stdin=subprocess.DEVNULL)
+    check_words("devices", streams, Ended(done.returncode, done.stderr))
+
+
+def check_words(verb: str, streams: str, done: Ended) -> None:
     assert done.returncode in (0, 1, 2), done.stderr
     assert "Traceback" not in done.stderr
     assert "Exception ignored" not in done.stderr

@@ -11,6 +11,9 @@ from typing import Any
 import pytest
 
 from canwire import BadValue, CampaignRun, repeat_run, run_campaign
+from canwire.campaigns.batches import Rules
+from canwire.campaigns.loading import Script
+from canwire.campaigns.workers import in_processes
 from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
 
@@ -40,12 +43,24 @@ def test_workers_change_nothing_and_a_number_is_enough_to_repeat(flips: Path) ->
     assert other_log != log
 
 
-def test_without_a_number_the_grid_is_gone_through_once(flips: Path) -> None:
-    runs = run_campaign(flips, workers=1)
+def test_without_a_number_the_grid_is_gone_through_once_and_stands_in_parquet(
+    flips: Path, tmp_path: Path
+) -> None:
+    pyarrow = pytest.importorskip("pyarrow.parquet")
+    runs = run_campaign(flips, workers=1, results=tmp_path / "flips.parquet")
     assert len(runs) == 12
     assert {(run.parameters["bit_rate"], run.parameters["bit"]) for run in runs} == {
         (rate, bit) for rate in (250_000, 500_000) for bit in range(20, 26)
     }
+    table = pyarrow.read_table(tmp_path / "flips.parquet")
+    assert table.num_rows == 12
+    assert table.column_names == [
+        "run", "seed", "bit_rate", "bit", "noise", "verdict", "reason", "errors", "seconds", "frames",
+        "error_frames", "bus_time_ns", "digest",
+    ]  # fmt: skip
+    assert table["digest"].to_pylist() == [run.digest for run in runs]
+    assert table["errors"].to_pylist() == [run.figures.get("errors") for run in runs]
+    assert not list(tmp_path.glob("*.part"))
 
 
 @pytest.mark.conforms("N-37")
@@ -67,15 +82,24 @@ def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tm
 
 @pytest.mark.conforms("N-37")
 def test_a_run_that_takes_too_long_is_ended_and_the_others_are_played(tmp_path: Path) -> None:
-    lasts = written(tmp_path, "lasts.py", LASTS)
-    runs = run_campaign(lasts, workers=2, time_limit=0.3)
+    lasts = written(tmp_path, "lasts.py", LASTS.replace("number == 4", "number > 5"))
+    runs = run_campaign(lasts, workers=1, time_limit=0.3)
+    verdicts = {run.number: run.verdict for run in runs}
+    assert verdicts == dict.fromkeys(range(6), "passed") | {2: "timeout"}
+    again, _ = repeat_run(lasts, 2, time_limit=0.1)
+    assert (again.verdict, again.reason) == ("timeout", "longer than 0.1 s")
+    assert "in for_ever" in again.trace
+
+
+@pytest.mark.conforms("N-37")
+def test_a_run_that_nothing_else_ends_takes_its_process_with_it(tmp_path: Path) -> None:
+    script = Script.read(written(tmp_path, "lasts.py", LASTS))
+    batches = in_processes(script, range(6), Rules(seed=1, limit_s=0.3, grace_s=0.2), 2)
+    runs = sorted((run for batch in batches for run in batch), key=lambda run: run.number)
     verdicts = {run.number: run.verdict for run in runs}
     assert verdicts == dict.fromkeys(range(6), "passed") | {2: "timeout", 4: "timeout"}
     assert runs[2].reason == runs[4].reason == "longer than 0.3 s"
     assert [run.figures.get("square") for run in runs] == [0, 1, None, 9, None, 25]
-    again, _ = repeat_run(lasts, 2, time_limit=0.1)
-    assert (again.verdict, again.reason) == ("timeout", "longer than 0.1 s")
-    assert "in for_ever" in again.trace
 
 
 def test_a_limit_changes_nothing_for_runs_that_keep_it(flips: Path) -> None:
@@ -99,20 +123,6 @@ def test_a_pool_that_breaks_while_batches_are_handed_out_loses_none(
     text = ENDS.replace("os._exit(9)", "pass")
     runs = run_campaign(written(tmp_path, "ends.py", text), workers=1)
     assert [run.number for run in runs] == list(range(12))
-
-
-def test_the_table_as_parquet(flips: Path, tmp_path: Path) -> None:
-    pyarrow = pytest.importorskip("pyarrow.parquet")
-    runs = run_campaign(flips, workers=1, results=tmp_path / "flips.parquet")
-    table = pyarrow.read_table(tmp_path / "flips.parquet")
-    assert table.num_rows == 12
-    assert table.column_names == [
-        "run", "seed", "bit_rate", "bit", "noise", "verdict", "reason", "errors", "seconds", "frames",
-        "error_frames", "bus_time_ns", "digest",
-    ]  # fmt: skip
-    assert table["digest"].to_pylist() == [run.digest for run in runs]
-    assert table["errors"].to_pylist() == [run.figures.get("errors") for run in runs]
-    assert not list(tmp_path.glob("*.part"))
 
 
 def test_what_was_done_is_written_when_it_is_interrupted(flips: Path, tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ from canwire import (
     serve,
 )
 from canwire.platform import PORTABLE
+from tests.hubs import status_of
 
 AGES = 20.0  # seconds; only a broken build waits that long
 TIMING = BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
@@ -203,13 +204,26 @@ def test_unusual_copper_is_pointed_out(start: Serve, tmp_path: Path) -> None:
     )
 
 
-def test_mistakes_take_one_line(start: Serve, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--config", "bad.toml"], "bad.toml"),
+        (["--config", "missing.toml"], "missing.toml"),
+        (["--socket", "x" * (300 if PORTABLE else 200)], "too long"),
+        (["--socket", "nowhere/s"], "nowhere"),
+        (["--socket", "bad.toml"], "no socket"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+@pytest.mark.usefixtures("start")
+def test_mistakes_take_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str
+) -> None:
     (tmp_path / "bad.toml").write_text("[[bus]]\nnam = 3\n")
-    assert "bad.toml" in refused("--config", "bad.toml")
-    assert "missing.toml" in refused("--config", "missing.toml")
-    assert "too long" in refused("--socket", "x" * (300 if PORTABLE else 200))
-    assert "nowhere" in refused("--socket", "nowhere/s")
-    assert "no socket" in refused("--socket", "bad.toml")
+    assert status_of("serve", *words) == 2
+    found = capsys.readouterr()
+    [line] = found.err.splitlines()
+    assert (said in line, found.out) == (True, "")
 
 
 def test_serving_within_a_program(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from canwire.campaigns.campaign import Campaign
-from canwire.campaigns.limit import process_at_most
+from canwire.campaigns.limit import GRACE_S, process_at_most
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun, play
 from canwire.errors import HubError
@@ -30,12 +30,14 @@ def batches(numbers: Sequence[int], workers: int) -> Iterator[Batch]:
 class Rules(NamedTuple):
     """How runs are played: the campaign's seed, the seconds that each may take (None: any).
 
-    `alone`: nothing else runs in the worker's process, which may be ended where nothing else ends a run.
+    `alone`: nothing else runs in the worker's process, which may be ended where nothing else ends a run, `grace_s`
+    after that.
     """
 
     seed: int
     limit_s: float | None = None
     alone: bool = True
+    grace_s: float = GRACE_S
 
 
 def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __version__) -> list[CampaignRun]:
@@ -47,7 +49,7 @@ def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __vers
     campaign = _loaded(script)
     runs = []
     for number in batch:
-        with process_at_most(rules.limit_s if rules.alone else None):
+        with process_at_most(rules.limit_s if rules.alone else None, rules.grace_s):
             runs.append(play(campaign, number, rules.seed, limit_s=rules.limit_s))
     return runs
 

@@ -44,13 +44,13 @@ def at_most(limit_s: float | None) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def process_at_most(limit_s: float | None) -> Iterator[None]:
-    """This process ends if what runs in it is not over after so many seconds and GRACE_S (None: never)."""
+def process_at_most(limit_s: float | None, grace_s: float = GRACE_S) -> Iterator[None]:
+    """This process ends if what runs in it is not over after so many seconds and `grace_s` (None: never)."""
     if limit_s is None:
         yield
         return
     with open(os.devnull, "w") as nowhere:
-        faulthandler.dump_traceback_later(limit_s + GRACE_S, exit=True, file=nowhere)
+        faulthandler.dump_traceback_later(limit_s + grace_s, exit=True, file=nowhere)
         try:
             yield
         finally:

@@ -10,7 +10,6 @@ from multiprocessing.connection import Connection
 
 from canwire.campaigns.batches import Batch, Rules, batches, play_batch
 from canwire.campaigns.campaign import Campaign
-from canwire.campaigns.limit import GRACE_S
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun, late, play
 
@@ -79,7 +78,7 @@ def _alone(script: Script, number: int, rules: Rules) -> CampaignRun:
     telling.close()
     try:
         told.recv()  # it has begun
-        if rules.limit_s is not None and not told.poll(rules.limit_s + GRACE_S):
+        if rules.limit_s is not None and not told.poll(rules.limit_s + rules.grace_s):
             return late(script.load(), number, rules.seed, rules.limit_s)
         run: CampaignRun = told.recv()
         return run

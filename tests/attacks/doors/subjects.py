@@ -59,6 +59,7 @@ SPECIAL: dict[str, dict[str, Callable[[], Any]]] = {
     "lin_checksum": {"data": lambda: b"\x01"},
     "protected_id": {"id": lambda: 0x10},
 }
+NEEDED: dict[str, list[str]] = {}  # of each callable that was asked for, what has no default
 # compiled constructors tell inspect nothing
 SIGNATURES = {
     "Frame": (
@@ -97,13 +98,14 @@ def arguments_of(name: str, function: Callable[..., Any]) -> dict[str, Any]:
             for each in SIGNATURES[last]
             if each in ("id", "data", "frame")
         }
-    needed = {}
-    for parameter in inspect.signature(function).parameters.values():
-        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
-            continue
-        if parameter.default is parameter.empty:
-            needed[parameter.name] = special.get(parameter.name, USUAL.get(parameter.name, str))()
-    return needed
+    if name not in NEEDED:
+        NEEDED[name] = [
+            parameter.name
+            for parameter in inspect.signature(function).parameters.values()
+            if parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+            and parameter.default is parameter.empty
+        ]
+    return {each: special.get(each, USUAL.get(each, str))() for each in NEEDED[name]}
 
 
 def parameters_of(name: str, function: Callable[..., Any]) -> list[str]:

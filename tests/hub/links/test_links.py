@@ -442,7 +442,7 @@ def test_somebody_who_does_not_answer_is_no_hub(tmp_path: Path) -> None:
         Impostor(tmp_path / "s", b"", then_close=False) as silent,
         pytest.raises(HubLost, match="does not answer"),
     ):
-        RemoteLink(silent.path, "test")
+        RemoteLink(silent.path, "test", hello_s=0.05)
 
 
 @pytest.mark.parametrize(

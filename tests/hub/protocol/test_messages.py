@@ -7,6 +7,7 @@ import dataclasses
 import types
 import typing
 from enum import IntEnum
+from functools import cache
 from operator import attrgetter
 from typing import Any
 
@@ -74,6 +75,7 @@ REQUESTS = typing.get_args(m.Request | LinRequest)
 REPLIES = typing.get_args(m.Reply | LinReply)
 
 
+@cache
 def values_of(kind: Any) -> st.SearchStrategy[Any]:
     """Anything of an annotated type, as msgspec takes it."""
     if kind in SIMPLE:
@@ -90,6 +92,7 @@ def values_of(kind: Any) -> st.SearchStrategy[Any]:
     return fields_of(kind)
 
 
+@cache
 def fields_of(kind: Any) -> st.SearchStrategy[Any]:
     hints = typing.get_type_hints(kind)
     if issubclass(kind, msgspec.Struct):

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import lru_cache
 from typing import ClassVar
 
 from canwire.errors import BadTiming
@@ -132,6 +133,15 @@ def choose(
     Among equals, quanta_wanted wins, then the finest quantum. Raises BadTiming with the
     nearest bit rates where the clock cannot make this one.
     """
+    checked_rate("bit_rate", bit_rate)
+    checked_rate("clock_hz", clock_hz)
+    return _chosen(bit_rate, sample_point, clock_hz, limits, quanta_wanted)
+
+
+@lru_cache(maxsize=1024)  # each line of a board asks anew, and the search takes a millisecond
+def _chosen(
+    bit_rate: int, sample_point: Fraction, clock_hz: int, limits: TimingLimits, quanta_wanted: int
+) -> tuple[int, int, int]:
     best: tuple[Fraction, bool, int] | None = None
     chosen = (0, 0, 0)
     for prescaler, quanta in dividers(bit_rate, clock_hz, limits):

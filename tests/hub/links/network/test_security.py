@@ -17,6 +17,7 @@ from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.session.settings import (
     LEASE_S,
     SESSIONS,
+    Patience,
     check_reach,
     for_client,
     for_hub,
@@ -24,7 +25,7 @@ from canwire.hub.links.network.session.settings import (
     usual,
 )
 from canwire.hub.protocol import messages as m
-from tests.hub.links.network.places import QUICK, Place, channel, offered, running, until
+from tests.hub.links.network.places import QUICK, Place, channel, elsewhere, offered, running, until
 from tests.hubs import LONG_S, free_port
 
 pytestmark = pytest.mark.conforms("PL-11")
@@ -36,8 +37,8 @@ USERS = {
 }
 
 
-def as_user(place: Place, user: str, password: str) -> Hub:
-    return Hub(NetworkLink(place.address, user, Login(user=user, password=password)))
+def as_user(place: Place, user: str, password: str, patience: Patience | None = None) -> Hub:
+    return Hub(NetworkLink(place.address, user, Login(user=user, password=password), patience))
 
 
 def test_each_user_may_do_so_much() -> None:
@@ -62,11 +63,12 @@ def test_each_user_may_do_so_much() -> None:
 
 
 def test_who_is_not_known_is_not_let_in() -> None:
+    soon = QUICK._replace(connect_s=0.3)
     with offered(access=Access(users=USERS)) as place:
         with pytest.raises(HubLost, match="does not let alice with this password in"):
-            as_user(place, "alice", "wrong")
+            as_user(place, "alice", "wrong", soon)
         with pytest.raises(HubLost, match="does not let anybody without a name in"):
-            canwire.connect(place.address)
+            elsewhere(place.address, soon)
 
 
 def test_a_user_cannot_take_another_one_s_keys(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from canwire.errors import BadMessage
 from canwire.hub.links.loopback import asides
 from canwire.hub.links.loopback.sockets import dial
-from canwire.hub.links.stream.client import StreamLink
+from canwire.hub.links.stream.client import HELLO_S, StreamLink
 from canwire.platform.portable.events import EventDescriptor
 from canwire.platform.portable.memory import Memory
 
@@ -31,12 +31,12 @@ class LoopbackLink(StreamLink):
 
     _dial = staticmethod(dial)
 
-    def __init__(self, address: str, name: str) -> None:
+    def __init__(self, address: str, name: str, hello_s: float = HELLO_S) -> None:
         self._events: weakref.WeakValueDictionary[int, EventDescriptor] = weakref.WeakValueDictionary()
         self._left: deque[int] = (
             deque()
         )  # events that were closed, which the hub is told of with the next request
-        super().__init__(address, name)
+        super().__init__(address, name, hello_s)
 
     def ring(self, number: int) -> None:
         """Tell the hub that this event was signalled here."""

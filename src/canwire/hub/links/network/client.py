@@ -71,7 +71,9 @@ class NetworkLink:
         self._host = socket.gethostname()
         self._stirs = OutgoingStirs()
         self._zenoh = load_zenoh()
-        self._session = open_for_client(for_client(place.endpoint, login, self._patience.lease_s))
+        self._session = open_for_client(
+            for_client(place.endpoint, login, self._patience.lease_s, self._patience.connect_s)
+        )
         try:
             self._offer = find(self._session, place, address)
         except BaseException:

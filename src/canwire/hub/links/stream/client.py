@@ -29,20 +29,20 @@ from canwire.hub.protocol.messages import (
 from canwire.hub.protocol.pending import Pending
 from canwire.platform import Descriptor, EventDescriptor, close_descriptors, descriptor_limit
 
-_HELLO_TIMEOUT_S = 10.0  # a hub on a machine with thirty other programs took more than two
+HELLO_S = 10.0  # a hub on a machine with thirty other programs took more than two
 
 
 class StreamLink:
     """hub/protocol/link.py's Link over a socket. A thread of its own takes in replies and notices.
 
-    Raises HubLost if no hub listens at `address` or none answers within two seconds, BadMessage if it speaks
+    Raises HubLost if no hub listens at `address` or none answers within `hello_s`, BadMessage if it speaks
     another version. A fork of this process cannot use it. How descriptors come along is for subclasses: they put
     each of them into `_descriptors` before the reply that counts it.
     """
 
     copies = False
 
-    def __init__(self, address: str, name: str) -> None:
+    def __init__(self, address: str, name: str, hello_s: float = HELLO_S) -> None:
         self.address = os.path.abspath(address)
         self.time = ""
         self._pid = os.getpid()
@@ -62,7 +62,7 @@ class StreamLink:
         self._thread.start()
         _OPEN.add(self)
         try:
-            self._greet(name)
+            self._greet(name, hello_s)
         except BaseException:
             self.close()
             raise
@@ -144,9 +144,9 @@ class StreamLink:
 
     # calls
 
-    def _greet(self, name: str) -> None:
+    def _greet(self, name: str, hello_s: float) -> None:
         try:
-            welcome, descriptors = self.begin(Hello(VERSION, self._pid, name)).result(_HELLO_TIMEOUT_S)
+            welcome, descriptors = self.begin(Hello(VERSION, self._pid, name)).result(hello_s)
         except TimeoutError:
             raise HubLost(f"{self.address}: somebody listens but does not answer; is it a hub?") from None
         self.time = welcome.time

@@ -29,12 +29,14 @@ Settings = dict[str, Any]
 
 
 class Patience(NamedTuple):
-    """How long silence is borne: by a call, and by the link while its connection is broken, or given up as silent."""
+    """How long silence is borne: by a call, by the link while its connection is broken or given up as silent, and by
+    one that connects."""
 
     call_s: float = 1.7
     broken_s: float = 1.5
     lease_s: float = LEASE_S
     cut_s: float = CUT_S
+    connect_s: float = CONNECT_S
 
 
 def was_cut(heard_ns: int, lease_s: float) -> bool:
@@ -70,13 +72,15 @@ def usual(lease_s: float) -> Settings:
     }
 
 
-def for_client(endpoint: str, login: Login, lease_s: float = LEASE_S) -> Settings:
+def for_client(
+    endpoint: str, login: Login, lease_s: float = LEASE_S, connect_s: float = CONNECT_S
+) -> Settings:
     """A program's session: it listens nowhere."""
     return {
         **usual(lease_s),
         "mode": "client",
         "connect/endpoints": [endpoint],
-        "connect/timeout_ms": round(CONNECT_S * 1000),
+        "connect/timeout_ms": round(connect_s * 1000),
         "connect/exit_on_failure": True,
         **_credentials(login.user, login.password),
         **(_tls(login.tls, "connect") if login.tls is not None else {}),
