@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import socket
 import subprocess
-import sys
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
@@ -25,6 +24,7 @@ from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.platform import PORTABLE
+from tests.warm import canwire_verb, cold_verb
 
 WAYS = ("embedded", "process", "network")
 NETWORK = os.environ.get("CANWIRE_TEST_NETWORK", "")  # "all": every behaviour test runs over the network, too
@@ -49,14 +49,18 @@ class Served(NamedTuple):
 
 
 @contextmanager
-def serving(home: Path, config: str = "", *, time: str = "fast") -> Iterator[Served]:
-    """`canwire serve` with this configuration (none: the usual boards), its files in a directory of its own."""
+def serving(home: Path, config: str = "", *, time: str = "fast", warm: bool = True) -> Iterator[Served]:
+    """`canwire serve` with this configuration (none: the usual boards), its files in a directory of its own.
+
+    `warm`: forked from a process that has canwire imported, see tests/warm.py; else a child of this process.
+    """
     address = str(home / "hub.sock")
-    command = [sys.executable, "-m", "canwire", "serve", "--time", time, "--socket", address]
+    command = ["serve", "--time", time, "--socket", address]
     if config:
         (home / "hub.toml").write_text(config)
         command += ["--config", str(home / "hub.toml")]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    start = canwire_verb if warm else cold_verb
+    process = start(*command, stdout=subprocess.PIPE)
     assert process.stdout is not None
     try:
         assert "canwire hub on" in process.stdout.readline()
@@ -83,10 +87,9 @@ def connected(engine: Engine, name: str = "program") -> canwire.Hub:
 def offering(hub: str, *options: str) -> Iterator[Served]:
     """`canwire offer` for the hub of that socket, on a port of its own of this machine's loopback: address, process."""
     port = free_port()
-    command = [sys.executable, "-m", "canwire", "offer", "--hub", hub, "--realm", "tests", "--name", "bench"]
-    process = subprocess.Popen(
-        [*command, "--listen", f"tcp/127.0.0.1:{port}", *options], stdout=subprocess.PIPE, text=True
-    )
+    command = ["offer", "--hub", hub, "--realm", "tests", "--name", "bench"]
+    listen = ["--listen", f"tcp/127.0.0.1:{port}"]
+    process = canwire_verb(*command, *listen, *options, stdout=subprocess.PIPE)
     assert process.stdout is not None
     try:
         assert "offered as" in process.stdout.readline()

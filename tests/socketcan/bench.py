@@ -7,7 +7,6 @@ import select
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +17,7 @@ import pytest
 
 import canwire
 from tests.hubs import LONG_S, Served
+from tests.warm import canwire_verb
 
 Process = subprocess.Popen[str]
 
@@ -86,9 +86,8 @@ class Bench:
     def _started(self, words: list[str], more: dict[str, Any]) -> Process:
         environment = {**os.environ, "CANWIRE_HUB": self.address}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        command = [sys.executable, "-m", "canwire", *words]
-        process = subprocess.Popen(
-            command, text=True, env=environment, cwd=self.home, start_new_session=True, **{**pipes, **more}
+        process = canwire_verb(
+            *words, env=environment, cwd=self.home, start_new_session=True, **{**pipes, **more}
         )
         self._processes.append(process)
         return process
