@@ -6,7 +6,7 @@ import gc
 import os
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -33,9 +33,26 @@ def open_descriptors() -> Counter[str]:
     return found
 
 
+def descriptors_before() -> Counter[str]:
+    """What is open before a test.
+
+    What is there by now the collector leaves alone until `left_open`: else each collection walks through all tests of
+    the session.
+    """
+    gc.freeze()
+    return open_descriptors()
+
+
+def left_open(look: Callable[[], Counter[str]]) -> Counter[str]:
+    """What `look` finds too much; it looks again with all that there is collected before it says so."""
+    found = look()
+    gc.unfreeze()
+    return look() if found else found
+
+
 @contextmanager
 def nothing_left_open() -> Iterator[None]:
-    before = open_descriptors()
+    before = descriptors_before()
     yield
-    left = open_descriptors() - before
+    left = left_open(lambda: open_descriptors() - before)
     assert not left, f"left open: {dict(left)}"

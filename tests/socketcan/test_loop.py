@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import sys
+from collections.abc import Iterator
 
 import pytest
 
@@ -11,6 +12,14 @@ if sys.platform != "linux":
     pytest.skip("SocketCAN programs are Linux's", allow_module_level=True)
 
 from canwire.socketcan.loop import Loop, Timer
+
+
+@pytest.fixture(autouse=True)
+def nothing_else_to_collect() -> Iterator[None]:
+    """What is there already is left alone: there are a million objects of other tests."""
+    gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 def there() -> int:
