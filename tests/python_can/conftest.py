@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,8 +14,16 @@ import canwire
 from canwire.python_can import CanwireBus
 from tests.hubs import Served, serving
 from tests.python_can.programs import Open, Program
+from tests.warm import Template, cold
 
 ROOT = Path(__file__).resolve().parent.parent.parent
+PYTHON_CAN = (
+    "can",
+    "canwire.hub.handles.hub",
+    "canwire.hub.links.calling",
+    "canwire.hub.usual",
+    "canwire.python_can",
+)
 
 
 @pytest.fixture
@@ -60,22 +67,36 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> str:
     return os.pathsep.join(filter(None, [str(home), str(ROOT / "src"), os.environ.get("PYTHONPATH", "")]))
 
 
-@pytest.fixture
-def program(served: Served, installed: str) -> Iterator[Program]:
-    """Starts an unmodified python-can program; it says "ready" first unless told otherwise."""
-    started: list[subprocess.Popen[str]] = []
+@pytest.fixture(scope="session")
+def path(installed: str) -> str:
+    """PYTHONPATH of python-can programs."""
     inside = Path(canwire.__file__).is_relative_to(ROOT)
-    path = installed if inside else installed.replace(str(ROOT / "src"), "")
+    return installed if inside else installed.replace(str(ROOT / "src"), "")
 
-    def start(body: str, *, ready: bool = True, stderr: int | None = None) -> subprocess.Popen[str]:
-        environment = {**os.environ, "CANWIRE_HUB": served.address, "PYTHONPATH": path}
-        process = subprocess.Popen(
-            [sys.executable, "-c", body],
-            env=environment,
+
+@pytest.fixture(scope="session")
+def template(path: str) -> Template:
+    """Has imported what python-can programs import, and python-can has found our entry point in it."""
+    return Template(PYTHON_CAN, {**os.environ, "PYTHONPATH": path})
+
+
+@pytest.fixture
+def program(served: Served, path: str, template: Template) -> Iterator[Program]:
+    """Starts an unmodified python-can program; it says "ready" first unless told otherwise.
+
+    If `warm`, python-can and canwire are imported in it already.
+    """
+    started: list[subprocess.Popen[str]] = []
+
+    def start(
+        body: str, *, ready: bool = True, stderr: int | None = None, warm: bool = True
+    ) -> subprocess.Popen[str]:
+        process = (template.start if warm else cold)(
+            ["-c", body],
+            env={**os.environ, "CANWIRE_HUB": served.address, "PYTHONPATH": path},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=stderr,
-            text=True,
         )
         started.append(process)
         assert process.stdout is not None
