@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -20,6 +19,7 @@ from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent
 from canwire.acan.task_block import TaskBlock
 from tests.hubs import Served
+from tests.warm import WARM
 
 LONG = 30  # seconds after which something that should happen never will
 PROGRAM = """
@@ -42,8 +42,8 @@ def program() -> Iterator[Callable[[str, str], subprocess.Popen[str]]]:
     started: list[subprocess.Popen[str]] = []
 
     def start(address: str, body: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-c", PROGRAM.format(body=body.replace("\n", "\n    ")), address]
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        words = ["-c", PROGRAM.format(body=body.replace("\n", "\n    ")), address]
+        process = WARM.start(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         started.append(process)
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
