@@ -12,6 +12,7 @@ import subprocess
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,10 +72,16 @@ def serving(home: Path, config: str = "", *, time: str = "fast", warm: bool = Tr
         process.stdout.close()
 
 
+@cache
+def parsed(config: str) -> Config:
+    """The same, checked: once for all tests that embed a hub of this configuration."""
+    return Config.parse(config)
+
+
 @contextmanager
 def embedded(config: str, *, time: str = "fast") -> Iterator[Engine]:
     """What a hub in this process consists of; in "virtual" time it stands still while nobody waits."""
-    with closing(Engine(World(Config.parse(config), virtual=time == "virtual"), time)) as engine:
+    with closing(Engine(World(parsed(config), virtual=time == "virtual"), time)) as engine:
         yield engine
 
 
