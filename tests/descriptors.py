@@ -36,8 +36,7 @@ def open_descriptors() -> Counter[str]:
 def descriptors_before() -> Counter[str]:
     """What is open before a test.
 
-    What is there by now the collector leaves alone until `left_open`: else each collection walks through all tests of
-    the session.
+    The collector leaves alone what is there by now: else each collection walks through all tests of the session.
     """
     gc.freeze()
     return open_descriptors()
@@ -46,8 +45,10 @@ def descriptors_before() -> Counter[str]:
 def left_open(look: Callable[[], Counter[str]]) -> Counter[str]:
     """What `look` finds too much; it looks again with all that there is collected before it says so."""
     found = look()
-    gc.unfreeze()
-    return look() if found else found
+    if found:
+        gc.unfreeze()
+        found = look()
+    return found
 
 
 @contextmanager

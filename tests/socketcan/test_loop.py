@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Iterator
 
 import pytest
 
@@ -15,11 +14,9 @@ from canwire.socketcan.loop import Loop, Timer
 
 
 @pytest.fixture(autouse=True)
-def nothing_else_to_collect() -> Iterator[None]:
+def nothing_else_to_collect() -> None:
     """What is there already is left alone: there are a million objects of other tests."""
     gc.freeze()
-    yield
-    gc.unfreeze()
 
 
 def there() -> int:
