@@ -14,6 +14,7 @@ import sys
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -54,14 +55,17 @@ class Served(NamedTuple):
 
 
 @contextmanager
-def serving(home: Path, config: str = "", *, time: str = "fast") -> Iterator[Served]:
-    """`canwire serve` with this configuration (none: the usual boards), its files in a directory of its own."""
+def serving(home: Path, config: str = "", *, time: str = "fast", cold: bool = False) -> Iterator[Served]:
+    """`canwire serve` with this configuration (none: the usual boards), its files in a directory of its own.
+
+    `cold`: a child of this process; else a fork of one that has canwire imported, see tests/warm.
+    """
     address = str(home / "hub.sock")
     command = [sys.executable, "-m", "canwire", "serve", "--time", time, "--socket", address]
     if config:
         (home / "hub.toml").write_text(config)
         command += ["--config", str(home / "hub.toml")]
-    process = warm.Popen(command, stdout=subprocess.PIPE, text=True)
+    process = (subprocess.Popen if cold else warm.Popen)(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
         assert "canwire hub on" in process.stdout.readline()
@@ -70,6 +74,12 @@ def serving(home: Path, config: str = "", *, time: str = "fast") -> Iterator[Ser
         process.terminate()
         process.wait(LONG_S)
         process.stdout.close()
+
+
+@cache
+def parsed(config: str) -> Config:
+    """The same, checked: once for all tests that embed a hub of this configuration."""
+    return Config.parse(config)
 
 
 @contextmanager
@@ -83,7 +93,7 @@ def served_here(home: Path, config: str = "", *, time: str = "fast") -> Iterator
 @contextmanager
 def embedded(config: str, *, time: str = "fast") -> Iterator[Engine]:
     """What a hub in this process consists of; in "virtual" time it stands still while nobody waits."""
-    with closing(Engine(World(Config.parse(config), virtual=time == "virtual"), time)) as engine:
+    with closing(Engine(World(parsed(config), virtual=time == "virtual"), time)) as engine:
         yield engine
 
 

@@ -102,8 +102,8 @@ def table(lines: list[dict[str, Any]]) -> str:
     ]
     for folder, sum_ in sorted(sums.items(), key=lambda item: -item[1]["s"]):
         rows.append(
-            f"| {folder} | {len(tests[folder])} | {sum_['s']:.0f} | {sum_['setup'] + sum_['teardown']:.0f} | {sum_['process']}"
-            f" | {sum_['wait for process_ms'] / 1000:.0f} | {sum_['sleep_ms'] / 1000:.1f} |"
+            f"| {folder} | {len(tests[folder])} | {sum_['s']:.0f} | {sum_['setup'] + sum_['teardown']:.0f}"
+            f" | {sum_['process']} | {sum_['wait for process_ms'] / 1000:.0f} | {sum_['sleep_ms'] / 1000:.1f} |"
         )
     return "\n".join(rows)
 

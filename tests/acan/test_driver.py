@@ -9,6 +9,7 @@ import pytest
 
 import canwire
 from canwire import BadFrame, BadTiming, BadValue, Closed, Frame, InUse, NotInitialised, QueueFull, Unplugged
+from canwire.acan import service
 from canwire.acan.constants import Action, BlockStatus, Condition
 from canwire.acan.driver import Driver, open_driver
 from canwire.acan.filters import Filter
@@ -443,7 +444,10 @@ def test_programs_that_configure_at_the_same_time_wait_for_each_other(driver: Dr
 
 
 @pytest.mark.conforms("AC-14")
-def test_who_holds_the_filters_keeps_others_from_changing_them(running: Driver, second: Driver) -> None:
+def test_who_holds_the_filters_keeps_others_from_changing_them(
+    running: Driver, second: Driver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(service, "_PAUSES_S", (0.001, 0.002))  # nobody gives the control back meanwhile
     with running.hold_filters():
         running.configure(HardConfig())
         running.bus_on()

@@ -19,6 +19,7 @@ from canwire.acan.filters import Filter
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent
 from canwire.acan.task_block import TaskBlock
+from tests import warm
 from tests.hubs import Served
 
 LONG = 30  # seconds after which something that should happen never will
@@ -42,8 +43,8 @@ def program() -> Iterator[Callable[[str, str], subprocess.Popen[str]]]:
     started: list[subprocess.Popen[str]] = []
 
     def start(address: str, body: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-c", PROGRAM.format(body=body.replace("\n", "\n    ")), address]
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        words = [sys.executable, "-c", PROGRAM.format(body=body.replace("\n", "\n    ")), address]
+        process = warm.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         started.append(process)
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"

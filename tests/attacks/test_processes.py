@@ -221,7 +221,7 @@ def test_every_handle_says_so_in_a_fork_and_the_parent_goes_on(shared: Served) -
 
 
 def test_a_hub_that_is_stopped_goes_on_where_it_was(tmp_path: Path) -> None:
-    with serving(tmp_path) as served:
+    with serving(tmp_path, cold=True) as served:  # whose stopping is told to its parent alone
         honest = Honest(served.address)
         honest.exchange(3)
         os.kill(served.process.pid, signal.SIGSTOP)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import struct
 from typing import Any
 
 import pytest
@@ -69,7 +70,14 @@ SIZES = {
 dwords = st.integers(0, 0xFFFF_FFFF)
 ints = st.integers(-(1 << 31), (1 << 31) - 1)
 octets = st.integers(0, 255)
-names = st.text(st.characters(codec="utf-16-le", exclude_characters="\0"), max_size=49)
+
+
+def whole_dwords(memory: bytes) -> list[int]:
+    return list(struct.unpack_from(f"<{len(memory) // 4}I", memory))
+
+
+# letters of each length in UTF-16 and its limits; all of Unicode takes a third of a second to build
+names = st.text("aZ09 \x01\x7f\x80\xe4\u20ac\ud7ff\ue000\uffff\U00010000\U0010ffff", max_size=49)
 times = st.builds(candrv.CAN_TIME, dwords, dwords)
 messages = st.builds(candrv.CAN_TRANSMIT_DATA, dwords, dwords, octets, octets, st.binary(max_size=8))
 ANYTHING: dict[type[Structure], st.SearchStrategy[Any]] = {
@@ -80,7 +88,7 @@ ANYTHING: dict[type[Structure], st.SearchStrategy[Any]] = {
     candrv.CAN_PROPERTIES: st.builds(
         candrv.CAN_PROPERTIES,
         *(dwords, names, dwords, dwords, ints, st.lists(ints, max_size=10), ints),
-        *(st.lists(dwords, max_size=50), dwords, ints),
+        *(st.binary(max_size=200).map(whole_dwords), dwords, ints),
     ),
     candrv.COMMTIMEOUTS: st.builds(candrv.COMMTIMEOUTS, *[dwords] * 5),
 }

@@ -9,14 +9,19 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+import can.interfaces
 import pytest
 
 import canwire
 from canwire.python_can import CanwireBus
+from tests import warm
 from tests.hubs import Served, serving
 from tests.python_can.programs import Open, Program
 
 ROOT = Path(__file__).resolve().parent.parent.parent
+INSTALLED = (
+    "canwire" in can.interfaces.BACKENDS
+)  # else a warm program, which has loaded python-can, does not find us
 
 
 @pytest.fixture
@@ -60,22 +65,31 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> str:
     return os.pathsep.join(filter(None, [str(home), str(ROOT / "src"), os.environ.get("PYTHONPATH", "")]))
 
 
-@pytest.fixture
-def program(served: Served, installed: str) -> Iterator[Program]:
-    """Starts an unmodified python-can program; it says "ready" first unless told otherwise."""
-    started: list[subprocess.Popen[str]] = []
+@pytest.fixture(scope="session")
+def path(installed: str) -> str:
+    """PYTHONPATH of python-can programs."""
     inside = Path(canwire.__file__).is_relative_to(ROOT)
-    path = installed if inside else installed.replace(str(ROOT / "src"), "")
+    return installed if inside else installed.replace(str(ROOT / "src"), "")
 
-    def start(body: str, *, ready: bool = True, stderr: int | None = None) -> subprocess.Popen[str]:
-        environment = {**os.environ, "CANWIRE_HUB": served.address, "PYTHONPATH": path}
-        process = subprocess.Popen(
+
+@pytest.fixture
+def program(served: Served, path: str) -> Iterator[Program]:
+    """Starts an unmodified python-can program; it says "ready" first unless told otherwise.
+
+    `cold`: it imports python-can and canwire itself.
+    """
+    started: list[subprocess.Popen[str]] = []
+
+    def start(
+        body: str, *, ready: bool = True, stderr: int | None = None, cold: bool = False
+    ) -> subprocess.Popen[str]:
+        process = (subprocess.Popen if cold or not INSTALLED else warm.Popen)(
             [sys.executable, "-c", body],
-            env=environment,
+            text=True,
+            env={**os.environ, "CANWIRE_HUB": served.address, "PYTHONPATH": path},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=stderr,
-            text=True,
         )
         started.append(process)
         assert process.stdout is not None

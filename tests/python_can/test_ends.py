@@ -39,7 +39,7 @@ FORGETFUL = {
 def test_a_program_that_forgets_shutdown_ends(program: Program, open_bus: Open, what: str) -> None:
     other = open_bus()
     body = f"import can\nbus = can.Bus(interface='canwire', channel='can0')\n{FORGETFUL[what]}\n"
-    process = program(body, ready=False, stderr=subprocess.PIPE)
+    process = program(body, ready=False, stderr=subprocess.PIPE, cold=what == "nothing")
     _, said = process.communicate("", LONG)
     assert "not properly shut down" in said
     assert (process.returncode == 0) == (what != "interrupted")

@@ -19,7 +19,8 @@ def ended(process: subprocess.Popen[str]) -> str:
 
 @pytest.mark.conforms("PL-01")
 def test_request_and_answer(program: Program) -> None:
-    answering = program("""
+    answering = program(
+        """
 import can
 with can.Bus(interface="canwire", channel="can0", bitrate=250000) as bus:
     print("ready", flush=True)
@@ -28,7 +29,9 @@ with can.Bus(interface="canwire", channel="can0", bitrate=250000) as bus:
         bus.send(message)
         if message.data[0] == 9:
             break
-""")
+""",
+        cold=True,
+    )
     asking = program(
         """
 import can
@@ -38,6 +41,7 @@ with can.Bus(interface="canwire", channel="can0", bitrate=250000) as bus:
         print(bus.recv(10))
 """,
         ready=False,
+        cold=True,
     )
     lines = ended(asking).splitlines()
     assert [line.split("ID:")[1].split()[0] for line in lines] == ["7e8"] * 10

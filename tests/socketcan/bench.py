@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import canwire
+from tests import warm
 from tests.hubs import LONG_S, Served
 from tests.missing import find_program
 
@@ -84,9 +85,13 @@ class Bench:
     def _started(self, words: list[str], more: dict[str, Any]) -> Process:
         environment = {**os.environ, "CANWIRE_HUB": self.address}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        command = [sys.executable, "-m", "canwire", *words]
-        process = subprocess.Popen(
-            command, text=True, env=environment, cwd=self.home, start_new_session=True, **{**pipes, **more}
+        process = warm.Popen(
+            [sys.executable, "-m", "canwire", *words],
+            env=environment,
+            cwd=self.home,
+            start_new_session=True,
+            text=True,
+            **{**pipes, **more},
         )
         self._processes.append(process)
         return process

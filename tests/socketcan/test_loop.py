@@ -13,6 +13,12 @@ if sys.platform != "linux":
 from canwire.socketcan.loop import Loop, Timer
 
 
+@pytest.fixture(autouse=True)
+def nothing_else_to_collect() -> None:
+    """What is there already is left alone: there are a million objects of other tests."""
+    gc.freeze()
+
+
 def there() -> int:
     gc.collect()
     return sum(type(found) is Timer for found in gc.get_objects())

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import gc
 from collections import Counter
 from collections.abc import Generator, Iterator
 
 import pytest
 
-from tests.descriptors import open_descriptors
+from tests.descriptors import descriptors_before, left_open, open_descriptors
 
 BEFORE = pytest.StashKey[Counter[str]]()
 FIRST = pytest.StashKey[Counter[str]]()  # what was open before the first of these tests
@@ -20,10 +19,7 @@ LINGERING = 8  # rings' memory that an exception's traceback may keep until the 
 @pytest.fixture(autouse=True)
 def _look_what_is_open(request: pytest.FixtureRequest) -> None:
     """Behind the fixtures of modules, in front of the test's own."""
-    if FIRST not in request.session.stash:
-        gc.collect()
-        gc.freeze()  # what is there by now stays; else each collection walks through all tests of the session
-    found = request.node.stash[BEFORE] = open_descriptors()
+    found = request.node.stash[BEFORE] = descriptors_before()
     request.session.stash.setdefault(FIRST, found)
 
 
@@ -43,8 +39,13 @@ def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
     yield
     if BEFORE in item.stash and isinstance(item, pytest.Function) and not item.stash[FAILED]:
         item.funcargs.clear()
-        found = open_descriptors()
-        left = found - item.stash[BEFORE]
-        if found[MEMORY] - item.session.stash[FIRST][MEMORY] <= LINGERING:
-            del left[MEMORY]
+        left = left_open(lambda: _more_than_before(item))
         assert not left, f"left open: {dict(left)}"
+
+
+def _more_than_before(item: pytest.Item) -> Counter[str]:
+    found = open_descriptors()
+    left = found - item.stash[BEFORE]
+    if found[MEMORY] - item.session.stash[FIRST][MEMORY] <= LINGERING:
+        del left[MEMORY]
+    return left

@@ -6,15 +6,13 @@ import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from functools import cache
 from typing import Protocol
 
 import canwire
 from canwire import BitTiming, ChannelMode, ErrorState, Event, Frame, LineMode, LineStatus
-from canwire.boards.config.configuration import Config
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
-from tests.hubs import LONG_S, connected
+from tests.hubs import LONG_S, connected, parsed
 from tests.together.players.player import Player
 from tests.together.table import Line
 
@@ -22,12 +20,6 @@ BOARD, PEER_BOARD = "HW000001", "HW000002"
 PEER_ID, PROVOKED = 0x700, 0x7FE
 _TIMING = BitTiming.from_btr(0x01, 0x1C)  # RATE
 _STEP_S, _STEPS, _REAL_STEPS = 0.005, 100, 4000
-
-
-@cache
-def parsed(kind: str) -> Config:
-    """The same, checked."""
-    return Config.parse(config_of(kind))
 
 
 def config_of(kind: str) -> str:
@@ -187,7 +179,7 @@ def _watched(hub: canwire.Hub) -> Iterator[Event]:
 def virtual_scene(kind: str) -> Iterator[Scene]:
     """In this process, in virtual time."""
     with ExitStack() as stack:
-        engine = stack.enter_context(closing(Engine(World(parsed(kind), virtual=True), "virtual")))
+        engine = stack.enter_context(closing(Engine(World(parsed(config_of(kind)), virtual=True), "virtual")))
         scene = Scene(lambda name: stack.enter_context(connected(engine, name)), kind)
         stack.callback(scene.close)
         yield scene

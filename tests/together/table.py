@@ -262,3 +262,11 @@ def _cells(every_pair: tuple[str, ...]) -> list[Cell]:
 CELLS = _cells(EVERY_PAIR)
 SPREAD = _cells(())
 """A part of CELLS in which every program starts, and acts, in everything that happens, on every board."""
+
+
+def by_starter(cells: list[Cell]) -> dict[str, list[Cell]]:
+    """The cells of each board and starter, by both names."""
+    found: dict[str, list[Cell]] = {}
+    for cell in cells:
+        found.setdefault(f"{cell.board}, {cell.starter}", []).append(cell)
+    return found

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from canwire.drivers.slcan_dongle.driver import SlcanDriver
+from tests.cases import hold_for_each
 from tests.together.adapter_table import (
     ADAPTER_REFUSES,
     ADAPTERS,
@@ -21,13 +23,31 @@ from tests.together.adapters import adapter_scene
 from tests.together.happenings import HAPPENINGS
 from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE
-from tests.together.table import CAN_STOP, DONGLE, EVENTS, JOIN_STOPPED, KINDS, VERBS, Cell, Line
+from tests.together.table import (
+    CAN_STOP,
+    DONGLE,
+    EVENTS,
+    JOIN_STOPPED,
+    KINDS,
+    VERBS,
+    Cell,
+    Line,
+    by_starter,
+)
 from tests.together.test_matrix import program_settings
 
 __all__ = ["program_settings"]  # pytest finds the fixture by its name here
 
+
+@pytest.fixture(autouse=True)
+def quick_polls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A dongle's status, of which the cells wait for five changes each, is asked for more often than usually."""
+    monkeypatch.setitem(SlcanDriver.__init__.__kwdefaults__, "poll_ns", 20_000_000)
+
+
 WHOLE = os.environ.get("CANWIRE_WHOLE_MATRIX") == "1"
 CELLS = adapter_cells(every=WHOLE)
+STARTED = by_starter(CELLS)
 
 
 def test_no_cell_is_empty() -> None:
@@ -43,10 +63,15 @@ def test_no_cell_is_empty() -> None:
 
 
 @pytest.mark.realtime
-@pytest.mark.parametrize("cell", CELLS, ids=str)
+@pytest.mark.parametrize("cells", STARTED.values(), ids=STARTED)
 @pytest.mark.conforms("N-01", "N-02", "N-03", "N-04", "N-06")
 @pytest.mark.finding("acan A2")
-def test_cell(tmp_path: Path, cell: Cell) -> None:
+def test_cells(tmp_path: Path, cells: list[Cell]) -> None:
+    """All that happens on an adapter to a starter's line."""
+    hold_for_each(cells, lambda cell: _play(tmp_path, cell))
+
+
+def _play(tmp_path: Path, cell: Cell) -> None:
     with adapter_scene(cell.board, tmp_path / "tty", str(cell)) as scene:
         starter = scene.play(PLAYERS[cell.starter])
         assert starter.set_up() == DONE

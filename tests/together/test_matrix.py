@@ -10,6 +10,7 @@ import pytest
 from canwire.acan import service
 from canwire.candrv.device import device
 from canwire.hub.bring_up import bring_up
+from tests.cases import hold_for_each
 from tests.together import table
 from tests.together.happenings import HAPPENINGS
 from tests.together.players.candrv import REGISTRY
@@ -17,7 +18,9 @@ from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE
 from tests.together.players.verbs import Verbs
 from tests.together.scene import virtual_scene
-from tests.together.table import CELLS, REFUSES, SEES, SPREAD, Cell, Line
+from tests.together.table import CELLS, REFUSES, SEES, SPREAD, Cell, Line, by_starter
+
+STARTED = by_starter(CELLS)
 
 
 @pytest.fixture(autouse=True)
@@ -54,10 +57,15 @@ def test_no_cell_is_empty() -> None:
         assert {cell.actor for cell in found} == (guests & set(table.EVENTS[event]) if first else set())
 
 
-@pytest.mark.parametrize("cell", CELLS, ids=str)
+@pytest.mark.parametrize("cells", STARTED.values(), ids=STARTED)
 @pytest.mark.conforms("N-01", "N-02", "N-03", "N-04", "N-05", "N-06")
 @pytest.mark.finding("acan A1", "acan A2", "acan A3")
-def test_cell(cell: Cell) -> None:
+def test_cells(cells: list[Cell]) -> None:
+    """All that happens on a board to a starter's line."""
+    hold_for_each(cells, _play)
+
+
+def _play(cell: Cell) -> None:
     with virtual_scene(cell.board) as scene:
         starter = scene.play(PLAYERS[cell.starter])
         assert starter.set_up() == DONE

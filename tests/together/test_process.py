@@ -17,19 +17,21 @@ import pytest
 
 import canwire
 from canwire import NoSuchBoard
+from tests.cases import hold_for_each
 from tests.hubs import LONG_S, serving
 from tests.together import table
 from tests.together.happenings import HAPPENINGS
 from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE
 from tests.together.scene import BOARD, Scene, config_of
-from tests.together.table import CELLS, SPREAD, Cell
+from tests.together.table import CELLS, SPREAD, Cell, by_starter
 from tests.together.test_matrix import program_settings
 
 __all__ = ["program_settings"]  # pytest finds the fixture by its name here
 
 WHOLE = os.environ.get("CANWIRE_WHOLE_MATRIX") == "1"
 PROCESS_CELLS = CELLS if WHOLE else SPREAD
+STARTED = by_starter(PROCESS_CELLS)
 BOARDS = sorted({cell.board for cell in PROCESS_CELLS})
 
 
@@ -43,11 +45,15 @@ def addresses(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, st
         }
 
 
-@pytest.mark.parametrize("cell", PROCESS_CELLS, ids=str)
+@pytest.mark.parametrize("cells", STARTED.values(), ids=STARTED)
 @pytest.mark.conforms("N-01", "N-02", "N-03", "N-04", "N-06")
-def test_cell(addresses: dict[str, str], cell: Cell) -> None:
+def test_cells(addresses: dict[str, str], cells: list[Cell]) -> None:
+    """All that happens on a board to a starter's line."""
+    hold_for_each(cells, lambda cell: _play(addresses[cell.board], cell))
+
+
+def _play(address: str, cell: Cell) -> None:
     with ExitStack() as stack:
-        address = addresses[cell.board]
 
         def connect(name: str) -> canwire.Hub:
             return stack.enter_context(canwire.connect(address, name=name))

@@ -32,7 +32,8 @@ from canwire import (
 )
 from canwire.boards.config.configuration import Config
 from canwire.drivers.outside import Trouble
-from canwire.drivers.slcan_dongle import link
+from canwire.drivers.slcan_dongle import driver, link, session
+from canwire.drivers.slcan_dongle.driver import SlcanDriver
 from canwire.platform import wait_readable
 from canwire.values.frame import record_to_send
 from tests.drivers.outside_bench import (
@@ -61,6 +62,13 @@ def dongle(tmp_path: Path) -> Iterator[FakeDongle]:
     made = FakeDongle(tmp_path / "ttyCANBUS0")
     yield made
     made.vanish()
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drivers ask an adapter for its flags, and look for a lost one, twenty times as often as they do otherwise."""
+    monkeypatch.setitem(SlcanDriver.__init__.__kwdefaults__, "poll_ns", session.POLL_NS // 20)
+    monkeypatch.setattr(driver, "_BACK_OFF_S", 0.05)
 
 
 def port_of(dongle: FakeDongle, options: str = "?timeout=5") -> str:
@@ -189,6 +197,7 @@ def test_one_is_found_again_by_its_usb_number(
 
 
 @pytest.mark.realtime
+@pytest.mark.usefixtures("impatient")
 @pytest.mark.conforms("CT-10", "CT-11", "PL-17", "PL-18")
 def test_flags_become_events_and_counters(hub: Hub, dongle: FakeDongle) -> None:
     flags = [b"F24\r", b"FCB\r"]
@@ -243,6 +252,7 @@ def test_an_adapter_that_is_pulled_out_is_waited_for(hub: Hub, dongle: FakeDongl
 
 
 @pytest.mark.realtime
+@pytest.mark.usefixtures("impatient")
 @pytest.mark.conforms("PL-14", "CT-14")
 def test_another_adapter_in_its_place_is_left_alone(hub: Hub, dongle: FakeDongle) -> None:
     program = Program(hub, hub.plug("slcan", port=port_of(dongle))).start()
@@ -277,6 +287,7 @@ def test_late_wrong_and_missing_answers_are_one_event_each(
 
 
 @pytest.mark.realtime
+@pytest.mark.usefixtures("impatient")
 def test_an_adapter_that_never_answers_hangs_nothing(hub: Hub, dongle: FakeDongle) -> None:
     dongle.answer = lambda line: None
     program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.1")))
@@ -467,6 +478,7 @@ def test_back_to_back_a_thousand_frames_at_125_kbit(pair: BackToBack) -> None:
 
 
 @pytest.mark.realtime
+@pytest.mark.usefixtures("impatient")
 @pytest.mark.conforms("CT-11", "PL-18")
 def test_back_to_back_nobody_acknowledges(pair: BackToBack) -> None:
     pair.one.start().send(Frame(0x1))
@@ -480,6 +492,7 @@ def test_back_to_back_nobody_acknowledges(pair: BackToBack) -> None:
 
 
 @pytest.mark.realtime
+@pytest.mark.usefixtures("impatient")
 @pytest.mark.conforms("PL-19")
 def test_back_to_back_only_listening(pair: BackToBack) -> None:
     pair.other.control.initialise(LineMode(TIMING, error_frames=True, listen_only=True))
