@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-AGES = 20.0
+AGES = 60.0
 
 DEAF = """
 import select, signal, sys, threading
