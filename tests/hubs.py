@@ -42,7 +42,7 @@ _SHARED_MEMORY = (
     "test_threads_of_a_program_share_an_end",
     "test_a_fifo_lives_as_long_as_somebody_refers_to_it",
 )
-LONG_S = 30  # after which something that should happen never will
+LONG_S = 60  # after which something that should happen never will
 
 Connect = Callable[[str], canwire.Hub]  # a connection of this name; each stands for a program of its own
 

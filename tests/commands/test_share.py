@@ -113,7 +113,7 @@ def test_a_hub_of_its_own_where_none_runs(tmp_path: Path, dongle: FakeDongle) ->
             dongle.say(b"t1231AB\r")
             assert channel.receive(20) == Frame(0x123, b"\xab")
         process.send_signal(signal.SIGINT)
-        assert process.wait(20) == 0
+        assert process.wait(60) == 0
         dongle.wait_for(b"C", 2)  # once at the start, once at the end
     finally:
         process.kill()

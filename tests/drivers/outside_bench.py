@@ -20,7 +20,7 @@ from canwire import (
 )
 from canwire.boards.config.configuration import Config
 
-AGES_S = 20.0
+AGES_S = 60.0
 CONFIRM = 1 << 13
 TIMING = BitTiming.from_btr(0x00, 0x1C)
 EVENTS = tuple(int(kind) for kind in EventKind)

@@ -20,7 +20,7 @@ C04_NS = 62 * 2000
 C08 = Frame(0x2AA, b"\xaa" * 8)
 C08_NS = 108 * 2000
 GAP_NS = 3 * 2000
-AGES = 20.0  # seconds of wall clock
+AGES = 60.0  # seconds of wall clock
 
 
 T = TypeVar("T")

@@ -19,7 +19,7 @@ from canwire.platform import linux
 from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
 
-AGES = 20.0
+AGES = 60.0
 PORTABLE = {
     "EventDescriptor": events,
     "shared_event": events,

@@ -18,7 +18,7 @@ from canwire import BadValue, Event, Frame, InUse
 from canwire.slcan import Dongle, PtyWire, SerialWire, Service, TcpWire, Wire
 from tests.slcan.bench import FakeCan
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 
 
 class Running:

@@ -21,7 +21,7 @@ from . import subjects
 from .subjects import Find
 from .values import Bad, bad_values
 
-PATIENCE_S = 10
+PATIENCE_S = 60  # only a call that hangs takes that long
 RIGHT: tuple[type[Exception], ...] = (canwire.CanwireError, TypeError, ValueError)
 FILES = (OSError,)  # where the system speaks for itself: a parameter that is a path
 # between canwire's own rooms, and documented so: nobody else hands anything in there

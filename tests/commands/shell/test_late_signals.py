@@ -11,7 +11,7 @@ import pytest
 
 from tests import warm
 
-AGES = 20.0
+AGES = 60.0
 
 DEAF = """
 import select, signal, sys, threading

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from canwire.platform import wait_readable
 
-AGES_S = 20.0
+AGES_S = 60.0
 Answers = Callable[[bytes], bytes | None]
 
 

@@ -36,7 +36,7 @@ from canwire.platform.portable import events
 from canwire.platform.portable.memory import Memory, create_memory
 from canwire.platform.portable.pairs import LOOPBACK, loopback_listener
 
-AGES = 20.0
+AGES = 60.0
 TOKEN = bytes(range(32))
 HELLO = m.encode_request(1, m.Hello(m.VERSION, os.getpid(), "wire"))
 

@@ -13,7 +13,7 @@ import pytest
 from canwire.hub.protocol import messages as m
 from canwire.platform import PORTABLE
 
-AGES = 20.0  # seconds; only a broken build waits that long
+AGES = 60.0  # seconds; only a broken build waits that long
 
 unix_only = pytest.mark.skipif(PORTABLE, reason="about Unix sockets and their descriptors")
 portable_only = pytest.mark.skipif(not PORTABLE, reason="CANWIRE_PLATFORM=portable only")

@@ -24,7 +24,7 @@ from canwire.timeline import NEVER, Source, Timeline
 pytestmark = pytest.mark.core
 
 MS = 1_000_000
-AGES = 20.0  # seconds; only a broken build waits that long
+AGES = 60.0  # seconds; only a broken build waits that long
 
 
 class Work(Source):
