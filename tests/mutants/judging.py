@@ -1,0 +1,188 @@
+"""Runs tests on a copy of the tree in which one mutant stands."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.mutants.drawing import Mutant
+from tests.mutants.selection import stages
+
+LIMIT_S = 120.0  # for all tests of one mutant; what has not been noticed by then survives
+ONE_TEST_S = 40  # a test that hangs on a mutant fails after this
+_MARK = "CANWIRE_MUTANTS"  # in the environment of every process that a run started, however it went on
+_FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?\.py(?:::.*?)?)(?: - .*)?$", re.MULTILINE)
+
+
+class Verdict(NamedTuple):
+    """`by` is the test that failed, or what else ended the run."""
+
+    status: str  # "killed" or "survived"
+    by: str
+    seconds: float
+
+
+class Outcome(NamedTuple):
+    """How a run of some tests ended: "passed", "failed" (by a test) or "limit"."""
+
+    end: str
+    by: str
+    seconds: float
+
+
+class Tree:
+    """A copy of everything that git knows or would take, with the compiled files or without them."""
+
+    def __init__(self, root: Path, home: Path, compiled: bool) -> None:
+        self.root, self._home = home / ("compiled" if compiled else "pure"), home
+        listed = subprocess.run(
+            ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+            cwd=root,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        names = [name for name in listed.stdout.split("\0") if name and (root / name).is_file()]
+        names += [
+            str(path.relative_to(root))
+            for path in root.glob("src/**/*.so")
+            if compiled or "_shim" in path.name
+        ]
+        for name in names:
+            (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(root / name, self.root / name)
+
+    def write(self, file: str, source: str) -> None:
+        """Another text for a file; what Python keeps of its former text goes, whose size and second may be the same."""
+        path = self.root / file
+        path.write_text(source, "utf-8")
+        for kept in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
+            kept.unlink()
+
+    def run(self, tests: Sequence[str], without: Sequence[str], limit_s: float) -> Outcome:
+        """These tests, up to the first that fails."""
+        began = time.monotonic()
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-x",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "-p",
+            "no:randomly",
+            "--no-header",
+        ]
+        command += [
+            "--tb=no",
+            "-rfE",
+            "-o",
+            f"timeout={ONE_TEST_S}",
+            *(f"--deselect={test}" for test in without),
+            *tests,
+        ]
+        process = subprocess.Popen(
+            command, cwd=self.root, env=self._environment(), start_new_session=True, text=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        try:
+            output = process.communicate(timeout=limit_s)[0]
+        except subprocess.TimeoutExpired:
+            return Outcome("limit", "", time.monotonic() - began)
+        finally:
+            end_all(str(self._home))
+            process.wait()
+        seconds = time.monotonic() - began
+        if process.returncode in (0, 5):
+            return Outcome("passed", "", seconds)
+        found = _FAILED.search(output)
+        return Outcome("failed", found[1] if found else f"exit status {process.returncode}", seconds)
+
+    def _environment(self) -> dict[str, str]:
+        places = {name: self._home / folder for name, folder in (("TMPDIR", "t"), ("XDG_RUNTIME_DIR", "r"))}
+        for place in places.values():
+            shutil.rmtree(place, ignore_errors=True)
+            place.mkdir(mode=0o700)
+        unset = ("CANWIRE_EXPECT", "CANWIRE_HUB")
+        kept = {name: value for name, value in os.environ.items() if name not in unset}
+        more = {name: str(place) for name, place in places.items()}
+        return kept | more | {"PYTHONPATH": str(self.root / "src"), "CI": "true", _MARK: str(self._home)}
+
+
+class Judge:
+    """Judges mutants one after the other; what it learns about the unchanged source it asks once."""
+
+    def __init__(self, root: Path, home: Path) -> None:
+        self._trees = {compiled: Tree(root, home, compiled) for compiled in (True, False)}
+        self._core = {f"src/{name.replace('.', '/')}.py" for name in _core_of(root)}
+        self._sound: dict[tuple[bool, str], bool] = {}
+        self._failing: dict[bool, list[str]] = {True: [], False: []}
+        self._within: dict[tuple[bool, frozenset[str]], bool] = {}
+
+    def verdict(self, mutant: Mutant) -> Verdict:
+        """Killed by the first test that fails, but passes on the unchanged source."""
+        began = time.monotonic()
+        compiled = mutant.file not in self._core
+        tree = self._trees[compiled]
+        source = (tree.root / mutant.file).read_text("utf-8")
+        status, by = "survived", ""
+        waiting = stages(tree.root, mutant)
+        every = frozenset(file for stage in waiting for file in stage)
+        left_s = LIMIT_S
+        while waiting and status == "survived":
+            tree.write(mutant.file, mutant.applied(source))
+            try:
+                end, by, seconds = tree.run(waiting[0], self._failing[compiled], left_s)
+            finally:
+                tree.write(mutant.file, source)
+            left_s -= seconds
+            if end == "limit" or left_s <= 0:
+                status, by = ("killed" if self._quick(compiled, every) else "survived"), "the time limit"
+                break
+            if end == "passed":
+                waiting.pop(0)
+            elif self._passes(compiled, by):
+                status = "killed"
+            else:
+                self._failing[compiled].append(by)
+        return Verdict(status, by, round(time.monotonic() - began, 1))
+
+    def _passes(self, compiled: bool, test: str) -> bool:
+        """Does this test pass on the unchanged source?"""
+        if (compiled, test) not in self._sound:
+            known = "::" in test or test.endswith(".py")
+            outcome = self._trees[compiled].run([test], [], LIMIT_S) if known else None
+            self._sound[compiled, test] = outcome is None or outcome.end == "passed"
+        return self._sound[compiled, test]
+
+    def _quick(self, compiled: bool, files: frozenset[str]) -> bool:
+        """Do these tests of the unchanged source take less than half of the limit?"""
+        if (compiled, files) not in self._within:
+            outcome = self._trees[compiled].run(sorted(files), self._failing[compiled], LIMIT_S / 2)
+            self._within[compiled, files] = outcome.end == "passed"
+        return self._within[compiled, files]
+
+
+def end_all(home: str) -> None:
+    """Ends every process whose environment names this scratch folder: hubs and programs that tests left behind."""
+    mark = f"{_MARK}={home}".encode()
+    for place in Path("/proc").glob("[0-9]*"):
+        try:
+            if mark in (place / "environ").read_bytes().split(b"\0"):
+                os.kill(int(place.name), signal.SIGKILL)
+        except OSError:
+            continue  # it has ended meanwhile, or belongs to somebody else
+
+
+def _core_of(root: Path) -> list[str]:
+    text = (root / "setup.py").read_text("utf-8")
+    return re.findall(r'^    "(canwire\.[\w.]+)": \d', text, re.MULTILINE)
