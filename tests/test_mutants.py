@@ -1,4 +1,4 @@
-"""Mutants are drawn by a seed, stand where they say, change what can be changed, and are judged by their folder's tests."""
+"""Mutants are drawn by a seed, change what can be changed, and are judged by the tests of their folder."""
 
 from __future__ import annotations
 
@@ -31,6 +31,14 @@ def price(pieces: int, cheap: bool = False) -> int:
     raise ValueError(f"{pieces + 1} pieces are too many" + str(10 - 1))
 '''
 TESTS = "from canwire.room.shop import price\n\n\ndef test_price():\n    assert price(2) == 6\n"
+TREE = {
+    FILE: SHOP,
+    "src/canwire/__init__.py": "",
+    "src/canwire/room/__init__.py": "",
+    "tests/room/test_shop.py": TESTS,
+    "setup.py": "",
+    "pyproject.toml": '[tool.pytest.ini_options]\naddopts = "--import-mode=importlib -p no:canwire"\n',
+}
 
 
 def ways(source: str) -> set[tuple[str, str]]:
@@ -47,8 +55,7 @@ def drawn() -> list[Mutant]:
 def small(tmp_path: Path) -> Path:
     """A clone with one file of source and one test for it."""
     root = tmp_path / "small"
-    for name, text in {FILE: SHOP, "src/canwire/__init__.py": "", "src/canwire/room/__init__.py": "", "tests/room/test_shop.py": TESTS,
-                       "setup.py": "", "pyproject.toml": '[tool.pytest.ini_options]\naddopts = "--import-mode=importlib -p no:canwire"\n'}.items():  # fmt: skip
+    for name, text in TREE.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(text)
     subprocess.run(["git", "init", "-q", root], check=True)

@@ -67,7 +67,7 @@ def folders(root: Path) -> dict[str, list[Path]]:
 
 
 def draw(root: Path, count: int, seed: int) -> list[Mutant]:
-    """So many mutants from each top folder as it has lines, at least one; the same ones for the same seed and source."""
+    """From each top folder so many mutants as it has lines, at least one; the same for the same seed and source."""
     drawn: list[Mutant] = []
     by_folder = folders(root)
     numbers = shares({name: sum(map(_lines, paths)) for name, paths in by_folder.items()}, count)
