@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -144,10 +143,13 @@ def test_verdicts(small: Path, tmp_path: Path) -> None:
 
 
 def test_a_test_that_fails_on_the_unchanged_source_kills_nothing(small: Path, tmp_path: Path) -> None:
-    (small / "tests/room/test_always.py").write_text("def test_price_of_the_shop():\n    assert False\n")
+    failing = "tests/room/test_always.py::test_price_of_the_shop"
+    (small / failing.partition("::")[0]).write_text("def test_price_of_the_shop():\n    assert False\n")
     unnoticed = Mutant(FILE, 9, 7, "pieces < 10", "(pieces <= 10)", "price")
-    assert Judge(small, tmp_path / "scratch").verdict(unnoticed).status == "survived"
-    shutil.rmtree(tmp_path / "scratch")
+    judge = Judge(small, tmp_path / "scratch")
+    assert judge.verdict(unnoticed)[:2] == ("killed", failing)
+    assert judge.failing_anyway([(unnoticed, failing)]) == [unnoticed]
+    assert judge.verdict(unnoticed).status == "survived"
 
 
 def test_the_table() -> None:

@@ -23,8 +23,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def main() -> int:
     arguments = options().parse_args()
-    judged = read(arguments.out) if arguments.out.exists() else []  # an interrupted run goes on
-    known = {mutant_of(row) for row in judged}
+    known = (
+        {mutant_of(row) for row in read(arguments.out)} if arguments.out.exists() else set()
+    )  # it was interrupted
     if arguments.only:
         rows = [row for row in read(arguments.only) if arguments.status in (None, row["status"])]
         wanted = [found_again(ROOT, mutant_of(row)) for row in rows]
@@ -36,10 +37,19 @@ def main() -> int:
         judge = Judge(ROOT, Path(home))
         for mutant in mutants:
             if mutant not in known:
-                row = {**mutant._asdict(), **judge.verdict(mutant)._asdict()}
-                print(json.dumps(row), file=out, flush=True)
+                print(judged(judge, mutant), file=out, flush=True)
+        rows = read(arguments.out)
+        killed = [(mutant_of(row), row["by"]) for row in rows if row["status"] == "killed"]
+        wrong = set(judge.failing_anyway(killed))
+        lines = [judged(judge, one) if (one := mutant_of(row)) in wrong else json.dumps(row) for row in rows]
+    arguments.out.write_text("\n".join(lines) + "\n", "utf-8")
     print(table(read(arguments.out)))
     return 0
+
+
+def judged(judge: Judge, mutant: Mutant) -> str:
+    """A line of the result."""
+    return json.dumps({**mutant._asdict(), **judge.verdict(mutant)._asdict()})
 
 
 def options() -> argparse.ArgumentParser:

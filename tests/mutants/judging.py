@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -67,29 +68,14 @@ class Tree:
         for kept in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
             kept.unlink()
 
-    def run(self, tests: Sequence[str], without: Sequence[str], limit_s: float) -> Outcome:
-        """These tests, up to the first that fails."""
+    def run(
+        self, tests: Sequence[str], without: Sequence[str], limit_s: float, to_the_end: bool = False
+    ) -> Outcome:
+        """These tests, up to the first that fails; or all, and the outcome's `by` has a line for each that fails."""
         began = time.monotonic()
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-x",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            "-p",
-            "no:randomly",
-            "--no-header",
-        ]
-        command += [
-            "--tb=no",
-            "-rfE",
-            "-o",
-            f"timeout={ONE_TEST_S}",
-            *(f"--deselect={test}" for test in without),
-            *tests,
-        ]
+        command = f"{sys.executable} -m pytest -q --no-header --tb=no -rfE -p no:cacheprovider".split()
+        command += ["-o", f"timeout={ONE_TEST_S}", *([] if to_the_end else ["-x"])]
+        command += [*(f"--deselect={test}" for test in without), *tests]
         process = subprocess.Popen(
             command, cwd=self.root, env=self._environment(), start_new_session=True, text=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -104,8 +90,8 @@ class Tree:
         seconds = time.monotonic() - began
         if process.returncode in (0, 5):
             return Outcome("passed", "", seconds)
-        found = _FAILED.search(output)
-        return Outcome("failed", found[1] if found else f"exit status {process.returncode}", seconds)
+        found = _FAILED.findall(output)
+        return Outcome("failed", "\n".join(found) or f"exit status {process.returncode}", seconds)
 
     def _environment(self) -> dict[str, str]:
         places = {name: self._home / folder for name, folder in (("TMPDIR", "t"), ("XDG_RUNTIME_DIR", "r"))}
@@ -124,14 +110,14 @@ class Judge:
     def __init__(self, root: Path, home: Path) -> None:
         self._trees = {compiled: Tree(root, home, compiled) for compiled in (True, False)}
         self._core = {f"src/{name.replace('.', '/')}.py" for name in _core_of(root)}
-        self._sound: dict[tuple[bool, str], bool] = {}
+        self._kills: Counter[tuple[bool, str]] = Counter()
         self._failing: dict[bool, list[str]] = {True: [], False: []}
         self._within: dict[tuple[bool, frozenset[str]], bool] = {}
 
     def verdict(self, mutant: Mutant) -> Verdict:
         """Killed by the first test that fails, but passes on the unchanged source."""
         began = time.monotonic()
-        compiled = mutant.file not in self._core
+        compiled = self._compiled(mutant)
         tree = self._trees[compiled]
         source = (tree.root / mutant.file).read_text("utf-8")
         status, by = "survived", ""
@@ -150,19 +136,33 @@ class Judge:
                 break
             if end == "passed":
                 waiting.pop(0)
-            elif self._passes(compiled, by):
+            elif self._believed(compiled, by):
                 status = "killed"
-            else:
-                self._failing[compiled].append(by)
         return Verdict(status, by, round(time.monotonic() - began, 1))
 
-    def _passes(self, compiled: bool, test: str) -> bool:
-        """Does this test pass on the unchanged source?"""
-        if (compiled, test) not in self._sound:
-            known = "::" in test or test.endswith(".py")
-            outcome = self._trees[compiled].run([test], [], LIMIT_S) if known else None
-            self._sound[compiled, test] = outcome is None or outcome.end == "passed"
-        return self._sound[compiled, test]
+    def failing_anyway(self, rows: Sequence[tuple[Mutant, str]]) -> list[Mutant]:
+        """Those of these mutants and their killers whose killer fails on the unchanged source, too."""
+        for compiled, tree in self._trees.items():
+            killers = {by for mutant, by in rows if self._compiled(mutant) == compiled and "::" in by}
+            if killers:
+                ends = tree.run(sorted(killers), [], 60.0 * len(killers), to_the_end=True)
+                self._failing[compiled] += ends.by.split("\n") if ends.end == "failed" else []
+        return [mutant for mutant, by in rows if by in self._failing[self._compiled(mutant)]]
+
+    def _believed(self, compiled: bool, test: str) -> bool:
+        """A test that fails twice has to show that it passes on the unchanged source; the others show it in the end."""
+        self._kills[compiled, test] += 1
+        if test in self._failing[compiled]:
+            return True  # it cannot be left out, as it seems
+        if self._kills[compiled, test] == 2 and "::" in test:
+            if self._trees[compiled].run([test], [], LIMIT_S).end == "passed":
+                return True
+            self._failing[compiled].append(test)
+            return False
+        return True
+
+    def _compiled(self, mutant: Mutant) -> bool:
+        return mutant.file not in self._core
 
     def _quick(self, compiled: bool, files: frozenset[str]) -> bool:
         """Do these tests of the unchanged source take less than half of the limit?"""
