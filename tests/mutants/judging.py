@@ -17,8 +17,9 @@ from typing import NamedTuple
 from tests.mutants.drawing import Mutant
 from tests.mutants.selection import stages
 
-LIMIT_S = 120.0  # for all tests of one mutant; what has not been noticed by then survives
-ONE_TEST_S = 40  # a test that hangs on a mutant fails after this
+CPU_S = 60.0  # of the tests' process for all tests of one mutant: so much is the same on a busy machine
+WALL_S = 600.0  # and whatever they wait for
+ONE_TEST_S = 120  # a test that hangs on a mutant fails after this
 _MARK = "CANWIRE_MUTANTS"  # in the environment of every process that a run started, however it went on
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?\.py(?:::.*?)?)(?: - .*)?$", re.MULTILINE)
 
@@ -32,7 +33,7 @@ class Verdict(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How a run of some tests ended: "passed", "failed" (by a test) or "limit"."""
+    """How a run of some tests ended: "passed", "failed" (by a test) or "limit"; the processor's seconds."""
 
     end: str
     by: str
@@ -69,29 +70,31 @@ class Tree:
             kept.unlink()
 
     def run(
-        self, tests: Sequence[str], without: Sequence[str], limit_s: float, to_the_end: bool = False
+        self, tests: Sequence[str], without: Sequence[str], cpu_s: float, to_the_end: bool = False
     ) -> Outcome:
         """These tests, up to the first that fails; or all, and the outcome's `by` has a line for each that fails."""
-        began = time.monotonic()
         command = f"{sys.executable} -m pytest -q --no-header --tb=no -rfE -p no:cacheprovider".split()
+        for plugin in ("xdist", "xdist.looponfail", "anyio", "platformdirs"):
+            command += ["-p", f"no:{plugin}"]  # it starts quicker without
         command += ["-o", f"timeout={ONE_TEST_S}", *([] if to_the_end else ["-x"])]
         command += [*(f"--deselect={test}" for test in without), *tests]
-        process = subprocess.Popen(
-            command, cwd=self.root, env=self._environment(), start_new_session=True, text=True,
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
-        try:
-            output = process.communicate(timeout=limit_s)[0]
-        except subprocess.TimeoutExpired:
-            return Outcome("limit", "", time.monotonic() - began)
-        finally:
-            end_all(str(self._home))
-            process.wait()
-        seconds = time.monotonic() - began
+        with (self._home / "output").open("w+") as output:
+            process = subprocess.Popen(
+                command, cwd=self.root, env=self._environment(), start_new_session=True,
+                stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+            )  # fmt: skip
+            try:
+                spent_s = _waited(process, cpu_s)
+            finally:
+                end_all(str(self._home))
+                process.wait()
+            output.seek(0)
+            found = _FAILED.findall(output.read())
+        if process.returncode == -signal.SIGKILL:
+            return Outcome("limit", "", spent_s)
         if process.returncode in (0, 5):
-            return Outcome("passed", "", seconds)
-        found = _FAILED.findall(output)
-        return Outcome("failed", "\n".join(found) or f"exit status {process.returncode}", seconds)
+            return Outcome("passed", "", spent_s)
+        return Outcome("failed", "\n".join(found) or f"exit status {process.returncode}", spent_s)
 
     def _environment(self) -> dict[str, str]:
         places = {name: self._home / folder for name, folder in (("TMPDIR", "t"), ("XDG_RUNTIME_DIR", "r"))}
@@ -102,6 +105,20 @@ class Tree:
         kept = {name: value for name, value in os.environ.items() if name not in unset}
         more = {name: str(place) for name, place in places.items()}
         return kept | more | {"PYTHONPATH": str(self.root / "src"), "CI": "true", _MARK: str(self._home)}
+
+
+def _waited(process: subprocess.Popen[bytes], cpu_s: float) -> float:
+    """Until it ends or has used up what it may; the processor's seconds that it and its ended children took."""
+    began, spent_s = time.monotonic(), 0.0
+    while spent_s < cpu_s and time.monotonic() - began < WALL_S:
+        numbers = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+        spent_s = sum(map(int, numbers[11:15])) / os.sysconf("SC_CLK_TCK")
+        try:
+            process.wait(0.25)
+        except subprocess.TimeoutExpired:
+            continue
+        break
+    return spent_s
 
 
 class Judge:
@@ -123,14 +140,14 @@ class Judge:
         status, by = "survived", ""
         waiting = stages(tree.root, mutant)
         every = frozenset(file for stage in waiting for file in stage)
-        left_s = LIMIT_S
+        left_s = CPU_S
         while waiting and status == "survived":
             tree.write(mutant.file, mutant.applied(source))
             try:
-                end, by, seconds = tree.run(waiting[0], self._failing[compiled], left_s)
+                end, by, spent_s = tree.run(waiting[0], self._failing[compiled], left_s)
             finally:
                 tree.write(mutant.file, source)
-            left_s -= seconds
+            left_s -= spent_s
             if end == "limit" or left_s <= 0:
                 status, by = ("killed" if self._quick(compiled, every) else "survived"), "the time limit"
                 break
@@ -145,7 +162,7 @@ class Judge:
         for compiled, tree in self._trees.items():
             killers = {by for mutant, by in rows if self._compiled(mutant) == compiled and "::" in by}
             if killers:
-                ends = tree.run(sorted(killers), [], 60.0 * len(killers), to_the_end=True)
+                ends = tree.run(sorted(killers), [], CPU_S * len(killers), to_the_end=True)
                 self._failing[compiled] += ends.by.split("\n") if ends.end == "failed" else []
         return [mutant for mutant, by in rows if by in self._failing[self._compiled(mutant)]]
 
@@ -155,7 +172,7 @@ class Judge:
         if test in self._failing[compiled]:
             return True  # it cannot be left out, as it seems
         if self._kills[compiled, test] == 2 and "::" in test:
-            if self._trees[compiled].run([test], [], LIMIT_S).end == "passed":
+            if self._trees[compiled].run([test], [], CPU_S).end == "passed":
                 return True
             self._failing[compiled].append(test)
             return False
@@ -167,7 +184,7 @@ class Judge:
     def _quick(self, compiled: bool, files: frozenset[str]) -> bool:
         """Do these tests of the unchanged source take less than half of the limit?"""
         if (compiled, files) not in self._within:
-            outcome = self._trees[compiled].run(sorted(files), self._failing[compiled], LIMIT_S / 2)
+            outcome = self._trees[compiled].run(sorted(files), self._failing[compiled], CPU_S / 2)
             self._within[compiled, files] = outcome.end == "passed"
         return self._within[compiled, files]
 
