@@ -26,7 +26,7 @@ def stack() -> Iterator[ExitStack]:
         yield made
 
 
-@pytest.mark.conforms("PL-11", "PL-13")
+@pytest.mark.conforms("PL-11", "PL-13", "N-29")
 def test_five_programs_of_five_dialects(
     stack: ExitStack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
