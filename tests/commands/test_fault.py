@@ -87,6 +87,7 @@ def test_json_says_the_same_in_objects(run: Run) -> None:
     assert (over["event"], over["struck"], over["over"]) == ("over", 0, "its time was over")
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("N-08")
 def test_what_stays_is_listed_and_cleared(run: Run, hub_address: str) -> None:
     assert run("can0", "cable", "40", "--stay")[:2] == (0, "can0: cable of 40 m: set, and stays\n")

@@ -128,6 +128,7 @@ def bring_up(hub: canwire.Hub, stack: ExitStack, number: int) -> canwire.HubChan
     return channel
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("G-17")
 @pytest.mark.parametrize("run", range(3))
 def test_turns_go_by_name_at_each_instant(run: int, way: str) -> None:

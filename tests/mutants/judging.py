@@ -17,7 +17,7 @@ from typing import NamedTuple
 from tests.mutants.drawing import Mutant
 from tests.mutants.selection import stages
 
-CPU_S = 60.0  # of the tests' process for all tests of one mutant: so much is the same on a busy machine
+CPU_S = 30.0  # of the tests' process for all tests of one mutant: so much is the same on a busy machine
 WALL_S = 600.0  # and whatever they wait for
 ONE_TEST_S = 120  # a test that hangs on a mutant fails after this
 _MARK = "CANWIRE_MUTANTS"  # in the environment of every process that a run started, however it went on

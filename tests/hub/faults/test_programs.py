@@ -37,6 +37,7 @@ def vci_program(program: Programs) -> Iterator[VciProgram]:
         yield made
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("N-09")
 def test_vci_error_message_passive_and_bus_off(hub: Hub, vci_program: VciProgram) -> None:
     sender, receiver = vci_program.port(0), vci_program.port(1)
