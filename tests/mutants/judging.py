@@ -17,7 +17,10 @@ from typing import NamedTuple
 from tests.mutants.drawing import Mutant
 from tests.mutants.selection import stages
 
-CPU_S = 30.0  # of the tests' process for all tests of one mutant: so much is the same on a busy machine
+CPU_S = {
+    True: 60.0,
+    False: 120.0,
+}  # of the tests' process for a mutant, compiled and not: the same on a busy machine
 WALL_S = 600.0  # and whatever they wait for
 ONE_TEST_S = 120  # a test that hangs on a mutant fails after this
 _MARK = "CANWIRE_MUTANTS"  # in the environment of every process that a run started, however it went on
@@ -140,7 +143,7 @@ class Judge:
         status, by = "survived", ""
         waiting = stages(tree.root, mutant)
         every = frozenset(file for stage in waiting for file in stage)
-        left_s = CPU_S
+        left_s = CPU_S[compiled]
         while waiting and status == "survived":
             tree.write(mutant.file, mutant.applied(source))
             try:
@@ -162,7 +165,7 @@ class Judge:
         for compiled, tree in self._trees.items():
             killers = {by for mutant, by in rows if self._compiled(mutant) == compiled and "::" in by}
             if killers:
-                ends = tree.run(sorted(killers), [], CPU_S * len(killers), to_the_end=True)
+                ends = tree.run(sorted(killers), [], CPU_S[compiled] * len(killers), to_the_end=True)
                 self._failing[compiled] += ends.by.split("\n") if ends.end == "failed" else []
         return [mutant for mutant, by in rows if by in self._failing[self._compiled(mutant)]]
 
@@ -172,7 +175,7 @@ class Judge:
         if test in self._failing[compiled]:
             return True  # it cannot be left out, as it seems
         if self._kills[compiled, test] == 2 and "::" in test:
-            if self._trees[compiled].run([test], [], CPU_S).end == "passed":
+            if self._trees[compiled].run([test], [], CPU_S[compiled]).end == "passed":
                 return True
             self._failing[compiled].append(test)
             return False
@@ -184,7 +187,7 @@ class Judge:
     def _quick(self, compiled: bool, files: frozenset[str]) -> bool:
         """Do these tests of the unchanged source take less than half of the limit?"""
         if (compiled, files) not in self._within:
-            outcome = self._trees[compiled].run(sorted(files), self._failing[compiled], CPU_S / 2)
+            outcome = self._trees[compiled].run(sorted(files), self._failing[compiled], CPU_S[compiled] / 2)
             self._within[compiled, files] = outcome.end == "passed"
         return self._within[compiled, files]
 
