@@ -27,6 +27,7 @@ def test_the_core_is_never_half_compiled() -> None:
     assert canwire.core_mode() in ("compiled", "uncompiled")
 
 
+@pytest.mark.smoke
 def test_the_twin_is_another_copy_and_interpreted() -> None:
     mode, frame = canwire.core_mode(), canwire.Frame
     with load_uncompiled(canwire) as twin:
@@ -47,6 +48,7 @@ def test_both_forms_do_the_same() -> None:
         assert {seed: traffic(twin, seed) for seed in here} == here
 
 
+@pytest.mark.smoke
 def test_other_seeds_do_something_else() -> None:
     assert traffic(canwire, 1)["all"] != traffic(canwire, 2)["all"]
 

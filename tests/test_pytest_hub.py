@@ -10,6 +10,7 @@ can = pytest.importorskip("can")
 pytest_plugins = ["pytester"]
 
 
+@pytest.mark.smoke
 def test_six_lines_for_a_program_and_an_error_frame(canwire_hub: Hub, canwire_faults: CanBusFaults) -> None:
     with (
         can.Bus("can0", interface="canwire", hub=canwire_hub) as ecu,

@@ -253,6 +253,7 @@ def test_values_of_the_core_show_theirs() -> None:
     assert repr(reader) == "<slcan reader, 3 bytes of an unfinished line, 0 dropped>"
 
 
+@pytest.mark.conforms("N-20")
 def test_compiled_classes_tell_how_they_are_called() -> None:
     with load_uncompiled(canwire) as twin:
         for name in ("BitLayout", "SlcanReader", "Ring"):
@@ -266,3 +267,53 @@ def test_compiled_classes_tell_how_they_are_called() -> None:
             except ValueError:
                 silent.append(name)
     assert set(silent) <= {"Timer"}  # Lab.at makes these; compiled it tells nothing
+
+
+@pytest.mark.conforms("N-20")
+def test_both_forms_explain_and_call_the_same() -> None:
+    """`help` and `inspect.signature` of every class of the door and its methods, compiled and interpreted."""
+    compiled = {name: _explained(value) for name, value in door().items() if isinstance(value, type)}
+    with load_uncompiled(canwire) as twin:
+        for name, here in compiled.items():
+            there = _explained(getattr(twin, name))
+            assert {one: told for one, told in there.items() if one in here} == {
+                one: told for one, told in here.items() if one in there
+            }, name
+
+
+def _explained(kind: type) -> dict[str, tuple[str | None, list[str]]]:
+    """Help and parameters of a class and of its public methods."""
+    methods = {one: getattr(kind, one) for one in dir(kind) if not one.startswith("_")}
+    found = {
+        one: (inspect.getdoc(each), _parameters(each)) for one, each in methods.items() if callable(each)
+    }
+    return found | {"": (inspect.getdoc(kind), [])}
+
+
+def _parameters(function: Any) -> list[str]:
+    """Their names; none of what is no function, or does not tell."""
+    try:
+        return list(inspect.signature(function).parameters)
+    except (TypeError, ValueError):
+        return []
+
+
+@pytest.mark.conforms("N-20")
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "Frame(0x123, b'ab', extended=True)",
+        "BitLayout(Frame(0))",
+        "SlcanReader()",
+        "Acceptance.everything()",
+        "Counters(8, 1, ErrorState.ERROR_ACTIVE, 2, 3, 4, 5)",
+        "BusEvent(EventKind.ERROR, error=ErrorKind.CRC)",
+    ],
+)
+def test_both_forms_show_themselves_alike(expression: str) -> None:
+    """`repr` and `dir`."""
+    here = eval(expression, door())
+    with load_uncompiled(canwire) as twin:
+        there = eval(expression, {name: getattr(twin, name) for name in twin.__all__})
+        assert repr(here) == repr(there)
+        assert [one for one in dir(here) if one[0] != "_"] == [one for one in dir(there) if one[0] != "_"]

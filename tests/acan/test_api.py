@@ -240,6 +240,7 @@ def test_notification_by_posted_message(on_bus: Any, peer: Peer) -> None:
     assert window.get(timeout=LONG) == (window, 0x400, TBS_MB, 7)
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("AC-31")
 def test_messages_are_sent(on_bus: Any, peer: Peer) -> None:
     messages = [

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from canwire import Frame, acan
-from canwire.acan import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB, Action, HardConfig
+from canwire.acan import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB, Action, Condition, HardConfig
 from canwire.acan.int2d import Int2d, find_driver
 from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
 from tests.acan.bench import Peer
@@ -158,3 +158,18 @@ def test_a_block_that_cannot_be_registered(program: Program) -> None:
     assert program.call(acan.ACAN_REGISTER, BLOCK).AX == 0
     assert program.register() == 1
     assert program.register() == 0
+
+
+@pytest.mark.conforms("N-11")
+def test_disturbed_messages_take_it_off_the_bus_and_memory_says_so(program: Program, hub: Any) -> None:
+    """Each attempt costs 8 of TEC, and at 256 it is off the bus."""
+    program.start()
+    off = hub.bus("can0").faults.inject("bit", frame_id=1, times=None)
+    program.memory.write(MESSAGE, ACANMB(1 << 18).pack())
+    seen = Condition(0)
+    while not seen & Condition.BUSOFF:
+        program.call(acan.ACAN_SEND, MESSAGE, CL=1)
+        program.wait()
+        seen |= Condition(program.call(acan.ACAN_ACK, BLOCK).AH)
+    assert seen == Condition.BUSERR | Condition.ERRLIM | Condition.ERRPAS | Condition.BUSOFF
+    assert off.struck == 32

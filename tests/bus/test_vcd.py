@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from canwire import Frame, Lab, parse_frame
+from canwire.bus.vcd import VcdTrace
 from tests.missing import find_program
 
 pytestmark = [pytest.mark.core, pytest.mark.conforms("G-22")]
@@ -158,3 +159,19 @@ def told(block: str) -> Told:
 
 def told_of(frame: Frame) -> Told:
     return frame.id, frame.extended, frame.remote, frame.fd, frame.dlc, frame.data
+
+
+def test_a_closed_trace_leaves_the_bus_at_full_speed(tmp_path: Path) -> None:
+    with Lab() as lab:
+        bus = lab.can_bus(bit_rate=500_000)
+        sender, _ = bus.node("sender"), bus.node("other")
+        with (tmp_path / "trace.vcd").open("w") as file:
+            trace = VcdTrace(bus.wire, file, "can")
+            assert bus.wire.bitwise
+            trace.close()
+            assert not bus.wire.bitwise
+            size = file.tell()
+            sender.send(Frame(1))
+            lab.run_until_idle()
+            trace.close()
+            assert file.tell() == size

@@ -22,6 +22,7 @@ def flips(tmp_path: Path) -> Path:
     return written(tmp_path, "flips.py", FLIPS)
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("N-37")
 def test_workers_change_nothing_and_a_number_is_enough_to_repeat(flips: Path) -> None:
     told: list[CampaignRun] = []

@@ -81,6 +81,7 @@ def opened(access: int = GENERIC_READ | GENERIC_WRITE, share: int = 3) -> int:
     return handle
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("FS-15", "FS-23", "FS-26")
 def test_can_write_and_can_read(peer: Peer) -> None:
     """CanWrite sets the rate through a handle of its own, CanRead prints what comes."""

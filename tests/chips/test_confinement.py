@@ -204,3 +204,11 @@ def test_state_follows_counters(steps: list[int]) -> None:
         if state != BUS_OFF:
             assert (state == PASSIVE) == (max(tec, rec) >= 128)
             assert (state == ACTIVE) == (max(tec, rec) < 96)
+
+
+def test_success_says_whether_the_state_changed() -> None:
+    assert Confinement().transmitted() is False
+    assert Confinement().received() is False
+    assert at(96, 0).transmitted() is True  # no longer a warning
+    assert at(0, 96).received() is True
+    assert at(95, 0).transmitted() is False

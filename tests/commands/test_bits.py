@@ -112,6 +112,7 @@ def test_stuff_bits_are_where_five_equal_bits_end(capsys: pytest.CaptureFixture[
     assert [found["bits"][place] for place in places] == ["1"] * 6
 
 
+@pytest.mark.smoke
 def test_page_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bits", "123#DEADBEEF", "--bit-rate", "250000"]) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -127,6 +127,7 @@ FD = board("usb-to-can-fd", 1, "HW000001", "can0", "can0", "lin0")
 CLASSIC = board("usb-to-can", 2, "HW-LONGER", "body", "can0")
 
 
+@pytest.mark.smoke
 def test_the_tree_tells_everything_that_changes() -> None:
     one = replace(BUSY, mode=LineMode(BitTiming.for_bit_rate(1_000_000)), exclusive=True, channels=1)
     one = replace(one, coupling_fault=True, scheduler_holder="tester (5)")

@@ -42,6 +42,7 @@ def on_line(hub: Hub, board: BoardInfo, line: int) -> HubChannel:
     return channel
 
 
+@pytest.mark.conforms("N-08")
 def test_it_runs_until_the_fault_is_used_up(hub_address: str) -> None:
     command = [sys.executable, "-m", "canwire", "fault", "can0", "--hub", hub_address]
     with connect(hub_address) as hub:
@@ -61,6 +62,7 @@ def test_it_runs_until_the_fault_is_used_up(hub_address: str) -> None:
         assert hub.bus("can0").faults.list() == ()
 
 
+@pytest.mark.conforms("N-08")
 def test_ctrl_c_takes_the_fault_back(hub_address: str) -> None:
     command = [sys.executable, "-m", "canwire", "fault", "can0", "--hub", hub_address, "unplug", "HW000001:1"]
     with connect(hub_address) as hub:
@@ -86,6 +88,8 @@ def test_json_says_the_same_in_objects(run: Run) -> None:
     assert (over["event"], over["struck"], over["over"]) == ("over", 0, "its time was over")
 
 
+@pytest.mark.smoke
+@pytest.mark.conforms("N-08")
 def test_what_stays_is_listed_and_cleared(run: Run, hub_address: str) -> None:
     assert run("can0", "cable", "40", "--stay")[:2] == (0, "can0: cable of 40 m: set, and stays\n")
     _, out, _ = run("can0", "--list")
@@ -137,6 +141,7 @@ TEXTS = {
 }
 
 
+@pytest.mark.conforms("N-08")
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_every_kind_has_its_words(run: Run, hub_address: str, kind: str) -> None:
     bus = "lin0" if kind in LIN_KINDS else "can0"

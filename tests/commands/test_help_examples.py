@@ -102,11 +102,13 @@ def busy_hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
         yield address
 
 
+@pytest.mark.conforms("N-15")
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_has_examples(verb: str) -> None:
     assert examples(verb)
 
 
+@pytest.mark.conforms("N-15")
 @pytest.mark.parametrize("example", [one for one in EVERY if not re.search(SYNTAX, one)])
 def test_the_words_are_known(example: str, capsys: pytest.CaptureFixture[str]) -> None:
     verb, *words = shlex.split(example)
@@ -127,6 +129,7 @@ def test_every_reason_is_needed() -> None:
     assert len(RUN) > 40
 
 
+@pytest.mark.conforms("N-15")
 @pytest.mark.usefixtures("busy_hub")
 @pytest.mark.parametrize("example", RUN)
 def test_it_runs(example: str, capfd: pytest.CaptureFixture[str]) -> None:

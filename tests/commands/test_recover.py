@@ -28,6 +28,7 @@ def _recover(line: str) -> int:
     return recover_module.run(Namespace(line=line, hub=None))
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("name", [f"{BOARD}:0", "can0"])
 @pytest.mark.conforms("N-02")
 def test_a_line_begins_again_whoever_holds_its_control(

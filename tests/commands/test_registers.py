@@ -18,6 +18,7 @@ def test_a_table_of_registers() -> None:
     ]
 
 
+@pytest.mark.smoke
 def test_of_a_board(hub_address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["registers", "inducan104", "--hub", hub_address]) == 0
     shown = capsys.readouterr().out

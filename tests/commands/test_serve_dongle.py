@@ -15,6 +15,7 @@ serial = pytest.importorskip("serial")
 LONG = 30
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("CT-14")
 def test_a_hub_with_a_dongle(tmp_path: Path) -> None:
     socket, link = str(tmp_path / "hub.sock"), tmp_path / "dongle"

@@ -26,6 +26,7 @@ def dongle(tmp_path: Path) -> Iterator[FakeDongle]:
     made.vanish()
 
 
+@pytest.mark.smoke
 @pytest.mark.realtime
 @pytest.mark.conforms("CT-14", "PL-02", "PL-13")
 def test_adapters_come_to_a_running_hub(

@@ -17,6 +17,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
     return capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PL-06")
 def test_from_a_bit_rate(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["timing", "500000"]) == 0

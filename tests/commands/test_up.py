@@ -41,6 +41,7 @@ def test_a_stopped_line_goes_on_as_it_was_set_up(stopped: str, capsys: pytest.Ca
     assert (status.mode.listen_only, status.mode.persistent) == (True, True)
 
 
+@pytest.mark.smoke
 def test_another_rate_sets_it_up_anew(stopped: str, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert _run(stopped, "up", "HW000001:0", "--bit-rate", "125000") == 0

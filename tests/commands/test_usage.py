@@ -7,6 +7,7 @@ import pytest
 from canwire.commands import VERBS, main
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("verb", sorted(VERBS))
 def test_help_has_the_usage_and_examples(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     with pytest.raises(SystemExit) as ended:

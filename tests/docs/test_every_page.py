@@ -52,6 +52,7 @@ PAGES = [
 NAMED = re.compile(r"`canwire ([^`]+)`|^(?:\$|   ) canwire (.+)$", re.MULTILINE)
 
 
+@pytest.mark.conforms("N-15")
 def test_every_page_with_blocks_has_a_test() -> None:
     with_blocks = {page for page in PAGES if any(block.language in RAN for block in blocks(page))}
     names = {page.name for page in with_blocks if page.parent.name not in FOLDERS}
@@ -90,6 +91,7 @@ def options_of(parser: argparse.ArgumentParser) -> Iterator[str]:
                 yield from options_of(sub)
 
 
+@pytest.mark.conforms("N-15")
 @pytest.mark.parametrize(
     "page", [page for page in PAGES if page.name not in HISTORY], ids=lambda page: page.name
 )

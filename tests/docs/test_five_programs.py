@@ -78,6 +78,7 @@ def line(process: subprocess.Popen[str]) -> str:
     return process.stdout.readline().strip()
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PL-13", "PL-01", "CT-21", "FS-20", "AC-21", "X3-19")
 def test_everybody_hears_everybody(terminals: Terminals, tmp_path: Path) -> None:
     page = GUIDE.read_text(encoding="utf-8")

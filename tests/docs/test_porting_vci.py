@@ -758,6 +758,7 @@ def test_v3_cyclic(port: Port, partner: Port) -> None:
 # sharing
 
 
+@pytest.mark.smoke
 def test_the_readme_s_program(hub: canwire.Hub, partner: Port) -> None:
     run("readme")
     [message] = partner.data(1)

@@ -32,6 +32,8 @@ class MyDevice(canwire.NodeScript):
 """
 
 
+@pytest.mark.smoke
+@pytest.mark.conforms("N-15")
 def test_three_lines_to_a_bus() -> None:
     output = io.StringIO()
     with contextlib.redirect_stdout(output):
@@ -41,6 +43,8 @@ def test_three_lines_to_a_bus() -> None:
     assert f"# ... {counters}: an error frame" in LAB
 
 
+@pytest.mark.smoke
+@pytest.mark.conforms("N-15")
 def test_in_your_tests(tmp_path: Path) -> None:
     (tmp_path / "test_device.py").write_text(DEVICE + TEST)
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."]
@@ -48,6 +52,8 @@ def test_in_your_tests(tmp_path: Path) -> None:
     assert "1 passed" in ended.stdout, ended.stdout + ended.stderr
 
 
+@pytest.mark.smoke
+@pytest.mark.conforms("N-15")
 def test_a_log_on_a_simulated_bus(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -65,6 +71,8 @@ def terminals(tmp_path: Path) -> Iterator[Terminals]:
     made.close()
 
 
+@pytest.mark.smoke
+@pytest.mark.conforms("N-15")
 @pytest.mark.realtime
 def test_shared_boards(terminals: Terminals, tmp_path: Path) -> None:
     serve, dump, send, devices = [line.removeprefix("$ canwire ") for line in CONSOLE]

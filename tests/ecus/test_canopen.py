@@ -63,6 +63,7 @@ def aborted(call: Any, *words: Any) -> int:
     return int(error.value.code)
 
 
+@pytest.mark.smoke
 def test_it_boots_and_beats(bench: Bench) -> None:
     """The boot-up message, then heartbeats each second, which is the dictionary's time."""
     bench.remote.nmt.wait_for_bootup(1)

@@ -65,6 +65,7 @@ def bench() -> Iterator[Bench]:
         yield Bench(lab)
 
 
+@pytest.mark.smoke
 def test_an_address_is_claimed(bench: Bench) -> None:
     """128 to 247 wait 250 ms for a veto, others begin at once; nothing is sent before."""
     ecu, tester = bench.ecu(0x80, 1, groups={0xFEEE: b"\5" * 8}, cycles={0xFEEE: 0.1}), bench.tester()

@@ -66,6 +66,7 @@ def refused(call: Any, *words: Any) -> str:
     return str(error.value.response.code_name)
 
 
+@pytest.mark.smoke
 def test_identifiers(client: Client) -> None:
     """The first answer takes several frames, with flow control between."""
     assert client.read_data_by_identifier(0xF190).service_data.values[0xF190] == VIN

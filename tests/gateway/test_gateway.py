@@ -61,6 +61,7 @@ def got(channel: HubChannel) -> Frame:
     return frame
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PL-07", "N-34")
 def test_both_ways_by_the_rules(hub: Hub, closing: ExitStack) -> None:
     here, there = program(hub, "can0", closing), program(hub, "can1", closing)

@@ -106,6 +106,7 @@ def test_a_killed_writer_leaves_whole_frames_and_nothing_held(address: str) -> N
         hub.open_control(board, 0).close()
 
 
+@pytest.mark.smoke
 def test_others_notice_nothing_of_a_client_that_dies(address: str) -> None:
     """Two of them talk while a third one is killed in the middle of everything, again and again."""
     with canwire.connect(address) as one, canwire.connect(address) as other:

@@ -16,9 +16,12 @@ from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.owner.engine import LOCKSTEP, Engine
+from canwire.hub.owner.entrance import open_session
+from canwire.hub.owner.lockstep import keeper
 from canwire.hub.owner.lockstep.pace import LockstepPace
 from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.world import World
+from canwire.hub.protocol.messages import JoinTime
 from canwire.platform import PORTABLE
 from tests.hubs import LONG_S, free_port
 
@@ -128,6 +131,7 @@ def bring_up(hub: canwire.Hub, stack: ExitStack, number: int) -> canwire.HubChan
     return channel
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("G-17")
 @pytest.mark.parametrize("run", range(3))
 def test_turns_go_by_name_at_each_instant(run: int, way: str) -> None:
@@ -477,3 +481,16 @@ def test_a_queue_overflows_and_a_full_one_has_room_again_at_the_same_moments(way
             (300_000_000, "3 4 5 6 7 10 11 12 lost 7"),
         ]
         assert 10_500_000 < sent_ns < 11_500_000
+
+
+def test_so_many_threads_of_a_program_take_part_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(keeper, "_THREADS", 2)
+    world = World(Config.default(), turns=Turns(1))
+    assert world.lockstep is not None
+    session = open_session(world, "a", 1, lambda _: None, None)
+    for thread in (1, 2, 1):
+        world.lockstep.join(session, JoinTime("1-a", thread, "a"))
+    with pytest.raises(canwire.LimitReached, match="2 of its threads"):
+        world.lockstep.join(session, JoinTime("1-a", 3, "a"))
+    world.close_session(session)
+    assert not world.lockstep.occupied

@@ -24,6 +24,7 @@ def real() -> Iterator[Lab]:
         yield lab
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("G-18")
 def test_frames_arrive(real: Lab) -> None:
     bus = real.can_bus()

@@ -47,6 +47,7 @@ def hub(address: str) -> Iterator[Hub]:
         yield made
 
 
+@pytest.mark.conforms("N-14")
 def test_a_program_and_a_node_hear_each_other(bus: LabBus, hub: Hub) -> None:
     bus.node("echo", Echo())
     (place, _) = find_lines(hub, "body")
@@ -65,6 +66,7 @@ def test_a_thousand_frames_each_way_and_none_lost(bus: LabBus, hub: Hub) -> None
     assert (set(heard), program.lost(), bus.nodes["echo"].lost) == ({0x11}, 0, 0)
 
 
+@pytest.mark.conforms("N-14")
 def test_a_program_in_a_process_of_its_own(bus: LabBus, address: str) -> None:
     bus.node("echo", Echo())
     pytest.importorskip("can")
@@ -78,6 +80,7 @@ def test_a_program_in_a_process_of_its_own(bus: LabBus, address: str) -> None:
     assert (ended.stdout, ended.returncode) == ("21\n", 0), ended.stderr
 
 
+@pytest.mark.conforms("N-14")
 def test_faults_of_the_lab_and_of_the_hub_meet_everybody(bus: LabBus, hub: Hub) -> None:
     sender = bus.node("sender")
     bus.node("third")

@@ -49,6 +49,7 @@ def devices(made: Bench) -> dict[str, object]:
     return found
 
 
+@pytest.mark.conforms("N-36")
 def test_a_killed_program_is_let_go_with_a_word_and_the_others_go_on(tmp_path: Path) -> None:
     with bench(tmp_path, "--programs", "a,b") as made:
         steps, killed = made.start("a", STEPS), made.start("b", KILLED)
@@ -60,6 +61,7 @@ def test_a_killed_program_is_let_go_with_a_word_and_the_others_go_on(tmp_path: P
         )
 
 
+@pytest.mark.conforms("N-36")
 def test_a_stopped_program_is_named_and_time_waits_on_for_it(tmp_path: Path) -> None:
     with bench(tmp_path, "--programs", "2", "--patience", "0.3") as made:
         endless, other = made.start("a", ENDLESS), made.start("b", ENDLESS)

@@ -42,7 +42,7 @@ def test_five_dialects_over_the_network_give_the_same_log_every_time(tmp_path: P
         assert heard(tmp_path / str(number), FIVE) == first
 
 
-@pytest.mark.conforms("G-17")
+@pytest.mark.conforms("G-17", "N-35")
 def test_random_programs_do_on_the_network_what_they_do_beside_the_hub(tmp_path: Path) -> None:
     found = []
     for number, remote in enumerate([(), ("p0", "p2"), ("p0", "p1", "p2")]):

@@ -6,6 +6,9 @@ CANWIRE_LOCKSTEP_RUNS says how often (2), CANWIRE_LOCKSTEP_PROCESSES with how ma
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -53,9 +56,20 @@ def played(home: Path, processes: int, seed: int) -> dict[str, str]:
         return made.run(programs, own_words=words, timeout_s=LONG_S * processes)
 
 
-@pytest.mark.conforms("G-17")
+@pytest.mark.conforms("G-17", "N-35")
 def test_the_same_every_time(tmp_path: Path) -> None:
     first = played(tmp_path / "1", PROCESSES, 1)
     assert min(text.count("\n") for text in first.values()) > 1
     for number in range(2, RUNS + 1):
         assert played(tmp_path / str(number), PROCESSES, 1) == first, f"run {number}"
+
+
+@pytest.mark.conforms("G-17", "N-35")
+def test_twenty_programs_do_the_same_on_a_loaded_machine(tmp_path: Path) -> None:
+    first = played(tmp_path / "1", 20, 1)
+    assert min(text.count("\n") for text in first.values()) > 1
+    with ExitStack() as stack:
+        for _ in range(os.cpu_count() or 1):
+            busy = stack.enter_context(subprocess.Popen([sys.executable, "-c", "while True: pass"]))
+            stack.callback(busy.kill)
+        assert played(tmp_path / "2", 20, 1) == first

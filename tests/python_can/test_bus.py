@@ -43,6 +43,7 @@ def test_own_messages_come_back_once_they_went_through(open_bus: Open) -> None:
     assert own.timestamp == got.timestamp
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PL-13")
 def test_programs_on_one_line_hear_each_other(open_bus: Open) -> None:
     open_bus("usb-to-can:0")  # acknowledges

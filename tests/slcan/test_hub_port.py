@@ -167,6 +167,28 @@ def test_lost_arbitration_is_a_flag_and_no_light(hub: Hub) -> None:
     assert plugged.ask(b"F\rF\r") == b"F40\rF00\r"
 
 
+@pytest.mark.conforms("N-13")
+def test_injected_faults_show_in_flags_and_on_the_red_led(hub: Hub) -> None:
+    node, plugged = Node(hub), Plugged(hub)
+    plugged.ask(b"S4\rO\r", 1.0)
+    faults = hub.bus("can0").faults
+    faults.flip(bit=20, frame_id=0x100, times=1, seen_by="sender")
+    assert plugged.ask(b"t1000\r", 0.05) == b"z\r"
+    assert plugged.dongle.leds.red is Red.CONSTANT
+    assert plugged.ask(b"F\rF\r") == b"F80\rF00\r"
+    assert plugged.dongle.leds.red is Red.OFF
+
+    faults.flip(bit=20, frame_id=0x100, times=16, seen_by="sender")
+    plugged.ask(b"t1000\r", 0.05)
+    assert (
+        plugged.ask(b"F\r") == b"FA4\r"
+    )  # bus errors, on the way through the warning limit to error passive
+    faults.flip(bit=20, frame_id=0x100, times=None, seen_by="sender")
+    plugged.ask(b"t1000\r", 0.05)
+    assert node.channel.receive_many(10) == [Frame(0x100)] * 2
+    assert hub.line_status(plugged.board.id, 0).state == ErrorState.BUS_OFF
+
+
 def test_several_dongles_on_one_bus(hub: Hub) -> None:
     dongles = [Plugged(hub) for _ in range(3)]
     for one in dongles:

@@ -37,7 +37,7 @@ def test_green_flashes_for_each_frame(opened: Bench) -> None:
     assert leds.frames == 2
 
 
-@pytest.mark.conforms("CT-19", "CT-10")
+@pytest.mark.conforms("CT-19", "CT-10", "N-13")
 def test_red_tells_of_errors(opened: Bench) -> None:
     leds = opened.dongle.leds
     opened.now_ns += 5_000 * MS

@@ -17,6 +17,7 @@ def send(bench: Bench, *texts: str) -> None:
     bench.run("sh", "-c", "; ".join(f"cansend can0 {text}" for text in texts))
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PC-01", "PL-12", "N-21")
 def test_its_lines_are_those_of_canwire_dump(bench: Bench) -> None:
     wanted = SENT + SENT_FD

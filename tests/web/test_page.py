@@ -136,6 +136,7 @@ def test_without_the_token_one_sees_everything_and_can_change_nothing(browser: B
             assert button.is_disabled()
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.conforms("PG-01")
 def test_readers_get_every_view(viewer: httpx.Client, name: str) -> None:

@@ -41,6 +41,7 @@ from canwire.values.record import (
     SELF_RECEPTION,
     SINGLE_SHOT,
 )
+from canwire.values.records import frames_to_array
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -936,3 +937,15 @@ def test_error_events_stay_inside_where_nobody_wants_them() -> None:
     event = BusEvent.from_record(block)
     assert (event.kind, event.transmitting) == (EventKind.ERROR, False)
     assert event.error != ErrorKind.NONE
+
+
+def test_so_many_records_are_queued_as_fit() -> None:
+    bench = Bench()
+    channel = bench.channel(transmit=8)
+    frames = frames_to_array([Frame(number) for number in range(10)])
+    bench.occupy()
+    queued = [bench.line.send_records(channel, part, 0) for part in (frames[:5], frames[5:], frames[8:])]
+    assert queued == [5, 4, 0]  # one more than the ring holds: the first is in the controller
+    bench.run()
+    assert [frame.id for frame in bench.heard()] == list(range(9))
+    assert bench.line.send_records(bench.channel(), frames[:2], HIGH_PRIORITY) == 2

@@ -323,6 +323,7 @@ def test_receiver_turns_passive_and_comes_back(lab: Lab, can_bus: LabBus) -> Non
     assert b.tec == 0
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("G-09", "G-11")
 def test_32_disturbed_attempts_lead_to_bus_off(lab: Lab, can_bus: LabBus) -> None:
     a, b, _ = three(can_bus)

@@ -33,6 +33,7 @@ def test_every_address_is_a_register() -> None:
     assert len({register.name for register in m.MAP.registers}) == len(m.MAP.registers) == 114
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize(("address", "name", "value", "writable"), table.REGISTERS)
 def test_reset_values_and_writable_bits(address: int, name: str, value: int, writable: int) -> None:
     register = m.MAP.named(name)

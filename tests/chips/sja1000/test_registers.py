@@ -24,6 +24,7 @@ pytestmark = pytest.mark.core
 STEP = re.compile(r"(HW|P)|(bits) (\d+)|W(\d+)=(\w+)|R(\d+)(?:&(\w+))?=(\w+)")
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize(
     ("number", "program"), sja1000_vectors.PROGRAMS, ids=[row[0] for row in sja1000_vectors.PROGRAMS]
 )

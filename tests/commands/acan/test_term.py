@@ -168,6 +168,7 @@ def test_a_spy_does_not_let_it_set_its_filter_up() -> None:
 # conversation
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("AT-01")
 def test_what_is_typed_here_appears_there() -> None:
     wire = Wire()

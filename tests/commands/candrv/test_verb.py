@@ -316,6 +316,7 @@ def test_the_hub_goes(bench: Bench, program: str) -> None:
 # CanSend
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("FT-04")
 def test_can_send(bench: Bench) -> None:
     other = bench.device()

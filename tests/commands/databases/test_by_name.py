@@ -94,6 +94,7 @@ def test_what_cannot_be_sent(capsys: pytest.CaptureFixture[str], words: str, tol
     assert shown.count("\n") == 1
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PF-15")
 def test_a_node_is_simulated(
     hub_address: str, heard: HubChannel, engine: Database, capsys: pytest.CaptureFixture[str]

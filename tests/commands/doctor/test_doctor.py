@@ -125,6 +125,7 @@ def test_a_finding_in_words() -> None:
 # this machine
 
 
+@pytest.mark.smoke
 def test_it_looks_at_this_machine(hub_address: str) -> None:
     facts = gathered(hub_address)
     assert (facts.version, facts.compiled) == (canwire.__version__, canwire.core_mode() == "compiled")

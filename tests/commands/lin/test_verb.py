@@ -308,6 +308,7 @@ def test_a_running_line_keeps_its_bit_rate(
     assert served.run("send", "lin0", "10#") == 0
 
 
+@pytest.mark.smoke
 def test_a_schedule_runs_while_the_command_does(
     served: Served, hub: Hub, start: Start, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -140,6 +140,7 @@ def test_candidates() -> None:
         candidates_of(classic, [7])
 
 
+@pytest.mark.smoke
 def test_the_verb(hub_address: str, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["detect", "HW000002:0", "--timeout", "0.005", "--hub", hub_address]
     assert main(words) == 1

@@ -38,6 +38,7 @@ def lines_of(path: Path) -> list[str]:
         return [f"{entry.channel} {canwire.format_frame(entry.frame)}" for entry in found if entry.frame]
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PC-09", "PF-09")
 def test_convert(capsys: pytest.CaptureFixture[str], tmp_path: Path, log: Path) -> None:
     out = tmp_path / "out.blf"

@@ -114,6 +114,7 @@ def test_a_line(busy_hub: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert 0 < times[0] < times[-1] < 1
 
 
+@pytest.mark.smoke
 @pytest.mark.usefixtures("folder")
 def test_the_samples_are_those_of_the_log() -> None:
     assert (

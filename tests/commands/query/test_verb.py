@@ -58,6 +58,7 @@ def test_the_help_s_examples(
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PC-11", "PF-08")
 def test_forms(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     query = "select time, id, data, null as nothing, fd, 'a,b' as text, 1.5 as x from frames order by time limit 1"

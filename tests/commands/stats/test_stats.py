@@ -64,6 +64,7 @@ def test_there_are_some() -> None:
     assert len(examples()) >= 6
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PC-10")
 def test_what_people_read(drive: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stats", str(drive), "--bit-rate", "can0=500000"]) == 0

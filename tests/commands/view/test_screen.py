@@ -85,6 +85,7 @@ def shown(app: Any, id: str = "rows") -> list[str]:
     return [line.rstrip() for line in lines if line.strip()]
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PC-13")
 def test_rows_come_and_change(bench: Bench, tmp_path: Path) -> None:
     app = bench.screen(tmp_path)

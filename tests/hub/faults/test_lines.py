@@ -18,6 +18,7 @@ def state(program: Program) -> ErrorState:
     return ErrorState(program.hub.line_status(program.place.board.id, program.place.line).state)
 
 
+@pytest.mark.conforms("N-07")
 @CONTROLLERS
 def test_a_pulled_plug_makes_a_line_lonely_until_it_is_put_back(hub: Hub, line: str) -> None:
     lonely, other = Program(hub, line), Program(hub, OTHER)
@@ -69,6 +70,7 @@ def test_a_lin_line_loses_its_bus_too(hub: Hub, engine: Engine) -> None:
     assert len(engine.world.buses["lin0"].nodes) == 1
 
 
+@pytest.mark.conforms("N-07")
 @CONTROLLERS
 def test_a_line_at_a_wrong_rate_hears_errors_only_and_is_well_again(
     hub: Hub, engine: Engine, line: str
@@ -89,6 +91,7 @@ def test_a_line_at_a_wrong_rate_hears_errors_only_and_is_well_again(
     assert {frame.id for frame in wrong.frames(0)} == {0x123}
 
 
+@pytest.mark.conforms("N-07")
 @CONTROLLERS
 def test_a_drift_outlasts_a_new_setup_and_ends_to_the_picosecond(hub: Hub, engine: Engine, line: str) -> None:
     program = Program(hub, line)
@@ -104,6 +107,7 @@ def test_a_drift_outlasts_a_new_setup_and_ends_to_the_picosecond(hub: Hub, engin
     assert node.timing() == right
 
 
+@pytest.mark.conforms("N-07")
 def test_a_small_drift_costs_nothing_and_a_large_one_frames(hub: Hub) -> None:
     sender, receiver = Program(hub, IDEAL), Program(hub, OTHER)
     faults = hub.bus("can0").faults
@@ -118,6 +122,7 @@ def test_a_small_drift_costs_nothing_and_a_large_one_frames(hub: Hub) -> None:
     assert receiver.errors() or not receiver.frames(0)
 
 
+@pytest.mark.conforms("N-07")
 def test_a_cable_too_long_for_its_rate(hub: Hub, engine: Engine) -> None:
     sender, receiver = Program(hub, IDEAL), Program(hub, OTHER)
     bus = engine.world.buses["can0"]
@@ -139,6 +144,7 @@ def test_a_cable_too_long_for_its_rate(hub: Hub, engine: Engine) -> None:
     assert len(receiver.frames(0)) == 1
 
 
+@pytest.mark.conforms("N-07")
 def test_a_babbling_node_takes_the_bus_and_gives_it_back(hub: Hub) -> None:
     sender, receiver = Program(hub, IDEAL), Program(hub, OTHER)
     babble = hub.bus("can0").faults.babble(0, b"\xff")
@@ -177,6 +183,7 @@ def test_a_babbling_node_counts_and_leaves(hub: Hub, engine: Engine) -> None:
     assert (babble.struck, len(engine.world.buses["can0"].nodes)) == (3, nodes)
 
 
+@pytest.mark.conforms("N-07")
 def test_a_deaf_line_hears_nothing_and_a_stuck_bus_everybody_s_errors(hub: Hub) -> None:
     sender, receiver = Program(hub, IDEAL), Program(hub, OTHER)
     Program(hub, SJA1000)
@@ -227,6 +234,7 @@ def test_fast_time_keeps_to_the_clock_while_a_line_is_lonely_or_a_node_babbles(
     assert engine.world.healthy()
 
 
+@pytest.mark.conforms("N-07")
 def test_a_short_is_there_as_long_as_anybody_shorts_it(hub: Hub, engine: Engine) -> None:
     bus = engine.world.buses["can0"]
     assert isinstance(bus, CanBus)

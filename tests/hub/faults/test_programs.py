@@ -14,9 +14,12 @@ from canwire.acan.mirrored_block import MirroredBlock
 from canwire.acan.structures import ACANID, ACANTB
 from canwire.candrv import CanbusEvent, ControlCode, Handle
 from canwire.candrv.ioctl import control
+from canwire.vci import v3
 from tests.hub.faults.bench import MCP2515, OTHER, SJA1000, Program
 from tests.hub.faults.conftest import Programs
 from tests.vci.programs import Program as VciProgram
+from tests.vci.v3.programs import BOTH as V3_BOTH
+from tests.vci.v3.programs import NetProgram
 
 can = pytest.importorskip("can")
 BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED
@@ -34,6 +37,8 @@ def vci_program(program: Programs) -> Iterator[VciProgram]:
         yield made
 
 
+@pytest.mark.smoke
+@pytest.mark.conforms("N-09")
 def test_vci_error_message_passive_and_bus_off(hub: Hub, vci_program: VciProgram) -> None:
     sender, receiver = vci_program.port(0), vci_program.port(1)
     control, _ = (vci_program.start(line, op_mode=ERRORS) for line in (0, 1))
@@ -87,6 +92,54 @@ def test_vci_lin_errors(hub: Hub, vci_program: VciProgram) -> None:
     assert bytes(asking.message(vci.LIN_MSGTYPE_DATA).ab_data)[:4] == b"1234"
 
 
+# VCI V3
+
+
+@pytest.fixture
+def net(program: Programs) -> Iterator[NetProgram]:
+    with contextlib.closing(NetProgram(program("a V3 program"))) as made:
+        yield made
+
+
+def v3_message(identifier: int) -> v3.CanMessage:
+    made = v3.CanMessage()
+    made.identifier = identifier
+    return made
+
+
+@pytest.mark.conforms("N-09")
+def test_vci_v3_error_message_passive_bus_off_and_recovery(hub: Hub, net: NetProgram) -> None:
+    control, _ = (net.start(line, mode=V3_BOTH | v3.CanOperatingModes.ERR_FRAME) for line in (0, 1))
+    sender, receiver = net.port(0), net.port(1)
+    faults = hub.bus("can0").faults
+    faults.inject("crc", frame_id=1)
+    sender.send(v3_message(1))
+    (error,) = receiver.receive(kind=v3.CanMsgFrameType.ERROR)
+    assert v3.CanMsgError(error[0]) is v3.CanMsgError.CRC
+    assert [one.identifier for one in receiver.receive()] == [1]
+
+    faults.flip(bit=30, frame_id=2, times=PASSIVE_ATTEMPTS, seen_by="sender")
+    sender.send(v3_message(2))
+    assert [one.identifier for one in receiver.receive()] == [2]
+    told = [v3.CanCtrlStatus(one[0]) for one in sender.waiting(v3.CanMsgFrameType.STATUS)]
+    assert any(v3.CanCtrlStatus.ERR_LIMIT in status for status in told)
+    assert control.line_status.has_error_overrun
+    assert not control.line_status.is_bus_off
+
+    off = faults.flip(bit=30, frame_id=3, times=None, seen_by="sender")
+    sender.send(v3_message(3))
+    hub.run_for(0.1)
+    told = [v3.CanCtrlStatus(one[0]) for one in sender.waiting(v3.CanMsgFrameType.STATUS)]
+    assert v3.CanCtrlStatus.BUS_OFF in told[-1]
+    assert control.line_status.is_bus_off
+    off.cancel()
+    control.stop_line()
+    control.start_line()
+    assert [one.identifier for one in receiver.receive()] == [3]  # it had waited in the controller
+    assert not control.line_status.is_bus_off
+    assert not control.line_status.has_error_overrun
+
+
 # CANDRV
 
 
@@ -106,6 +159,7 @@ def kinds(handle: Handle) -> list[int]:
     return [handle.read_event().event for _ in range(handle.waiting)]
 
 
+@pytest.mark.conforms("N-10")
 def test_candrv_events_of_warning_passive_bus_error_and_back(hub: Hub, handle: Handle) -> None:
     peer = Program(hub, OTHER, 500_000)
     off = hub.bus("can0").faults.flip(bit=20, times=OFF_ATTEMPTS, seen_by="sender")
@@ -132,6 +186,7 @@ def driver(program: Programs) -> Iterator[acan.Driver]:
         yield made
 
 
+@pytest.mark.conforms("N-11")
 def test_acan_conditions_in_the_mirrored_block_and_return_codes(hub: Hub, driver: acan.Driver) -> None:
     peer = Program(hub, OTHER, 250_000)
     fields = ACANTB(bSCFilter=0xFF, idTable=[ACANID(0, 0, 0)])
@@ -161,6 +216,7 @@ def test_acan_conditions_in_the_mirrored_block_and_return_codes(hub: Hub, driver
 # python-can
 
 
+@pytest.mark.conforms("N-12")
 def test_python_can_error_frames_and_bus_state(hub: Hub, program: Programs) -> None:
     theirs = program("a python-can program")
     with (
@@ -205,6 +261,7 @@ def test_python_can_error_frames_and_bus_state(hub: Hub, program: Programs) -> N
         assert hub.line_status(hub.board("HW000001").id, 1).lost == 0
 
 
+@pytest.mark.conforms("N-07")
 def test_a_noisy_bus_loses_time_and_no_frame_of_any_program(hub: Hub, program: Programs) -> None:
     receivers = [Program(program("a"), OTHER), Program(program("b"), SJA1000), Program(program("c"), MCP2515)]
     sender = Program(program("sender"), "HW000001:0")

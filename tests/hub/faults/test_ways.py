@@ -15,6 +15,7 @@ from tests.hub.faults.bench import FRAME, IDEAL, LONG_S, OTHER, Program
 from tests.hubs import Connect
 
 
+@pytest.mark.conforms("N-07")
 def test_a_flip_meets_a_program_s_frames_and_says_how_often(connect: Connect) -> None:
     hub = connect("tester")
     sender, receiver = Program(hub, IDEAL), Program(connect("other"), OTHER)
@@ -132,6 +133,7 @@ ALL = [
 ]
 
 
+@pytest.mark.conforms("N-07")
 @pytest.mark.parametrize("number", range(len(ALL)))
 def test_every_kind_can_be_set_and_taken_back(connect: Connect, number: int) -> None:
     faults = connect("tester").bus("can0").faults

@@ -28,6 +28,7 @@ from canwire.boards.config.configuration import Config
 from canwire.hub.links.answering import Server
 from canwire.hub.links.calling import somebody_listens
 from canwire.hub.links.stream.outbox import Outbox
+from canwire.hub.links.unix_socket import connection
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
@@ -132,6 +133,25 @@ def bystander(hub: Hub) -> Iterator[Wire]:
 
 def test_only_its_user_can_reach_the_socket(hub: Hub) -> None:
     assert stat.S_IMODE(os.lstat(hub.path).st_mode) == 0o600
+
+
+@unix_only
+@pytest.mark.parametrize("stranger", [True, False])
+def test_programs_of_this_user_and_of_root_are_let_in(
+    hub: Hub, monkeypatch: pytest.MonkeyPatch, stranger: bool
+) -> None:
+    caller = os.getpid(), os.geteuid() + 1 if stranger else 0
+    monkeypatch.setattr(connection, "peer_of", lambda _: caller)
+    wire = Wire(hub)
+    wire.send(HELLO)
+    number, answer = wire.reply()
+    if stranger:
+        assert number == 0
+        assert isinstance(answer, m.Failed)
+        assert answer.text == f"this hub belongs to user {os.geteuid()}"
+    else:
+        assert number == 1
+    wire.close()
 
 
 def test_the_users_umask_makes_no_difference(tmp_path: Path) -> None:

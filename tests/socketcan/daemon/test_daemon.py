@@ -101,6 +101,7 @@ def client(daemon: Daemon, other: HubChannel, closing: ExitStack) -> Client:
     return made
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PL-08", "N-33")
 @pytest.mark.filterwarnings("ignore")  # python-can's own
 def test_python_can_s_client(daemon: Daemon, other: HubChannel) -> None:

@@ -91,6 +91,7 @@ def ends(net: NetProgram) -> Any:
     return sender.writer, receiver.reader, wait
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("X3-20")
 def test_single_messages(ends: Any) -> None:
     writer, reader, wait = ends

@@ -19,6 +19,7 @@ from canwire.hub.links.local import LocalLink
 from canwire.hub.links.network import wire
 from canwire.hub.links.network.bridge import Bridge
 from canwire.hub.links.network.client import NetworkLink
+from canwire.hub.links.network.session.settings import Patience
 from canwire.hub.offer import offered_hubs
 from canwire.hub.protocol import messages as m
 from tests.hub.links.network.places import (
@@ -86,6 +87,7 @@ def numbers(receiver: HubChannel, count: int) -> list[int]:
     return found
 
 
+@pytest.mark.conforms("N-30")
 @pytest.mark.parametrize(("room", "lost"), [(256, 0), (64, 136)])
 def test_a_cut_link_goes_on_and_what_is_lost_is_counted(
     place: Place, cable: Cable, room: int, lost: int
@@ -116,6 +118,7 @@ def _answers(hub: Hub) -> bool:
         return True
 
 
+@pytest.mark.conforms("N-30")
 def test_what_is_sent_while_the_link_is_cut_goes_out_once_when_it_is_back(place: Place, cable: Cable) -> None:
     with place.here() as here, elsewhere(over(cable)) as hub:
         running(here)
@@ -130,6 +133,7 @@ def test_what_is_sent_while_the_link_is_cut_goes_out_once_when_it_is_back(place:
         until(lambda: not sender.writing.ring.fill())
 
 
+@pytest.mark.conforms("N-30")
 def test_a_broken_connection_is_made_anew_and_nothing_is_missing(place: Place, cable: Cable) -> None:
     with place.here() as here, elsewhere(over(cable), QUICK._replace(broken_s=LONG_S)) as hub:
         running(here)
@@ -142,6 +146,7 @@ def test_a_broken_connection_is_made_anew_and_nothing_is_missing(place: Place, c
         assert receiver.status().lost == 0
 
 
+@pytest.mark.conforms("N-30")
 @pytest.mark.parametrize(("room", "lost"), [(256, 0), (64, 136)])
 def test_a_cut_beyond_the_lease_goes_on_and_what_is_lost_is_counted(room: int, lost: int) -> None:
     """Zenoh gives the connection up at both ends, and makes a new one once it can."""
@@ -349,6 +354,13 @@ def served(tmp_path: Path) -> Iterator[Served]:
         yield made
 
 
+@pytest.mark.conforms("N-31")
+def test_silence_is_borne_for_less_than_two_seconds() -> None:
+    usual = Patience()
+    assert max(usual.call_s, usual.broken_s) < 2
+
+
+@pytest.mark.conforms("N-31")
 @pytest.mark.parametrize("victim", ["hub", "bridge"])
 def test_kill_9_of_the_owner_in_mid_batch_ends_every_call(served: Served, victim: str) -> None:
     with offering(served.address) as bridge, elsewhere(bridge.address) as hub:

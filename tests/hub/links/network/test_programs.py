@@ -26,7 +26,7 @@ def stack() -> Iterator[ExitStack]:
         yield made
 
 
-@pytest.mark.conforms("PL-11", "PL-13")
+@pytest.mark.conforms("PL-11", "PL-13", "N-29")
 def test_five_programs_of_five_dialects(
     stack: ExitStack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -76,6 +76,7 @@ def dump(stack: ExitStack, hub: str, *words: str) -> subprocess.Popen[str]:
     return process
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("PL-25")
 def test_what_is_recorded_here_is_seen_elsewhere_live(stack: ExitStack, served: Served) -> None:
     with offering(served.address) as (address, _), elsewhere(address) as hub:

@@ -41,6 +41,7 @@ def as_user(place: Place, user: str, password: str, patience: Patience | None = 
     return Hub(NetworkLink(place.address, user, Login(user=user, password=password), patience))
 
 
+@pytest.mark.conforms("N-32")
 def test_each_user_may_do_so_much() -> None:
     with offered(access=Access(users=USERS)) as place, place.here() as here:
         running(here)
@@ -62,6 +63,7 @@ def test_each_user_may_do_so_much() -> None:
             alice.unplug("HW000002")
 
 
+@pytest.mark.conforms("N-32")
 def test_who_is_not_known_is_not_let_in() -> None:
     soon = QUICK._replace(connect_s=0.3)
     with offered(access=Access(users=USERS)) as place:
@@ -82,6 +84,7 @@ def test_a_user_cannot_take_another_one_s_keys(monkeypatch: pytest.MonkeyPatch) 
             NetworkLink(place.address, "liar", login, QUICK._replace(call_s=0.4))
 
 
+@pytest.mark.conforms("N-32")
 def test_every_request_needs_one_of_the_rights() -> None:
     assert access.needed(m.ListBoards()) == access.LISTEN
     assert access.needed(m.JoinTime("1-a", 0, "a")) == access.SEND  # everybody waits for who takes part
@@ -137,6 +140,7 @@ def test_mutual_tls_says_who_is_who(tmp_path: Path) -> None:
             NetworkLink(address, "n", Login())
 
 
+@pytest.mark.conforms("N-32")
 @pytest.mark.parametrize(
     "endpoint", ["tcp/0.0.0.0:7449", "tcp/192.168.1.5:7449", "tcp/bench1:7449", "tcp/[::]:7449"]
 )
@@ -220,6 +224,7 @@ def _inode(path: Path) -> bool:
         return False
 
 
+@pytest.mark.conforms("N-32")
 def test_it_listens_where_it_was_told_and_nowhere_else() -> None:
     before = listeners()
     with offered() as place:
