@@ -21,8 +21,16 @@ def test_a_stopped_controller_is_off_the_bus_and_says_so() -> None:
     line.driver.configure(LineSettings(BitTiming.for_bit_rate(500_000, clock_hz=80_000_000), None))
     controller = line.controller
     line.driver.start(0, integrated=True)
-    assert (controller.running, controller.on_bus, controller.state()) == (True, True, ErrorState.ERROR_ACTIVE)
+    assert (controller.running, controller.on_bus, controller.state()) == (
+        True,
+        True,
+        ErrorState.ERROR_ACTIVE,
+    )
     line.driver.stop(0)
     assert (controller.running, controller.on_bus, controller.state()) == (False, False, ErrorState.STOPPED)
     line.driver.start(0, integrated=True)
-    assert (controller.running, controller.on_bus, controller.state()) == (True, True, ErrorState.ERROR_ACTIVE)
+    assert (controller.running, controller.on_bus, controller.state()) == (
+        True,
+        True,
+        ErrorState.ERROR_ACTIVE,
+    )
