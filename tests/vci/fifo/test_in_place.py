@@ -51,7 +51,7 @@ def test_an_element_reads_what_lies_there(form: str) -> None:
 
 @forms
 def test_an_element_takes_whole_fields(form: str) -> None:
-    elements, kind = FORMS[form]
+    elements, _ = FORMS[form]
     pair: Any = Pair(elements)
     block, _ = pair.writer.acquire_write()
     block[0].msg_info = vci.CanMsgInfo(dlc=2, rtr=0)
