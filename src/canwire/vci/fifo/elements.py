@@ -17,7 +17,12 @@ from canwire.vci.can.message import CanMsg, CanMsg2
 from canwire.vci.fifo.in_place import CanMsg2InPlace, CanMsgInPlace, Cell
 from canwire.vci.lin.dtypes import linmsg_view_dtype
 from canwire.vci.lin.message import LinMsg
-from canwire.vci.structures.errors import VCI_E_INVALIDARG, VCI_E_NOT_IMPLEMENTED, VciError
+from canwire.vci.structures.errors import (
+    VCI_E_INVALIDARG,
+    VCI_E_NOT_IMPLEMENTED,
+    VCI_E_NOT_SUPPORTED,
+    VciError,
+)
 from canwire.vci.structures.structure import Structure
 
 if TYPE_CHECKING:
@@ -83,9 +88,12 @@ class Plain:
 
 
 class CanMsg2Elements:
-    """CANMSG2, as it lies there."""
+    """CANMSG2, as it lies there. Without `fd` the controller is a classic one, and CAN FD messages are refused."""
 
     size = cell = CanMsg2.SIZE
+
+    def __init__(self, *, fd: bool = True) -> None:
+        self._fd = fd
 
     def load(self, cells: bytes | memoryview, at: int = 0) -> CanMsg2:
         return CanMsg2.made(*_CANMSG2.unpack_from(cells, at))
@@ -94,10 +102,15 @@ class CanMsg2Elements:
         return CanMsg2InPlace(cell)
 
     def store(self, element: object) -> bytes:
-        return _bytes_of(element, self.size, CanMsg2)
+        raw = _bytes_of(element, self.size, CanMsg2)
+        self.settle(memoryview(raw))
+        return raw
 
     def settle(self, cells: memoryview) -> None:
-        """The hub looks at each message anyway."""
+        """Refuse what the controller can never send; the hub looks at each message anyway."""
+        if not self._fd and _any_fd(cells, self.cell):
+            what = "a message with edl or fdr: this controller lacks CAN_FEATURE_EXTDATA and CAN_FEATURE_FASTDATA"
+            raise VciError.of(VCI_E_NOT_SUPPORTED, what)
 
     def compact(self, cells: memoryview, *, writable: bool) -> memoryview:
         return cells
@@ -126,10 +139,8 @@ class CanMsgElements:
 
     def settle(self, cells: memoryview) -> None:
         """Refuse what needs ICanChannel2, and clear what a CANMSG does not have."""
-        for at in range(0, len(cells), self.cell):
-            (info,) = _INFO.unpack_from(cells, at + _INFO_AT)
-            if info & _ONLY_CANMSG2:
-                raise VciError.of(VCI_E_INVALIDARG, "a CANMSG has no edl and no fdr: use ICanChannel2")
+        if _any_fd(cells, self.cell):
+            raise VciError.of(VCI_E_INVALIDARG, "a CANMSG has no edl and no fdr: use ICanChannel2")
         for at in range(0, len(cells), self.cell):
             cells[at + 4 : at + 8] = bytes(4)
             cells[at + _DATA_END : at + self.cell] = bytes(self.cell - _DATA_END)
@@ -175,7 +186,13 @@ class LinMsgElements:
 
 CAN_MSGS = CanMsgElements()
 CAN_MSG2S = CanMsg2Elements()
+CLASSIC_CAN_MSG2S = CanMsg2Elements(fd=False)
 LIN_MSGS = LinMsgElements()
+
+
+def _any_fd(cells: memoryview, cell: int) -> bool:
+    infos = range(_INFO_AT, len(cells), cell)
+    return any(_INFO.unpack_from(cells, at)[0] & _ONLY_CANMSG2 for at in infos)
 
 
 def _array(cells: memoryview, dtype: numpy.dtype[numpy.void] | str) -> numpy.ndarray:
