@@ -10,7 +10,7 @@ from uuid import UUID
 
 from canwire.vci.line_objects import QueueObject
 from canwire.vci.structures.errors import VCI_E_NOT_INITIALIZED, VciError
-from canwire.vci.v3.disposable import Disposable, net_call
+from canwire.vci.v3.disposable import net_call
 from canwire.vci.v3.errors import ObjectDisposedException
 from canwire.vci.v3.resource import BalResource
 
@@ -27,15 +27,14 @@ class Capabilities(Protocol):
     tsc_divisor: int
 
 
-class BusSocket(BalResource, Disposable):
+class BusSocket(BalResource):
     """A connector that was opened: V4's socket of it, and what a kind needs besides."""
 
     _iid: ClassVar[UUID]
 
     def __init__(self, access_layer: bal.BalObject, place: BalResource) -> None:
         """For IBalObject.OpenSocket."""
-        BalResource.__init__(self, place.bus_port, place.bus_type, place.bus_name)
-        Disposable.__init__(self)
+        super().__init__(place.bus_port, place.bus_type, place.bus_name)
         access_layer.add_ref()
         self._bal = self._hold(access_layer)
         try:
