@@ -136,3 +136,17 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
             yield from block[:count]
             self._reader.release_read(count)
             limit -= count
+
+
+class Lockable(MessageFifo[Raw], Generic[Raw]):
+    """An end that threads can share."""
+
+    @net_call
+    def lock(self) -> None:
+        """Lock: keep other threads that call this out until `unlock`; it nests."""
+        self._end.lock()
+
+    @net_call
+    def unlock(self) -> None:
+        """Unlock; raises VciException if the calling thread does not hold the lock."""
+        self._end.unlock()
