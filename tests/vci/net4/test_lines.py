@@ -121,14 +121,23 @@ def test_a_channels_own_filter(virtual4: Net4) -> None:
     assert channel.channel_status.is_activated
 
 
-def test_an_exclusive_channel_is_alone(virtual4: Net4) -> None:
-    first, second = virtual4.open(net4.ICanChannel2), virtual4.open(net4.ICanChannel2)
+@pytest.mark.finding("vendor 5")
+@pytest.mark.parametrize("kind", [net4.ICanChannel, net4.ICanChannel2])
+def test_an_exclusive_channel_is_alone(virtual4: Net4, kind: Any) -> None:
+    """Ixxat.Vci4 opens a second one, and refuses its Initialize; V3's manual refuses to open it."""
+    sizes = (100, 100) if kind is net4.ICanChannel else (100, 100, 1, Filters.PASS)
+    first = virtual4.open(kind)
+    first.initialize(*sizes, True)
+    second = virtual4.open(kind)
     with pytest.raises(net4.ObjectDisposedException):
         second.activate()
-    second.dispose()
-    first.initialize(100, 100, 1, Filters.PASS, True)
-    with pytest.raises(net4.VciException):
-        virtual4.open(net4.ICanChannel2)
+    for exclusive in (True, False):
+        with pytest.raises(net4.VciException) as raised:
+            second.initialize(*sizes, exclusive)
+        assert raised.value.code == vci.VCI_E_ACCESSDENIED
+    first.dispose()
+    second.initialize(*sizes, True)
+    second.activate()
 
 
 # cyclic lists

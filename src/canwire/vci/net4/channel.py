@@ -16,7 +16,12 @@ from canwire.vci.v3.disposable import net_call
 
 
 class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
-    """ICanChannel: as V3's, whose reader and writer have Ixxat.Vci4's messages."""
+    """ICanChannel: as V3's, whose reader and writer have Ixxat.Vci4's messages.
+
+    It may be opened beside an exclusive one, but not initialised.
+    """
+
+    _may_come_late = True
 
     @net_call
     def initialize(self, receive_fifo_size: int, transmit_fifo_size: int, exclusive: bool) -> None:
@@ -51,7 +56,10 @@ class CanChannel2(QueueSocket[can_channel.CanChannel2], CanSocket2):
 
     It is inactive, and without FIFOs and filters until `initialize`: its calls raise ObjectDisposedException. Of
     messages sent with SelfReceptionRequest it receives its own; with PASS_SELF_RECEPTIONS those of other channels too.
+    It may be opened beside an exclusive one, but not initialised.
     """
+
+    _may_come_late = True
 
     @net_call
     def initialize(
