@@ -27,7 +27,7 @@ from canwire import Event, vci
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import options
 from canwire.commands import VERBS
-from canwire.vci import v3
+from canwire.vci import net4, v3
 from tests.hubs import serving
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -655,6 +655,22 @@ def test_v3_a_whole_program(timed_hub: canwire.Hub, waiting_partner: Port) -> No
     assert kinds[-1] == v3.CanMsgFrameType.DATA
     with pytest.raises(v3.ObjectDisposedException):
         ended.channel.activate()
+
+
+def test_todays_net_interface(hub: canwire.Hub) -> None:
+    partner = Port(FD, 1, extended=True)
+    device = next(iter(net4.VciServer.instance().device_manager.get_device_list()))
+    bal = device.open_bus_access_layer()
+    channel = bal.open_socket(0, net4.ICanChannel2)
+    channel.initialize(100, 100, 0, net4.CanFilterModes.PASS, False)
+    channel.activate()
+    kept = run("net4").start_and_send(bal, channel.get_message_writer())
+    first, second = partner.data(2)
+    assert {first.msg_id, second.msg_id} == {0x100, 0x200}
+    [long] = [one for one in (first, second) if one.msg_id == 0x100]
+    assert (long.data, long.msg_info.fdr) == (b"\x42" + bytes(63), 1)
+    for one in kept:
+        one.dispose()
 
 
 def v3_sockets(connector: int, *kinds: type[Any]) -> list[Any]:

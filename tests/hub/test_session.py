@@ -568,8 +568,8 @@ def test_events_go_to_channels_that_asked_for_them(bench: Bench, hub: Hub, other
         for event in read_all(channel)
     ]
     stopped = [
-        (EventKind.STATE, ErrorState.STOPPED),
         (EventKind.INFO, InfoCode.STOPPED),
+        (EventKind.STATE, ErrorState.STOPPED),
         (EventKind.INFO, InfoCode.RESET),
     ]
     assert told == [

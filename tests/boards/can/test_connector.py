@@ -341,8 +341,8 @@ def test_starting_and_stopping_is_told_to_every_channel() -> None:
     expected = [
         (EventKind.INFO, InfoCode.STARTED, started_ns),
         (EventKind.STATE, ErrorState.ERROR_ACTIVE, started_ns),
-        (EventKind.STATE, ErrorState.STOPPED, stopped_ns),
         (EventKind.INFO, InfoCode.STOPPED, 0),
+        (EventKind.STATE, ErrorState.STOPPED, stopped_ns),
     ]
     for channel in (one, other):
         told = [
@@ -392,8 +392,8 @@ def test_their_bytes() -> None:
         (no_id, info, 0xFF, b"\x01\x10"),  # started; at that moment it was not yet running
         (no_id, status, 0xFF, b"\x00\x00"),
         (no_id, error, 0xFF, bytes([ErrorKind.FORM, 0])),
-        (no_id, status, 0xFF, b"\x10\x10"),  # ININIT
         (no_id, info, 0xFF, b"\x02\x10"),
+        (no_id, status, 0xFF, b"\x10\x10"),  # ININIT
         (no_id, info, 0xFF, b"\x03\x10"),
     ]
 

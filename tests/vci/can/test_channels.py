@@ -10,7 +10,7 @@ import pytest
 
 import canwire
 from canwire import vci
-from tests.vci.programs import Program, Virtual
+from tests.vci.programs import CLASSIC_BOARD, Program, Virtual
 
 TICK_US = 1  # of a time stamp
 DELAY_TICK_US = 100  # of a delayed message
@@ -250,6 +250,26 @@ def test_blocks_of_messages(program: Program) -> None:
     assert [(one.msg_id, one.data) for one in receiver.messages(20)] == [
         (k, bytes([0, k])) for k in range(20)
     ]
+
+
+@pytest.mark.finding("dialects 7")
+@pytest.mark.parametrize("bits", [{"edl": 1}, {"fdr": 1}])
+def test_a_classic_controller_refuses_can_fd_aloud(program: Program, bits: dict[str, int]) -> None:
+    sender = program.port(0, CLASSIC_BOARD)
+    refused = pytest.raises(vci.VciNotSupported, match="CAN_FEATURE_EXTDATA")
+    with refused:
+        sender.send(message(1, b"1", **bits))
+    with refused:
+        sender.writer.put_data_entry(message(1, b"1", **bits).to_bytes())
+    block, _ = sender.writer.acquire_write()
+    block[0].data = b"1"
+    for bit, value in bits.items():
+        setattr(block[0].msg_info, bit, value)
+    with refused:
+        sender.writer.release_write(1)
+    block[0].msg_info.edl = block[0].msg_info.fdr = 0
+    sender.writer.release_write(1)
+    assert sender.channel.get_status().tx_fifo_load <= 1
 
 
 @pytest.mark.conforms("X3-22")

@@ -99,11 +99,26 @@ def test_enumerators_are_independent(devices: Any) -> None:
     assert one.current is not one.current
 
 
+@pytest.mark.finding("vendor 4")
+def test_objects_of_the_same_board_are_equal(devices: Any) -> None:
+    """Current gives a new object (manual 2.2), and programs compare what two calls gave."""
+    enumerator = devices.get_enumerator()
+    enumerator.move_next()
+    first = enumerator.current
+    assert first == enumerator.current
+    assert len({first, enumerator.current}) == 1
+    enumerator.move_next()
+    assert first != enumerator.current
+    assert first != first.vci_object_id
+
+
+@pytest.mark.finding("vendor 3")
 def test_before_the_first_and_behind_the_last_there_is_no_current(devices: Any) -> None:
     enumerator = devices.get_enumerator()
     for _ in range(2):
-        with pytest.raises(v3.VciException):
+        with pytest.raises(v3.InvalidOperationException) as raised:
             enumerator.current  # noqa: B018
+        assert raised.value.code == vci.VCI_E_INVALID_STATE
         while enumerator.move_next():
             pass
 
@@ -259,6 +274,32 @@ def test_ticks_follow_from_clock_and_divisors(net: NetProgram, hub: Any) -> None
     assert socket.max_cyclic_message_ticks == facts.cyclic.maximum
     assert socket.max_cyclic_msg_ticks == socket.max_cyclic_message_ticks
     assert socket.cyclic_message_time_divisor == socket.cyclic_message_timer_divisor
+
+
+@pytest.mark.finding("vendor 1")
+def test_a_resource_can_be_disposed_and_still_be_read(net: NetProgram) -> None:
+    bal = net.bal()
+    for resource in bal.resources:
+        with resource as same:
+            assert same is resource
+        resource.dispose()
+        assert resource.bus_name == bal.resources[resource.bus_port].bus_name
+    assert isinstance(bal.resources[0], v3.IDisposable)
+
+
+@pytest.mark.finding("vendor 1")
+@pytest.mark.parametrize("kind", [v3.CanControl, v3.CanScheduler])
+def test_a_socket_gives_back_what_it_holds_when_it_is_disposed_as_a_resource(
+    net: NetProgram, kind: Any
+) -> None:
+    """Each of these may be opened once: the second one shows that the first one's lease is gone."""
+    resource: v3.IBalResource = net.open(kind)
+    with pytest.raises(v3.VciException):
+        net.open(kind)
+    with resource:
+        pass
+    net.open(kind).dispose()
+    net.open(kind)
 
 
 def test_a_disposed_socket_tells_nothing(net: NetProgram) -> None:

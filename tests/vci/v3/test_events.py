@@ -27,6 +27,17 @@ def test_whoever_waits_takes_the_signal_of_an_auto_reset_event(events: Any) -> N
     assert not auto.wait_one(0)
 
 
+@pytest.mark.finding("dialects 4")
+def test_waits_have_nets_two_argument_form(events: Any) -> None:
+    """.NET's exitContext: public programs write WaitOne(100, false)."""
+    auto = events[0]
+    assert not auto.wait_one(0, False)
+    auto.set()
+    assert auto.wait_one(100, False)
+    auto.set()
+    assert WaitHandle.wait_all([auto], 100, False)
+
+
 def test_a_manual_reset_event_stays_signalled(events: Any) -> None:
     manual = events[2]
     manual.set()

@@ -143,10 +143,9 @@ class CanLine:
 
     def _begin_anew(self) -> None:
         """As a reset does, which the others on a line that was set up are told of."""
-        before = self.mode
+        if self.mode is not None:
+            self._tell_leaving(InfoCode.RESET)
         self._clear()
-        if before is not None:
-            self.line.tell(self._info(InfoCode.RESET, 0), False)
 
     def recover(self, done: Done, *, abort_pending: bool = False) -> None:
         """After bus-off: leave the bus and join it again with clean counters. Otherwise nothing happens."""
@@ -169,8 +168,8 @@ class CanLine:
         """
         if self.mode is not None:
             self._after_reset = filter_of(self.mode)
+        self._tell_leaving(InfoCode.RESET)
         self._clear()
-        self.line.tell(self._info(InfoCode.RESET, 0), False)
 
     def abandon(self) -> None:
         """Nobody has anything open on it any more: as it was when the board was plugged in."""
@@ -281,8 +280,8 @@ class CanLine:
             later_ns = _LOOK_AGAIN_BITS * self._bit_ps // 1000
             self.line.timeline.at(self.line.timeline.now_ns + later_ns, self._stop_when_quiet)
         elif self._stopping:
+            self._tell_leaving(InfoCode.STOPPED)
             self.line.driver.stop(self.line.timeline.now_ns)
-            self.line.tell(self._info(InfoCode.STOPPED, 0), False)
             self._stopped()
 
     def _stopped(self) -> None:
@@ -301,6 +300,12 @@ class CanLine:
         self._overruns += 1
         self.line.tell(self.line.happening(EventKind.TIME_OVERRUN, self.line.timeline.now_ns, code=1))
         self._await_overrun()
+
+    def _tell_leaving(self, code: InfoCode) -> None:
+        """Why it stops, with how it is then: the vendor's boards say so before they tell the state itself."""
+        told = self._info(code, 0)
+        pending = told.pending and code == InfoCode.STOPPED  # a reset empties the mailboxes
+        self.line.tell(replace(told, state=ErrorState.STOPPED, pending=pending), False)
 
     def _info(self, code: InfoCode, at_ns: int) -> BusEvent:
         return self.line.happening(EventKind.INFO, at_ns, code)

@@ -17,11 +17,13 @@ from canwire.vci.can.filters import FilterModes
 from canwire.vci.can.line import line_status, line_status2
 from canwire.vci.can.message import CanMsg, CanMsg2
 from canwire.vci.can.structures import CanChanStatus, CanChanStatus2
-from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS
+from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS, CLASSIC_CAN_MSG2S
 from canwire.vci.fifo.fifo import FifoWriter
 from canwire.vci.fifo.size import whole_pages
 from canwire.vci.line_objects import QueueObject, fifo_load
 from canwire.vci.structures.constants import (
+    CAN_FEATURE_EXTDATA,
+    CAN_FEATURE_FASTDATA,
     CAN_FILTER_EXCL,
     CAN_FILTER_LOCK,
     CAN_FILTER_SRRA,
@@ -114,12 +116,18 @@ class CanChannel2(_Channel[CanMsg2], FilterModes):
     """ICanChannel2: messages of up to 64 bytes (CanMsg2), with a filter of its own behind the line's.
 
     Of messages sent with srr it receives its own, marked so and past the filter; with CAN_FILTER_SRRA those of
-    other channels of the line too, through the filter and unmarked. Filter calls raise VciNotInitialized before
-    `initialize`. Source: manual 6.6.6.
+    other channels of the line too, through the filter and unmarked. On a controller without CAN FD its writer raises
+    VciNotSupported for messages with edl or fdr. Filter calls raise VciNotInitialized before `initialize`.
+    Source: manual 6.6.6.
     """
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ICanChannel2})
     _form = CAN_MSG2S
+
+    def __init__(self, line: BusLine, lease: HubChannel) -> None:
+        super().__init__(line, lease)
+        if not line.capabilities.features & (CAN_FEATURE_EXTDATA | CAN_FEATURE_FASTDATA):
+            self._form = CLASSIC_CAN_MSG2S
 
     @vci_call
     def initialize(

@@ -5,7 +5,7 @@ Source: VCI V4 manual (seed 004) 7.3.14; cantype.h of VCI 4.1; reference/vci.md 
 
 from __future__ import annotations
 
-from typing import ClassVar, TypedDict, Unpack
+from typing import ClassVar, Self, TypedDict, Unpack
 
 from canwire.vci.structures.info_bits import BitField, InfoWord
 from canwire.vci.structures.members import x32
@@ -75,3 +75,10 @@ class CanMsgInfo(InfoWord):
 
     def __init__(self, value: int = 0, **bits: Unpack[InfoBits]) -> None:
         self._put(value, bits)
+
+    @classmethod
+    def made(cls, value: int) -> Self:
+        """The word of this value, without a look at it."""
+        made = cls.__new__(cls)
+        made.value = value
+        return made

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar, overload
 
 from canwire.vci.structures.errors import VCI_E_INVHANDLE, VciError
@@ -22,9 +23,11 @@ T = TypeVar("T")
 class FifoBlock(Sequence[T]):
     """What AcquireRead or AcquireWrite points to: elements that lie in one piece, oldest first.
 
-    `block[i]` is a copy of an element; a writer's block takes `block[i] = element` too. The block is dead once its
-    interface reads, writes or releases anything, and then raises VciError with VCI_E_INVHANDLE; arrays and
-    memoryviews taken from it must not be used any longer either.
+    A writer's `block[i]` is the element in its place: what is written into it is what is sent, as through C's
+    pointer. It takes `block[i] = element` too, which copies. A reader's `block[i]` is a structure of its own, the same
+    one each time, which may be kept. The block is dead once its interface reads, writes or releases anything, and
+    then it and a writer's elements raise VciError with VCI_E_INVHANDLE; arrays and memoryviews taken from them must
+    not be used any longer either.
     """
 
     def __init__(self, cells: memoryview, form: Elements[T], *, writable: bool) -> None:
@@ -32,6 +35,7 @@ class FifoBlock(Sequence[T]):
         self._form = form
         self._writable = writable
         self._count = len(cells) // form.cell
+        self._taken: dict[int, T] = {}
 
     @property
     def memory(self) -> memoryview:
@@ -61,13 +65,22 @@ class FifoBlock(Sequence[T]):
     def __getitem__(self, index: int | slice) -> T | list[T]:
         if isinstance(index, slice):
             return [self[at] for at in range(*index.indices(self._count))]
-        return self._form.load(self._cell(index))
+        taken = self._taken.get(index)
+        if taken is None:
+            taken = self._taken[index] = self._made(index)
+        return taken
 
     def __setitem__(self, index: int, element: T) -> None:
         cell = self._cell(index)
         if not self._writable:
             raise TypeError("a reader's block cannot be written")
         cell[:] = self._form.store(element)
+
+    def _made(self, index: int) -> T:
+        cells, at = self._alive(), self._place(index)
+        if index < 0:
+            return self[index + self._count]
+        return self._form.place(partial(self._cell, index)) if self._writable else self._form.load(cells, at)
 
     def settle(self, count: int) -> None:
         """For its writer: look over the first `count` elements before the reader gets them."""
@@ -76,6 +89,7 @@ class FifoBlock(Sequence[T]):
     def end(self) -> None:
         """The elements belong to somebody else from now on."""
         cells, self._cells = self._cells, None
+        self._taken.clear()
         if cells is not None:
             with contextlib.suppress(BufferError):  # arrays over it are the user's own risk
                 cells.release()
@@ -86,8 +100,12 @@ class FifoBlock(Sequence[T]):
         return self._cells
 
     def _cell(self, index: int) -> memoryview:
-        cells, size = self._alive(), self._form.cell
+        cells, at = self._alive(), self._place(index)
+        return cells[at : at + self._form.cell]
+
+    def _place(self, index: int) -> int:
+        """Where an element's cell begins."""
         at = index + self._count if index < 0 else index
         if not 0 <= at < self._count:
             raise IndexError(f"element {index} of {self._count}")
-        return cells[at * size : (at + 1) * size]
+        return at * self._form.cell

@@ -8,15 +8,21 @@ Source: VCI V4 manual (seed 004) 4.1, 5.2.2 and 5.3.2; reference/vci.md section 
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from canwire import linmsg_of_record, record_of_linmsg
 from canwire.vci.arrays import load_numpy
 from canwire.vci.can.dtypes import canmsg2_dtype, canmsg_view_dtype
 from canwire.vci.can.message import CanMsg, CanMsg2
+from canwire.vci.fifo.in_place import CanMsg2InPlace, CanMsgInPlace, Cell
 from canwire.vci.lin.dtypes import linmsg_view_dtype
 from canwire.vci.lin.message import LinMsg
-from canwire.vci.structures.errors import VCI_E_INVALIDARG, VCI_E_NOT_IMPLEMENTED, VciError
+from canwire.vci.structures.errors import (
+    VCI_E_INVALIDARG,
+    VCI_E_NOT_IMPLEMENTED,
+    VCI_E_NOT_SUPPORTED,
+    VciError,
+)
 from canwire.vci.structures.structure import Structure
 
 if TYPE_CHECKING:
@@ -24,6 +30,8 @@ if TYPE_CHECKING:
 
 T_co = TypeVar("T_co", covariant=True)
 _INFO = struct.Struct("<I")
+_CANMSG = struct.Struct("<I4xII8s")  # in a record
+_CANMSG2 = struct.Struct("<IIII64s")
 _INFO_AT, _DATA_END = 12, 24  # in a record, behind CANMSG's eight bytes of data
 _ONLY_CANMSG2 = 1 << 10 | 1 << 11  # edl, fdr
 
@@ -34,8 +42,11 @@ class Elements(Protocol[T_co]):
     size: int
     cell: int
 
-    def load(self, cell: bytes | memoryview) -> T_co:
-        """The element in a cell."""
+    def load(self, cells: bytes | memoryview, at: int = 0) -> T_co:
+        """The element in the cell that begins there, as a copy."""
+
+    def place(self, cell: Cell) -> T_co:
+        """The element in a writer's cell, to be written there; the cell is asked for at every use."""
 
     def store(self, element: object) -> bytes:
         """The cell for an element, which may be given as its bytes; raises VciInvalidArgument."""
@@ -56,8 +67,12 @@ class Plain:
     def __init__(self, size: int) -> None:
         self.size = self.cell = size
 
-    def load(self, cell: bytes | memoryview) -> bytes:
-        return bytes(cell)
+    def load(self, cells: bytes | memoryview, at: int = 0) -> bytes:
+        return bytes(cells[at : at + self.cell])
+
+    def place(self, cell: Cell) -> Any:
+        """A memoryview: these elements have no fields."""
+        return cell()
 
     def store(self, element: object) -> bytes:
         return _bytes_of(element, self.size)
@@ -73,18 +88,29 @@ class Plain:
 
 
 class CanMsg2Elements:
-    """CANMSG2, as it lies there."""
+    """CANMSG2, as it lies there. Without `fd` the controller is a classic one, and CAN FD messages are refused."""
 
     size = cell = CanMsg2.SIZE
 
-    def load(self, cell: bytes | memoryview) -> CanMsg2:
-        return CanMsg2.from_bytes(cell)
+    def __init__(self, *, fd: bool = True) -> None:
+        self._fd = fd
+
+    def load(self, cells: bytes | memoryview, at: int = 0) -> CanMsg2:
+        return CanMsg2.made(*_CANMSG2.unpack_from(cells, at))
+
+    def place(self, cell: Cell) -> CanMsg2:
+        return CanMsg2InPlace(cell)
 
     def store(self, element: object) -> bytes:
-        return _bytes_of(element, self.size, CanMsg2)
+        raw = _bytes_of(element, self.size, CanMsg2)
+        self.settle(memoryview(raw))
+        return raw
 
     def settle(self, cells: memoryview) -> None:
-        """The hub looks at each message anyway."""
+        """Refuse what the controller can never send; the hub looks at each message anyway."""
+        if not self._fd and _any_fd(cells, self.cell):
+            what = "a message with edl or fdr: this controller lacks CAN_FEATURE_EXTDATA and CAN_FEATURE_FASTDATA"
+            raise VciError.of(VCI_E_NOT_SUPPORTED, what)
 
     def compact(self, cells: memoryview, *, writable: bool) -> memoryview:
         return cells
@@ -98,8 +124,11 @@ class CanMsgElements:
 
     size, cell = CanMsg.SIZE, CanMsg2.SIZE
 
-    def load(self, cell: bytes | memoryview) -> CanMsg:
-        return CanMsg.from_bytes(bytes(cell[:4]) + bytes(cell[8:_DATA_END]))
+    def load(self, cells: bytes | memoryview, at: int = 0) -> CanMsg:
+        return CanMsg.made(*_CANMSG.unpack_from(cells, at))
+
+    def place(self, cell: Cell) -> CanMsg:
+        return CanMsgInPlace(cell)
 
     def store(self, element: object) -> bytes:
         raw = _bytes_of(element, self.size, CanMsg)
@@ -110,10 +139,8 @@ class CanMsgElements:
 
     def settle(self, cells: memoryview) -> None:
         """Refuse what needs ICanChannel2, and clear what a CANMSG does not have."""
-        for at in range(0, len(cells), self.cell):
-            (info,) = _INFO.unpack_from(cells, at + _INFO_AT)
-            if info & _ONLY_CANMSG2:
-                raise VciError.of(VCI_E_INVALIDARG, "a CANMSG has no edl and no fdr: use ICanChannel2")
+        if _any_fd(cells, self.cell):
+            raise VciError.of(VCI_E_INVALIDARG, "a CANMSG has no edl and no fdr: use ICanChannel2")
         for at in range(0, len(cells), self.cell):
             cells[at + 4 : at + 8] = bytes(4)
             cells[at + _DATA_END : at + self.cell] = bytes(self.cell - _DATA_END)
@@ -136,8 +163,12 @@ class LinMsgElements:
 
     size, cell = LinMsg.SIZE, CanMsg2.SIZE
 
-    def load(self, cell: bytes | memoryview) -> LinMsg:
-        return LinMsg.from_bytes(linmsg_of_record(cell))
+    def load(self, cells: bytes | memoryview, at: int = 0) -> LinMsg:
+        return LinMsg.from_bytes(linmsg_of_record(cells[at : at + self.cell]))
+
+    def place(self, cell: Cell) -> LinMsg:
+        """A monitor has no writer, so this is a copy."""
+        return self.load(cell())
 
     def store(self, element: object) -> bytes:
         return record_of_linmsg(_bytes_of(element, self.size, LinMsg))
@@ -155,7 +186,13 @@ class LinMsgElements:
 
 CAN_MSGS = CanMsgElements()
 CAN_MSG2S = CanMsg2Elements()
+CLASSIC_CAN_MSG2S = CanMsg2Elements(fd=False)
 LIN_MSGS = LinMsgElements()
+
+
+def _any_fd(cells: memoryview, cell: int) -> bool:
+    infos = range(_INFO_AT, len(cells), cell)
+    return any(_INFO.unpack_from(cells, at)[0] & _ONLY_CANMSG2 for at in infos)
 
 
 def _array(cells: memoryview, dtype: numpy.dtype[numpy.void] | str) -> numpy.ndarray:

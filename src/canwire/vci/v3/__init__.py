@@ -42,6 +42,7 @@ from canwire.vci.v3.disposable import Disposable
 from canwire.vci.v3.errors import (
     ArgumentException,
     ArgumentOutOfRangeException,
+    InvalidOperationException,
     NotImplementedException,
     ObjectDisposedException,
     VciException,
@@ -136,6 +137,7 @@ __all__ = [
     "IVciDevice",
     "IVciDeviceList",
     "IVciDeviceManager",
+    "InvalidOperationException",
     "LinBitrate",
     "LinControl",
     "LinCtrlStatus",

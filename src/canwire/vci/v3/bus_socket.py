@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 from uuid import UUID
 
 from canwire.vci.line_objects import QueueObject
-from canwire.vci.structures.errors import VCI_E_NOT_INITIALIZED, VciError
-from canwire.vci.v3.disposable import Disposable, net_call
+from canwire.vci.structures.errors import VCI_E_NOT_INITIALIZED, VciAccessDenied, VciError
+from canwire.vci.v3.disposable import net_call
 from canwire.vci.v3.errors import ObjectDisposedException
 from canwire.vci.v3.resource import BalResource
 
@@ -27,15 +27,14 @@ class Capabilities(Protocol):
     tsc_divisor: int
 
 
-class BusSocket(BalResource, Disposable):
+class BusSocket(BalResource):
     """A connector that was opened: V4's socket of it, and what a kind needs besides."""
 
     _iid: ClassVar[UUID]
 
     def __init__(self, access_layer: bal.BalObject, place: BalResource) -> None:
         """For IBalObject.OpenSocket."""
-        BalResource.__init__(self, place.bus_port, place.bus_type, place.bus_name)
-        Disposable.__init__(self)
+        super().__init__(place.bus_port, place.bus_type, place.bus_name)
         access_layer.add_ref()
         self._bal = self._hold(access_layer)
         try:
@@ -108,11 +107,17 @@ class ControlSocket(BusSocket):
 class QueueSocket(BusSocket, Generic[Queue]):
     """A channel or monitor: V4's `_queue`, which is made anew where Initialize asks for another exclusiveness."""
 
+    _may_come_late: ClassVar[bool] = False  # opened beside an exclusive one, it has no queue until Initialize
+
     def _open_more(self) -> None:
         self._queue: Queue
-        self._exclusive: bool | None
+        self._exclusive: bool | None = None  # what it is while there is no queue at all
         self._initialized = False
-        self._create(False)
+        try:
+            self._create(False)
+        except VciAccessDenied:
+            if not self._may_come_late:
+                raise
 
     def _make(self, exclusive: bool) -> Queue:
         """V4's queue, from V4's socket."""
@@ -141,13 +146,15 @@ class QueueSocket(BusSocket, Generic[Queue]):
 
     def _reopen(self, exclusive: bool) -> None:
         """Another queue in place of this one, for V4 decides at its making; without success one as before."""
-        before, self._exclusive = self._exclusive, None  # what it is while there is no queue at all
+        before, self._exclusive = self._exclusive, None
         self._initialized = False
-        self._drop(self._queue)
+        if before is not None:
+            self._drop(self._queue)
         try:
             self._create(exclusive)
         except VciError:
-            self._create(bool(before))
+            if before is not None:
+                self._create(before)
             raise
 
     def _create(self, exclusive: bool) -> None:

@@ -91,5 +91,16 @@ class VciDevice(Disposable):
         """OpenBusAccessLayer; raises VciException while another access layer of the board is open."""
         return BalObject(self._device.open_component(CLSID_VCIBAL, IID_IBalObject))
 
+    def __eq__(self, other: object) -> bool:
+        """Two objects of the same plugged-in board are equal, as VciObjectId says."""
+        return (
+            self._info.vci_object_id == other._info.vci_object_id
+            if isinstance(other, VciDevice)
+            else NotImplemented
+        )
+
+    def __hash__(self) -> int:
+        return hash(self._info.vci_object_id.as_int64)
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self._info.hardware_id} ({self._info.description})>"

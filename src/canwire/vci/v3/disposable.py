@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Concatenate, ParamSpec, Self, TypeVar
 from canwire import CanwireError
 from canwire.vci.structures.errors import VCI_E_INVHANDLE
 from canwire.vci.unknown import Unknown
-from canwire.vci.v3.errors import ObjectDisposedException, VciException, as_exception
+from canwire.vci.v3.errors import OURS, ObjectDisposedException, as_exception
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -31,7 +31,7 @@ def net_call(method: Callable[Concatenate[Object, P], R]) -> Callable[Concatenat
         self._check()
         try:
             return method(self, *args, **kwargs)
-        except (VciException, ObjectDisposedException):
+        except OURS:
             raise
         except CanwireError as error:
             raise as_exception(error) from error

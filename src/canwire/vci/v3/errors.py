@@ -6,9 +6,10 @@ CanwireError
       ArgumentException (ValueError)      an argument is wrong
         ArgumentOutOfRangeException (IndexError)
     NotImplementedException (NotImplementedError)
-    ObjectDisposedException
+    InvalidOperationException             .NET's own: an enumerator that stands at no element
+      ObjectDisposedException
 
-The last two stand beside VciException, as they do in .NET: programs tell "somebody else has the cyclic list" from
+The last three stand beside VciException, as they do in .NET: programs tell "somebody else has the cyclic list" from
 "this board has none" by them (manual 4.2.5). `vci.VciError` catches all of them, in V3 and V4.
 Source: VCI V3 .NET manual (seed 002) 4.1 and 4.2.5; reference/vci.md section 7a.
 """
@@ -46,7 +47,11 @@ class NotImplementedException(VciError, NotImplementedError):
     """There is no such thing here: a board without a cyclic list, a connector without that interface."""
 
 
-class ObjectDisposedException(VciError):
+class InvalidOperationException(VciError):
+    """The object is in no state for that: an enumerator before its first element, or behind the last one."""
+
+
+class ObjectDisposedException(InvalidOperationException):
     """The object was disposed, lost what it belongs to, or is a channel that was not initialised yet."""
 
 
@@ -57,13 +62,13 @@ _KINDS: dict[int, type[VciError]] = {
     VCI_E_NOINTERFACE: NotImplementedException,
     VCI_E_INVHANDLE: ObjectDisposedException,
 }
-_OURS = (VciException, NotImplementedException, ObjectDisposedException)
+OURS = (VciException, NotImplementedException, InvalidOperationException)
 
 
 def as_exception(error: CanwireError) -> VciError:
     """The exception of V3 that says the same; one of V3 is returned as it is."""
     known = as_vci_error(error)
-    if isinstance(known, _OURS):
+    if isinstance(known, OURS):
         return known
     return _KINDS.get(known.code, VciException)(known.code, known.what)
 
@@ -73,7 +78,7 @@ def exceptions() -> Iterator[None]:
     """Inside, errors of canwire and V4 come out as those of V3."""
     try:
         yield
-    except _OURS:
+    except OURS:
         raise
     except CanwireError as error:
         raise as_exception(error) from error

@@ -21,15 +21,18 @@ class WaitHandle(Event):
         if initial_state:
             self.set()
 
-    def wait_one(self, timeout_ms: int = FOREVER) -> bool:
-        """WaitOne: wait for the signal, at most so many milliseconds; False when none came."""
+    def wait_one(self, timeout_ms: int = FOREVER, exit_context: bool = False) -> bool:
+        """WaitOne: wait for the signal, at most so many milliseconds; False when none came.
+
+        `exit_context` means nothing here, nor outside of .NET's own synchronization domains.
+        """
         return self.wait(_seconds(timeout_ms))
 
     @staticmethod
-    def wait_all(events: Sequence[Event], timeout_ms: int = FOREVER) -> bool:
+    def wait_all(events: Sequence[Event], timeout_ms: int = FOREVER, exit_context: bool = False) -> bool:
         """WaitAll: wait for the signals of all of them, at most so many milliseconds altogether.
 
-        When one does not come, signals taken of others before are given back.
+        When one does not come, signals taken of others before are given back. `exit_context` means nothing here.
         """
         taken: list[Event] = []
         starts_s = [event.clock_s() for event in events]

@@ -5,21 +5,22 @@ Source: VCI V3 .NET manual (seed 002) 4.2.3.2 and 4.3.3.1.
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 from canwire.vci.arguments import UINT8, UINT32
-from canwire.vci.can.message import CanMsg
+from canwire.vci.can.message import CanMsg, CanMsg2
 from canwire.vci.lin.message import LinMsg
 from canwire.vci.v3.errors import checked
 
 LONGEST = 8  # bytes
-Raw = TypeVar("Raw", CanMsg, LinMsg)
+Raw = TypeVar("Raw", CanMsg, CanMsg2, LinMsg)
 
 
 class Message(Generic[Raw]):
-    """V4's structure `raw`, whose bytes 0 to 7 are `message[i]`."""
+    """V4's structure `raw`, whose bytes are `message[i]`: `ROOM` of them."""
 
     __slots__ = ("raw",)
+    ROOM: ClassVar[int] = LONGEST
     raw: Raw
 
     @property
@@ -41,10 +42,10 @@ class Message(Generic[Raw]):
         return bool(self.raw.msg_info.ovr)
 
     def __getitem__(self, index: int) -> int:
-        return self.raw.ab_data[checked("index", index, LONGEST - 1)]
+        return self.raw.ab_data[checked("index", index, self.ROOM - 1)]
 
     def __setitem__(self, index: int, byte: int) -> None:
-        self.raw.ab_data[checked("index", index, LONGEST - 1)] = checked("byte", byte, UINT8)
+        self.raw.ab_data[checked("index", index, self.ROOM - 1)] = checked("byte", byte, UINT8)
 
     def __eq__(self, other: object) -> bool:
         return self.raw == other.raw if isinstance(other, Message) else NotImplemented

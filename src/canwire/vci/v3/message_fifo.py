@@ -22,7 +22,9 @@ Message = TypeVar("Message")
 
 
 class MessageFifo(Disposable, Generic[Raw]):
-    """What a reader and a writer share. A disposed one counts 0; its other calls raise ObjectDisposedException."""
+    """What a reader and a writer share. Disposed, its counts and its threshold are 0; calls raise
+    ObjectDisposedException.
+    """
 
     def __init__(self, end: FifoEnd[Raw]) -> None:
         """For channels and monitors."""
@@ -35,13 +37,12 @@ class MessageFifo(Disposable, Generic[Raw]):
         return 0 if self._disposed else self._capacity()
 
     @property
-    @net_call
     def threshold(self) -> int:
         """Threshold: messages (reader) or free places (writer) at which the event is signalled, 1 to Capacity.
 
         It is 1 at first; more than Capacity counts as Capacity, 0 as 1.
         """
-        return self._end.get_threshold()
+        return 0 if self._disposed else self._threshold()
 
     @threshold.setter
     @net_call
@@ -56,6 +57,10 @@ class MessageFifo(Disposable, Generic[Raw]):
         leaves and at least `threshold` places are free then.
         """
         self._end.assign_event(event)
+
+    @net_call
+    def _threshold(self) -> int:
+        return self._end.get_threshold()
 
     @net_call
     def _capacity(self) -> int:
@@ -131,3 +136,17 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
             yield from block[:count]
             self._reader.release_read(count)
             limit -= count
+
+
+class Lockable(MessageFifo[Raw], Generic[Raw]):
+    """An end that threads can share."""
+
+    @net_call
+    def lock(self) -> None:
+        """Lock: keep other threads that call this out until `unlock`; it nests."""
+        self._end.lock()
+
+    @net_call
+    def unlock(self) -> None:
+        """Unlock; raises VciException if the calling thread does not hold the lock."""
+        self._end.unlock()

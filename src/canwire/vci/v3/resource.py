@@ -9,13 +9,18 @@ from collections.abc import Iterator, Sequence
 
 from canwire.vci.controller_types import vci_bus_type
 from canwire.vci.v3.bus_type import VciBusType
+from canwire.vci.v3.disposable import Disposable
 from canwire.vci.v3.errors import checked
 
 
-class BalResource:
-    """Number (from 0) of a connector, its kind of bus, and its name: "CAN-1", counted per kind from 1."""
+class BalResource(Disposable):
+    """Number (from 0) of a connector, its kind of bus, and its name: "CAN-1", counted per kind from 1.
+
+    They can be read once it is disposed, too.
+    """
 
     def __init__(self, bus_port: int, bus_type: VciBusType, bus_name: str) -> None:
+        super().__init__()
         self._place = bus_port, bus_type, bus_name
 
     @property

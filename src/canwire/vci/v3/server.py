@@ -12,7 +12,7 @@ from canwire.vci import device, server
 from canwire.vci.structures.errors import VCI_E_INVALID_STATE, VciNoMoreItems, VciNoSuchDevice, format_error
 from canwire.vci.v3.device import VciDevice
 from canwire.vci.v3.disposable import Disposable, net_call
-from canwire.vci.v3.errors import VciException, exceptions
+from canwire.vci.v3.errors import InvalidOperationException, exceptions
 
 if TYPE_CHECKING:
     from canwire import Event
@@ -121,9 +121,12 @@ class VciDeviceEnumerator(Disposable):
     @property
     @net_call
     def current(self) -> VciDevice:
-        """Current: the board it stands at, a new object each time; raises VciException if it stands at none."""
+        """Current: the board it stands at, a new object each time.
+
+        Raises InvalidOperationException before the first board and behind the last one.
+        """
         if self._found is None:
-            raise VciException(
+            raise InvalidOperationException(
                 VCI_E_INVALID_STATE, "the enumerator stands before the first board or at the end"
             )
         return VciDevice(*self._found)

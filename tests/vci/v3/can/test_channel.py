@@ -125,11 +125,12 @@ def test_a_disposed_end_counts_nothing_and_does_nothing(net: NetProgram) -> None
     port.writer.dispose()
     assert (port.reader.capacity, port.reader.fill_count) == (0, 0)
     assert (port.writer.capacity, port.writer.free_count) == (0, 0)
+    assert (port.reader.threshold, port.writer.threshold) == (0, 0)
     for use in (
         port.reader.read_message,
         port.reader.lock,
         lambda: port.reader.read_messages(1),
-        lambda: port.reader.threshold,
+        lambda: setattr(port.reader, "threshold", 5),
         lambda: port.writer.send_message(v3.CanMessage()),
         lambda: port.writer.assign_event(None),
     ):

@@ -303,3 +303,4 @@ def test_a_disposed_list_is_gone(rig: Any, cyclic: Any) -> None:
     assert rig.run(50) == []
     with pytest.raises(v3.ObjectDisposedException):
         rig.scheduler.resume()
+    rig.scheduler.update_status()

@@ -5,10 +5,10 @@ Source: VCI V3 .NET manual (seed 002) 4.2.3.2, 4.2.3.3 and 4.2.5; reference/vci.
 
 from __future__ import annotations
 
-from typing import Self, overload
+from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
 from canwire.vci.arguments import UINT16, UINT32
-from canwire.vci.can.message import CanCyclicTxMsg, CanMsg
+from canwire.vci.can.message import CanCyclicTxMsg, CanCyclicTxMsg2, CanMsg, CanMsg2
 from canwire.vci.structures.constants import CAN_SDLC_MAX
 from canwire.vci.v3.can.enums import (
     V3_ERRORS,
@@ -19,10 +19,13 @@ from canwire.vci.v3.can.enums import (
     CanMsgFrameType,
 )
 from canwire.vci.v3.errors import checked
-from canwire.vci.v3.message import LONGEST, Message
+from canwire.vci.v3.message import Message
+
+Raw = TypeVar("Raw", CanMsg, CanMsg2)
+Cyclic = TypeVar("Cyclic", CanCyclicTxMsg, CanCyclicTxMsg2)
 
 
-class _Flag:
+class Flag:
     """A bit of CANMSGINFO as True or False."""
 
     __slots__ = ("bit",)
@@ -33,16 +36,16 @@ class _Flag:
     @overload
     def __get__(self, message: None, owner: type) -> Self: ...
     @overload
-    def __get__(self, message: CanMessage, owner: type) -> bool: ...
-    def __get__(self, message: CanMessage | None, owner: type) -> Self | bool:
+    def __get__(self, message: AnyCanMessage[Any], owner: type) -> bool: ...
+    def __get__(self, message: AnyCanMessage[Any] | None, owner: type) -> Self | bool:
         return self if message is None else bool(getattr(message.raw.msg_info, self.bit))
 
-    def __set__(self, message: CanMessage, value: bool) -> None:
+    def __set__(self, message: AnyCanMessage[Any], value: bool) -> None:
         setattr(message.raw.msg_info, self.bit, int(bool(value)))
 
 
-class CanMessage(Message[CanMsg]):
-    """A CAN message of up to 8 bytes; a new one is a data message of no bytes. `message[i]` is byte i, 0 to 7.
+class AnyCanMessage(Message[Raw], Generic[Raw]):
+    """A CAN message; a new one is a data message of no bytes. `message[i]` is byte i.
 
     `self_reception_request`: the sender wants it back; on a received message: it came back. Also
     `remote_transmission_request`, `extended_frame_format` (29 bits), `single_shot_mode` and `high_priority_msg`.
@@ -50,15 +53,16 @@ class CanMessage(Message[CanMsg]):
     """
 
     __slots__ = ()
+    _KIND: ClassVar[type[Any]]
 
-    self_reception_request = _Flag("srr")
-    remote_transmission_request = _Flag("rtr")
-    extended_frame_format = _Flag("ext")
-    single_shot_mode = _Flag("ssm")
-    high_priority_msg = _Flag("hpm")
+    self_reception_request = Flag("srr")
+    remote_transmission_request = Flag("rtr")
+    extended_frame_format = Flag("ext")
+    single_shot_mode = Flag("ssm")
+    high_priority_msg = Flag("hpm")
 
     def __init__(self) -> None:
-        self.raw = CanMsg()
+        self.raw = self._KIND()
 
     @property
     def identifier(self) -> int:
@@ -83,6 +87,23 @@ class CanMessage(Message[CanMsg]):
         """AcceptReason: which filter let it in."""
         return CanMsgAccReason(self.raw.msg_info.afc)
 
+    def clear(self) -> None:
+        """Clear: all zeros."""
+        self.raw = self._KIND()
+
+    def __repr__(self) -> str:
+        raw = self.raw
+        kind = CanMsgFrameType(raw.msg_info.type).name.lower()
+        shown = raw.data if raw.msg_info.type == CanMsgFrameType.DATA else bytes(raw.ab_data)
+        return f"<{type(self).__name__} {kind} {raw.msg_id:#x} [{raw.msg_info.dlc}] {shown.hex(' ')}>"
+
+
+class CanMessage(AnyCanMessage[CanMsg]):
+    """A CAN message of up to 8 bytes."""
+
+    __slots__ = ()
+    _KIND = CanMsg
+
     @property
     def data_length(self) -> int:
         """DataLength: the data length code, which takes 0 to 8; a received one may be higher and means 8."""
@@ -92,22 +113,11 @@ class CanMessage(Message[CanMsg]):
     def data_length(self, length: int) -> None:
         self.raw.msg_info.dlc = checked("data_length", length, CAN_SDLC_MAX)
 
-    def clear(self) -> None:
-        """Clear: all zeros."""
-        self.raw = CanMsg()
 
-    def __repr__(self) -> str:
-        raw = self.raw
-        kind = CanMsgFrameType(raw.msg_info.type).name.lower()
-        shown = raw.data if raw.msg_info.type == CanMsgFrameType.DATA else bytes(raw.ab_data)
-        return f"<{type(self).__name__} {kind} {raw.msg_id:#x} [{raw.msg_info.dlc}] {shown.hex(' ')}>"
-
-
-class CanCyclicTXMsg(CanMessage):
+class AnyCyclicTXMsg(AnyCanMessage[Raw], Generic[Raw]):
     """A message that the cyclic list sends again and again; its `time_stamp` means nothing.
 
-    The list takes a copy: what is changed after AddMessage counts from the next AddMessage on. Two of them are
-    equal only if they are the same object.
+    Two of them are equal only if they are the same object.
     """
 
     __slots__ = ("_cycle_ticks", "_index", "_mode", "_status")
@@ -144,12 +154,12 @@ class CanCyclicTXMsg(CanMessage):
 
     @property
     def auto_increment_index(self) -> int:
-        """AutoIncrementIndex: the byte of the data that counts up, 0 to 7; of two bytes the low one."""
+        """AutoIncrementIndex: the byte of the data that counts up, from 0; of two bytes the low one."""
         return self._index
 
     @auto_increment_index.setter
     def auto_increment_index(self, index: int) -> None:
-        self._index = checked("auto_increment_index", index, LONGEST - 1)
+        self._index = checked("auto_increment_index", index, self.ROOM - 1)
 
     def clear(self) -> None:
         super().clear()
@@ -163,9 +173,9 @@ class CanCyclicTXMsg(CanMessage):
         """For its list: this is its state now."""
         self._status = CanCyclicTXStatus(status)
 
-    def structure(self) -> CanCyclicTxMsg:
-        """For its list: V4's structure of the same."""
-        made = CanCyclicTxMsg(
+    def _as(self, kind: type[Cyclic]) -> Cyclic:
+        """V4's structure of the same."""
+        made = kind(
             cycle_time=self._cycle_ticks,
             incr_mode=self._mode,
             byte_index=self._index,
@@ -174,6 +184,19 @@ class CanCyclicTXMsg(CanMessage):
         )
         made.ab_data = bytearray(self.raw.ab_data)
         return made
+
+
+class CanCyclicTXMsg(AnyCyclicTXMsg[CanMsg], CanMessage):
+    """A cyclic message of up to 8 bytes.
+
+    The list takes a copy: what is changed after AddMessage counts from the next AddMessage on.
+    """
+
+    __slots__ = ()
+
+    def structure(self) -> CanCyclicTxMsg:
+        """For its list: V4's structure of the same."""
+        return self._as(CanCyclicTxMsg)
 
 
 def received(raw: CanMsg, message: CanMessage | None = None) -> CanMessage:

@@ -13,22 +13,10 @@ from canwire.vci.structures.errors import VCI_E_INVALIDARG, VciTxQueueFull
 from canwire.vci.v3.can.message import CanMessage, received
 from canwire.vci.v3.disposable import net_call
 from canwire.vci.v3.errors import ArgumentException
-from canwire.vci.v3.message_fifo import MessageFifo, MessageReader
+from canwire.vci.v3.message_fifo import Lockable, MessageReader
 
 
-class _Lockable(MessageFifo[CanMsg]):
-    @net_call
-    def lock(self) -> None:
-        """Lock: keep other threads that call this out until `unlock`; it nests."""
-        self._end.lock()
-
-    @net_call
-    def unlock(self) -> None:
-        """Unlock; raises VciException if the calling thread does not hold the lock."""
-        self._end.unlock()
-
-
-class CanMessageReader(MessageReader[CanMsg, CanMessage], _Lockable):
+class CanMessageReader(MessageReader[CanMsg, CanMessage], Lockable[CanMsg]):
     """ICanMessageReader: takes received messages out of the channel's receive FIFO."""
 
     def _received(self, raw: CanMsg, out: CanMessage | None = None) -> CanMessage:
@@ -39,7 +27,7 @@ class CanMessageReader(MessageReader[CanMsg, CanMessage], _Lockable):
     get_messages = MessageReader.read_messages
 
 
-class CanMessageWriter(_Lockable):
+class CanMessageWriter(Lockable[CanMsg]):
     """ICanMessageWriter: puts messages into the channel's transmit FIFO."""
 
     def __init__(self, writer: FifoWriter[CanMsg]) -> None:

@@ -80,9 +80,16 @@ class CanScheduler(CanSocket):
             message.told(CAN_CTXMSG_STAT_EMPTY)
         self._listed.clear()
 
-    @net_call
     def update_status(self) -> None:
-        """UpdateStatus: look at the list; nothing else changes Status of its messages and `task_status`."""
+        """UpdateStatus: look at the list; nothing else changes Status of its messages and `task_status`.
+
+        Of a disposed one it does nothing.
+        """
+        if not self._disposed:
+            self._update_status()
+
+    @net_call
+    def _update_status(self) -> None:
         status = self._scheduler.get_status()
         self._task = CanCyclicTXTaskStatus(status.task_stat)
         for message, index in self._listed:
