@@ -204,14 +204,26 @@ class Forcing:
             self._arm()
 
     def _arm(self) -> None:
+        """Places have come or gone: those in a frame that is on the wire already count, too."""
         bits = self._bus.bits
-        self._progress.clear()
-        self._indices.clear()
-        bits.watch = self._begin_bit if self._placed else None
-        bits.pinned = False
         if self._placed:
-            self._bus.interrupt()
+            self._bus.descend()
+            if bits.watch is None:
+                self._look_around()
+            self._aim()
+        bits.watch = self._begin_bit if self._placed else None
+        bits.pinned = bits.pinned and bits.watch is not None
         self._choose_frames()
+
+    def _look_around(self) -> None:
+        """Nobody has watched the bits up to now: where all nodes are, and who is the sender."""
+        self._progress.clear()
+        self._sender = self._frame = None
+        for clock in self._bus.bits.clocks:
+            self._progress[clock.node] = Progress(clock)
+            if clock.station.transmits():
+                self._sender = clock.node
+                self._frame = frame_of_record(clock.station.sent.block)
 
     def _choose_frames(self) -> None:
         """Tell the bus which frames must go bit by bit."""
@@ -242,8 +254,13 @@ class Forcing:
         self._sender = sender
         box = sender.contending
         self._frame = None if box is None else frame_of_record(box.block)
+        self._aim()
+
+    def _aim(self) -> None:
+        """Which bits of the sender's frame the places are."""
+        sender = self._sender
         self._indices.clear()
-        if self._frame is not None:
+        if self._frame is not None and sender is not None:
             layout = BitLayout(self._frame, fd_mode=sender.fd, error_passive=sender.passive)
             for disturbance in self._placed:
                 if disturbance.place.admits(self._frame):
