@@ -1,8 +1,9 @@
 """Any set of timings: whole frames are taken only where the bit level gives the very same (docs/whole-frames.md).
 
-Each seed draws a bus: rates, clocks, prescalers, sample points, SJW, oscillators, a cable, FD ratios from 1 to 16, delay
-compensation, two to four nodes, senders who wait, arbitrate, stop and start. Both ways, and the change between them at
-any moment, must give every observer the same: frames, errors, counters, states, events, stamps.
+Each seed draws a bus: rates, clocks, prescalers, sample points, SJW, oscillators, a cable, FD ratios from 1 to 16,
+delay compensation, two to four nodes that send, arbitrate, stop, start and lose their plug, noise, faults. Both ways,
+and the change between them at any moment, must give every observer the same: frames, errors, counters, states, events,
+loads, stamps.
 
     python -m tests.bus.can.test_whole_frames SECONDS [FIRST SEED]
 
@@ -42,15 +43,16 @@ def difference(seed: int) -> str:
     """What an observer of this seed's bus could tell the ways apart by, or ""."""
     bitwise = outcome(seed, True)
     for way in (False, None):
-        other = outcome(seed, way)
-        for name, seen in bitwise.items():
-            if other[name] != seen:
-                return f"{name}: {seen} bit by bit, {other[name]} {'changing' if way is None else 'whole'}"
+        for told, other in zip(bitwise, outcome(seed, way), strict=True):
+            for name, seen in told.items():
+                if other[name] != seen:
+                    how = "changing" if way is None else "whole"
+                    return f"{name} at {told['bus'][0]} ns: {seen} bit by bit, {other[name]} {how}"
     return ""
 
 
-def outcome(seed: int, bitwise: bool | None) -> dict[str, Any]:
-    """What everybody saw on this seed's bus; None changes the way again and again."""
+def outcome(seed: int, bitwise: bool | None) -> list[dict[str, Any]]:
+    """What everybody saw on this seed's bus, at random moments and at the end; None changes the way all the time."""
     chance = random.Random(seed)
     with Lab(seed=seed) as lab:
         bus, nodes, bit_ns = some_bus(lab, chance)
@@ -66,10 +68,10 @@ def outcome(seed: int, bitwise: bool | None) -> dict[str, Any]:
         if chance.random() < 0.4:
             disturb(bus, nodes, chance)
         for _ in range(chance.choice([0, 0, 0, 1, 3])):
-            restart_in_mid_frame(lab, chance.choice(nodes), chance, span_ns)
+            restart_in_mid_frame(lab, bus, chance.choice(nodes), chance, span_ns)
         seen = look_at_random_moments(lab, bus, nodes, random.Random(seed), looks=30, end_ns=2 * span_ns)
         lab.run_until(end_ns)
-        return {**summary(lab, bus, nodes), "moments": seen}
+        return [*seen, summary(lab, bus, nodes)]
 
 
 def disturb(bus: LabBus, nodes: list[LabNode], chance: random.Random) -> None:
@@ -83,13 +85,16 @@ def disturb(bus: LabBus, nodes: list[LabNode], chance: random.Random) -> None:
         bus.faults.flip(bit=12, frame_id=0x7F7, extended=False)
 
 
-def restart_in_mid_frame(lab: Lab, node: LabNode, chance: random.Random, span_ns: int) -> None:
+def restart_in_mid_frame(lab: Lab, bus: LabBus, node: LabNode, chance: random.Random, span_ns: int) -> None:
     """It stops, and starts again at once, or later, or its plug is out for a while."""
     at_ns = chance.randrange(span_ns)
     back_ns = at_ns + chance.choice([0, span_ns // 300, span_ns // 20, span_ns])
-    out, back = chance.choice([(node.stop, node.start), (node.disconnect, node.reconnect)])
-    lab.at(at_ns, out)
-    lab.at(back_ns, back)
+    if chance.random() < 0.5:
+        lab.at(at_ns, node.stop)
+        lab.at(back_ns, node.start)
+    else:
+        lab.at(at_ns, lambda: bus.faults.disconnect(node))
+        lab.at(back_ns, lambda: bus.faults.reconnect(node))
 
 
 def keep_changing(lab: Lab, bus: LabBus, chance: random.Random, bit_ns: int) -> None:
