@@ -19,7 +19,16 @@ from typing import Any
 
 import pytest
 
-from canwire import BitTiming, ControllerOptions, DelayCompensation, Lab, LabBus, LabNode
+from canwire import (
+    BitTiming,
+    ControllerOptions,
+    DelayCompensation,
+    ErrorState,
+    Frame,
+    Lab,
+    LabBus,
+    LabNode,
+)
 from tests.bus.can.test_two_ways import look_at_random_moments, plan_a_frame, start_with_counters, summary
 from tests.effort import seeds
 
@@ -37,6 +46,62 @@ RATES = (50_000, 83_333, 125_000, 250_000, 333_333, 500_000, 800_000, 1_000_000)
 def test_random_timings_give_the_same_both_ways(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         assert difference(seed) == "", f"seed {seed}"
+
+
+# from the examination
+
+
+@pytest.mark.finding("wire-2 1")
+@pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.parametrize(
+    ("data_rate", "data_sample", "others"),
+    [(4_000_000, 0.75, 0.75), (8_000_000, 0.8, 0.5), (2_000_000, 0.75, 0.3)],
+)
+def test_unlike_nominal_sample_points_ruin_fd_frames(
+    lab: Lab, data_rate: int, data_sample: float, others: float, bitwise: bool
+) -> None:
+    """The rate switches at the nominal sample point: each node's data bits begin somewhere else."""
+    data = BitTiming.for_bit_rate(data_rate, data_sample)
+    usual, other = (BitTiming.for_bit_rate(500_000, sample) for sample in (0.875, others))
+    bus = lab.can_bus(timing=usual, data_timing=data)
+    bus.wire.bitwise = bitwise
+    a, b = bus.node("a"), bus.node("b", timing=other)
+    a.send_many([Frame(k, bytes(range(12)), fd=True, bit_rate_switch=True) for k in range(10)])
+    lab.run_for(0.05)
+    assert (a.delivered, b.waiting) == (0, 0)
+    assert a.state in (ErrorState.ERROR_PASSIVE, ErrorState.BUS_OFF)
+
+
+@pytest.mark.finding("wire-2 1")
+def test_unlike_nominal_sample_points_do_no_harm_without_a_second_rate(lab: Lab) -> None:
+    usual, other = (BitTiming.for_bit_rate(500_000, sample) for sample in (0.875, 0.75))
+    bus = lab.can_bus(timing=usual, data_bit_rate=4_000_000)
+    a, b = bus.node("a"), bus.node("b", timing=other)
+    frames = [Frame(1, b"\x12"), Frame(2, bytes(12), fd=True)]
+    a.send_many(frames)
+    lab.run_until_idle()
+    assert b.receive_many(9) == frames
+    assert bus.wire.bits.clocks == []  # and nothing went bit by bit
+
+
+@pytest.mark.finding("wire-2 5")
+def test_drifting_oscillators_have_the_same_stamps_both_ways() -> None:
+    ends = []
+    for bitwise in (False, True):
+        with Lab() as lab:
+            bus = lab.can_bus(bit_rate=500_000)
+            bus.wire.bitwise = bitwise
+            a, b = bus.node("a", oscillator_ppm=50), bus.node("b", oscillator_ppm=-50)
+            for k in range(150):
+                a.send(Frame(0x100 + k, bytes([k])))
+                b.send(Frame(0x101 + k, bytes([k])))
+            lab.run_until_idle()
+            ends.append([[frame.timestamp_ns for frame in node.receive_many(999)] for node in (a, b)])
+    assert len(ends[0][0]) == 150
+    assert ends[0] == ends[1]
+
+
+# a seed's bus
 
 
 def difference(seed: int) -> str:

@@ -208,29 +208,30 @@ class Forcing:
         bits = self._bus.bits
         if self._placed:
             self._bus.descend()
-            if bits.watch is None:
-                self._look_around()
+            self._look_around()
             self._aim()
         bits.watch = self._begin_bit if self._placed else None
         bits.pinned = bits.pinned and bits.watch is not None
         self._choose_frames()
 
     def _look_around(self) -> None:
-        """Nobody has watched the bits up to now: where all nodes are, and who is the sender."""
-        self._progress.clear()
-        self._sender = self._frame = None
-        for clock in self._bus.bits.clocks:
-            self._progress[clock.node] = Progress(clock)
-            if clock.station.transmits():
+        """Who is the sender; and where all nodes are, if nobody has watched the bits up to now."""
+        bits = self._bus.bits
+        if bits.watch is None:
+            self._progress = {clock.node: Progress(clock) for clock in bits.clocks}
+            self._sender = self._frame = None
+        for clock in bits.clocks:
+            if clock.station.transmitting:
                 self._sender = clock.node
-                self._frame = frame_of_record(clock.station.sent.block)
+                if clock.station.transmits():
+                    self._frame = frame_of_record(clock.station.sent.block)
 
     def _choose_frames(self) -> None:
         """Tell the bus which frames must go bit by bit."""
         self._bus.scripted = self._awaits if self._placed else None
 
     def _awaits(self, box: Mailbox) -> bool:
-        frame = frame_of_record(box.block)
+        self._frame = frame = frame_of_record(box.block)
         return any(disturbance.place.admits(frame) for disturbance in self._placed)
 
     def _begin_bit(self, clock: Clock, at_ps: int) -> None:
