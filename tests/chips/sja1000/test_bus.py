@@ -475,6 +475,7 @@ def test_a_chip_unplugged_in_mid_frame_and_reset_sends_nothing_old(bench: Bench,
     bench.bits(30)
     bench.bus.detach(a)
     a.write(m.MOD, m.MOD_RM)
+    bench.bits(100)
     bench.bus.attach(a)
     a.write(m.MOD, m.MOD_AFM)
     bench.bits(100)
@@ -490,7 +491,7 @@ def test_a_chip_attached_in_mid_frame_does_not_have_the_whole_of_it(bench: Bench
     send(a, C04)
     bench.bits(30)
     bench.bus.attach(c)
-    bench.bits(25)
+    bench.bits(35)
     assert c.read(m.RMC) == 0
     bench.bits(300)
     assert (a.read(m.SR) & m.SR_TCS, b.read(m.RMC)) == (m.SR_TCS, 1)
