@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import subprocess
+import time
+from contextlib import suppress
 
 import pytest
 
@@ -113,3 +115,46 @@ print([config["channel"] for config in can.detect_available_configs("canwire")])
         == "['can0', 'HW000001:0', 'HW000001:1', 'HW000002:0', 'HW000002:1', 'HW000003:0', 'HW000004:0']"
     )
     ended(first)
+
+
+AT_SAMPLE_POINT = """
+import can, sys
+timing = can.BitTimingFd.from_sample_point(80_000_000, 500_000, {sample}, 4_000_000, 80)
+with can.Bus(interface="canwire", channel="can0", timing=timing) as bus:
+    print("ready", flush=True)
+"""
+RECEIVES = """    came = 0
+    while sys.stdin.readline() == "look\\n":
+        while bus.recv(0):
+            came += 1
+        print(came, flush=True)
+"""
+SENDS = """    for k in range(10):
+        bus.send(can.Message(arbitration_id=k, data=bytes(12), is_extended_id=False, is_fd=True, bitrate_switch=True))
+    while bus.state is can.BusState.ACTIVE and sys.stdin.readline() == "look\\n":
+        print(bus.state.name, flush=True)
+    print("LEFT", flush=True)
+"""
+
+
+def asked(process: subprocess.Popen[str]) -> str:
+    assert process.stdin is not None
+    assert process.stdout is not None
+    with suppress(BrokenPipeError):
+        process.stdin.write("look\n")
+        process.stdin.flush()
+    return process.stdout.readline().strip()
+
+
+@pytest.mark.finding("wire-2 1")
+@pytest.mark.parametrize(("sample", "came"), [(87.5, "10"), (75, "0")])
+def test_fd_programs_with_other_sample_points_fail_as_on_copper(
+    program: Program, sample: float, came: str
+) -> None:
+    """500k/4M: both at 87.5 % talk; at 87.5 and 75 % no frame gets through, and the sender is active no more."""
+    receiver = program(AT_SAMPLE_POINT.format(sample=87.5) + RECEIVES)
+    sender = program(AT_SAMPLE_POINT.format(sample=sample) + SENDS)
+    until = time.monotonic() + LONG
+    while asked(receiver) != came or (came == "0" and asked(sender) != "LEFT"):
+        assert time.monotonic() < until
+    assert asked(receiver) == came

@@ -293,3 +293,30 @@ def bus_off(lab: Lab, bus: LabBus, node: LabNode) -> None:
         lab.run_for(0.001)
     bus.faults.clear()
     lab.run_for(0.001)
+
+
+# plugs in the middle of a frame
+
+
+def told_after_the_plug_was_out(back_ns: int, bitwise: bool) -> tuple[object, ...]:
+    """What c is told, whose plug is out from the identifier of a's first frame on until a later one."""
+    with Lab() as lab:
+        bus = lab.can_bus(bit_rate=500_000)
+        bus.wire.bitwise = bitwise
+        a, _, c = (bus.node(name) for name in "abc")
+        c.events()
+        a.send_many([Frame(0x120, bytes(8)), Frame(0x121, bytes(8)), Frame(0x122, bytes(8))])
+        c.send(Frame(0x123, b"\x33"))
+        lab.run_until(9 * BIT_NS)
+        bus.faults.disconnect(c)
+        lab.run_until(back_ns)
+        bus.faults.reconnect(c)
+        lab.run_until(800 * BIT_NS)
+        return c.events(), c.counters, c.arbitration_losses, a.receive_many(9), c.receive_many(9)
+
+
+@pytest.mark.finding("wire-2 4")
+def test_a_plug_put_back_in_mid_frame_is_the_same_both_ways() -> None:
+    for back_ns in range(120 * BIT_NS, 300 * BIT_NS, 7 * BIT_NS + 777):
+        whole, bitwise = (told_after_the_plug_was_out(back_ns, way) for way in (False, True))
+        assert whole == bitwise, back_ns

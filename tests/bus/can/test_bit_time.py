@@ -215,6 +215,20 @@ def test_load_of_a_bus_full_of_errors_is_100_percent_too(lab: Lab, can_bus: LabB
     assert 99.999 <= can_bus.load <= 100.0
 
 
+@pytest.mark.finding("wire-2 7")
+@BOTH_WAYS
+def test_an_intermission_counts_only_as_it_passes(lab: Lab, can_bus: LabBus, bitwise: bool) -> None:
+    can_bus.wire.bitwise = bitwise
+    a, b = can_bus.node("a"), can_bus.node("b")
+    lab.run_until(108 * 2000)
+    a.send(SHORTEST_8)
+    assert b.receive(timeout=1.0) is not None
+    assert (can_bus.load, can_bus.mean_load) == (50.0, 50.0)
+    lab.run_for(0.000_002)
+    assert can_bus.wire.busy_ns() == 109 * 2000
+    assert can_bus.load == pytest.approx(100 * 109 / 217)
+
+
 @pytest.mark.conforms("G-16")
 def test_load_falls_to_nothing_within_a_second_of_silence(lab: Lab, can_bus: LabBus) -> None:
     a, _ = can_bus.node("a"), can_bus.node("b")

@@ -191,11 +191,13 @@ def test_several_faults_wait_for_their_frames(lab: Lab, can_bus: LabBus) -> None
 # noise
 
 
-def noisy(seed: int, rate: float, *, until_s: float = 0.05) -> tuple[object, ...]:
+def noisy(seed: int, rate: float, *, until_s: float = 0.05, armed: bool = False) -> tuple[object, ...]:
     with Lab(seed=seed) as lab:
         bus = lab.can_bus(data_bit_rate=2_000_000)
         nodes = three(bus)
         bus.faults.noise(rate)
+        if armed:
+            bus.faults.flip(bit=200, times=None)  # no frame has that bit
         for k in range(60):
             nodes[k % 2].send(Frame(0x100 + k, bytes([k] * 8)))
         lab.run_for(until_s)
@@ -208,6 +210,11 @@ def test_the_same_seed_gives_the_same_noise() -> None:
     assert noisy(5, 2e-3) == noisy(5, 2e-3)
     assert noisy(5, 2e-3) != noisy(6, 2e-3)
     assert noisy(5, 2e-3)[3] != 0
+
+
+@pytest.mark.finding("wire-2 2")
+def test_beside_a_fault_that_never_strikes_noise_is_the_same() -> None:
+    assert noisy(5, 2e-3, armed=True) == noisy(5, 2e-3)
 
 
 def test_noise_destroys_no_frame_for_good(lab: Lab, can_bus: LabBus) -> None:

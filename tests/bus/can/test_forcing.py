@@ -73,6 +73,30 @@ def test_a_disturbed_error_flag_begins_anew(lab: Lab, can_bus: LabBus) -> None:
     assert (b.rec, c.rec) == (0, 0)
 
 
+@pytest.mark.finding("wire-2 7")
+@pytest.mark.parametrize("traced", [False, True])
+@pytest.mark.parametrize("armed", [False, True])
+@pytest.mark.parametrize("at_bits", [5, 30.5, 63.2])
+def test_a_place_named_in_mid_frame_counts_in_that_frame(
+    lab: Lab, can_bus: LabBus, tmp_path: Path, traced: bool, armed: bool, at_bits: float
+) -> None:
+    """Whether the bits were looked at before, and whether another disturbance waits already, changes nothing."""
+    a, _, _ = three(can_bus)
+    if traced:
+        can_bus.trace_levels(tmp_path / "levels.vcd")
+    faults = can_bus.faults
+    if armed:
+        faults.hold("dominant", at=faults.place("data", frame_id=0x7FF))
+    a.send(FRAME)
+    lab.run_until(round(at_bits * BIT))
+    late = at_bits > len_of(FRAME)
+    place = faults.place("intermission", 3) if late else faults.place("ack delimiter")
+    held = faults.hold("dominant", at=place)
+    lab.run_until(70 * BIT)
+    assert held.struck == 1
+    assert can_bus.error_frames == (0 if late else 1)
+
+
 def test_several_nodes_see_what_the_others_do_not(lab: Lab, can_bus: LabBus) -> None:
     a, b, c = three(can_bus)
     can_bus.faults.hold("recessive", at=can_bus.faults.place("ack"), seen_by=[b, c])

@@ -65,6 +65,7 @@ def test_the_stuff_bit_behind_the_crc_belongs_to_the_crc(level: int) -> None:
     assert FIELDS[BitLayout(frame).fields[at]] == "CRC"
     node, _ = sent_but_for(frame, at)
     assert node.told == [(BIT, at, TRANSMIT_ERROR)]
+    assert node.segment == 0x18  # as the silicon's ECC has it: it looks for the CRC delimiter already
 
 
 def test_behind_it_the_crc_delimiter_is_of_fixed_form() -> None:

@@ -132,9 +132,11 @@ def random_options(chance: random.Random, *, restricted: bool) -> ControllerOpti
     )
 
 
-def plan_a_frame(lab: Lab, nodes: list[LabNode], chance: random.Random, fd: bool) -> None:
+def plan_a_frame(
+    lab: Lab, nodes: list[LabNode], chance: random.Random, fd: bool, *, span_ns: int = SPAN_NS
+) -> None:
     """A frame of one of the nodes at some time; its identifier ends in the node's number."""
-    at_ns = chance.randrange(SPAN_NS)
+    at_ns = chance.randrange(span_ns)
     number = chance.randrange(len(nodes))
     node = nodes[number]
     frame = random_frame(chance, number, fd and node.settings.data_timing is not None)
@@ -174,7 +176,13 @@ def change_way(bus: LabBus) -> None:
 
 
 def look_at_random_moments(
-    lab: Lab, bus: LabBus, nodes: list[LabNode], chance: random.Random
+    lab: Lab,
+    bus: LabBus,
+    nodes: list[LabNode],
+    chance: random.Random,
+    *,
+    looks: int = LOOKS,
+    end_ns: int = END_NS // 2,
 ) -> list[dict[str, Any]]:
     """What everybody sees at some hundred moments, which comes into the list as time goes on."""
     seen: list[dict[str, Any]] = []
@@ -183,17 +191,18 @@ def look_at_random_moments(
         glance = summary(lab, bus, nodes)
         for node in nodes:
             controller = node.line.controller
-            glance[node.name] = (bus.wire.on_wire(controller), bus.wire.activity(controller))
+            wire = controller.bus  # a stub of its own while its plug is out
+            glance[node.name] = (wire.on_wire(controller), wire.activity(controller))
         seen.append(glance)
 
-    for _ in range(LOOKS):
-        lab.at(chance.randrange(END_NS // 2), look, background=True)
+    for _ in range(looks):
+        lab.at(chance.randrange(end_ns), look, background=True)
     return seen
 
 
 def summary(lab: Lab, bus: LabBus, nodes: list[LabNode]) -> dict[str, Any]:
     told: dict[str, Any] = {
-        "bus": (lab.now_ns, bus.frames, bus.error_frames, bus.wire.busy_ns(), bus.mean_load)
+        "bus": (lab.now_ns, bus.frames, bus.error_frames, bus.wire.busy_ns(), bus.load, bus.mean_load)
     }
     for node in nodes:
         told[f"{node.name} received"] = node.receive_array().tobytes()

@@ -8,6 +8,7 @@ from canwire.bus.can.node import Mailbox, Node
 from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.values.frame import Frame, frame_of_record
+from tests.bus.can.test_sender_errors import some_frame_with_stuff_bit
 from tests.chips.sja1000.bench import Bench, get, put, send
 from tests.tables import sja1000_vectors
 
@@ -460,3 +461,47 @@ def test_basic_can_goes_bus_off_and_comes_back(bench: Bench) -> None:
     bench.bits(1)
     assert chip.read(m.BASIC_SR) == m.SR_TBS
     assert chip.read(m.BASIC_IR) == 0xE0 | m.IR_EI
+
+
+# out of the copper and back
+
+
+@pytest.mark.finding("wire-2 3")
+@pytest.mark.parametrize("bitwise", [False, True])
+def test_a_chip_unplugged_in_mid_frame_and_reset_sends_nothing_old(bench: Bench, bitwise: bool) -> None:
+    bench.bus.bitwise = bitwise
+    a, b, c = bench.chip(), bench.chip(), bench.chip()
+    send(a, C04)
+    bench.bits(30)
+    bench.bus.detach(a)
+    a.write(m.MOD, m.MOD_RM)
+    bench.bits(100)
+    bench.bus.attach(a)
+    a.write(m.MOD, m.MOD_AFM)
+    bench.bits(100)
+    send(b, Frame(0x321, b"\x01"))
+    bench.bits(300)
+    assert (c.read(m.RMC), bench.bus.tally.frames) == (1, 1)
+
+
+@pytest.mark.finding("wire-2 4")
+def test_a_chip_attached_in_mid_frame_does_not_have_the_whole_of_it(bench: Bench) -> None:
+    a, b, c = bench.chip(), bench.chip(), bench.chip()
+    bench.bus.detach(c)
+    send(a, C04)
+    bench.bits(30)
+    bench.bus.attach(c)
+    bench.bits(35)
+    assert c.read(m.RMC) == 0
+    bench.bits(300)
+    assert (a.read(m.SR) & m.SR_TCS, b.read(m.RMC)) == (m.SR_TCS, 1)
+
+
+@pytest.mark.finding("wire-2 7")
+def test_a_receiver_s_ecc_at_the_stuff_bit_behind_the_crc(bench: Bench) -> None:
+    frame, at = some_frame_with_stuff_bit("CRC DEL", 1)
+    a, b = bench.chip(), bench.chip()
+    bench.faults.flip(bit=at, seen_by=b)
+    send(a, frame)
+    bench.bits(200)
+    assert b.read(m.ECC) == 0b10_1_11000  # a stuff error, in reception, at the CRC delimiter

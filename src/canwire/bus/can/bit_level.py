@@ -180,7 +180,7 @@ class BitLevel:
     def coast(self, limit_ns: int) -> bool:
         """Take a stretch of bits in which nobody notices anything in one step; False if there is none by then.
 
-        `now_ps` is its last sample point then, `limit_ns` at the latest.
+        `now_ps` is its last sample point then, of the node that samples last, `limit_ns` at the latest.
         """
         if not self.coasts or not self.clocks or self._forcing or self.watch is not None:
             return False
@@ -192,6 +192,9 @@ class BitLevel:
                 if not clock.coasts_with(first):
                     return False
         self.aligned = True
+        for clock in self.clocks:
+            if clock.sample_ps() > first.sample_ps():
+                first = clock
         bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, first))
         if bits > 0:
             bits = self._calm(bits)

@@ -25,7 +25,7 @@ cdef class CanBus(BusState):
     cdef int _acknowledgers, _listeners
     cdef unsigned long long _pause_ns, _next_ns
     cdef long long _noise_taken
-    cdef bint _acknowledged, _alike, _alike_fd, _waiting, _sleeping, _flag_passive
+    cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _flag_passive
     cdef list _members
 
     @cython.locals(free="unsigned long long", soonest="unsigned long long", ready="unsigned long long", node=Node, box=Mailbox)

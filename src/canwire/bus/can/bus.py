@@ -16,7 +16,7 @@ from canwire.bus.can import bits as can_bits
 from canwire.bus.can import node as seam
 from canwire.bus.can import phases
 from canwire.bus.can.bus_state import BITWISE, ERRING, REST, SENDING, BusState
-from canwire.bus.can.in_step import all_follow
+from canwire.bus.can.in_step import in_step
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.stimulus import Stimulus
 from canwire.timeline import NEVER, Timeline
@@ -52,8 +52,7 @@ class CanBus(BusState):
         self._sleeping = False
         self._acknowledged = False
         self._members: list[Node] = []
-        self._alike = True
-        self._alike_fd = True
+        self._in_step = self._in_step_fd = self._in_step_switching = True
         self._acknowledgers = 0
         self._listeners = 0
         self._waiting = False
@@ -61,7 +60,8 @@ class CanBus(BusState):
         timeline.add(self)
 
     def attach(self, node: Node) -> None:
-        """Put a controller on the copper."""
+        """Put a controller on the copper, perhaps in the middle of a frame, of which it sees the rest."""
+        self.descend()
         node.bus = self
         node.waiting_from_ns = max(node.waiting_from_ns, self.timeline.now_ns)
         self.nodes.append(node)
@@ -71,7 +71,7 @@ class CanBus(BusState):
         """Take a controller off the copper; others see it go recessive at this moment."""
         self.interrupt()
         self.nodes.remove(node)
-        node.bus = None
+        node.bus = node.contending = None
         self.changed()
 
     def poll(self, node: Node) -> None:
@@ -82,8 +82,9 @@ class CanBus(BusState):
     def changed(self) -> None:
         """Work out anew who takes part and whether whole frames can be skipped over."""
         members = []
+        waiting = []
         self._acknowledgers = self._listeners = 0
-        self._waiting = self._sleeping = filters = False
+        self._sleeping = False
         for node in self.nodes:
             if node.on_bus:
                 members.append(node)
@@ -92,15 +93,14 @@ class CanBus(BusState):
                 else:
                     self._acknowledgers += 1
             elif node.waiting:
-                self._waiting = True
-                filters = filters or node.edge_filter
+                waiting.append(node)
             elif node.asleep:
                 self._sleeping = True
         self._link(members)
+        self._waiting = bool(waiting)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
-        self._alike, self._alike_fd = all_follow(members, self.delay_ps)
-        if filters:  # short bits pass such a node by: it may join in the midst of a frame
-            self._alike_fd = False
+        shown = in_step(members, waiting, self.delay_ps)
+        self._in_step, self._in_step_fd, self._in_step_switching = shown
         if self._state == _BITWISE:
             self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
@@ -111,6 +111,13 @@ class CanBus(BusState):
         self._first = members[0] if members else None
         for k, node in enumerate(members):
             node.next_member = members[k + 1] if k + 1 < len(members) else None
+
+    def descend(self) -> None:
+        """Go down to the bit level if anything is on the wire, an intermission included."""
+        if self._state == _REST and self.timeline.now_ns < self._free_ns:
+            self._leave_rest()
+        else:
+            self.interrupt()
 
     def interrupt(self) -> None:
         """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
@@ -154,17 +161,19 @@ class CanBus(BusState):
     def _leave_rest(self) -> None:
         """Go down to the bit level while no frame is on the wire, in the midst of an intermission if need be."""
         now_ns = self.timeline.now_ns
+        self.account()
         sender, self._sender = self._sender, self._nobody
         self._forget_contenders()
         self._rouse(now_ns)
         if now_ns >= self._free_ns or not self._members:
-            self._start_ns = self._busy_from_ns = max(now_ns, self._free_ns)
+            self._start_ns = max(now_ns, self._free_ns)
+            self._busy_from_ns = now_ns
             if now_ns > self._free_ns:
                 self._begin_late(now_ns)
             self._enter_bitwise()
             phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from_ns)
             return
-        self._start_ns = self._busy_from_ns = self._free_ns
+        self._start_ns = self._free_ns
         bit_ps = self._members[0].bit_ps if sender is self._nobody else sender.bit_ps
         self._enter_at(self._free_ps - _INTERMISSION * bit_ps)
         phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from_ns)
@@ -291,6 +300,8 @@ class CanBus(BusState):
             node = node.next_member
         if sender is None:
             return False
+        if self._free_ns > self._busy_from_ns:
+            self.load.add(self._busy_from_ns, self._free_ns)
         if start_ns != self._free_ns:
             self._begin_late(start_ns)
         self._start_ns = self._busy_from_ns = start_ns
@@ -302,7 +313,7 @@ class CanBus(BusState):
             self._rouse(start_ns)
         if collision:
             self.collisions += 1
-        if collision or self.bitwise or joins or not self._alike or not self._skippable():
+        if collision or self.bitwise or joins or not self._in_step or not self._skippable():
             self._contend()
             self._enter_bitwise()
         else:
@@ -318,13 +329,17 @@ class CanBus(BusState):
         """No injected fault will meet this frame, and everybody will understand it."""
         box = self._box
         if box.words[1] >> 32 & _FD:
-            if not self._alike_fd:
+            if not (self._in_step_switching if box.data_bits else self._in_step_fd):
                 return False
             can_bits.show_error_state(box, self._sender.passive, self._sender.fd)
         alone = self._acknowledgers <= 1
         self._acknowledged = not alone or self._sender.self_test
         if alone and (self._waiting or (self._listeners and not self._acknowledged)):
             return False
+        if self.scripted is not None:
+            self._contend()
+            if self.scripted(box):
+                return False
         if self.noise_left >= 0:
             bits = box.bits
             if not self._acknowledged:
@@ -333,10 +348,7 @@ class CanBus(BusState):
                 return False
             self._noise_taken = bits
             self.noise_left -= bits
-        if self.scripted is None:
-            return True
-        self._contend()
-        return not self.scripted(box)
+        return True
 
     def _time_frame(self) -> None:
         """The frame's end, from its bits at one or two rates; if nobody acknowledges, where its sender finds out."""
@@ -375,7 +387,6 @@ class CanBus(BusState):
         free_ps = self._end_ps + _INTERMISSION * bit_ps
         self._free_ns = self._start_ns + free_ps // 1000
         self._free_ps = free_ps % 1000
-        self.load.add(self._busy_from_ns, self._free_ns)
         if self._waiting:
             quiet_ps = self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps
             self._joining.quiet_from_ns = self._start_ns + quiet_ps // 1000
@@ -426,7 +437,6 @@ class CanBus(BusState):
         self._state = _REST
         self._free_ns = self._end_ns
         self._free_ps = self._end_ps % 1000
-        self.load.add(self._busy_from_ns, self._free_ns)
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * sender.bit_ps // 1000
 
@@ -492,7 +502,5 @@ class CanBus(BusState):
         self._state = _REST
         self._free_ns = bits.at_ns(bits.now_ps)
         self._free_ps = bits.remainder_ps()
-        if self._free_ns > self._busy_from_ns:
-            self.load.add(self._busy_from_ns, self._free_ns)
         self._sender = self._nobody
         self._forget_contenders()

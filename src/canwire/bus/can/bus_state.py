@@ -24,7 +24,7 @@ class BusState(Bus):
     """REST between frames, SENDING one as a whole, ERRING behind one that nobody acknowledged, or BITWISE.
 
     At REST the bus is free from `_free_ns` and `_free_ps` on, maybe not yet: the intermission counts to it. Up to
-    `_busy_from_ns` `load` is complete.
+    `_busy_from_ns` `load` is complete; at REST it lacks what comes from there to `_free_ns`.
     """
 
     def __init__(self, timeline: Timeline) -> None:
@@ -89,19 +89,18 @@ class BusState(Bus):
         return self._state == _REST and self.timeline.now_ns >= self._free_ns
 
     def account(self) -> BusLoad:
-        """The load, with the frame on the wire counted up to this moment."""
-        now_ns = self.timeline.now_ns
-        if self._state != _REST and now_ns > self._busy_from_ns:
-            self.load.add(self._busy_from_ns, now_ns)
-            self._busy_from_ns = now_ns
+        """The load, with the frame on the wire, or the intermission behind it, counted up to this moment."""
+        upto_ns = self.timeline.now_ns
+        if self._state == _REST and upto_ns > self._free_ns:
+            upto_ns = self._free_ns
+        if upto_ns > self._busy_from_ns:
+            self.load.add(self._busy_from_ns, upto_ns)
+            self._busy_from_ns = upto_ns
         return self.load
 
     def busy_ns(self) -> int:
         """How long the bus has been busy so far."""
-        busy_ns = self.account().busy_ns
-        counted_ns = self._free_ns if self._state == _REST else self._busy_from_ns
-        ahead_ns = counted_ns - self.timeline.now_ns
-        return busy_ns - ahead_ns if ahead_ns > 0 else busy_ns
+        return self.account().busy_ns
 
     def busy_since_ns(self) -> int:
         """Since when the bus has not rested."""

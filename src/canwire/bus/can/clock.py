@@ -131,7 +131,6 @@ class Clock:
             self.due_ps == other.due_ps
             and not self.sampling
             and self.bit_ps() == other.bit_ps()
-            and self.sample_ps() == other.sample_ps()
             and self.data_rate == other.data_rate
             and self.edge_ps == _NEVER
             and self.check_ps == _NEVER

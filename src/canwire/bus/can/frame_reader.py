@@ -105,8 +105,6 @@ class FrameReader:
             return 0x07 if left > 13 else 0x0F if left > 5 else 0x0E
         if field == _FDF:
             return 0x0D if self.extended else 0x09
-        if field == _CRC_DELIMITER and self.stuffing:
-            return 0x08
         return _PARTS[field]
 
     def expects_stuff_bit(self) -> bool:

@@ -1,29 +1,51 @@
-"""Whether two nodes' clocks are so alike that their bits need not be looked at one by one.
+"""Which frames may be taken whole: those whose every edge comes where everybody begins a bit anyway.
 
-Source: reference/can-protocol.md section 8, conditions I to III.
+The proof is docs/whole-frames.md. Asked once for each change of who is on the bus and how it is set, never for a frame.
 """
 
 from __future__ import annotations
 
-from canwire.bus.can.node import Node
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from canwire.bus.can.node import CLASSIC_ONLY, Node
 
 
-def follows(node: Node, other: Node, delay_ps: int) -> bool:
-    """True when `node` surely stays in step with the bits of `other`: drift within conditions 1 and 2, in reach.
+class InStep(NamedTuple):
+    """Of which frames it is shown that the bit level gives the same: classic ones, FD ones, those that switch rates."""
 
-    Conditions: reference/can-protocol.md section 8, I and II, with the real drift between the two in
-    place of twice the tolerance. Where this is False the bit level shows what comes of it.
-    """
-    drift = abs(node.bit_ps - other.bit_ps)
-    phase2 = node.bit_ps - node.sample_ps
-    kept = 10 * drift <= node.jump_ps
-    kept = kept and drift * (13 * node.bit_ps - phase2) <= min(node.phase1_ps, phase2) * node.bit_ps
-    return kept and 2 * delay_ps <= node.sample_ps
+    classic: bool
+    fd: bool
+    switching: bool
 
 
-def follows_data(node: Node, other: Node) -> bool:
-    """The same for the data phase: condition III."""
-    return 10 * abs(node.data_bit_ps - other.data_bit_ps) <= node.data_jump_ps
+def in_step(members: Sequence[Node], waiting: Sequence[Node], delay_ps: int) -> InStep:
+    """What is shown of these nodes: `members` are on the bus, `waiting` look for 11 recessive bits."""
+    classic = nominal_bits_coincide(members, waiting, delay_ps) and all(map(reads_itself, members))
+    # whoever ignores short dominant bits may join in the midst of an FD frame
+    fd = classic and one_format(members) and not any(node.edge_filter for node in waiting)
+    switching = fd and data_bits_coincide(members, waiting) and all(map(reads_its_data, members))
+    return InStep(classic, fd, switching)
+
+
+def nominal_bits_coincide(members: Sequence[Node], waiting: Sequence[Node], delay_ps: int) -> bool:
+    """One SOF sets all clocks, and no later edge finds one of them off by even a picosecond."""
+    nodes = [*members, *waiting]
+    return len({node.bit_ps for node in nodes}) <= 1 and (delay_ps == 0 or len(nodes) == 1)
+
+
+def one_format(members: Sequence[Node]) -> bool:
+    """Everybody knows CAN FD frames, and computes their CRC in the same way."""
+    formats = {node.fd for node in members}
+    return len(formats) == 1 and CLASSIC_ONLY not in formats
+
+
+def data_bits_coincide(members: Sequence[Node], waiting: Sequence[Node]) -> bool:
+    """All change the rate at the same instants, and no bits are so long that who waits takes them for an idle bus."""
+    switches = {(node.sample_ps, node.data_bit_ps, node.data_sample_ps) for node in members}
+    if len(switches) > 1:
+        return False
+    return all(node.data_bit_ps <= waiter.bit_ps for node in members for waiter in waiting)
 
 
 def reads_itself(node: Node) -> bool:
@@ -39,15 +61,3 @@ def reads_its_data(node: Node) -> bool:
     if node.measures_delay:
         at_ps = max(at_ps + node.loop_ps, node.least_second_ps)
     return node.loop_ps <= at_ps < node.loop_ps + node.data_bit_ps
-
-
-def all_follow(members: list[Node], delay_ps: int) -> tuple[bool, bool]:
-    """Whether all these nodes can follow each other's bits and read their own, and those of FD frames too."""
-    nodes = list({node.timing(): node for node in members}.values())
-    alike = all(follows(node, other, delay_ps) for node in nodes for other in nodes)
-    alike = alike and all(reads_itself(node) for node in members)
-    modes = {node.fd for node in members}
-    alike_fd = len(modes) == 1 and 0 not in modes
-    alike_fd = alike_fd and all(follows_data(node, other) for node in nodes for other in nodes)
-    alike_fd = alike_fd and all(reads_its_data(node) for node in members)
-    return alike, alike and alike_fd

@@ -140,11 +140,6 @@ class Node:
         self.restricted = False
         self.protocol_exception = False
 
-    def timing(self) -> tuple[int, ...]:
-        """Everything about this node's bit times; equal tuples follow each other without fail."""
-        nominal = (self.bit_ps, self.sample_ps, self.quantum_ps, self.phase1_ps, self.jump_ps)
-        return (*nominal, self.data_bit_ps, self.data_sample_ps, self.data_quantum_ps, self.data_jump_ps)
-
     def received(self, box: Mailbox, at_ns: int) -> None:
         """A valid frame ended; `box` is the sender's, good until this returns."""
         raise NotImplementedError

@@ -158,6 +158,7 @@ class Station:
         """Go on behind an ACK slot that nobody filled, which the node has been told of."""
         self.sent = box
         self.contending = None
+        self.index = box.bits - (7 if box.words[1] >> 32 & _FD else 8)
         self.transmitting = self.tally.erring = True
         self.tec_due = passive
         self._begin_flag(_PASSIVE_FLAG if passive else _ACTIVE_FLAG)

@@ -204,21 +204,34 @@ class Forcing:
             self._arm()
 
     def _arm(self) -> None:
+        """Places have come or gone: those in a frame that is on the wire already count, too."""
         bits = self._bus.bits
-        self._progress.clear()
-        self._indices.clear()
-        bits.watch = self._begin_bit if self._placed else None
-        bits.pinned = False
         if self._placed:
-            self._bus.interrupt()
+            self._bus.descend()
+            self._look_around()
+            self._aim()
+        bits.watch = self._begin_bit if self._placed else None
+        bits.pinned = bits.pinned and bits.watch is not None
         self._choose_frames()
+
+    def _look_around(self) -> None:
+        """Who is the sender; and where all nodes are, if nobody has watched the bits up to now."""
+        bits = self._bus.bits
+        if bits.watch is None:
+            self._progress = {clock.node: Progress(clock) for clock in bits.clocks}
+            self._sender = self._frame = None
+        for clock in bits.clocks:
+            if clock.station.transmitting:
+                self._sender = clock.node
+                if clock.station.transmits():
+                    self._frame = frame_of_record(clock.station.sent.block)
 
     def _choose_frames(self) -> None:
         """Tell the bus which frames must go bit by bit."""
         self._bus.scripted = self._awaits if self._placed else None
 
     def _awaits(self, box: Mailbox) -> bool:
-        frame = frame_of_record(box.block)
+        self._frame = frame = frame_of_record(box.block)
         return any(disturbance.place.admits(frame) for disturbance in self._placed)
 
     def _begin_bit(self, clock: Clock, at_ps: int) -> None:
@@ -242,8 +255,13 @@ class Forcing:
         self._sender = sender
         box = sender.contending
         self._frame = None if box is None else frame_of_record(box.block)
+        self._aim()
+
+    def _aim(self) -> None:
+        """Which bits of the sender's frame the places are."""
+        sender = self._sender
         self._indices.clear()
-        if self._frame is not None:
+        if self._frame is not None and sender is not None:
             layout = BitLayout(self._frame, fd_mode=sender.fd, error_passive=sender.passive)
             for disturbance in self._placed:
                 if disturbance.place.admits(self._frame):

@@ -35,6 +35,9 @@ _PHASES = {
 }
 FRAME = "frame"
 PARTS = (FRAME, *FIELDS, *_PHASES)
+_COUNTED = {  # states that know how many of their bits are left
+    station.ACTIVE_FLAG: 6, station.OVERLOAD_FLAG: 6, station.INTERMISSION: 3, station.SUSPEND: 8,
+}  # fmt: skip
 _LONGEST = {"error delimiter": 8, "overload delimiter": 8, "intermission": 3, "suspend": 8}
 
 
@@ -86,12 +89,19 @@ class Place:
 
 
 class Progress:
-    """Where one node is: the part that its present bit belongs to, and which bit of it that is."""
+    """Where one node is: the part that its present bit belongs to, and which bit of it that is.
 
-    def __init__(self) -> None:
+    With the clock of a node that nobody has watched so far, as much of that as it knows itself.
+    """
+
+    def __init__(self, clock: Clock | None = None) -> None:
         self.part = ""
         self.bit = 0
         self._state = -1
+        if clock is not None and clock.station.state in _COUNTED:
+            machine = clock.station
+            self._state, self.part = machine.state, _part_of(machine.state)
+            self.bit = _COUNTED[machine.state] - machine.left + clock.sampling
 
     def begin_bit(self, clock: Clock) -> None:
         machine = clock.station
