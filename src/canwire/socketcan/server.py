@@ -22,7 +22,7 @@ from canwire.socketcan.sockets.bcm import BcmSocket
 from canwire.socketcan.sockets.isotp import IsoTpSocket
 from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.sockets.raw import RawSocket
-from canwire.socketcan.table import Table
+from canwire.socketcan.table import MOST_INTERFACES, Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -74,6 +74,7 @@ class Server:
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
+        self._say_what_is_unplaced()
 
     def run(self, programs: tuple[int, int]) -> None:
         """Until all of these are readable or hung up, and nobody has a socket any more."""
@@ -139,13 +140,20 @@ class Server:
         self._boards.wait(0)
         try:
             gone = self._setting.interfaces.refresh()
-        except (HubError, IndexError):
+        except HubError:
             return  # the ports say what there is to say
+        self._say_what_is_unplaced()
         for interface in gone:
             if self._ports.known(interface.index) is None:
                 self._setting.interfaces.remove(interface)
         for one in list(self._sockets.values()):
             one.boards_changed()
+
+    def _say_what_is_unplaced(self) -> None:
+        if names := sorted(self._setting.interfaces.unplaced):
+            self._say_once(
+                f"{MOST_INTERFACES} interfaces are all there can be: {names[0]} and {len(names) - 1} more are no interfaces"
+            )
 
     # requests
 
@@ -208,7 +216,7 @@ class Server:
     def _note(self, request: Request) -> None:
         if request.a == NOTE_NETLINK:
             self._say_once(
-                f"{request.program} opened a netlink socket: interfaces are set up by canwire run and canwire line, "
+                f"{request.program} opened a netlink socket: interfaces are set up by canwire run --bit-rate, "
                 "not by `ip link`"
             )
         elif request.a == NOTE_EXEC:

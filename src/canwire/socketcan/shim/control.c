@@ -48,15 +48,17 @@ long ask(const struct request *request, const void *data, size_t length, void *r
     struct msghdr outgoing = {.msg_iov = out, .msg_iovlen = 2};
     struct msghdr incoming = {.msg_iov = in, .msg_iovlen = 2, .msg_control = &control, .msg_controllen = sizeof control};
     ssize_t got = -1;
-    int fd = dial();
+    int fd = dial(), fault = 0;
 
     if (fd >= 0) {
         if (REAL(sendmsg)(fd, &outgoing, MSG_NOSIGNAL) >= 0)
             got = receive_reply(fd, &incoming, close_on_exec ? MSG_CMSG_CLOEXEC : 0);
+        else
+            fault = errno == EFAULT; /* the program's pointer */
         REAL(close)(fd);
     }
-    if (got < (ssize_t)sizeof result) { /* whoever started us is gone: as if the adapter was pulled */
-        errno = ENETDOWN;
+    if (got < (ssize_t)sizeof result) { /* else whoever started us is gone: as if the adapter was pulled */
+        errno = fault ? EFAULT : ENETDOWN;
         return -1;
     }
     if (size != NULL)

@@ -6,7 +6,6 @@
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/net_tstamp.h>
-#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/time.h>
@@ -48,7 +47,7 @@ static void put_stamps(const struct slot *slot, const struct received *header, s
         put_control(message, used, (int)slot->stamping, stamps, sizeof stamps);
 }
 
-static void tell(struct slot *slot, const struct received *header, struct msghdr *message, size_t room)
+static int tell(struct slot *slot, const struct received *header, struct msghdr *message, size_t room)
 {
     size_t used = 0;
 
@@ -64,9 +63,12 @@ static void tell(struct slot *slot, const struct received *header, struct msghdr
         message->msg_flags |= MSG_CONFIRM;
     if (message->msg_name != NULL) {
         struct sockaddr_can name = {.can_family = AF_CAN, .can_ifindex = header->interface};
-        memcpy(message->msg_name, &name, message->msg_namelen < sizeof name ? message->msg_namelen : sizeof name);
-        message->msg_namelen = sizeof name;
+        socklen_t length = address_length(slot);
+        int error = copy_out(message->msg_name, &name, message->msg_namelen < length ? message->msg_namelen : length);
+        message->msg_namelen = length;
+        return error;
     }
+    return 0;
 }
 
 static ssize_t finish(struct slot *slot, const struct received *header, struct msghdr *message, ssize_t length)
@@ -76,8 +78,10 @@ static ssize_t finish(struct slot *slot, const struct received *header, struct m
         return -1;
     }
     __atomic_store_n(&slot->last_stamp_ns, header->stamp_ns, __ATOMIC_RELAXED);
-    tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
-    return length;
+    int error = tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
+    if (error != 0)
+        errno = error;
+    return error != 0 ? -1 : length;
 }
 
 /* Broadcast manager and ISO-TP: each message is one of the socket pair's. */
@@ -107,40 +111,29 @@ static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *messa
     return finish(slot, &header, message, got - (ssize_t)sizeof header);
 }
 
-static size_t scatter(struct msghdr *message, const char *data, size_t length)
+/* How much of it there was room for; -1: a place is none of the program's. */
+static ssize_t scatter(struct msghdr *message, const char *data, size_t length)
 {
     size_t done = 0;
 
     for (size_t at = 0; at < message->msg_iovlen && done < length; at++) {
         size_t part = message->msg_iov[at].iov_len < length - done ? message->msg_iov[at].iov_len : length - done;
-        memcpy(message->msg_iov[at].iov_base, data + done, part);
+        if (copy_out(message->msg_iov[at].iov_base, data + done, part) != 0)
+            return -1;
         done += part;
     }
-    return done;
+    return (ssize_t)done;
 }
 
-/* 0: there may be something now; -1 and errno else. */
+/* 0: there may be something now; -1 and errno else. The kernel waits, by its rules of timeouts and signals. */
 static int wait_for_row(int fd, int flags)
 {
-    struct timeval limit = {0, 0};
-    socklen_t size = sizeof limit;
-    struct pollfd something = {fd, POLLIN, 0};
     char byte;
-    int wait = !(flags & MSG_DONTWAIT) && !(REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK);
+    ssize_t got = REAL(recv)(fd, &byte, 1, MSG_PEEK | (flags & MSG_DONTWAIT));
 
-    REAL(getsockopt)(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, &size);
-    long span = limit.tv_sec * 1000 + limit.tv_usec / 1000;
-    int found = poll(&something, 1, !wait ? 0 : span ? (int)span : -1);
-    if (found < 0)
-        return -1;
-    if (found > 0 && REAL(recv)(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) { /* the server is gone */
+    if (got == 0) /* the server is gone */
         errno = ENETDOWN;
-        return -1;
-    }
-    if (found > 0 && wait)
-        return 0;
-    errno = EAGAIN;
-    return -1;
+    return got > 0 ? 0 : -1;
 }
 
 static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags)
@@ -163,18 +156,26 @@ static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struc
     }
     memcpy(&header, row, sizeof header);
     size_t length = header.length > RECEIVED_SIZE - sizeof header ? 0 : header.length;
-    size_t done = scatter(message, row + sizeof header, length);
+    ssize_t done = scatter(message, row + sizeof header, length);
     if (!(flags & MSG_PEEK))
         release_oldest(block, fd);
     unlock_received(block, fd);
-    message->msg_flags = done < length ? MSG_TRUNC : 0;
-    return finish(slot, &header, message, (ssize_t)(flags & MSG_TRUNC ? length : done));
+    if (done < 0) {
+        errno = EFAULT;
+        return -1;
+    }
+    message->msg_flags = (size_t)done < length ? MSG_TRUNC : 0;
+    return finish(slot, &header, message, done);
 }
 
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
 {
     struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
 
+    if (flags & MSG_ERRQUEUE && slot->protocol != CAN_BCM) { /* nothing ever comes there */
+        errno = slot->protocol == CAN_ISOTP ? EINVAL : EAGAIN;
+        return -1;
+    }
     return block != NULL ? receive_row(fd, slot, block, message, flags)
                          : receive_from_pair(fd, slot, message, flags);
 }
@@ -222,7 +223,18 @@ EXPORT ssize_t read(int fd, void *buffer, size_t size)
 {
     struct slot *slot = slot_of(fd);
 
-    return slot == NULL ? REAL(read)(fd, buffer, size) : receive_buffer(fd, slot, buffer, size, 0);
+    if (slot == NULL)
+        return REAL(read)(fd, buffer, size);
+    return size != 0 ? receive_buffer(fd, slot, buffer, size, 0) : 0; /* which takes nothing */
+}
+
+static size_t room_of(const struct msghdr *message)
+{
+    size_t room = 0;
+
+    for (size_t at = 0; at < message->msg_iovlen; at++)
+        room += message->msg_iov[at].iov_len;
+    return room;
 }
 
 EXPORT ssize_t readv(int fd, const struct iovec *parts, int count)
@@ -230,7 +242,9 @@ EXPORT ssize_t readv(int fd, const struct iovec *parts, int count)
     struct slot *slot = slot_of(fd);
     struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
 
-    return slot == NULL ? REAL(readv)(fd, parts, count) : receive_message(fd, slot, &message, 0);
+    if (slot == NULL)
+        return REAL(readv)(fd, parts, count);
+    return room_of(&message) != 0 ? receive_message(fd, slot, &message, 0) : 0;
 }
 
 EXPORT ssize_t recvfrom(int fd, void *buffer, size_t size, int flags, struct sockaddr *address, socklen_t *length)

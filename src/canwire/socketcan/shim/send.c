@@ -24,12 +24,15 @@ static size_t total(const struct msghdr *message)
     return sum;
 }
 
-static void gather(const struct msghdr *message, char *into)
+/* 0, or EFAULT */
+static int gather(const struct msghdr *message, char *into)
 {
     for (size_t at = 0; at < message->msg_iovlen; at++) {
-        memcpy(into, message->msg_iov[at].iov_base, message->msg_iov[at].iov_len);
+        if (copy_in(into, message->msg_iov[at].iov_base, message->msg_iov[at].iov_len) != 0)
+            return EFAULT;
         into += message->msg_iov[at].iov_len;
     }
+    return 0;
 }
 
 /* The interface that a message is for, 0 and errno if there is none; `interface` where its own address says so. */
@@ -138,9 +141,9 @@ static ssize_t send_raw(int fd, const struct slot *slot, const struct msghdr *me
         errno = ENXIO;
         return -1;
     }
-    if (size <= sizeof frame)
-        gather(message, frame);
-    int error = frame_error(slot, interface, frame, size);
+    int error = size <= sizeof frame ? gather(message, frame) : 0;
+    if (error == 0)
+        error = frame_error(slot, interface, frame, size);
     if (error == 0) {
         struct sent header = {index, (uint32_t)size};
         error = put_row(fd, block, &header, frame, flags, interface);
@@ -173,11 +176,11 @@ static ssize_t send_asked(int fd, const struct slot *slot, const struct msghdr *
         errno = ENOMEM;
         return -1;
     }
-    gather(message, packet);
-    done = ask(&request, packet, size, NULL, NULL, NULL, 0);
-    int before = errno;
+    int error = gather(message, packet);
+    done = error == 0 ? ask(&request, packet, size, NULL, NULL, NULL, 0) : -1;
+    error = error == 0 ? errno : error;
     free(packet);
-    errno = before;
+    errno = error;
     return done;
 }
 

@@ -8,6 +8,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from canwire.socketcan.constants import CANFD_MTU
+from canwire.socketcan.interfaces import FULL
 from canwire.socketcan.outlets import MessageOutlet
 from canwire.socketcan.ports import Ports
 from canwire.socketcan.sockets.base import CanSocket, message_of
@@ -62,7 +63,7 @@ class MessageSocket(CanSocket):
         if len(waiting) < _MOST_WAITING:
             waiting.append(frame)
         else:
-            port.drop(1)
+            port.drop(1, FULL)
         if len(waiting) == 1:
             self._drain(port)
 
