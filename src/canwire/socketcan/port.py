@@ -119,7 +119,8 @@ class Port:
             self.pump()
         elif len(records):
             self._pumps = True
-            self._loop.call_in(2 * _GATHER_S if len(records) >= _SEVERAL else _GATHER_S, self._turn)
+            gather_s = 2 * _GATHER_S if len(records) >= _SEVERAL else _GATHER_S
+            self._loop.call_in(self._setting.gather_s(gather_s), self._turn)
         else:
             self._reading.ring.arm()
 

@@ -6,13 +6,14 @@ import errno
 import os
 import secrets
 import socket
+import struct
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import Event, HubError
 from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
 from canwire.socketcan.control import Asked, Control, Request
 from canwire.socketcan.interfaces import Interfaces
-from canwire.socketcan.loop import READABLE, Loop
+from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.programs import trouble_with
 from canwire.socketcan.rings import Rings
@@ -23,13 +24,14 @@ from canwire.socketcan.sockets.isotp import IsoTpSocket
 from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.sockets.raw import RawSocket
 from canwire.socketcan.table import MOST_INTERFACES, Table
+from canwire.socketcan.turns import TimedWaiter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from canwire import Hub, WantedMode
 
-OPEN_SOCKET, BIND, CONNECT, SET_OPTION, GET_OPTION, SEND_BCM, SEND_ISOTP, NOTE = range(1, 9)
+OPEN_SOCKET, BIND, CONNECT, SET_OPTION, GET_OPTION, SEND_BCM, SEND_ISOTP, NOTE, AWAIT_TURN, LEAVE_TIME = range(1, 11)
 NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC = range(1, 4)
 _FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
 _LOOK_S = 0.02
@@ -59,11 +61,15 @@ class Server:
         epoch_ns: int,
         say: Callable[[str], object],
     ) -> None:
-        self._loop = Loop()
         self._boards = Event()
         hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
         self._prefix = f"canwire-{secrets.token_hex(3)}-"
         table = Table(os.path.join(directory, "table"), self._prefix.encode())
+        self._turns = TimedWaiter(hub, table) if hub.timed else None
+        self._loop = Loop()
+        if self._turns is not None:
+            table.keep_time(epoch_ns)
+            self._loop = self._turns.loop = Loop(self._turns, self._turns.clock_s)
         interfaces = Interfaces(hub, table, mappings)
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
         self._setting.deserted = self._stop_if_unused
@@ -102,7 +108,7 @@ class Server:
             self._alive.discard(descriptor)
             self._stop_if_unused()
 
-        self._loop.watch(descriptor, READABLE, ended)
+        self._loop.watch(descriptor, READABLE | URGENT, ended)
 
     def _stop_if_unused(self) -> None:
         if not self._alive and all(one.deserted for one in self._sockets.values()):
@@ -111,6 +117,8 @@ class Server:
     def _flush(self) -> None:
         """What was sent goes out, or gets no further."""
         self._setting.deserted = lambda: None
+        if self._turns is not None:
+            self._turns.ended = True
         state, since_s = self._left(), self._loop.clock_s()
 
         def look() -> None:
@@ -158,6 +166,20 @@ class Server:
     # requests
 
     def _answer(self, request: Request, asked: Asked) -> None:
+        if self._turns is None:
+            self._do(request, asked)
+        elif request.operation == LEAVE_TIME:
+            self._turns.leaves(request)
+            asked.answer(0)
+        else:
+            self._turns.requested(request, asked, takes_part=request.operation in (OPEN_SOCKET, AWAIT_TURN))
+            if request.operation == AWAIT_TURN:
+                self._turns.waits(request, asked, struct.unpack("<q", request.data)[0])
+            else:
+                self._do(request, asked)
+                self._turns.still_asks(request, asked)
+
+    def _do(self, request: Request, asked: Asked) -> None:
         if request.operation == OPEN_SOCKET:
             self._open(request, asked)
             return

@@ -33,5 +33,10 @@ class Setting:
         self.wanted = wanted
         self.epoch_ns = epoch_ns
         self.fast = hub.time == "fast"
+        self.timed = hub.timed
         self.say = say
         self.deserted: Callable[[], object] = lambda: None  # a socket has lost its last program
+
+    def gather_s(self, seconds: float) -> float:
+        """How long to wait for more frames before looking again; where programs keep one time, all there is has come."""
+        return 0.0 if self.timed else seconds

@@ -31,6 +31,8 @@ _AT_REST = 64  # places that wait, so that who still looks at one that is gone d
 _FLAGS_OFFSET = 24
 _BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
 _IDENTIFIERS_OFFSET = 52
+_NOW_AT, _EPOCH_AT, _TIMED_AT = 32, 40, 48
+_LONG = struct.Struct("<Q")
 _PAIR, _WORD = struct.Struct("<iI"), struct.Struct("<I")
 _WORDS = struct.Struct("<II")
 
@@ -50,6 +52,14 @@ class Table:
         self._resting: deque[int] = deque()  # places of interfaces that are gone
         self._uses = Counter[int]()
         self._free = list(range(MOST_SLOTS - 1, -1, -1))
+
+    def keep_time(self, epoch_ns: int) -> None:
+        """The programs' time is what `set_time` says from now on."""
+        _WORD.pack_into(self._memory, _TIMED_AT, 1)
+        _LONG.pack_into(self._memory, _EPOCH_AT, epoch_ns)
+
+    def set_time(self, now_ns: int) -> None:
+        _LONG.pack_into(self._memory, _NOW_AT, now_ns)
 
     # interfaces
 

@@ -1,6 +1,7 @@
 /* What programs read: the server's header is taken off, and what it says becomes control messages. */
 #include "ring.h"
 #include "shim.h"
+#include "timed.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -84,12 +85,33 @@ static ssize_t finish(struct slot *slot, const struct received *header, struct m
     return error != 0 ? -1 : length;
 }
 
+/* The wait of a call that receives; `again`: nothing was there at its turn. -1 and errno where it does not wait on. */
+static int wait_for_message(int fd, int flags, struct wait *wait)
+{
+    struct timeval limit = {0, 0};
+    socklen_t size = sizeof limit;
+
+    errno = EAGAIN;
+    if (flags & MSG_DONTWAIT || REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK)
+        return -1;
+    if (!wait->again) {
+        REAL(getsockopt)(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, &size);
+        struct timespec span = {limit.tv_sec, limit.tv_usec * 1000};
+        int limited = limit.tv_sec != 0 || limit.tv_usec != 0;
+        wait->until_ns = wait_end_ns(limited ? &span : NULL);
+        wait->restarts = !limited;
+    } else if (expired(wait))
+        return -1;
+    return await_turn(wait);
+}
+
 /* Broadcast manager and ISO-TP: each message is one of the socket pair's. */
 static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *message, int flags)
 {
     struct received header;
     struct iovec few[SHORT_VECTOR + 1], *parts = few;
     struct msghdr inner = {.msg_iovlen = message->msg_iovlen + 1};
+    struct wait wait = {0};
     ssize_t got;
 
     if (message->msg_iovlen > SHORT_VECTOR && (parts = calloc(message->msg_iovlen + 1, sizeof *parts)) == NULL) {
@@ -100,7 +122,9 @@ static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *messa
     if (message->msg_iovlen)
         memcpy(parts + 1, message->msg_iov, message->msg_iovlen * sizeof *parts);
     inner.msg_iov = parts;
-    got = REAL(recvmsg)(fd, &inner, flags & ~MSG_ERRQUEUE);
+    do
+        got = REAL(recvmsg)(fd, &inner, (flags & ~MSG_ERRQUEUE) | (timed() ? MSG_DONTWAIT : 0));
+    while (got < 0 && errno == EAGAIN && timed() && wait_for_message(fd, flags, &wait) == 0);
     int before = errno;
     if (parts != few)
         free(parts);
@@ -126,11 +150,13 @@ static ssize_t scatter(struct msghdr *message, const char *data, size_t length)
 }
 
 /* 0: there may be something now; -1 and errno else. The kernel waits, by its rules of timeouts and signals. */
-static int wait_for_row(int fd, int flags)
+static int wait_for_row(int fd, int flags, struct wait *wait)
 {
     char byte;
-    ssize_t got = REAL(recv)(fd, &byte, 1, MSG_PEEK | (flags & MSG_DONTWAIT));
+    ssize_t got = REAL(recv)(fd, &byte, 1, MSG_PEEK | (timed() ? MSG_DONTWAIT : flags & MSG_DONTWAIT));
 
+    if (got < 0 && errno == EAGAIN && timed())
+        return wait_for_message(fd, flags, wait);
     if (got == 0) /* the server is gone */
         errno = ENETDOWN;
     return got > 0 ? 0 : -1;
@@ -139,6 +165,7 @@ static int wait_for_row(int fd, int flags)
 static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags)
 {
     struct received header;
+    struct wait wait = {0};
     const char *row;
 
     for (;;) {
@@ -151,7 +178,7 @@ static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struc
         if (row != NULL)
             break;
         unlock_received(block, fd);
-        if (wait_for_row(fd, flags) < 0)
+        if (wait_for_row(fd, flags, &wait) < 0)
             return -1;
     }
     memcpy(&header, row, sizeof header);

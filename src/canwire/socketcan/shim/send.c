@@ -1,6 +1,7 @@
 /* What programs write: checked as the kernel does, with its errors, and passed on behind a small header. */
 #include "ring.h"
 #include "shim.h"
+#include "timed.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -79,7 +80,12 @@ static int wait_for_room(int fd, struct block *block, const struct interface *in
             *left = LONG_MAX;
     }
     int span = *left < PATIENCE_MS ? (int)*left : PATIENCE_MS;
-    wait_for_turn(block, span);
+    if (timed()) {
+        struct wait wait = {.until_ns = hub_now_ns() + span * 1000000ll, .restarts = 1};
+        if (await_turn(&wait) < 0)
+            return errno;
+    } else
+        wait_for_turn(block, span);
     error = interface_error(interface, 1);
     if (error == 0 && poll(&server, 1, 0) > 0 && server.revents & (POLLHUP | POLLERR))
         error = ENETDOWN;

@@ -59,7 +59,10 @@ struct table {
     uint32_t interfaces;
     uint32_t slots;
     char prefix[PREFIX_SIZE];
-    uint32_t reserved[8];
+    uint64_t now_ns;   /* where programs keep one time: the hub's ... */
+    uint64_t epoch_ns; /* ... and what makes it the wall's */
+    uint32_t timed;
+    uint32_t reserved[3];
     struct interface interface[MOST_INTERFACES];
     struct slot slot[MOST_SLOTS];
 };
@@ -91,6 +94,8 @@ enum operation {
     SEND_BCM,        /* a = interface or 0, data = struct bcm_msg_head and frames */
     SEND_ISOTP,      /* a = flags, data = PDU */
     NOTE,            /* a = enum note, data = text */
+    AWAIT_TURN,      /* a = this is no new wait, b = SA_RESTART, data = int64_t until, ns; the answer is the turn */
+    LEAVE_TIME,      /* this thread takes part no longer */
 };
 
 enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC };
@@ -100,6 +105,7 @@ struct request {
     int32_t slot;
     int32_t a;
     int32_t b;
+    int32_t thread; /* set by `ask` */
 };
 
 /* real.c */

@@ -240,7 +240,7 @@ class RawSocket(CanSocket):
             self.close()
         elif count:
             self._collects = True
-            self.setting.loop.call_in(_GATHER_S, self._collect)
+            self.setting.loop.call_in(self.setting.gather_s(_GATHER_S), self._collect)
         elif not self._ring.want_frames():
             self._collect_soon()
 
