@@ -106,6 +106,8 @@ class Server:
         def ended(_: int) -> None:
             self._loop.forget(descriptor)
             self._alive.discard(descriptor)
+            if self._turns is not None and not self._alive:
+                self._turns.ended = True
             self._stop_if_unused()
 
         self._loop.watch(descriptor, READABLE | URGENT, ended)
@@ -117,8 +119,6 @@ class Server:
     def _flush(self) -> None:
         """What was sent goes out, or gets no further."""
         self._setting.deserted = lambda: None
-        if self._turns is not None:
-            self._turns.ended = True
         state, since_s = self._left(), self._loop.clock_s()
 
         def look() -> None:
