@@ -66,9 +66,7 @@ class Polled:
 class Loop:
     """Runs until `stop`; times are those of `clock_s`, seconds. `waiter` None: Linux' own."""
 
-    def __init__(
-        self, waiter: Waiter | None = None, clock_s: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, waiter: Waiter | None = None, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._waiter = waiter or Polled()
         self.clock_s = clock_s
         self._calls: dict[int, Callable[[int], object]] = {}

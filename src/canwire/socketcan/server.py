@@ -31,10 +31,32 @@ if TYPE_CHECKING:
 
     from canwire import Hub, WantedMode
 
-OPEN_SOCKET, BIND, CONNECT, SET_OPTION, GET_OPTION, SEND_BCM, SEND_ISOTP, NOTE, AWAIT_TURN, LEAVE_TIME = range(1, 11)
-NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC = range(1, 4)
+(
+    OPEN_SOCKET,
+    BIND,
+    CONNECT,
+    SET_OPTION,
+    GET_OPTION,
+    SEND_BCM,
+    SEND_ISOTP,
+    NOTE,
+    AWAIT_TURN,
+    LEAVE_TIME,
+    SET_TIMER,
+) = range(1, 12)
+NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK = range(1, 5)
 _FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
 _LOOK_S = 0.02
+
+
+_UNTIL, _TIMER = struct.Struct("<q"), struct.Struct("<qq")
+
+
+def _times(layout: struct.Struct, request: Request) -> tuple[int, ...]:
+    """Of a request's data; raises OSError where they are none."""
+    if len(request.data) != layout.size:
+        raise refuse(errno.EINVAL)
+    return layout.unpack(request.data)
 
 
 class Left(NamedTuple):
@@ -73,6 +95,8 @@ class Server:
         interfaces = Interfaces(hub, table, mappings)
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
         self._setting.deserted = self._stop_if_unused
+        if self._turns is not None:
+            self._setting.stir = self._turns.stir
         self._ports = Ports(self._setting)
         self._sockets: dict[int, CanSocket] = {}
         self._rings = Rings(os.path.join(directory, "rings"), library)
@@ -160,7 +184,7 @@ class Server:
     def _say_what_is_unplaced(self) -> None:
         if names := sorted(self._setting.interfaces.unplaced):
             self._say_once(
-                f"{MOST_INTERFACES} interfaces are all there can be: {names[0]} and {len(names) - 1} more are no interfaces"
+                f"{MOST_INTERFACES} interfaces are all there can be: {names[0]} and {len(names) - 1} more are none"
             )
 
     # requests
@@ -168,16 +192,25 @@ class Server:
     def _answer(self, request: Request, asked: Asked) -> None:
         if self._turns is None:
             self._do(request, asked)
-        elif request.operation == LEAVE_TIME:
-            self._turns.leaves(request)
-            asked.answer(0)
         else:
-            self._turns.requested(request, asked, takes_part=request.operation in (OPEN_SOCKET, AWAIT_TURN))
-            if request.operation == AWAIT_TURN:
-                self._turns.waits(request, asked, struct.unpack("<q", request.data)[0])
-            else:
-                self._do(request, asked)
-                self._turns.still_asks(request, asked)
+            self._answer_in_time(self._turns, request, asked)
+
+    def _answer_in_time(self, turns: TimedWaiter, request: Request, asked: Asked) -> None:
+        """Where programs keep one time: who asks runs, until it waits or its answer comes later."""
+        if request.operation == LEAVE_TIME:
+            turns.leaves(request)
+            asked.answer(0)
+            return
+        takes_part = request.operation in (OPEN_SOCKET, AWAIT_TURN, SET_TIMER)
+        turns.requested(request, asked, takes_part=takes_part)
+        if request.operation == AWAIT_TURN:
+            turns.waits(request, asked, *_times(_UNTIL, request))
+        elif request.operation == SET_TIMER:
+            before = turns.set_timer(request.process, *_times(_TIMER, request))
+            asked.answer(0, _TIMER.pack(*before))
+        else:
+            self._do(request, asked)
+            turns.still_asks(request, asked)
 
     def _do(self, request: Request, asked: Asked) -> None:
         if request.operation == OPEN_SOCKET:
@@ -240,6 +273,10 @@ class Server:
             self._say_once(
                 f"{request.program} opened a netlink socket: interfaces are set up by canwire run --bit-rate, "
                 "not by `ip link`"
+            )
+        elif request.a == NOTE_CLOCK:
+            self._say_once(
+                f"{request.program} uses {os.fsdecode(request.data)}: by the computer's clock, not by the hub's time"
             )
         elif request.a == NOTE_EXEC:
             path = os.fsdecode(request.data)

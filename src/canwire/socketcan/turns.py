@@ -7,9 +7,9 @@ whom there may be something, one after the other; when nobody is left, the serve
 
 from __future__ import annotations
 
-import math
 import os
 import select
+import signal
 import threading
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
     from canwire import Hub
     from canwire.socketcan.control import Asked, Request
-    from canwire.socketcan.loop import Loop
+    from canwire.socketcan.loop import Loop, Timer
     from canwire.socketcan.table import Table
 
 NEVER = (1 << 63) - 1
 
 
 class Seat:
-    """A thread that takes part. It runs, or waits and `give` is its turn; `round` is the server's turn of its last one."""
+    """A thread that takes part: it runs, or waits for `give`. `round` is the server's turn in which it had its last."""
 
     def __init__(self, process: int) -> None:
         self.process = process
@@ -51,6 +51,8 @@ class TimedWaiter:
         self._urgent_ones: set[int] = set()
         self._seats: dict[tuple[int, int], Seat] = {}
         self._ends: dict[int, int] = {}  # by process: a descriptor that tells its end
+        self._timers: dict[int, tuple[Timer, int]] = {}  # by process, with the interval
+        self._signalled: dict[int, int] = {}  # processes whose timer has gone off: 1
         self._last: Seat | None = None
         self._round = 0
         self.now_ns = 0
@@ -129,12 +131,37 @@ class TimedWaiter:
         def interrupted() -> None:
             seat.give = None
 
-        seat.give = lambda: asked.answer(0)
+        seat.give = lambda: asked.answer(self._signalled.pop(request.process, 0))
         asked.when_gone(interrupted)
 
     def leaves(self, request: Request) -> None:
         """This thread takes part no longer."""
         self._seats.pop((request.process, request.thread), None)
+
+    def set_timer(self, process: int, first_ns: int, then_ns: int) -> tuple[int, int]:
+        """SIGALRM for this process so long from now (0: never), and then each time; what was set before."""
+        before = self._timers.pop(process, None)
+        left_ns, interval_ns = 0, 0
+        if before is not None:
+            before[0].cancel()
+            left_ns, interval_ns = max(1, round(before[0].due_s * 1e9) - self.now_ns), before[1]
+        if first_ns > 0:
+            due_s = (self.now_ns + first_ns) / 1e9
+            timer = self.loop.call_at(due_s, lambda: self._goes_off(process, then_ns))
+            self._timers[process] = timer, then_ns
+        return left_ns, interval_ns
+
+    def _goes_off(self, process: int, then_ns: int) -> None:
+        del self._timers[process]
+        if process not in self._ends:
+            return
+        if then_ns > 0:
+            self.set_timer(process, then_ns, then_ns)
+        signal.pidfd_send_signal(self._ends[process], signal.SIGALRM)
+        self._signalled[process] = 1
+        seat = next((seat for key, seat in self._seats.items() if key[0] == process), None)
+        if seat is not None and seat.give not in (None, _nothing):
+            self._give(seat)  # it is interrupted already
 
     def stir(self) -> None:
         """Everybody looks again."""
@@ -170,9 +197,7 @@ class TimedWaiter:
         if any(seat.give is None for seat in self._seats.values()):  # one runs: time stands
             return found if found or seconds == 0 else self._urgent.poll(None)
         found += self._calm.wait(0)
-        if found:
-            self.stir()
-        elif seconds != 0:
+        if not found and seconds != 0:
             self._go_on(seconds)
         return found
 
@@ -205,12 +230,11 @@ class TimedWaiter:
     def _wait_for_turn(self, seconds: float | None) -> None:
         until_ns = min((seat.until_ns for seat in self._seats.values()), default=NEVER)
         if seconds is not None:
-            until_ns = min(until_ns, self.now_ns + max(1, math.ceil(seconds * 1e9)))
+            until_ns = min(until_ns, self.now_ns + max(1, round(seconds * 1e9)))
         self._bell.modify(self._urgent, READABLE | select.EPOLLONESHOT)
         self._hub.wait_once(None if until_ns >= NEVER else max(0, until_ns - self.now_ns) / 1e9)
         self._round += 1
         self._see_time()
-        self.stir()
 
     def _see_time(self) -> None:
         self.now_ns = self._hub.now_ns()

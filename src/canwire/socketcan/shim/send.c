@@ -84,6 +84,8 @@ static int wait_for_room(int fd, struct block *block, const struct interface *in
         struct wait wait = {.until_ns = hub_now_ns() + span * 1000000ll, .restarts = 1};
         if (await_turn(&wait) < 0)
             return errno;
+        if (!expired(&wait))
+            span = 0;
     } else
         wait_for_turn(block, span);
     error = interface_error(interface, 1);

@@ -96,9 +96,10 @@ enum operation {
     NOTE,            /* a = enum note, data = text */
     AWAIT_TURN,      /* a = this is no new wait, b = SA_RESTART, data = int64_t until, ns; the answer is the turn */
     LEAVE_TIME,      /* this thread takes part no longer */
+    SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
 };
 
-enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC };
+enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK };
 
 struct request {
     uint32_t operation;

@@ -48,6 +48,22 @@ int expired(const struct wait *wait)
     return hub_now_ns() >= wait->until_ns;
 }
 
+/* SIGALRM has come with this turn: its handler has run, and the call ends as the kernel's would. */
+static int interrupts(const struct wait *wait)
+{
+    struct sigaction action;
+    sigset_t blocked;
+
+    sigaction(SIGALRM, NULL, &action);
+    if (wait->mask != NULL)
+        blocked = *wait->mask;
+    else
+        pthread_sigmask(SIG_SETMASK, NULL, &blocked);
+    if (action.sa_handler == SIG_IGN || sigismember(&blocked, SIGALRM))
+        return 0;
+    return !(wait->restarts && action.sa_flags & SA_RESTART);
+}
+
 int await_turn(struct wait *wait)
 {
     struct request request = {.operation = AWAIT_TURN, .a = wait->again, .b = wait->restarts};
@@ -63,6 +79,10 @@ int await_turn(struct wait *wait)
         pthread_sigmask(SIG_SETMASK, &before, NULL);
     errno = error;
     wait->again = 1;
+    if (done > 0 && interrupts(wait)) {
+        errno = EINTR;
+        done = -1;
+    }
     return done < 0 ? -1 : 0;
 }
 

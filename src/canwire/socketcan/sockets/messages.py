@@ -55,6 +55,7 @@ class MessageSocket(CanSocket):
         except ConnectionError:
             self.close()
             return
+        self.setting.stir()
         self.rewatch()
 
     def send_frame(self, port: Port, frame: bytes) -> None:
@@ -86,6 +87,7 @@ class MessageSocket(CanSocket):
 
     def written(self) -> None:
         self.outlet.flush()
+        self.setting.stir()
 
     def readable(self) -> None:
         """Programs send by requests: whatever arrives here is the end."""

@@ -195,6 +195,7 @@ class RawSocket(CanSocket):
 
     def _put(self, rows: Array) -> None:
         self._outlet.put(rows)
+        self.setting.stir()
 
     # from the program
 
@@ -209,6 +210,7 @@ class RawSocket(CanSocket):
         else:
             self._ring.kicked()
             self._outlet.flush()
+            self.setting.stir()
             if self._outlet.waiting < _LATER:
                 for port in self._heard:
                     port.pump()
@@ -234,6 +236,7 @@ class RawSocket(CanSocket):
         count = len(rows)
         if count:
             self._send_all(rows)
+            self.setting.stir()
         if count >= _MUCH or self._held or (self._hung_up and count):
             self._collect_soon()
         elif self._hung_up:
