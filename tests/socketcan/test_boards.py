@@ -15,6 +15,8 @@ from canwire.socketcan.daemon.daemon import Daemon
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.launch import shim
 from canwire.socketcan.server import Server
+from canwire.socketcan.table import Table
+from tests.socketcan.bench import Bench
 
 pytest.importorskip("numpy")
 
@@ -61,3 +63,31 @@ def test_a_board_that_comes_while_a_server_begins(
         serve(hub, tmp_path)
     (interfaces,) = made
     assert "HW000077_0" in {one.name for one in interfaces.by_index.values()}
+
+
+@pytest.mark.finding("socketcan 9")
+def test_boards_that_come_and_go_without_end(tmp_path: Path) -> None:
+    """There were 64 places, none of which was used again: after 26 boards a running server saw no new one."""
+    with canwire.connect(time="virtual") as hub:
+        table = Table(str(tmp_path / "table"), b"test")
+        interfaces = Interfaces(hub, table, {})
+        indexes: set[int] = set()
+        for _ in range(200):
+            hub.plug("usb-to-can-fd", "HW000077", buses=("can0", "can0"))
+            assert interfaces.refresh() == []
+            indexes |= {one.index for one in interfaces.by_index.values() if "HW000077" in one.name}
+            hub.unplug("HW000077")
+            for gone in interfaces.refresh():
+                interfaces.remove(gone)
+        assert len(indexes) == 400  # an index is nobody else's ever
+        assert interfaces.unplaced == set()
+        table.close()
+
+
+@pytest.mark.finding("socketcan 9")
+def test_a_program_sees_more_boards_than_anybody_has(bench: Bench) -> None:
+    for number in range(40):
+        bench.hub.plug("usb-to-can-fd", f"HW0005{number:02}", buses=("can0", "can0"))
+    names = "import socket; print(*(socket.if_nametoindex(f'HW0005{n:02}_1') for n in range(40)))"
+    found = bench.run(sys.executable, "-c", names).split()
+    assert len(set(found)) == 40

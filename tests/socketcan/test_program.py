@@ -11,15 +11,24 @@ import pytest
 from tests.missing import find_program
 from tests.socketcan.bench import Bench
 
-SOURCE = Path(__file__).parent / "program.c"
+HERE = Path(__file__).parent
+
+
+def compiled(name: str, factory: pytest.TempPathFactory) -> str:
+    find_program("gcc")
+    made = factory.mktemp(name) / name
+    subprocess.run(["gcc", "-std=gnu11", "-O2", str(HERE / f"{name}.c"), "-o", str(made)], check=True)
+    return str(made)
 
 
 @pytest.fixture(scope="session")
 def program(tmp_path_factory: pytest.TempPathFactory) -> str:
-    find_program("gcc")
-    made = tmp_path_factory.mktemp("program") / "program"
-    subprocess.run(["gcc", "-std=gnu11", "-O2", str(SOURCE), "-o", str(made)], check=True)
-    return str(made)
+    return compiled("program", tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def as_kernel(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return compiled("as_kernel", tmp_path_factory)
 
 
 @pytest.mark.conforms("PL-12", "N-22", "N-23", "N-27")
@@ -28,6 +37,19 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> str:
 )
 def test_sockets(bench: Bench, program: str, what: str) -> None:
     assert bench.run(program, what).endswith("done\n")
+
+
+@pytest.mark.finding("socketcan 2", "socketcan 3", "socketcan 4", "socketcan 6", "socketcan 13")
+@pytest.mark.parametrize("what", ["unbound", "restart", "pointers", "bcm"])
+def test_answers_of_a_kernel(bench: Bench, as_kernel: str, what: str) -> None:
+    assert bench.run(as_kernel, what) == "done\n"
+
+
+@pytest.mark.finding("socketcan 16")
+def test_an_error_frame_that_is_sent_is_counted(bench: Bench, as_kernel: str) -> None:
+    process = bench.start(as_kernel, "errors")
+    _, errors = process.communicate(timeout=30)
+    assert "can0: 1 frames were dropped, no frames that a controller can send (CAN_ERR_FLAG)" in errors
 
 
 def test_thousands_of_sockets(bench: Bench, program: str) -> None:

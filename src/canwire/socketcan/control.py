@@ -8,13 +8,13 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire.socketcan.loop import READABLE
+from canwire.socketcan.loop import READABLE, URGENT
 
 if TYPE_CHECKING:
     from canwire.socketcan.loop import Loop
 
 LARGEST_REQUEST = 1 << 21
-_REQUEST = struct.Struct("<Iiii")
+_REQUEST = struct.Struct("<Iiiii")
 _RESULT = struct.Struct("<q")
 _BACKLOG = 512
 
@@ -28,16 +28,39 @@ class Request(NamedTuple):
     b: int
     data: bytes
     program: str
+    process: int
+    thread: int
 
 
 class Asked:
     """One request to be answered, now or later; whoever asks waits."""
 
-    def __init__(self, connection: socket.socket) -> None:
+    def __init__(self, loop: Loop, connection: socket.socket) -> None:
+        self._loop = loop
         self._connection = connection
+        self.answered = False
+        self.hold: Callable[[Callable[[], object]], object] | None = None  # decides when an answer is given
 
     def answer(self, result: int, data: bytes = b"", descriptor: int | None = None) -> None:
         """`result` below 0 is an errno. A program that has ended meanwhile needs no answer."""
+        self.answered = True
+        if self.hold is None:
+            self._give(result, data, descriptor)
+        else:
+            self.hold(lambda: self._give(result, data, descriptor))
+
+    def when_gone(self, call: Callable[[], object]) -> None:
+        """Whoever asks was interrupted, or has ended."""
+
+        def gone(_: int) -> None:
+            self._loop.forget(self._connection.fileno())
+            self._connection.close()
+            call()
+
+        self._loop.watch(self._connection.fileno(), READABLE | URGENT, gone)
+
+    def _give(self, result: int, data: bytes, descriptor: int | None) -> None:
+        self._loop.forget(self._connection.fileno())
         try:
             message = [_RESULT.pack(result), data]
             if descriptor is None:
@@ -62,7 +85,7 @@ class Control:
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK)
         self._listener.bind(path)
         self._listener.listen(_BACKLOG)
-        loop.watch(self._listener.fileno(), READABLE, self._accept)
+        loop.watch(self._listener.fileno(), READABLE | URGENT, self._accept)
 
     def close(self) -> None:
         self._loop.forget(self._listener.fileno())
@@ -74,7 +97,7 @@ class Control:
         except BlockingIOError:
             return
         connection.setblocking(False)
-        self._loop.watch(connection.fileno(), READABLE, lambda _: self._receive(connection))
+        self._loop.watch(connection.fileno(), READABLE | URGENT, lambda _: self._receive(connection))
 
     def _receive(self, connection: socket.socket) -> None:
         self._loop.forget(connection.fileno())
@@ -85,20 +108,25 @@ class Control:
         if len(message) < _REQUEST.size:
             connection.close()
             return
-        asked = Asked(connection)
-        operation, slot, a, b = _REQUEST.unpack_from(message)
+        asked = Asked(self._loop, connection)
+        operation, slot, a, b, thread = _REQUEST.unpack_from(message)
         data = message[_REQUEST.size :]
-        request = Request(operation, slot, a, b, data, _name_of(connection))
+        process = _process_of(connection)
+        request = Request(operation, slot, a, b, data, _name_of(process), process, thread)
         try:
             self._answering(request, asked)
         except OSError as error:
             asked.answer(-(error.errno or errno.EIO))
 
 
-def _name_of(connection: socket.socket) -> str:
-    """Of the program at the other end."""
+def _process_of(connection: socket.socket) -> int:
+    """The one at the other end."""
     credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12)
-    process = struct.unpack("<iII", credentials)[0]
+    process: int = struct.unpack("<iII", credentials)[0]
+    return process
+
+
+def _name_of(process: int) -> str:
     try:
         with open(f"/proc/{process}/comm", encoding="utf-8", errors="replace") as file:
             return file.read().strip()

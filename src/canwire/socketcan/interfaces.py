@@ -19,7 +19,9 @@ from canwire.socketcan.table import GONE, UP, Table
 if TYPE_CHECKING:
     from canwire import Hub, LinePlace
 
-FIRST_INDEX = 1001  # far from those of the kernel's own interfaces
+# why frames were dropped
+WENT, FULL = "sent when the interface went", "sent when its queue was full"
+NOT_FRAMES = "no frames that a controller can send (CAN_ERR_FLAG)"
 _NAME = re.compile(r"[^/\s:]{1,15}")
 
 
@@ -55,7 +57,8 @@ class Interfaces:
         self._mapped = bool(mappings)
         self.by_index: dict[int, Interface] = {}
         self._names: dict[int, str] = {}
-        self.dropped: Counter[str] = Counter()  # by name: frames that a program sent and that did not go out
+        self.dropped: Counter[tuple[str, str]] = Counter()  # by name and reason: sent, and did not go out
+        self.unplaced: set[str] = set()  # names that the table has no place for
         for name, target in mappings.items():
             self._add(name, target, find_lines(hub, target, "CAN"), of_all=True)
         self.refresh()
@@ -74,24 +77,25 @@ class Interfaces:
 
     def remove(self, interface: Interface) -> None:
         """Nothing of that name from now on."""
-        self.by_index.pop(interface.index, None)
-        self.show(interface, GONE)
+        if self.by_index.pop(interface.index, None) is not None:
+            self.show(interface, GONE)
+            self._table.remove_interface(interface.place)
 
     def show(self, interface: Interface, flags: int) -> None:
         """Have the programs see it so: UP, STUCK."""
         interface.flags = flags
         self._table.set_flags(interface.place, flags)
 
-    def drop(self, index: int, count: int) -> None:
+    def drop(self, index: int, count: int, why: str = WENT) -> None:
         """So many frames were taken from a program and cannot go out; Linux calls it tx_dropped."""
         if count:
-            self.dropped[self._names.get(index, f"interface {index}")] += count
+            self.dropped[self._names.get(index, f"interface {index}"), why] += count
 
     def losses(self) -> list[str]:
         """A sentence for each interface that dropped frames, gone ones as well."""
         return [
-            f"{name}: {count} frames were dropped, sent when the interface went (tx_dropped)"
-            for name, count in self.dropped.items()
+            f"{name}: {count} frames were dropped, {why} (tx_dropped)"
+            for (name, why), count in self.dropped.items()
         ]
 
     def of_all(self) -> list[Interface]:
@@ -103,9 +107,11 @@ class Interfaces:
 
     def _add(self, name: str, target: str, lines: list[LinePlace], *, of_all: bool) -> None:
         fd = any(place.info.capabilities.data is not None for place in lines)
-        index = FIRST_INDEX + len(self.by_index)
-        while index in self.by_index:
-            index += 1
-        place = self._table.add_interface(name, index, CANFD_MTU if fd else CAN_MTU, UP)
+        found = self._table.add_interface(name, CANFD_MTU if fd else CAN_MTU, UP)
+        if found is None:
+            self.unplaced.add(name)
+            return
+        place, index = found
+        self.unplaced.discard(name)
         self._names[index] = name
         self.by_index[index] = Interface(name, target, index, place, of_all)

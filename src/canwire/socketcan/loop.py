@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 READABLE, WRITABLE, HUNG_UP = 1, 4, 8 | 16  # as epoll has them
+URGENT = 2  # EPOLLPRI, which nothing here has: served while a program runs that keeps one time with others
 _MOST_EVENTS = 256
 _FEW = 64  # timers among which nobody looks for cancelled ones
 
@@ -52,7 +53,7 @@ class Polled:
             self._epoll.modify,
             self._epoll.unregister,
         )
-        self.close = self._epoll.close
+        self.close, self.fileno = self._epoll.close, self._epoll.fileno
 
     def wait(self, seconds: float | None) -> list[tuple[int, int]]:
         """Descriptors and their events; none after so many seconds (None: never)."""
@@ -63,18 +64,17 @@ class Polled:
 
 
 class Loop:
-    """Runs until `stop`; times are those of `clock_s`, seconds of the monotonic clock. `waiter` None: Linux' own."""
+    """Runs until `stop`; times are those of `clock_s`, seconds. `waiter` None: Linux' own."""
 
-    def __init__(self, waiter: Waiter | None = None) -> None:
+    def __init__(self, waiter: Waiter | None = None, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._waiter = waiter or Polled()
+        self.clock_s = clock_s
         self._calls: dict[int, Callable[[int], object]] = {}
         self._timers: list[tuple[float, int, Timer]] = []
         self._most_timers = _FEW  # with more of them, cancelled ones go
         self._serials = itertools.count()
         self._soon: deque[Callable[[], object]] = deque()
         self._running = False
-
-    clock_s = staticmethod(time.monotonic)
 
     def watch(self, descriptor: int, events: int, call: Callable[[int], object]) -> None:
         """Call `call(events)` whenever there are such; a descriptor that is watched already is watched for these."""

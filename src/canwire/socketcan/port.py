@@ -11,6 +11,7 @@ from canwire.socketcan.constants import CAN_MTU
 from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
 from canwire.socketcan.error_frames import error_frame_of
+from canwire.socketcan.interfaces import FULL, WENT
 from canwire.socketcan.lines import channel_on, company_for
 from canwire.socketcan.loop import READABLE
 from canwire.socketcan.table import GONE, STUCK, UP
@@ -118,7 +119,8 @@ class Port:
             self.pump()
         elif len(records):
             self._pumps = True
-            self._loop.call_in(2 * _GATHER_S if len(records) >= _SEVERAL else _GATHER_S, self._turn)
+            gather_s = 2 * _GATHER_S if len(records) >= _SEVERAL else _GATHER_S
+            self._loop.call_in(self._setting.gather_s(gather_s), self._turn)
         else:
             self._reading.ring.arm()
 
@@ -189,7 +191,7 @@ class Port:
     def send(self, slot: int, rows: Array) -> None:
         """Queue such rows of `sent_dtype`; those that there is no room for are dropped, and counted."""
         room = self.room()
-        self.drop(len(rows) - min(room, len(rows)))
+        self.drop(len(rows) - min(room, len(rows)), FULL)
         rows = rows[:room]
         if not len(rows):
             return
@@ -202,9 +204,9 @@ class Port:
             return
         self._echoes.sent(slot, records)
 
-    def drop(self, count: int) -> None:
+    def drop(self, count: int, why: str = WENT) -> None:
         """So many frames cannot go out."""
-        self._setting.interfaces.drop(self.interface.index, count)
+        self._setting.interfaces.drop(self.interface.index, count, why)
 
     def when_room(self, call: Callable[[], object]) -> None:
         """Call this once there is room for more, or the interface is lost."""

@@ -77,4 +77,4 @@ class Ports:
 
     def _lost(self, port: Port) -> None:
         self._open.pop(port.interface.index, None)
-        self._setting.interfaces.by_index.pop(port.interface.index, None)
+        self._setting.interfaces.remove(port.interface)

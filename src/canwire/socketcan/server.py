@@ -6,13 +6,14 @@ import errno
 import os
 import secrets
 import socket
+import struct
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import Event, HubError
 from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
 from canwire.socketcan.control import Asked, Control, Request
 from canwire.socketcan.interfaces import Interfaces
-from canwire.socketcan.loop import READABLE, Loop
+from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.programs import trouble_with
 from canwire.socketcan.rings import Rings
@@ -22,17 +23,40 @@ from canwire.socketcan.sockets.bcm import BcmSocket
 from canwire.socketcan.sockets.isotp import IsoTpSocket
 from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.sockets.raw import RawSocket
-from canwire.socketcan.table import Table
+from canwire.socketcan.table import MOST_INTERFACES, Table
+from canwire.socketcan.turns import TimedWaiter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from canwire import Hub, WantedMode
 
-OPEN_SOCKET, BIND, CONNECT, SET_OPTION, GET_OPTION, SEND_BCM, SEND_ISOTP, NOTE = range(1, 9)
-NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC = range(1, 4)
+(
+    OPEN_SOCKET,
+    BIND,
+    CONNECT,
+    SET_OPTION,
+    GET_OPTION,
+    SEND_BCM,
+    SEND_ISOTP,
+    NOTE,
+    AWAIT_TURN,
+    LEAVE_TIME,
+    SET_TIMER,
+) = range(1, 12)
+NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK = range(1, 5)
 _FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
 _LOOK_S = 0.02
+
+
+_UNTIL, _TIMER = struct.Struct("<q"), struct.Struct("<qq")
+
+
+def _times(layout: struct.Struct, request: Request) -> tuple[int, ...]:
+    """Of a request's data; raises OSError where they are none."""
+    if len(request.data) != layout.size:
+        raise refuse(errno.EINVAL)
+    return layout.unpack(request.data)
 
 
 class Left(NamedTuple):
@@ -59,14 +83,20 @@ class Server:
         epoch_ns: int,
         say: Callable[[str], object],
     ) -> None:
-        self._loop = Loop()
         self._boards = Event()
         hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
         self._prefix = f"canwire-{secrets.token_hex(3)}-"
         table = Table(os.path.join(directory, "table"), self._prefix.encode())
+        self._turns = TimedWaiter(hub, table) if hub.timed else None
+        self._loop = Loop()
+        if self._turns is not None:
+            table.keep_time(epoch_ns)
+            self._loop = self._turns.loop = Loop(self._turns, self._turns.clock_s)
         interfaces = Interfaces(hub, table, mappings)
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
         self._setting.deserted = self._stop_if_unused
+        if self._turns is not None:
+            self._setting.stir = self._turns.stir
         self._ports = Ports(self._setting)
         self._sockets: dict[int, CanSocket] = {}
         self._rings = Rings(os.path.join(directory, "rings"), library)
@@ -74,6 +104,7 @@ class Server:
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
+        self._say_what_is_unplaced()
 
     def run(self, programs: tuple[int, int]) -> None:
         """Until all of these are readable or hung up, and nobody has a socket any more."""
@@ -99,9 +130,11 @@ class Server:
         def ended(_: int) -> None:
             self._loop.forget(descriptor)
             self._alive.discard(descriptor)
+            if self._turns is not None and not self._alive:
+                self._turns.ended = True
             self._stop_if_unused()
 
-        self._loop.watch(descriptor, READABLE, ended)
+        self._loop.watch(descriptor, READABLE | URGENT, ended)
 
     def _stop_if_unused(self) -> None:
         if not self._alive and all(one.deserted for one in self._sockets.values()):
@@ -139,17 +172,47 @@ class Server:
         self._boards.wait(0)
         try:
             gone = self._setting.interfaces.refresh()
-        except (HubError, IndexError):
+        except HubError:
             return  # the ports say what there is to say
+        self._say_what_is_unplaced()
         for interface in gone:
             if self._ports.known(interface.index) is None:
                 self._setting.interfaces.remove(interface)
         for one in list(self._sockets.values()):
             one.boards_changed()
 
+    def _say_what_is_unplaced(self) -> None:
+        if names := sorted(self._setting.interfaces.unplaced):
+            self._say_once(
+                f"{MOST_INTERFACES} interfaces are all there can be: {names[0]} and {len(names) - 1} more are none"
+            )
+
     # requests
 
     def _answer(self, request: Request, asked: Asked) -> None:
+        if self._turns is None:
+            self._do(request, asked)
+        else:
+            self._answer_in_time(self._turns, request, asked)
+
+    def _answer_in_time(self, turns: TimedWaiter, request: Request, asked: Asked) -> None:
+        """Where programs keep one time: who asks runs, until it waits or its answer comes later."""
+        if request.operation == LEAVE_TIME:
+            turns.leaves(request)
+            asked.answer(0)
+            return
+        takes_part = request.operation in (OPEN_SOCKET, AWAIT_TURN, SET_TIMER)
+        turns.requested(request, asked, takes_part=takes_part)
+        if request.operation == AWAIT_TURN:
+            turns.waits(request, asked, *_times(_UNTIL, request))
+        elif request.operation == SET_TIMER:
+            before = turns.set_timer(request.process, *_times(_TIMER, request))
+            asked.answer(0, _TIMER.pack(*before))
+        else:
+            self._do(request, asked)
+            turns.still_asks(request, asked)
+
+    def _do(self, request: Request, asked: Asked) -> None:
         if request.operation == OPEN_SOCKET:
             self._open(request, asked)
             return
@@ -208,8 +271,12 @@ class Server:
     def _note(self, request: Request) -> None:
         if request.a == NOTE_NETLINK:
             self._say_once(
-                f"{request.program} opened a netlink socket: interfaces are set up by canwire run and canwire line, "
+                f"{request.program} opened a netlink socket: interfaces are set up by canwire run --bit-rate, "
                 "not by `ip link`"
+            )
+        elif request.a == NOTE_CLOCK:
+            self._say_once(
+                f"{request.program} uses {os.fsdecode(request.data)}: by the computer's clock, not by the hub's time"
             )
         elif request.a == NOTE_EXEC:
             path = os.fsdecode(request.data)

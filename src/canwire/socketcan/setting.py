@@ -33,5 +33,11 @@ class Setting:
         self.wanted = wanted
         self.epoch_ns = epoch_ns
         self.fast = hub.time == "fast"
+        self.timed = hub.timed
         self.say = say
         self.deserted: Callable[[], object] = lambda: None  # a socket has lost its last program
+        self.stir: Callable[[], object] = lambda: None  # there is something for a program, or room
+
+    def gather_s(self, seconds: float) -> float:
+        """How long to wait for more frames before looking again; not at all where programs keep one time."""
+        return 0.0 if self.timed else seconds

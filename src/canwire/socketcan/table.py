@@ -10,9 +10,11 @@ from __future__ import annotations
 import mmap
 import os
 import struct
+from collections import Counter, deque
 
 MAGIC = 0x31304E4143574E43
-MOST_INTERFACES = 64
+MOST_INTERFACES = 16_384
+FIRST_INDEX = 1001  # far from those of the kernel's own interfaces
 MOST_SLOTS = 4096
 UP, STUCK, GONE = 1, 2, 4  # of an interface
 USUAL_RECEIVE_BUFFER = 212_992  # bytes; net.core.rmem_default
@@ -25,9 +27,12 @@ _INTERFACE_SIZE = 64
 _SLOTS_AT = _INTERFACES_AT + MOST_INTERFACES * _INTERFACE_SIZE
 _SIZE = _SLOTS_AT + MOST_SLOTS * _SLOT.size
 _COUNT_AT = 8
+_AT_REST = 64  # places that wait, so that who still looks at one that is gone does not find another there
 _FLAGS_OFFSET = 24
 _BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
 _IDENTIFIERS_OFFSET = 52
+_NOW_AT, _EPOCH_AT, _TIMED_AT = 32, 40, 48
+_LONG = struct.Struct("<Q")
 _PAIR, _WORD = struct.Struct("<iI"), struct.Struct("<I")
 _WORDS = struct.Struct("<II")
 
@@ -44,20 +49,41 @@ class Table:
             os.close(descriptor)
         _HEADER.pack_into(self._memory, 0, MAGIC, 0, MOST_SLOTS, prefix)
         self._interfaces = 0
+        self._resting: deque[int] = deque()  # places of interfaces that are gone
+        self._uses = Counter[int]()
         self._free = list(range(MOST_SLOTS - 1, -1, -1))
+
+    def keep_time(self, epoch_ns: int) -> None:
+        """The programs' time is what `set_time` says from now on."""
+        _WORD.pack_into(self._memory, _TIMED_AT, 1)
+        _LONG.pack_into(self._memory, _EPOCH_AT, epoch_ns)
+
+    def set_time(self, now_ns: int) -> None:
+        _LONG.pack_into(self._memory, _NOW_AT, now_ns)
 
     # interfaces
 
-    def add_interface(self, name: str, index: int, mtu: int, flags: int) -> int:
-        """Its place in the table; raises IndexError for one too many."""
-        place = self._interfaces
-        if place == MOST_INTERFACES:
-            raise IndexError(f"{MOST_INTERFACES} interfaces are all there can be")
+    def add_interface(self, name: str, mtu: int, flags: int) -> tuple[int, int] | None:
+        """Its place in the table and its index, which no other one ever has; None where all places are taken."""
+        place = self._next_place()
+        if place is None:
+            return None
+        index = FIRST_INDEX + place + MOST_INTERFACES * self._uses[place]
+        self._uses[place] += 1
         at = _INTERFACES_AT + place * _INTERFACE_SIZE
         _INTERFACE.pack_into(self._memory, at, name.encode(), index, mtu, flags)
-        self._interfaces += 1
         _WORD.pack_into(self._memory, _COUNT_AT, self._interfaces)
-        return place
+        return place, index
+
+    def remove_interface(self, place: int) -> None:
+        """It is GONE; its place is another one's some time."""
+        self._resting.append(place)
+
+    def _next_place(self) -> int | None:
+        if self._interfaces < MOST_INTERFACES and len(self._resting) < _AT_REST:
+            self._interfaces += 1
+            return self._interfaces - 1
+        return self._resting.popleft() if self._resting else None
 
     def set_flags(self, place: int, flags: int) -> None:
         """UP, STUCK, GONE."""

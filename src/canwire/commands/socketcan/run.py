@@ -15,6 +15,7 @@ rest.
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -43,6 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     words = arguments.program[1:] if arguments.program[:1] == ["--"] else arguments.program
     if not words:
         raise BadValue("no program to run; `canwire run candump any` shows every bus")
+    arguments.words = words
     path = shutil.which(words[0])
     if path is None:
         raise BadValue(f"{words[0]}: no such program")
@@ -70,6 +72,8 @@ def _serve(
 
     with ExitStack() as closing:
         hub = connected(arguments, "run", closing)
+        if os.environ.get("CANWIRE_TIMED") == "1":
+            hub.keep_time(os.environ.get("CANWIRE_NAME") or os.path.basename(arguments.words[0]))
         server = Server(hub, directory, shim(), mappings, wanted_by(arguments), epoch_ns(hub), complain)
         ready()
         server.run(programs)

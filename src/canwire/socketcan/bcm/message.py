@@ -56,9 +56,13 @@ class Message:
         opcode, flags, count, s1, us1, s2, us2, can_id, nframes = _HEAD.unpack_from(data)
         size = CANFD_MTU if flags & CAN_FD_FRAME else CAN_MTU
         body = data[HEAD_SIZE:]
-        if len(body) % size or (len(body) != nframes * size and opcode in (TX_SETUP, RX_SETUP, TX_SEND)):
+        if len(body) % size or (opcode == TX_SEND and len(body) != size):
             raise refuse(errno.EINVAL)
-        frames = tuple(body[at : at + size] for at in range(0, len(body), size))
+        taken = nframes if opcode in (TX_SETUP, RX_SETUP, TX_SEND) else 0
+        if taken * size > len(body):
+            raise refuse(errno.EINVAL if taken > MOST_FRAMES + 1 else errno.EFAULT)
+        # programs write a whole struct with room for many frames, of which the first nframes count
+        frames = tuple(body[at : at + size] for at in range(0, taken * size, size))
         if opcode != RX_SETUP and any(frame[LENGTH_AT] > size - DATA_AT for frame in frames):
             raise refuse(errno.EINVAL)
         return cls(opcode, flags, count, _seconds(s1, us1), _seconds(s2, us2), can_id, frames)

@@ -2,9 +2,11 @@
 #include "shim.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/syscall.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -25,9 +27,14 @@ static int dial(void)
     return fd;
 }
 
-static ssize_t receive_reply(int fd, struct msghdr *message, int flags)
+/* A wait for a turn may be interrupted; the kernel goes on by itself after a handler with SA_RESTART, unless it polls. */
+static ssize_t receive_reply(int fd, const struct request *request, struct msghdr *message, int flags)
 {
+    struct pollfd answer = {fd, POLLIN, 0};
     ssize_t got;
+
+    if (request->operation == AWAIT_TURN)
+        return !request->b && REAL(poll)(&answer, 1, -1) < 0 ? -1 : REAL(recvmsg)(fd, message, flags);
 
     do
         got = REAL(recvmsg)(fd, message, flags);
@@ -43,20 +50,24 @@ long ask(const struct request *request, const void *data, size_t length, void *r
         char room[CMSG_SPACE(sizeof(int))];
     } control;
     int64_t result = -ENETDOWN;
-    struct iovec out[2] = {{(void *)request, sizeof *request}, {(void *)data, length}};
+    struct request whole = *request;
+    struct iovec out[2] = {{&whole, sizeof whole}, {(void *)data, length}};
     struct iovec in[2] = {{&result, sizeof result}, {reply, reply != NULL ? *size : 0}};
     struct msghdr outgoing = {.msg_iov = out, .msg_iovlen = 2};
     struct msghdr incoming = {.msg_iov = in, .msg_iovlen = 2, .msg_control = &control, .msg_controllen = sizeof control};
     ssize_t got = -1;
-    int fd = dial();
+    int fd = dial(), fault = 0;
 
+    whole.thread = (int32_t)syscall(SYS_gettid);
     if (fd >= 0) {
         if (REAL(sendmsg)(fd, &outgoing, MSG_NOSIGNAL) >= 0)
-            got = receive_reply(fd, &incoming, close_on_exec ? MSG_CMSG_CLOEXEC : 0);
+            got = receive_reply(fd, request, &incoming, close_on_exec ? MSG_CMSG_CLOEXEC : 0);
+        if (got < 0 && (errno == EFAULT || (errno == EINTR && request->operation == AWAIT_TURN)))
+            fault = errno; /* the program's pointer, its signal */
         REAL(close)(fd);
     }
-    if (got < (ssize_t)sizeof result) { /* whoever started us is gone: as if the adapter was pulled */
-        errno = ENETDOWN;
+    if (got < (ssize_t)sizeof result) { /* else whoever started us is gone: as if the adapter was pulled */
+        errno = fault ? fault : ENETDOWN;
         return -1;
     }
     if (size != NULL)

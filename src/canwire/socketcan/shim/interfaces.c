@@ -110,9 +110,16 @@ EXPORT int ioctl(int fd, unsigned long request, ...)
     argument = va_arg(rest, void *);
     va_end(rest);
     if (shim_table != NULL && about_interfaces(request) && argument != NULL) {
-        int found = answer(request, argument);
+        struct ifreq about;
+        if (copy_in(&about, argument, sizeof about) != 0)
+            return REAL(ioctl)(fd, request, argument); /* EFAULT */
+        int found = answer(request, &about);
+        if (found > 0 && copy_out(argument, &about, sizeof about) == 0)
+            return 0;
+        if (found > 0)
+            errno = EFAULT;
         if (found != 0)
-            return found > 0 ? 0 : -1;
+            return -1;
     } else if (shim_table != NULL &&
                (request == SIOCGSTAMP_OLD || request == SIOCGSTAMPNS_OLD || request == FIONREAD)) {
         struct slot *slot = slot_of(fd);

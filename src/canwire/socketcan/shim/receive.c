@@ -1,12 +1,12 @@
 /* What programs read: the server's header is taken off, and what it says becomes control messages. */
 #include "ring.h"
 #include "shim.h"
+#include "timed.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/net_tstamp.h>
-#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/time.h>
@@ -48,7 +48,7 @@ static void put_stamps(const struct slot *slot, const struct received *header, s
         put_control(message, used, (int)slot->stamping, stamps, sizeof stamps);
 }
 
-static void tell(struct slot *slot, const struct received *header, struct msghdr *message, size_t room)
+static int tell(struct slot *slot, const struct received *header, struct msghdr *message, size_t room)
 {
     size_t used = 0;
 
@@ -64,9 +64,12 @@ static void tell(struct slot *slot, const struct received *header, struct msghdr
         message->msg_flags |= MSG_CONFIRM;
     if (message->msg_name != NULL) {
         struct sockaddr_can name = {.can_family = AF_CAN, .can_ifindex = header->interface};
-        memcpy(message->msg_name, &name, message->msg_namelen < sizeof name ? message->msg_namelen : sizeof name);
-        message->msg_namelen = sizeof name;
+        socklen_t length = address_length(slot);
+        int error = copy_out(message->msg_name, &name, message->msg_namelen < length ? message->msg_namelen : length);
+        message->msg_namelen = length;
+        return error;
     }
+    return 0;
 }
 
 static ssize_t finish(struct slot *slot, const struct received *header, struct msghdr *message, ssize_t length)
@@ -76,8 +79,30 @@ static ssize_t finish(struct slot *slot, const struct received *header, struct m
         return -1;
     }
     __atomic_store_n(&slot->last_stamp_ns, header->stamp_ns, __ATOMIC_RELAXED);
-    tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
-    return length;
+    int error = tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
+    if (error != 0)
+        errno = error;
+    return error != 0 ? -1 : length;
+}
+
+/* The wait of a call that receives; `again`: nothing was there at its turn. -1 and errno where it does not wait on. */
+static int wait_for_message(int fd, int flags, struct wait *wait)
+{
+    struct timeval limit = {0, 0};
+    socklen_t size = sizeof limit;
+
+    errno = EAGAIN;
+    if (flags & MSG_DONTWAIT || REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK)
+        return -1;
+    if (!wait->again) {
+        REAL(getsockopt)(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, &size);
+        struct timespec span = {limit.tv_sec, limit.tv_usec * 1000};
+        int limited = limit.tv_sec != 0 || limit.tv_usec != 0;
+        wait->until_ns = wait_end_ns(limited ? &span : NULL);
+        wait->restarts = !limited;
+    } else if (expired(wait))
+        return -1;
+    return await_turn(wait);
 }
 
 /* Broadcast manager and ISO-TP: each message is one of the socket pair's. */
@@ -86,6 +111,7 @@ static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *messa
     struct received header;
     struct iovec few[SHORT_VECTOR + 1], *parts = few;
     struct msghdr inner = {.msg_iovlen = message->msg_iovlen + 1};
+    struct wait wait = {0};
     ssize_t got;
 
     if (message->msg_iovlen > SHORT_VECTOR && (parts = calloc(message->msg_iovlen + 1, sizeof *parts)) == NULL) {
@@ -96,7 +122,9 @@ static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *messa
     if (message->msg_iovlen)
         memcpy(parts + 1, message->msg_iov, message->msg_iovlen * sizeof *parts);
     inner.msg_iov = parts;
-    got = REAL(recvmsg)(fd, &inner, flags & ~MSG_ERRQUEUE);
+    do
+        got = REAL(recvmsg)(fd, &inner, (flags & ~MSG_ERRQUEUE) | (timed() ? MSG_DONTWAIT : 0));
+    while (got < 0 && errno == EAGAIN && timed() && wait_for_message(fd, flags, &wait) == 0);
     int before = errno;
     if (parts != few)
         free(parts);
@@ -107,45 +135,37 @@ static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *messa
     return finish(slot, &header, message, got - (ssize_t)sizeof header);
 }
 
-static size_t scatter(struct msghdr *message, const char *data, size_t length)
+/* How much of it there was room for; -1: a place is none of the program's. */
+static ssize_t scatter(struct msghdr *message, const char *data, size_t length)
 {
     size_t done = 0;
 
     for (size_t at = 0; at < message->msg_iovlen && done < length; at++) {
         size_t part = message->msg_iov[at].iov_len < length - done ? message->msg_iov[at].iov_len : length - done;
-        memcpy(message->msg_iov[at].iov_base, data + done, part);
+        if (copy_out(message->msg_iov[at].iov_base, data + done, part) != 0)
+            return -1;
         done += part;
     }
-    return done;
+    return (ssize_t)done;
 }
 
-/* 0: there may be something now; -1 and errno else. */
-static int wait_for_row(int fd, int flags)
+/* 0: there may be something now; -1 and errno else. The kernel waits, by its rules of timeouts and signals. */
+static int wait_for_row(int fd, int flags, struct wait *wait)
 {
-    struct timeval limit = {0, 0};
-    socklen_t size = sizeof limit;
-    struct pollfd something = {fd, POLLIN, 0};
     char byte;
-    int wait = !(flags & MSG_DONTWAIT) && !(REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK);
+    ssize_t got = REAL(recv)(fd, &byte, 1, MSG_PEEK | (timed() ? MSG_DONTWAIT : flags & MSG_DONTWAIT));
 
-    REAL(getsockopt)(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, &size);
-    long span = limit.tv_sec * 1000 + limit.tv_usec / 1000;
-    int found = poll(&something, 1, !wait ? 0 : span ? (int)span : -1);
-    if (found < 0)
-        return -1;
-    if (found > 0 && REAL(recv)(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) { /* the server is gone */
+    if (got < 0 && errno == EAGAIN && timed())
+        return wait_for_message(fd, flags, wait);
+    if (got == 0) /* the server is gone */
         errno = ENETDOWN;
-        return -1;
-    }
-    if (found > 0 && wait)
-        return 0;
-    errno = EAGAIN;
-    return -1;
+    return got > 0 ? 0 : -1;
 }
 
 static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags)
 {
     struct received header;
+    struct wait wait = {0};
     const char *row;
 
     for (;;) {
@@ -158,122 +178,31 @@ static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struc
         if (row != NULL)
             break;
         unlock_received(block, fd);
-        if (wait_for_row(fd, flags) < 0)
+        if (wait_for_row(fd, flags, &wait) < 0)
             return -1;
     }
     memcpy(&header, row, sizeof header);
     size_t length = header.length > RECEIVED_SIZE - sizeof header ? 0 : header.length;
-    size_t done = scatter(message, row + sizeof header, length);
+    ssize_t done = scatter(message, row + sizeof header, length);
     if (!(flags & MSG_PEEK))
         release_oldest(block, fd);
     unlock_received(block, fd);
-    message->msg_flags = done < length ? MSG_TRUNC : 0;
-    return finish(slot, &header, message, (ssize_t)(flags & MSG_TRUNC ? length : done));
+    if (done < 0) {
+        errno = EFAULT;
+        return -1;
+    }
+    message->msg_flags = (size_t)done < length ? MSG_TRUNC : 0;
+    return finish(slot, &header, message, done);
 }
 
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
 {
     struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
 
+    if (flags & MSG_ERRQUEUE && slot->protocol != CAN_BCM) { /* nothing ever comes there */
+        errno = slot->protocol == CAN_ISOTP ? EINVAL : EAGAIN;
+        return -1;
+    }
     return block != NULL ? receive_row(fd, slot, block, message, flags)
                          : receive_from_pair(fd, slot, message, flags);
-}
-
-EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags)
-{
-    struct slot *slot = slot_of(fd);
-
-    return slot == NULL ? REAL(recvmsg)(fd, message, flags) : receive_message(fd, slot, message, flags);
-}
-
-EXPORT int recvmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags, struct timespec *timeout)
-{
-    struct slot *slot = slot_of(fd);
-    unsigned done;
-
-    if (slot == NULL)
-        return REAL(recvmmsg)(fd, messages, count, flags, timeout);
-    for (done = 0; done < count; done++) {
-        int more = done > 0 && flags & MSG_WAITFORONE ? MSG_DONTWAIT : 0;
-        ssize_t got = receive_message(fd, slot, &messages[done].msg_hdr, (flags & ~MSG_WAITFORONE) | more);
-        if (got < 0)
-            break;
-        messages[done].msg_len = (unsigned)got;
-    }
-    return done > 0 ? (int)done : -1;
-}
-
-static ssize_t receive_buffer(int fd, struct slot *slot, void *buffer, size_t size, int flags)
-{
-    struct iovec part = {buffer, size};
-    struct msghdr message = {.msg_iov = &part, .msg_iovlen = 1};
-
-    return receive_message(fd, slot, &message, flags);
-}
-
-EXPORT ssize_t recv(int fd, void *buffer, size_t size, int flags)
-{
-    struct slot *slot = slot_of(fd);
-
-    return slot == NULL ? REAL(recv)(fd, buffer, size, flags) : receive_buffer(fd, slot, buffer, size, flags);
-}
-
-EXPORT ssize_t read(int fd, void *buffer, size_t size)
-{
-    struct slot *slot = slot_of(fd);
-
-    return slot == NULL ? REAL(read)(fd, buffer, size) : receive_buffer(fd, slot, buffer, size, 0);
-}
-
-EXPORT ssize_t readv(int fd, const struct iovec *parts, int count)
-{
-    struct slot *slot = slot_of(fd);
-    struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
-
-    return slot == NULL ? REAL(readv)(fd, parts, count) : receive_message(fd, slot, &message, 0);
-}
-
-EXPORT ssize_t recvfrom(int fd, void *buffer, size_t size, int flags, struct sockaddr *address, socklen_t *length)
-{
-    struct slot *slot = slot_of(fd);
-    struct iovec part = {buffer, size};
-    struct msghdr message = {.msg_name = address, .msg_iov = &part, .msg_iovlen = 1};
-    ssize_t got;
-
-    if (slot == NULL)
-        return REAL(recvfrom)(fd, buffer, size, flags, address, length);
-    message.msg_namelen = address != NULL && length != NULL ? *length : 0;
-    got = receive_message(fd, slot, &message, flags);
-    if (got >= 0 && address != NULL && length != NULL)
-        *length = message.msg_namelen;
-    return got;
-}
-
-/* what _FORTIFY_SOURCE makes of them */
-
-ssize_t __read_chk(int fd, void *buffer, size_t size, size_t room);
-ssize_t __recv_chk(int fd, void *buffer, size_t size, size_t room, int flags);
-ssize_t __recvfrom_chk(int fd, void *buffer, size_t size, size_t room, int flags, struct sockaddr *address,
-                       socklen_t *length);
-
-EXPORT ssize_t __read_chk(int fd, void *buffer, size_t size, size_t room)
-{
-    if (size > room)
-        abort();
-    return read(fd, buffer, size);
-}
-
-EXPORT ssize_t __recv_chk(int fd, void *buffer, size_t size, size_t room, int flags)
-{
-    if (size > room)
-        abort();
-    return recv(fd, buffer, size, flags);
-}
-
-EXPORT ssize_t __recvfrom_chk(int fd, void *buffer, size_t size, size_t room, int flags, struct sockaddr *address,
-                              socklen_t *length)
-{
-    if (size > room)
-        abort();
-    return recvfrom(fd, buffer, size, flags, address, length);
 }

@@ -1,6 +1,7 @@
 /* What programs write: checked as the kernel does, with its errors, and passed on behind a small header. */
 #include "ring.h"
 #include "shim.h"
+#include "timed.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -24,12 +25,15 @@ static size_t total(const struct msghdr *message)
     return sum;
 }
 
-static void gather(const struct msghdr *message, char *into)
+/* 0, or EFAULT */
+static int gather(const struct msghdr *message, char *into)
 {
     for (size_t at = 0; at < message->msg_iovlen; at++) {
-        memcpy(into, message->msg_iov[at].iov_base, message->msg_iov[at].iov_len);
+        if (copy_in(into, message->msg_iov[at].iov_base, message->msg_iov[at].iov_len) != 0)
+            return EFAULT;
         into += message->msg_iov[at].iov_len;
     }
+    return 0;
 }
 
 /* The interface that a message is for, 0 and errno if there is none; `interface` where its own address says so. */
@@ -76,7 +80,14 @@ static int wait_for_room(int fd, struct block *block, const struct interface *in
             *left = LONG_MAX;
     }
     int span = *left < PATIENCE_MS ? (int)*left : PATIENCE_MS;
-    wait_for_turn(block, span);
+    if (timed()) {
+        struct wait wait = {.until_ns = hub_now_ns() + span * 1000000ll, .restarts = 1};
+        if (await_turn(&wait) < 0)
+            return errno;
+        if (!expired(&wait))
+            span = 0;
+    } else
+        wait_for_turn(block, span);
     error = interface_error(interface, 1);
     if (error == 0 && poll(&server, 1, 0) > 0 && server.revents & (POLLHUP | POLLERR))
         error = ENETDOWN;
@@ -138,9 +149,9 @@ static ssize_t send_raw(int fd, const struct slot *slot, const struct msghdr *me
         errno = ENXIO;
         return -1;
     }
-    if (size <= sizeof frame)
-        gather(message, frame);
-    int error = frame_error(slot, interface, frame, size);
+    int error = size <= sizeof frame ? gather(message, frame) : 0;
+    if (error == 0)
+        error = frame_error(slot, interface, frame, size);
     if (error == 0) {
         struct sent header = {index, (uint32_t)size};
         error = put_row(fd, block, &header, frame, flags, interface);
@@ -173,11 +184,11 @@ static ssize_t send_asked(int fd, const struct slot *slot, const struct msghdr *
         errno = ENOMEM;
         return -1;
     }
-    gather(message, packet);
-    done = ask(&request, packet, size, NULL, NULL, NULL, 0);
-    int before = errno;
+    int error = gather(message, packet);
+    done = error == 0 ? ask(&request, packet, size, NULL, NULL, NULL, 0) : -1;
+    error = error == 0 ? errno : error;
     free(packet);
-    errno = before;
+    errno = error;
     return done;
 }
 

@@ -20,7 +20,8 @@
 
 #define TABLE_MAGIC 0x31304e4143574e43ull /* "CNWCAN01" */
 #define PREFIX_SIZE 16
-#define MOST_INTERFACES 64
+#define MOST_INTERFACES 16384
+#define FIRST_INDEX 1001 /* of the first place in the table; ../table.py counts on from there */
 #define MOST_SLOTS 4096
 
 #define INTERFACE_UP 1u
@@ -58,7 +59,10 @@ struct table {
     uint32_t interfaces;
     uint32_t slots;
     char prefix[PREFIX_SIZE];
-    uint32_t reserved[8];
+    uint64_t now_ns;   /* where programs keep one time: the hub's ... */
+    uint64_t epoch_ns; /* ... and what makes it the wall's */
+    uint32_t timed;
+    uint32_t reserved[3];
     struct interface interface[MOST_INTERFACES];
     struct slot slot[MOST_SLOTS];
 };
@@ -90,15 +94,19 @@ enum operation {
     SEND_BCM,        /* a = interface or 0, data = struct bcm_msg_head and frames */
     SEND_ISOTP,      /* a = flags, data = PDU */
     NOTE,            /* a = enum note, data = text */
+    AWAIT_TURN,      /* a = this is no new wait, b = SA_RESTART, data = int64_t until, ns; the answer is the turn */
+    LEAVE_TIME,      /* this thread takes part no longer */
+    SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
 };
 
-enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC };
+enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK };
 
 struct request {
     uint32_t operation;
     int32_t slot;
     int32_t a;
     int32_t b;
+    int32_t thread; /* set by `ask` */
 };
 
 /* real.c */
@@ -121,6 +129,8 @@ int slot_number(const struct slot *slot);
 struct interface *interface_by_name(const char *name);
 struct interface *interface_by_index(int index);
 
+socklen_t address_length(const struct slot *slot); /* of a name, as the kernel tells it */
+
 /* control.c: -1 and errno, or the reply's number; `size` is the room for the reply's data, and then its length */
 long ask(const struct request *request, const void *data, size_t length, void *reply, size_t *size, int *descriptor,
          int close_on_exec);
@@ -128,6 +138,10 @@ void note(enum note what, const char *text);
 
 /* ring.c, and ring.h for what it works on; NULL for a socket that has none */
 struct block *block_of(const struct slot *slot);
+
+/* memory.c: the program's memory; 0, or EFAULT */
+int copy_out(void *into, const void *from, size_t length);
+int copy_in(void *into, const void *from, size_t length);
 
 /* receive.c, send.c */
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);

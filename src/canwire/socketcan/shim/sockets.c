@@ -6,6 +6,7 @@
 #include <linux/can.h>
 #include <linux/can/raw.h>
 #include <linux/net_tstamp.h>
+#include <net/if.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -80,9 +81,16 @@ EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
     name.can_ifindex = slot->interface;
     name.can_addr.tp.rx_id = slot->receives;
     name.can_addr.tp.tx_id = slot->sends;
-    memcpy(address, &name, *length < sizeof name ? *length : sizeof name);
-    *length = sizeof name;
-    return 0;
+    if (slot->protocol == CAN_BCM) {
+        errno = EOPNOTSUPP;
+        return -1;
+    }
+    socklen_t whole = address_length(slot);
+    int error = copy_out(address, &name, *length < whole ? *length : whole);
+    *length = whole;
+    if (error != 0)
+        errno = error;
+    return error != 0 ? -1 : 0;
 }
 
 EXPORT int getpeername(int fd, struct sockaddr *address, socklen_t *length)
@@ -133,13 +141,26 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
         errno = ENOPROTOOPT;
         return -1;
     }
+    if (name == SO_BINDTODEVICE) { /* which a CAN socket's bind does not look at */
+        char device[IFNAMSIZ] = "";
+        if (copy_in(device, value, length < sizeof device - 1 ? length : sizeof device - 1) != 0)
+            errno = EFAULT;
+        else if (device[0] == '\0' || interface_by_name(device) != NULL)
+            return 0;
+        else
+            return 1;
+        return -1;
+    }
     if (name != SO_RCVBUF && name != SO_RCVBUFFORCE && name != SO_RXQ_OVFL && !is_stamp(name) && !is_stamping(name))
         return 1;
     if (length < sizeof number) {
         errno = EINVAL;
         return -1;
     }
-    memcpy(&number, value, sizeof number);
+    if (copy_in(&number, value, sizeof number) != 0) {
+        errno = EFAULT;
+        return -1;
+    }
     if (name == SO_RXQ_OVFL)
         slot->counts_drops = number != 0;
     else if (is_stamp(name))
@@ -191,6 +212,14 @@ static int get_socket_option(struct slot *slot, int name, int *number)
     return 0;
 }
 
+static int given(void *into, const void *from, size_t length)
+{
+    if (copy_out(into, from, length) == 0)
+        return 0;
+    errno = EFAULT;
+    return -1;
+}
+
 EXPORT int getsockopt(int fd, int level, int name, void *value, socklen_t *length)
 {
     struct slot *slot = slot_of(fd);
@@ -205,8 +234,7 @@ EXPORT int getsockopt(int fd, int level, int name, void *value, socklen_t *lengt
         if (get_socket_option(slot, name, &number) != 0)
             return REAL(getsockopt)(fd, level, name, value, length);
         *length = *length < sizeof number ? *length : sizeof number;
-        memcpy(value, &number, *length);
-        return 0;
+        return given(value, &number, *length);
     }
     request.slot = slot_number(slot);
     if (ask(&request, NULL, 0, reply, &size, NULL, 0) < 0)
@@ -217,6 +245,5 @@ EXPORT int getsockopt(int fd, int level, int name, void *value, socklen_t *lengt
         return -1;
     }
     *length = *length < size ? *length : (socklen_t)size;
-    memcpy(value, reply, *length);
-    return 0;
+    return given(value, reply, *length);
 }

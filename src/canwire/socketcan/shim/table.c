@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <linux/can.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,6 +56,12 @@ struct slot *slot_of(int fd)
     return number < MOST_SLOTS ? &shim_table->slot[number] : NULL;
 }
 
+socklen_t address_length(const struct slot *slot)
+{
+    return slot->protocol == CAN_ISOTP ? offsetof(struct sockaddr_can, can_addr.tp) + sizeof(canid_t[2])
+                                       : offsetof(struct sockaddr_can, can_addr);
+}
+
 int slot_number(const struct slot *slot)
 {
     return (int)(slot - shim_table->slot);
@@ -71,8 +78,8 @@ struct interface *interface_by_name(const char *name)
 
 struct interface *interface_by_index(int index)
 {
-    for (uint32_t at = 0; shim_table != NULL && at < shim_table->interfaces && at < MOST_INTERFACES; at++)
-        if (shim_table->interface[at].index == index && !(shim_table->interface[at].flags & INTERFACE_GONE))
-            return &shim_table->interface[at];
-    return NULL;
+    if (shim_table == NULL || index < FIRST_INDEX)
+        return NULL;
+    struct interface *interface = &shim_table->interface[(index - FIRST_INDEX) % MOST_INTERFACES];
+    return interface->index == index && !(interface->flags & INTERFACE_GONE) ? interface : NULL;
 }

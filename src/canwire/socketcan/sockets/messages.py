@@ -8,6 +8,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from canwire.socketcan.constants import CANFD_MTU
+from canwire.socketcan.interfaces import FULL
 from canwire.socketcan.outlets import MessageOutlet
 from canwire.socketcan.ports import Ports
 from canwire.socketcan.sockets.base import CanSocket, message_of
@@ -54,6 +55,7 @@ class MessageSocket(CanSocket):
         except ConnectionError:
             self.close()
             return
+        self.setting.stir()
         self.rewatch()
 
     def send_frame(self, port: Port, frame: bytes) -> None:
@@ -62,7 +64,7 @@ class MessageSocket(CanSocket):
         if len(waiting) < _MOST_WAITING:
             waiting.append(frame)
         else:
-            port.drop(1)
+            port.drop(1, FULL)
         if len(waiting) == 1:
             self._drain(port)
 
@@ -85,6 +87,7 @@ class MessageSocket(CanSocket):
 
     def written(self) -> None:
         self.outlet.flush()
+        self.setting.stir()
 
     def readable(self) -> None:
         """Programs send by requests: whatever arrives here is the end."""

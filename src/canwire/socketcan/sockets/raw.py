@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import struct
+from collections import deque
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from canwire.socketcan.constants import (
     SOL_CAN_RAW,
 )
 from canwire.socketcan.filters import Filters
+from canwire.socketcan.interfaces import NOT_FRAMES
 from canwire.socketcan.outlets import RowOutlet
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.rings import COLLECTED, Rings
@@ -73,6 +75,7 @@ class RawSocket(CanSocket):
         self._deaf = False
         self._error_mask = 0
         self._heard: list[Port] = []
+        self._held: deque[tuple[int, Array]] = deque()  # sent; their interfaces have no room yet
         self._hung_up = self._collects = self._hears_all = False
         super().__init__(setting, ports, slot, end, closed)
 
@@ -192,6 +195,7 @@ class RawSocket(CanSocket):
 
     def _put(self, rows: Array) -> None:
         self._outlet.put(rows)
+        self.setting.stir()
 
     # from the program
 
@@ -206,6 +210,7 @@ class RawSocket(CanSocket):
         else:
             self._ring.kicked()
             self._outlet.flush()
+            self.setting.stir()
             if self._outlet.waiting < _LATER:
                 for port in self._heard:
                     port.pump()
@@ -225,37 +230,42 @@ class RawSocket(CanSocket):
         self._collects = False
         if self.over:
             return
-        room, full = self._room()
-        if full is not None:
-            self._collects = True
-            full.when_room(self._collect)
+        if not self._send_held():
             return
-        rows = self._ring.collect(min(COLLECTED, room))
+        rows = self._ring.collect(COLLECTED)
         count = len(rows)
         if count:
             self._send_all(rows)
-        if count >= _MUCH or (self._hung_up and count):
+            self.setting.stir()
+        if count >= _MUCH or self._held or (self._hung_up and count):
             self._collect_soon()
         elif self._hung_up:
             self.close()
         elif count:
             self._collects = True
-            self.setting.loop.call_in(_GATHER_S, self._collect)
+            self.setting.loop.call_in(self.setting.gather_s(_GATHER_S), self._collect)
         elif not self._ring.want_frames():
             self._collect_soon()
 
-    def _room(self) -> tuple[int, Port | None]:
-        """Frames that any of its interfaces can take; one that can take none."""
-        room, full = COLLECTED, None
-        for port in self._heard:
-            if not port.lost:
-                free = port.room()
-                room = min(room, free)
-                full = full if free else port
-        return room, full
+    def _send_held(self) -> bool:
+        """Send what was kept back; False: there is no room yet, and `_collect` comes again once there is."""
+        while self._held:
+            index, rows = self._held[0]
+            port = self.ports.known(index)
+            if port is not None and not port.lost and not port.room():
+                self._collects = True
+                port.when_room(self._collect)
+                return False
+            self._held.popleft()
+            self._send(index, rows)
+        return True
 
     def _send_all(self, rows: Array) -> None:
-        rows = rows[sound(rows)]
+        good = sound(rows)
+        if not good.all():
+            for index in rows["interface"][~good]:
+                self.setting.interfaces.drop(int(index), 1, NOT_FRAMES)
+            rows = rows[good]
         interfaces = rows["interface"]
         if len(rows) and (interfaces == interfaces[0]).all():
             self._send(int(interfaces[0]), rows)
@@ -271,7 +281,10 @@ class RawSocket(CanSocket):
             return
         if not self._switches[CAN_RAW_LOOPBACK]:
             port.silent.add(self.slot)
-        port.send(self.slot, rows)
+        room = port.room()
+        if room < len(rows):
+            self._held.append((index, rows[room:].copy()))
+        port.send(self.slot, rows[:room])
 
     def ended(self) -> None:
         for port in self._heard:

@@ -1,0 +1,37 @@
+/* Programs that keep one time with others: the hub's, which passes only while all of them wait.
+ *
+ * The server beside `canwire run` takes part in the hub's time for all programs that it serves. A thread of theirs takes
+ * part from its first CAN socket or its first wait on; each wait is a request to the server, whose answer is its turn.
+ * Then it looks whether what it waits for is there, without waiting. ../turns.py is the other end.
+ */
+#ifndef CANWIRE_TIMED_H
+#define CANWIRE_TIMED_H
+
+#include "shim.h"
+
+#include <signal.h>
+#include <time.h>
+
+#define NEVER INT64_MAX
+#define SECOND 1000000000ll
+
+static inline int timed(void)
+{
+    return shim_table != NULL && shim_table->timed;
+}
+
+struct wait { /* one call that waits */
+    int64_t until_ns;
+    const sigset_t *mask; /* of signals meanwhile; NULL: as it is */
+    int restarts;         /* after a handler with SA_RESTART, as the kernel's own call does */
+    int again;            /* it has looked before: nothing that others may wait for has happened since */
+};
+
+int64_t hub_now_ns(void);
+int64_t wait_end_ns(const struct timespec *span); /* so long from now; NULL: NEVER */
+int await_turn(struct wait *wait);                /* 0: look; -1 and errno (EINTR) */
+int expired(const struct wait *wait);
+int sleep_until(int64_t until_ns); /* 0, or -1 with EINTR */
+struct timespec span_of(int64_t ns);
+
+#endif

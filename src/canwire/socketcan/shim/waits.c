@@ -1,0 +1,162 @@
+/* poll, select, epoll: where programs keep one time, they look at each turn, and the timeout is the hub's. */
+#include "timed.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/select.h>
+
+static struct timespec of_milliseconds(int milliseconds)
+{
+    return (struct timespec){milliseconds / 1000, milliseconds % 1000 * 1000000l};
+}
+
+static int polled(struct pollfd *fds, nfds_t count, struct wait *wait)
+{
+    for (;;) {
+        static const struct timespec none;
+        int found = REAL(ppoll)(fds, count, &none, wait->mask);
+        if (found != 0 || (wait->again && expired(wait)))
+            return found;
+        if (await_turn(wait) < 0)
+            return -1;
+    }
+}
+
+EXPORT int poll(struct pollfd *fds, nfds_t count, int timeout)
+{
+    if (timeout == 0 || !timed())
+        return REAL(poll)(fds, count, timeout);
+    struct timespec span = of_milliseconds(timeout);
+    struct wait wait = {.until_ns = wait_end_ns(timeout < 0 ? NULL : &span)};
+    return polled(fds, count, &wait);
+}
+
+EXPORT int ppoll(struct pollfd *fds, nfds_t count, const struct timespec *span, const sigset_t *mask)
+{
+    if (!timed() || (span != NULL && span->tv_sec == 0 && span->tv_nsec == 0))
+        return REAL(ppoll)(fds, count, span, mask);
+    struct wait wait = {.until_ns = wait_end_ns(span), .mask = mask};
+    return polled(fds, count, &wait);
+}
+
+struct sets { /* as many bits as the program's sets have; copies, since a look changes them */
+    size_t size;
+    fd_set *theirs[3];
+    char *copy[3];
+};
+
+static int keep_sets(struct sets *sets, int count, fd_set *reads, fd_set *writes, fd_set *others)
+{
+    sets->size = ((size_t)count + 63) / 64 * 8;
+    sets->theirs[0] = reads, sets->theirs[1] = writes, sets->theirs[2] = others;
+    char *room = malloc(3 * sets->size + 1);
+    for (int at = 0; room != NULL && at < 3; at++) {
+        sets->copy[at] = room + (size_t)at * sets->size;
+        if (sets->theirs[at] != NULL)
+            memcpy(sets->copy[at], sets->theirs[at], sets->size);
+    }
+    if (room == NULL)
+        errno = ENOMEM;
+    return room != NULL ? 0 : -1;
+}
+
+static int selected(int count, struct sets *sets, struct wait *wait)
+{
+    static const struct timespec none;
+
+    for (;;) {
+        int found = REAL(pselect)(count, sets->theirs[0], sets->theirs[1], sets->theirs[2], &none, wait->mask);
+        if (found != 0 || (wait->again && expired(wait)))
+            return found;
+        if (await_turn(wait) < 0)
+            return -1;
+        for (int at = 0; at < 3; at++)
+            if (sets->theirs[at] != NULL)
+                memcpy(sets->theirs[at], sets->copy[at], sets->size);
+    }
+}
+
+static int select_by_turns(int count, fd_set *reads, fd_set *writes, fd_set *others, struct wait *wait)
+{
+    struct sets sets;
+
+    if (count < 0) {
+        errno = EINVAL;
+        return -1;
+    }
+    if (keep_sets(&sets, count, reads, writes, others) < 0)
+        return -1;
+    int found = selected(count, &sets, wait);
+    int before = errno;
+    free(sets.copy[0]);
+    errno = before;
+    return found;
+}
+
+EXPORT int select(int count, fd_set *restrict reads, fd_set *restrict writes, fd_set *restrict others,
+                  struct timeval *restrict timeout)
+{
+    if (!timed() || (timeout != NULL && timeout->tv_sec == 0 && timeout->tv_usec == 0))
+        return REAL(select)(count, reads, writes, others, timeout);
+    struct timespec span = {0, 0};
+    if (timeout != NULL)
+        span = (struct timespec){timeout->tv_sec + timeout->tv_usec / 1000000, timeout->tv_usec % 1000000 * 1000};
+    struct wait wait = {.until_ns = wait_end_ns(timeout != NULL ? &span : NULL)};
+    int found = select_by_turns(count, reads, writes, others, &wait);
+    if (timeout != NULL) { /* Linux tells what was left */
+        span = span_of(wait.until_ns - hub_now_ns());
+        *timeout = (struct timeval){span.tv_sec, span.tv_nsec / 1000};
+    }
+    return found;
+}
+
+EXPORT int pselect(int count, fd_set *restrict reads, fd_set *restrict writes, fd_set *restrict others,
+                   const struct timespec *restrict span, const sigset_t *restrict mask)
+{
+    if (!timed() || (span != NULL && span->tv_sec == 0 && span->tv_nsec == 0))
+        return REAL(pselect)(count, reads, writes, others, span, mask);
+    struct wait wait = {.until_ns = wait_end_ns(span), .mask = mask};
+    return select_by_turns(count, reads, writes, others, &wait);
+}
+
+EXPORT int epoll_pwait(int fd, struct epoll_event *events, int most, int timeout, const sigset_t *mask)
+{
+    if (timeout == 0 || !timed())
+        return REAL(epoll_pwait)(fd, events, most, timeout, mask);
+    struct timespec span = of_milliseconds(timeout);
+    struct wait wait = {.until_ns = wait_end_ns(timeout < 0 ? NULL : &span), .mask = mask};
+    for (;;) {
+        int found = REAL(epoll_pwait)(fd, events, most, 0, mask);
+        if (found != 0 || (wait.again && expired(&wait)))
+            return found;
+        if (await_turn(&wait) < 0)
+            return -1;
+    }
+}
+
+EXPORT int epoll_wait(int fd, struct epoll_event *events, int most, int timeout)
+{
+    return timed() ? epoll_pwait(fd, events, most, timeout, NULL) : REAL(epoll_wait)(fd, events, most, timeout);
+}
+
+/* what _FORTIFY_SOURCE makes of them */
+
+int __poll_chk(struct pollfd *fds, nfds_t count, int timeout, size_t room);
+int __ppoll_chk(struct pollfd *fds, nfds_t count, const struct timespec *span, const sigset_t *mask, size_t room);
+
+EXPORT int __poll_chk(struct pollfd *fds, nfds_t count, int timeout, size_t room)
+{
+    if (room / sizeof *fds < count)
+        abort();
+    return poll(fds, count, timeout);
+}
+
+EXPORT int __ppoll_chk(struct pollfd *fds, nfds_t count, const struct timespec *span, const sigset_t *mask, size_t room)
+{
+    if (room / sizeof *fds < count)
+        abort();
+    return ppoll(fds, count, span, mask);
+}
