@@ -68,6 +68,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.boards.can.rates import (
         RateConflict,
         RunningLine,
+        TimingConflict,
+        bus_conflicts,
         format_rates,
         format_setter,
         rate_conflicts,
@@ -202,7 +204,9 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.screen_text import format_candump_line, parse_candump_line
     from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
     from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
+    from canwire.values.timing.agreement import timing_checks, timing_findings
     from canwire.values.timing.bit_timing import BitTiming
+    from canwire.values.timing.check import NodeTiming, TimingCheck
     from canwire.values.timing.limits import TimingLimits
 
 _NAMES = {
@@ -213,7 +217,9 @@ _NAMES = {
         "ChannelMode ChannelStatus CyclicStatus FilterContent FilterMode FilterSetup LineMode LineStatus "
         "Siblings"
     ),
-    "boards.can.rates": "RateConflict RunningLine format_rates format_setter rate_conflicts",
+    "boards.can.rates": (
+        "RateConflict RunningLine TimingConflict bus_conflicts format_rates format_setter rate_conflicts"
+    ),
     "boards.catalogue": "kind_names",
     "boards.config.configuration": "Config",
     "boards.config.tables": "BoardConfig BusConfig",
@@ -314,7 +320,9 @@ _NAMES = {
     "values.screen_text": "format_candump_line parse_candump_line",
     "values.slcan_text": "SlcanReader format_slcan_frame parse_slcan_frame",
     "values.text": "LogLine format_frame format_log_line parse_frame parse_log_line",
+    "values.timing.agreement": "timing_checks timing_findings",
     "values.timing.bit_timing": "BitTiming",
+    "values.timing.check": "NodeTiming TimingCheck",
     "values.timing.limits": "TimingLimits",
 }
 """What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub.
@@ -487,6 +495,7 @@ __all__ = [
     "NoChannel",
     "NoSuchBoard",
     "NodeScript",
+    "NodeTiming",
     "NotIdle",
     "NotInitialised",
     "NotReceived",
@@ -516,6 +525,8 @@ __all__ = [
     "TimeState",
     "TimedProgram",
     "Timer",
+    "TimingCheck",
+    "TimingConflict",
     "TimingLimits",
     "TimingRange",
     "Trace",
@@ -526,6 +537,7 @@ __all__ = [
     "WrongState",
     "__version__",
     "bring_up",
+    "bus_conflicts",
     "campaign",
     "conflicts_on",
     "connect",
@@ -580,6 +592,8 @@ __all__ = [
     "signals_end_waits",
     "start_line",
     "state_directory",
+    "timing_checks",
+    "timing_findings",
     "unused_lines",
     "wire_fields",
 ]
