@@ -52,6 +52,7 @@ class Controller(Protocol):
     frames_received: int
     wake_ups: int
     errors: list[int]
+    models: list[bool | None]
 
     @property
     def table(self) -> Table: ...
@@ -116,6 +117,9 @@ class LinControllerDriver:
 
     def subscribe(self, id: int, length: int) -> None:
         self._controller.subscribe(id, length)
+
+    def expect_checksum(self, id: int, enhanced: bool | None) -> None:
+        self._controller.models[id] = enhanced
 
     def associate(self, event: int, id: int) -> None:
         self._controller.table.associate(event, id)

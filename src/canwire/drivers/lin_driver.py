@@ -79,6 +79,9 @@ class LinDriver(Protocol):
     def subscribe(self, id: int, length: int) -> None:
         """A frame of this length (1..8) is expected behind this header; 0: nothing is."""
 
+    def expect_checksum(self, id: int, enhanced: bool | None) -> None:
+        """This frame is right with this checksum alone (True: enhanced); None: with either, until told otherwise."""
+
     def associate(self, event: int, id: int) -> None:
         """Answer the event-triggered frame `event` with the response of `id`, when that was updated."""
 

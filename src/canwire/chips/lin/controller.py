@@ -136,6 +136,7 @@ class LinController(LinNode):
         self._interrupt()
         self.table.clear()
         self.lengths = [0] * IDENTIFIERS
+        self.models = [None] * IDENTIFIERS
         self._changed()
 
     def subscribe(self, id: int, length: int) -> None:
@@ -193,7 +194,8 @@ class LinController(LinNode):
     # the bus's side
 
     def received(self, response: LinResponse, at_ns: int) -> None:
-        if response.enhanced is None:
+        model = self.models[response.id]
+        if response.enhanced is None or (model is not None and response.enhanced is not model):
             self._outcome = _FAILED
             self._count(_CHKSUM, response.id, False, at_ns)
             return

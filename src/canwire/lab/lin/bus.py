@@ -55,6 +55,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         schedule: Table | Mapping[str, Table] | None = None,
         responses: Responses | None = None,
         enhanced: bool = True,
+        checksums: Mapping[int, bool] | None = None,
         rival: bool = False,
         self_reception: bool = False,
         oscillator_ppm: float = 0.0,
@@ -69,7 +70,8 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
 
         A schedule is a list of slots: LinSlot, an identifier (an unconditional frame with the usual delay), or
         (identifier, seconds to the next slot). `responses` are the frames it publishes itself, their checksum
-        `enhanced` or classic. A second master is refused unless it says that it is a `rival`.
+        `enhanced` or classic. Of others' frames it takes those in `checksums` with that model alone (True: enhanced),
+        all others with either. A second master is refused unless it says that it is a `rival`.
         `self_reception` returns its own responses to it. Spaces are in bits. Raises BadValue, BadTiming.
         """
         others = [node.name for node in self.nodes.values() if node.settings.master]
@@ -88,8 +90,10 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             byte_space_bits=byte_space_bits,
         )
         _check_mapping("responses", responses)
+        _check_mapping("checksums", checksums)
         tables = {} if schedule is None else tables_of(schedule)
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
+        node.set_up({}, {}, None, checksums or {})
         if tables:
             node.schedule.add(tables)
             node.schedule.start()
@@ -104,6 +108,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         events: Mapping[int, int] | None = None,
         response_error: tuple[int, int] | None = None,
         enhanced: bool = True,
+        checksums: Mapping[int, bool] | None = None,
         self_reception: bool = False,
         bit_rate: int | None = None,
         oscillator_ppm: float = 0.0,
@@ -115,13 +120,15 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
     ) -> LabLinNode:
         """A slave, started: it answers with its `responses` by identifier and hears everything.
 
-        `subscribes` gives lengths of frames whose absence is an error to it. `events` gives for event-triggered
-        identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its error bit.
+        `subscribes` gives lengths of frames whose absence is an error to it, as is another checksum than the slave's
+        usual one (`enhanced` or classic) or than `checksums` says of the frame (True: enhanced). `events` gives for
+        event-triggered identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its error bit.
         `bit_rate` 0 finds the rate on the bus; a slave that `synchronises` follows the master within 14 %, by an
         oscillator that is off by `oscillator_ppm`. `start_up` (seconds, 0 to 0.1) is how long it is deaf once
         started or woken. Raises BadValue, BadTiming, BadFrame.
         """
-        for what, mapping in (("responses", responses), ("subscribes", subscribes), ("events", events)):
+        given = {"responses": responses, "subscribes": subscribes, "events": events, "checksums": checksums}
+        for what, mapping in given.items():
             _check_mapping(what, mapping)
         settings = LinSettings(
             master=False,
@@ -133,7 +140,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             start_up_ns=nanoseconds("start_up", start_up),
         )
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
-        node.set_up(subscribes or {}, events or {}, response_error)
+        node.set_up(subscribes or {}, events or {}, response_error, checksums or {})
         return node
 
     def __repr__(self) -> str:
