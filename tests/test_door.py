@@ -35,7 +35,7 @@ NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Tic
 WrongState
 connect default_address frame_of_record kind_names serve signals_end_waits WireField wire_fields
 RateConflict RunningLine TimingConflict bus_conflicts rate_conflicts conflicts_on format_setter state_directory
-NodeTiming TimingCheck timing_checks timing_findings
+LinNodeAttributes LinProduct LinSlaveConfiguration NodeTiming TimingCheck timing_checks timing_findings
 LinePlace WantedMode bring_up every_line find_lines format_rates start_line
 Acceptance BadFilter BadFrame BadText BadTiming BadValue BitLayout BitTiming BusEvent BusOff
 CanwireError Closed ErrorKind ErrorState EventKind ExtraMissing FIELDS Frame Lab LabBus LabNode

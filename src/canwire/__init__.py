@@ -169,6 +169,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.error_frame import decode_error_frame, encode_error_frame
     from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
     from canwire.values.frame import Frame, frame_of_record
+    from canwire.values.lin.configuration import LinNodeAttributes, LinProduct, LinSlaveConfiguration
     from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
     from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
     from canwire.values.lin.record import lin_frame_of_record, linmsg_of_record, record_of_linmsg
@@ -305,6 +306,7 @@ _NAMES = {
     "values.error_frame": "decode_error_frame encode_error_frame",
     "values.event": "BusEvent ErrorKind ErrorState EventKind",
     "values.frame": "Frame frame_of_record",
+    "values.lin.configuration": "LinNodeAttributes LinProduct LinSlaveConfiguration",
     "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
     "values.lin.frame": "LinFrame lin_checksum protected_id",
     "values.lin.record": "lin_frame_of_record linmsg_of_record record_of_linmsg",
@@ -468,8 +470,11 @@ __all__ = [
     "LinMode",
     "LinMonitorMode",
     "LinMonitorStatus",
+    "LinNodeAttributes",
     "LinOutcome",
+    "LinProduct",
     "LinSchedule",
+    "LinSlaveConfiguration",
     "LinSlot",
     "LinState",
     "LineError",

@@ -39,8 +39,8 @@ PINNED = {
     Lab.lin_bus: "name * bit_rate sleep_after",
     LabLinBus.master: "name * schedule responses enhanced checksums rival self_reception oscillator_ppm break_bits"
     " delimiter_bits header_space_bits response_space_bits byte_space_bits receive_queue",
-    LabLinBus.slave: "name * responses subscribes events response_error enhanced checksums self_reception bit_rate"
-    " oscillator_ppm synchronises response_space_bits byte_space_bits start_up receive_queue",
+    LabLinBus.slave: "name * responses subscribes events response_error enhanced checksums attributes self_reception"
+    " bit_rate oscillator_ppm synchronises response_space_bits byte_space_bits start_up receive_queue",
     LabLinNode.send: "frame",
     LabLinNode.ask: "id length",
     LabLinNode.respond: "id data * enhanced once",

@@ -39,6 +39,8 @@ class Table(Protocol):
     def remove(self, id: int) -> None: ...
     def associate(self, event: int, id: int) -> None: ...
     def put_status_bit(self, id: int, bit: int) -> None: ...
+    def take(self, id: int) -> Any: ...
+    def place(self, id: int, role: Any) -> None: ...
 
 
 class Controller(Protocol):
@@ -52,6 +54,7 @@ class Controller(Protocol):
     frames_received: int
     wake_ups: int
     errors: list[int]
+    lengths: list[int]
     models: list[bool | None]
 
     @property
@@ -123,6 +126,19 @@ class LinControllerDriver:
 
     def associate(self, event: int, id: int) -> None:
         self._controller.table.associate(event, id)
+
+    def take(self, id: int) -> object:
+        controller = self._controller
+        role = (controller.table.take(id), controller.lengths[id], controller.models[id])
+        controller.subscribe(id, 0)
+        controller.models[id] = None
+        return role
+
+    def place(self, id: int, role: Any) -> None:
+        row, length, model = role
+        self._controller.table.place(id, row)
+        self._controller.subscribe(id, length)
+        self._controller.models[id] = model
 
     def report_errors_in(self, id: int, bit: int) -> None:
         self._controller.table.put_status_bit(id, bit)

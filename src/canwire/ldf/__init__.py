@@ -21,10 +21,12 @@ from pathlib import Path
 from typing import Any
 
 from canwire.errors import BadDescription, BadFrame, BadValue, ExtraMissing
+from canwire.ldf.attributes import attributes_of
 from canwire.ldf.configuration import command
 from canwire.ldf.signals import LinSignal as LinSignal
 from canwire.ldf.signals import Value as Value
 from canwire.ldf.signals import shown, signal_of
+from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.frame import LinFrame, protected_id
 from canwire.values.lin.schedule import LinSchedule, LinSlot
 
@@ -135,6 +137,14 @@ class LinDescription:
         }
         return heard | events
 
+    def attributes(self, node: str) -> LinNodeAttributes | None:
+        """What this slave answers node configuration with; None for one of LIN 1.3, which knows none. Raises BadValue.
+
+        It begins at its initial NAD, as after power-up.
+        """
+        self._check_node(node)
+        return None if node == self.master else attributes_of(self._node(node))
+
     def slave_options(self, node: str) -> dict[str, Any]:
         """Everything above, as arguments of `LabLinBus.slave`. Raises BadValue."""
         return {
@@ -143,6 +153,7 @@ class LinDescription:
             "events": self.events(node),
             "response_error": self.response_error(node),
             "checksums": self.checksums(node),
+            "attributes": self.attributes(node),
         }
 
     def master_options(self) -> dict[str, Any]:

@@ -286,8 +286,7 @@ class LinController(LinNode):
         if self.status() != before:
             self.host.state_changed(at_ns)
 
-    def _is_mine(self, id: int, transmitting: bool) -> bool:
-        """An error in this frame's response belongs into the response-error bit."""
+    def _is_mine(self, id: int, transmitting: bool) -> bool:  # for the response-error bit
         if not 0 <= id < _RESERVED or self.table.is_event(id):
             return False
         return (transmitting and self.responses[id] is not None) or self.lengths[id] > 0

@@ -12,12 +12,14 @@ from canwire.bus.lin.wire import LinTap
 from canwire.drivers.lin_driver import LinSettings
 from canwire.errors import BadValue
 from canwire.lab.bus import BenchBus
+from canwire.lab.lin.exchange import Exchange
 from canwire.lab.lin.faults import LabLinFaults
 from canwire.lab.lin.node import LinBenchNode, Responses
 from canwire.lab.lin.schedule import Table, tables_of
 from canwire.lab.recent import MOST_KEPT, Recent
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance, nanoseconds, whole
+from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.frame import LinFrame
 from canwire.values.lin.record import TIME_SIZE, lin_frame_of_record
 from canwire.values.lin.timing import checked_rate
@@ -30,6 +32,14 @@ class LabLinNode(LinBenchNode["LabLinBus"]):
 
     `schedule` is a master's: `start`, `stop`, `request` and the rest of it.
     """
+
+    def request(self, nad: int, payload: bytes, *, within: float = 1.0) -> bytes:
+        """A master's: send a request (SID and data, 1 to 4095 bytes) to this NAD, and return the payload that answers.
+
+        b"" for a functional request (NAD 0x7E). Time passes meanwhile. Raises NotReceived, WrongState for a slave.
+        """
+        self._check_open()
+        return Exchange(self.time, self.line, nad).run(payload, within)
 
     def close(self) -> None:
         """Leave the bus for good, with its name; a second time does nothing."""
@@ -109,6 +119,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         response_error: tuple[int, int] | None = None,
         enhanced: bool = True,
         checksums: Mapping[int, bool] | None = None,
+        attributes: LinNodeAttributes | None = None,
         self_reception: bool = False,
         bit_rate: int | None = None,
         oscillator_ppm: float = 0.0,
@@ -122,7 +133,8 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
 
         `subscribes` gives lengths of frames whose absence is an error to it, as is another checksum than the slave's
         usual one (`enhanced` or classic) or than `checksums` says of the frame (True: enhanced). `events` gives for
-        event-triggered identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its error bit.
+        event-triggered identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its
+        error bit. With `attributes` it answers node configuration and identification, see `configuration`.
         `bit_rate` 0 finds the rate on the bus; a slave that `synchronises` follows the master within 14 %, by an
         oscillator that is off by `oscillator_ppm`. `start_up` (seconds, 0 to 0.1) is how long it is deaf once
         started or woken. Raises BadValue, BadTiming, BadFrame.
@@ -141,6 +153,8 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         )
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
         node.set_up(subscribes or {}, events or {}, response_error, checksums or {})
+        if attributes is not None:
+            node.configure(attributes)
         return node
 
     def __repr__(self) -> str:

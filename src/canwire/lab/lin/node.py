@@ -12,10 +12,12 @@ from canwire.boards.lin.modes import LinMode, LinMonitorMode
 from canwire.boards.lin.monitor import LinMonitor
 from canwire.drivers.lin_driver import LinCounters, LinSettings
 from canwire.errors import BadValue, QueueFull, WrongState
+from canwire.lab.lin.configured import ConfiguredSlave
 from canwire.lab.lin.schedule import LabSchedule
 from canwire.lab.node import BenchNode
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance
+from canwire.values.lin.configuration import LinNodeAttributes, LinSlaveConfiguration
 from canwire.values.lin.event import LinEvent, LinEventKind, LinState
 from canwire.values.lin.frame import MASTER_REQUEST, SLAVE_RESPONSE, LinFrame, go_to_sleep_frame
 
@@ -48,6 +50,7 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         self._enhanced = enhanced
         self._events: LinMonitor | None = None
         self._queue: deque[LinFrame | None] = deque()
+        self._configured: ConfiguredSlave | None = None
 
     # sending
 
@@ -155,6 +158,25 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         """
         if self._events is not None:
             self._events.ring.listener = callback
+
+    # node configuration
+
+    @property
+    def configuration(self) -> LinSlaveConfiguration | None:
+        """A slave's NAD and the identifiers of its frames, where it was given `attributes`."""
+        return None if self._configured is None else self._configured.configuration
+
+    def configure(self, attributes: LinNodeAttributes) -> None:
+        """Answer node configuration and the transport layer from now on; `LabLinBus.slave` does it."""
+        instance("attributes", attributes, LinNodeAttributes)
+        with self.time.touch():
+            self._configured = ConfiguredSlave(self.time, self.line, attributes)
+
+    def power_up(self) -> None:
+        """As after power was away: a configured slave has the NAD and identifiers that were saved last."""
+        self._check_open()
+        if self._configured is not None:
+            self._configured.power_up()
 
     # state
 
