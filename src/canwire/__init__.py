@@ -68,6 +68,8 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.boards.can.rates import (
         RateConflict,
         RunningLine,
+        TimingConflict,
+        bus_conflicts,
         format_rates,
         format_setter,
         rate_conflicts,
@@ -167,6 +169,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.error_frame import decode_error_frame, encode_error_frame
     from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
     from canwire.values.frame import Frame, frame_of_record
+    from canwire.values.lin.configuration import LinNodeAttributes, LinProduct, LinSlaveConfiguration
     from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
     from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
     from canwire.values.lin.record import lin_frame_of_record, linmsg_of_record, record_of_linmsg
@@ -202,7 +205,9 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.screen_text import format_candump_line, parse_candump_line
     from canwire.values.slcan_text import SlcanReader, format_slcan_frame, parse_slcan_frame
     from canwire.values.text import LogLine, format_frame, format_log_line, parse_frame, parse_log_line
+    from canwire.values.timing.agreement import timing_checks, timing_findings
     from canwire.values.timing.bit_timing import BitTiming
+    from canwire.values.timing.check import NodeTiming, TimingCheck
     from canwire.values.timing.limits import TimingLimits
 
 _NAMES = {
@@ -213,7 +218,9 @@ _NAMES = {
         "ChannelMode ChannelStatus CyclicStatus FilterContent FilterMode FilterSetup LineMode LineStatus "
         "Siblings"
     ),
-    "boards.can.rates": "RateConflict RunningLine format_rates format_setter rate_conflicts",
+    "boards.can.rates": (
+        "RateConflict RunningLine TimingConflict bus_conflicts format_rates format_setter rate_conflicts"
+    ),
     "boards.catalogue": "kind_names",
     "boards.config.configuration": "Config",
     "boards.config.tables": "BoardConfig BusConfig",
@@ -299,6 +306,7 @@ _NAMES = {
     "values.error_frame": "decode_error_frame encode_error_frame",
     "values.event": "BusEvent ErrorKind ErrorState EventKind",
     "values.frame": "Frame frame_of_record",
+    "values.lin.configuration": "LinNodeAttributes LinProduct LinSlaveConfiguration",
     "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
     "values.lin.frame": "LinFrame lin_checksum protected_id",
     "values.lin.record": "lin_frame_of_record linmsg_of_record record_of_linmsg",
@@ -314,7 +322,9 @@ _NAMES = {
     "values.screen_text": "format_candump_line parse_candump_line",
     "values.slcan_text": "SlcanReader format_slcan_frame parse_slcan_frame",
     "values.text": "LogLine format_frame format_log_line parse_frame parse_log_line",
+    "values.timing.agreement": "timing_checks timing_findings",
     "values.timing.bit_timing": "BitTiming",
+    "values.timing.check": "NodeTiming TimingCheck",
     "values.timing.limits": "TimingLimits",
 }
 """What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub.
@@ -460,8 +470,11 @@ __all__ = [
     "LinMode",
     "LinMonitorMode",
     "LinMonitorStatus",
+    "LinNodeAttributes",
     "LinOutcome",
+    "LinProduct",
     "LinSchedule",
+    "LinSlaveConfiguration",
     "LinSlot",
     "LinState",
     "LineError",
@@ -487,6 +500,7 @@ __all__ = [
     "NoChannel",
     "NoSuchBoard",
     "NodeScript",
+    "NodeTiming",
     "NotIdle",
     "NotInitialised",
     "NotReceived",
@@ -516,6 +530,8 @@ __all__ = [
     "TimeState",
     "TimedProgram",
     "Timer",
+    "TimingCheck",
+    "TimingConflict",
     "TimingLimits",
     "TimingRange",
     "Trace",
@@ -526,6 +542,7 @@ __all__ = [
     "WrongState",
     "__version__",
     "bring_up",
+    "bus_conflicts",
     "campaign",
     "conflicts_on",
     "connect",
@@ -580,6 +597,8 @@ __all__ = [
     "signals_end_waits",
     "start_line",
     "state_directory",
+    "timing_checks",
+    "timing_findings",
     "unused_lines",
     "wire_fields",
 ]

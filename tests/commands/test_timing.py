@@ -146,7 +146,7 @@ def test_a_reader_that_leaves_is_no_error() -> None:
 
 
 def test_ctrl_c_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    import canwire.commands.timing as timing
+    import canwire.commands.timing.verb as timing
 
     def interrupted(_: object) -> int:
         raise KeyboardInterrupt
@@ -163,3 +163,51 @@ def test_the_rate_may_be_an_option_as_other_verbs_have_it(capsys: pytest.Capture
     assert capsys.readouterr().out == by_place
     assert main(["timing", "250000", "--bit-rate", "500000"]) == 2
     assert "two bit rates, 250000 and --bit-rate 500000" in capsys.readouterr().err
+
+
+@pytest.mark.conforms("G-13")
+@pytest.mark.parametrize(
+    ("nodes", "status", "last"),
+    [
+        (
+            ["500k@80/2M@80", "500k@80/2M@80"],
+            0,
+            "yes; the smallest margin: cable: 500 of 1600 ns, 1100 ns left",
+        ),
+        (
+            ["500k@87.5/4M@80", "b=500k@75/4M@80"],
+            1,
+            "no: they would not understand each other (sample points)",
+        ),
+        (["1M@75", "1M@75", "--cable", "100"], 1, "no: they would not understand each other (cable)"),
+        (
+            ["500k@87.5", "500k@75", "--ppm", "2000", "--node-delay-ns", "0"],
+            0,
+            "yes; the smallest margin: oscillators: 0.4 of 0.9709 %, 0.5709 % left",
+        ),
+        (["btr:001C", "500k@87.5,1"], 0, "yes; the smallest margin: cable: 500 of 1750 ns, 1250 ns left"),
+    ],
+)
+def test_whether_nodes_understand_each_other(
+    nodes: list[str], status: int, last: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["timing", "--nodes", *nodes]) == status
+    assert lines(capsys)[-1] == last
+    assert main(["timing", "--json", "--nodes", *nodes]) == status
+    found = json.loads(capsys.readouterr().out)
+    assert found["understand"] is not bool(status)
+    assert found["understand"] is not any(check["exceeded"] for check in found["checks"])
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["--nodes", "fast"], "--nodes fast: RATE@PERCENT"),
+        (["--nodes", "5"], "5 bit/s cannot be made"),
+        (["500000", "--nodes", "500k"], "leave the bit rate and --btr out"),
+        (["--nodes", "500k", "--cable", "-1"], "--cable -1.0: cannot be negative"),
+    ],
+)
+def test_nodes_that_are_none(words: list[str], why: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["timing", *words]) == 2
+    assert why in capsys.readouterr().err

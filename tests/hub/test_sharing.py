@@ -166,3 +166,46 @@ def test_lines_of_one_bus_at_different_rates_are_pointed_out(program: Program, e
     assert canwire.conflicts_on(first, "can1") == []
     second.close()
     assert canwire.conflicts_on(first) == []
+
+
+@pytest.mark.conforms("N-03")
+@pytest.mark.finding("wire-2 1")
+def test_timings_of_one_rate_that_could_not_work_on_copper_are_pointed_out() -> None:
+    """500k/4M sampled at 87.5 % and at 75 %; said once, whoever starts the line again."""
+    early, late = (
+        LineMode(BitTiming.for_bit_rate(500_000, point), BitTiming.for_bit_rate(4_000_000, 0.8))
+        for point in (0.75, 0.875)
+    )
+    with ExitStack() as stack:
+        engine = stack.enter_context(embedded(CONFIG.replace("usb-to-can", "usb-to-can-fd"), time="virtual"))
+        warned: list[str] = []
+        engine.world.warn = warned.append
+        first, second = (stack.enter_context(connected(engine, name)) for name in ("first", "second"))
+        on_line(first, late)
+        assert canwire.conflicts_on(first) == []
+        on_line(second, early, 1)
+        (found,) = canwire.conflicts_on(first, "can0")
+        assert isinstance(found, canwire.TimingConflict)
+        assert (found.check.what, found.check.figure) == ("sample points", 250.0)
+        assert {line.address for line in found.lines} == {"HW000001:0", "HW000001:1"}
+        assert str(found).startswith(
+            "can0: this could not work on copper: HW000001:1 (75 % and 80 % after BRS) and HW"
+        )
+        assert warned == [str(found)]
+        set_up(second, early, 1)
+        assert warned == [str(found)]
+        set_up(second, late, 1)
+        assert canwire.conflicts_on(first) == []
+
+
+@pytest.mark.conforms("N-03")
+def test_a_cable_that_is_too_long_for_the_rate_is_pointed_out() -> None:
+    config = CONFIG.replace('name = "can0"', 'name = "can0"\nlength_m = 300')
+    with ExitStack() as stack:
+        engine = stack.enter_context(embedded(config, time="virtual"))
+        first, second = (stack.enter_context(connected(engine, name)) for name in ("first", "second"))
+        on_line(first, QUICK)
+        assert canwire.conflicts_on(first) == []
+        on_line(second, QUICK, 1)
+        (found,) = canwire.conflicts_on(first)
+        assert "a shorter cable" in str(found)

@@ -805,3 +805,17 @@ def test_nodes_of_a_closed_lab_can_still_be_looked_at() -> None:
         bus = lab.can_bus()
         node = bus.node("a")
     assert bus.nodes == {"a": node}
+
+
+def test_a_bus_says_what_could_not_work_on_copper() -> None:
+    fast = BitTiming.for_bit_rate(4_000_000, 0.8)
+    with Lab() as lab:
+        bus = lab.can_bus("can0", timing=BitTiming.for_bit_rate(500_000, 0.875), data_timing=fast)
+        bus.node("one")
+        assert bus.warnings == []
+        other = bus.node("other", timing=BitTiming.for_bit_rate(500_000, 0.75))
+        assert [warning.what for warning in bus.warnings] == ["sample points"]
+        other.close()
+        assert bus.warnings == []
+        bus.node("slow", oscillator_ppm=20_000)
+        assert [warning.what for warning in bus.warnings] == ["oscillators"]

@@ -37,10 +37,10 @@ def lin_bus(lab: Lab) -> LabLinBus:
 
 PINNED = {
     Lab.lin_bus: "name * bit_rate sleep_after",
-    LabLinBus.master: "name * schedule responses enhanced rival self_reception oscillator_ppm break_bits"
+    LabLinBus.master: "name * schedule responses enhanced checksums rival self_reception oscillator_ppm break_bits"
     " delimiter_bits header_space_bits response_space_bits byte_space_bits receive_queue",
-    LabLinBus.slave: "name * responses subscribes events response_error enhanced self_reception bit_rate"
-    " oscillator_ppm synchronises response_space_bits byte_space_bits start_up receive_queue",
+    LabLinBus.slave: "name * responses subscribes events response_error enhanced checksums attributes self_reception"
+    " bit_rate oscillator_ppm synchronises response_space_bits byte_space_bits start_up receive_queue",
     LabLinNode.send: "frame",
     LabLinNode.ask: "id length",
     LabLinNode.respond: "id data * enhanced once",
@@ -385,3 +385,51 @@ def test_a_closed_slave_leaves_nothing_behind(lab: Lab) -> None:
         slave.close()
     assert list(bus.nodes) == ["master"]
     assert len(bus.wire.nodes) == 1
+
+
+@pytest.mark.finding("wire-2 6")
+@pytest.mark.parametrize("bitwise", [False, True])
+@pytest.mark.parametrize(("expects", "sent"), [(True, False), (False, True)])
+def test_a_subscriber_takes_its_checksum_alone(
+    lin_bus: LabLinBus, lab: Lab, expects: bool, sent: bool, bitwise: bool
+) -> None:
+    """The commonest mistake of LIN integration: both sides are set to another model."""
+    lin_bus.wire.bitwise = bitwise
+    master = lin_bus.master(responses={0x10: LinFrame(0x10, N8, enhanced=sent)})
+    slave = lin_bus.slave(subscribes={0x10: 8}, enhanced=expects)
+    monitor = lin_bus.slave("monitor")
+    slave.events()
+    master.ask(0x10)
+    lab.run_for(0.1)
+    assert [event.error for event in slave.events() if event.error] == [LinErrorKind.CHKSUM]
+    assert slave.receive(0) is None
+    assert slave.response_error
+    (heard,) = [monitor.receive(0)]
+    assert heard == LinFrame(
+        0x10, N8, enhanced=sent
+    )  # who subscribes to nothing takes either, and says which
+
+
+def test_checksums_are_set_frame_by_frame(lin_bus: LabLinBus, lab: Lab) -> None:
+    responses = {id: LinFrame(id, N8, enhanced=id != 0x11) for id in (0x10, 0x11, 0x12)}
+    master = lin_bus.master(responses=responses, checksums={0x3D: True})  # a diagnostic frame's stays classic
+    slave = lin_bus.slave(subscribes={0x10: 8, 0x11: 8, 0x12: 8}, checksums={0x11: False, 0x12: False})
+    slave.respond(0x3D, N8)
+    for id in (0x10, 0x11, 0x12, 0x3D):
+        master.ask(id)
+    lab.run_for(0.1)
+    assert [frame.id for frame in slave.receive_many(9)] == [0x10, 0x11]
+    assert slave.counters.errors[LinErrorKind.CHKSUM] == 1
+    slave.expect_checksum(0x12, None)
+    master.ask(0x12)
+    assert slave.expect(0x12, within=0.1).enhanced
+    assert master.expect(0x3D, within=0.1).data == N8
+
+
+def test_a_master_takes_what_its_description_says(lin_bus: LabLinBus, lab: Lab) -> None:
+    master = lin_bus.master(checksums={0x20: True})
+    lin_bus.slave(responses={0x20: LinFrame(0x20, b"\x01", enhanced=False)})
+    master.ask(0x20)
+    lab.run_for(0.1)
+    assert master.receive(0) is None
+    assert master.counters.errors[LinErrorKind.CHKSUM] == 1

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from canwire.bus.can.bus import CanBus
 from canwire.errors import BadValue
 from canwire.values.timing.bit_timing import BitTiming
 
@@ -38,6 +39,11 @@ def one_way_delay_ps(timing: BitTiming, length_m: float, node_delay_ns: float) -
     bit_ps = timing.bit_time_ps
     cable = length_m * PS_PER_METRE + 2 * node_delay_ns * 1000
     return round(cable + hardware_share(bit_ps) * bit_ps)
+
+
+def delay_of(bus: object) -> int:
+    """How late a level of a CAN bus arrives, in ps; 0 for an ideal bus, and for one that is not ours."""
+    return bus.delay_ps if isinstance(bus, CanBus) else 0
 
 
 def effective_length_m(length_m: float, node_delay_ns: float) -> float:

@@ -75,7 +75,9 @@ VERBS = {
     "fault": Verb("canwire.commands.fault.verb", "have something go wrong on a bus of the hub"),
     "campaign": Verb("canwire.commands.campaign.verb", "play a function with a lab thousands of times"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
-    "timing": Verb("canwire.commands.timing", "calculate bit timings and oscillator tolerances"),
+    "timing": Verb(
+        "canwire.commands.timing.verb", "calculate bit timings, and whether nodes understand each other"
+    ),
     "run": Verb("canwire.commands.socketcan.run", "run a program that speaks SocketCAN on buses of the hub"),
     "bridge": Verb(
         "canwire.commands.gateway.verb", "pass frames on between two buses, or a bus and the kernel's"

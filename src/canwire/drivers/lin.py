@@ -39,6 +39,8 @@ class Table(Protocol):
     def remove(self, id: int) -> None: ...
     def associate(self, event: int, id: int) -> None: ...
     def put_status_bit(self, id: int, bit: int) -> None: ...
+    def take(self, id: int) -> Any: ...
+    def place(self, id: int, role: Any) -> None: ...
 
 
 class Controller(Protocol):
@@ -52,6 +54,8 @@ class Controller(Protocol):
     frames_received: int
     wake_ups: int
     errors: list[int]
+    lengths: list[int]
+    models: list[bool | None]
 
     @property
     def table(self) -> Table: ...
@@ -117,8 +121,24 @@ class LinControllerDriver:
     def subscribe(self, id: int, length: int) -> None:
         self._controller.subscribe(id, length)
 
+    def expect_checksum(self, id: int, enhanced: bool | None) -> None:
+        self._controller.models[id] = enhanced
+
     def associate(self, event: int, id: int) -> None:
         self._controller.table.associate(event, id)
+
+    def take(self, id: int) -> object:
+        controller = self._controller
+        role = (controller.table.take(id), controller.lengths[id], controller.models[id])
+        controller.subscribe(id, 0)
+        controller.models[id] = None
+        return role
+
+    def place(self, id: int, role: Any) -> None:
+        row, length, model = role
+        self._controller.table.place(id, row)
+        self._controller.subscribe(id, length)
+        self._controller.models[id] = model
 
     def report_errors_in(self, id: int, bit: int) -> None:
         self._controller.table.put_status_bit(id, bit)

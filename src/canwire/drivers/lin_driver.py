@@ -79,8 +79,17 @@ class LinDriver(Protocol):
     def subscribe(self, id: int, length: int) -> None:
         """A frame of this length (1..8) is expected behind this header; 0: nothing is."""
 
+    def expect_checksum(self, id: int, enhanced: bool | None) -> None:
+        """This frame is right with this checksum alone (True: enhanced); None: with either, until told otherwise."""
+
     def associate(self, event: int, id: int) -> None:
         """Answer the event-triggered frame `event` with the response of `id`, when that was updated."""
+
+    def take(self, id: int) -> object:
+        """Everything that it was told about this frame, which it forgets: for `place`."""
+
+    def place(self, id: int, role: object) -> None:
+        """The frame that was taken has this identifier from now on: response, length, checksum, events, error bit."""
 
     def report_errors_in(self, id: int, bit: int) -> None:
         """This bit of the response of `id` tells of errors in responses, until it was sent."""

@@ -1,10 +1,10 @@
-"""Buses of a hub whose lines disagree about the bit rate."""
+"""Buses of a hub whose lines could not work together on copper."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.boards.can.rates import RateConflict, RunningLine, rate_conflicts
+from canwire.boards.can.rates import Conflict, RunningLine, bus_conflicts
 from canwire.hub.finding import LinePlace, every_line, lines_now
 
 if TYPE_CHECKING:
@@ -15,14 +15,16 @@ if TYPE_CHECKING:
 
 def conflicts_on(
     hub: Hub, bus: str | None = None, *, among: Sequence[LinePlace] | None = None
-) -> list[RateConflict]:
-    """Every bus with lines at different rates, or only this one; str() of each is a sentence for people.
+) -> list[Conflict]:
+    """What could not work on copper, on every bus or only this one; str() of each is a sentence for people.
+
+    A RateConflict is lines at different rates, a TimingConflict a rule of ISO 11898-1 that timings of one rate break.
 
     `among` are the lines that `every_line` has found already.
     """
     lines = every_line(hub) if among is None else among
     can = [place for place in lines if place.info.bus_type == "CAN" and bus in (None, place.info.bus)]
-    return rate_conflicts(_running(hub, can))
+    return bus_conflicts(_running(hub, can))
 
 
 def _running(hub: Hub, places: Sequence[LinePlace]) -> Iterator[RunningLine]:

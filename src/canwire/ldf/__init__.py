@@ -2,7 +2,7 @@
 
     network = canwire.ldf.load("door.ldf")
     bus = lab.lin_bus("lin0", bit_rate=network.bit_rate)
-    master = bus.master(network.master, schedule=network.schedules, responses=network.responses(network.master))
+    master = bus.master(network.master, schedule=network.schedules, **network.master_options())
     slave = bus.slave("window", **network.slave_options("window"))
     network.decode(master.expect(0x11, within=0.1))     # {"WindowPosition": 50.0, ...}
 
@@ -21,11 +21,15 @@ from pathlib import Path
 from typing import Any
 
 from canwire.errors import BadDescription, BadFrame, BadValue, ExtraMissing
+from canwire.ldf.attributes import attributes_of
 from canwire.ldf.configuration import command
+from canwire.ldf.signals import LinSignal as LinSignal
+from canwire.ldf.signals import Value as Value
+from canwire.ldf.signals import shown, signal_of
+from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.frame import LinFrame, protected_id
 from canwire.values.lin.schedule import LinSchedule, LinSlot
 
-Value = int | float | str
 _NS = 1_000_000_000
 
 
@@ -39,26 +43,6 @@ class FrameDescription:
     publisher: str
     enhanced: bool
     signals: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class LinSignal:
-    """A signal in its frame: its place in bits, and what the file's encoding makes of it.
-
-    `scale`, `offset` and the ends are those of its first physical range; without one, of the bits. `texts` are by raw
-    value. `start` is what `decode` would show of the initial value.
-    """
-
-    name: str
-    start_bit: int
-    length: int
-    minimum: float
-    maximum: float
-    scale: float
-    offset: float
-    unit: str
-    texts: Mapping[int, str]
-    start: Value | list[int]
 
 
 def load(path: str | Path, *, encoding: str = "utf-8") -> LinDescription:
@@ -140,6 +124,27 @@ class LinDescription:
                     return frame.frame_id, offset
         return None
 
+    def checksums(self, node: str) -> dict[int, bool]:
+        """Which checksum (True: enhanced) the frames have that this node subscribes to, by identifier.
+
+        Those of event-triggered frames too. Raises BadValue.
+        """
+        heard = {id: self._by_id[id].enhanced for id in self.lengths(node)}
+        events = {
+            event: self._by_id[members[0]].enhanced
+            for event, members in self._events.items()
+            if any(member in heard for member in members)
+        }
+        return heard | events
+
+    def attributes(self, node: str) -> LinNodeAttributes | None:
+        """What this slave answers node configuration with; None for one of LIN 1.3, which knows none. Raises BadValue.
+
+        It begins at its initial NAD, as after power-up.
+        """
+        self._check_node(node)
+        return None if node == self.master else attributes_of(self._node(node))
+
     def slave_options(self, node: str) -> dict[str, Any]:
         """Everything above, as arguments of `LabLinBus.slave`. Raises BadValue."""
         return {
@@ -147,7 +152,13 @@ class LinDescription:
             "subscribes": self.lengths(node),
             "events": self.events(node),
             "response_error": self.response_error(node),
+            "checksums": self.checksums(node),
+            "attributes": self.attributes(node),
         }
+
+    def master_options(self) -> dict[str, Any]:
+        """The master's, as arguments of `LabLinBus.master`."""
+        return {"responses": self.responses(self.master), "checksums": self.checksums(self.master)}
 
     # signals
 
@@ -179,7 +190,7 @@ class LinDescription:
         """
         raw = self.decode_raw(frame)
         described = self._parsed.get_unconditional_frame(self.described(frame).name)
-        return {signal.name: _shown(signal, raw[signal.name]) for _, signal in described.signal_map}
+        return {signal.name: shown(signal, raw[signal.name]) for _, signal in described.signal_map}
 
     def decode_raw(self, frame: LinFrame) -> dict[str, Any]:
         """The same as numbers, as they stand in the frame (lists of bytes for arrays)."""
@@ -204,7 +215,7 @@ class LinDescription:
     def signals_of(self, frame: str) -> list[LinSignal]:
         """The signals of an unconditional frame, in its order."""
         described = self._parsed.get_unconditional_frame(frame)
-        return [_signal(signal, offset) for offset, signal in described.signal_map]
+        return [signal_of(signal, offset) for offset, signal in described.signal_map]
 
     # inside
 
@@ -249,30 +260,6 @@ class LinDescription:
             if getattr(getattr(each, "frame", None), "frame_id", None) in members
         ]
         return LinSlot.event(frame.frame_id, members, delay_ns=delay_ns, length=length, resolving=resolving)
-
-
-def _shown(signal: Any, raw: Any) -> Value:
-    encoding = getattr(signal, "encoding_type", None)
-    if encoding is not None:
-        try:
-            return encoding.decode(raw, signal)
-        except Exception:  # no row of the encoding fits
-            return raw
-    return raw
-
-
-def _signal(signal: Any, start_bit: int) -> LinSignal:
-    encoding = getattr(signal, "encoding_type", None)
-    converters = [] if encoding is None else encoding.get_converters()
-    physical = next((one for one in converters if type(one).__name__ == "PhysicalValue"), None)
-    texts = {one.phy_value: one.info for one in converters if type(one).__name__ == "LogicalValue"}
-    raw, scale, offset, unit = (0, (1 << signal.width) - 1), 1.0, 0.0, ""
-    if physical is not None:
-        raw, scale, offset = (physical.phy_min, physical.phy_max), physical.scale, physical.offset
-        unit = physical.unit or ""
-    low, high = sorted(end * scale + offset for end in raw)
-    start = _shown(signal, signal.init_value)
-    return LinSignal(signal.name, start_bit, signal.width, low, high, scale, offset, unit, texts, start)
 
 
 def _first_line(error: Exception) -> str:

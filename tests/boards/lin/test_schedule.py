@@ -245,6 +245,7 @@ def test_one_has_news() -> None:
     assert network.scheduler.collisions == 0
 
 
+@pytest.mark.conforms("N-47")
 def test_two_have_news_and_each_is_asked_in_turn() -> None:
     network = window_network()
     network.respond(0, 0x11, b"\0\1")

@@ -29,6 +29,11 @@ class Crystal:
         self._true: list[int] = []  # times without any fault, and what they were made into
         self._false: list[int] = []
 
+    @property
+    def drift_ppm(self) -> float:
+        """How far the faults have it off; positive: fast."""
+        return (prod(self._factors) - 1.0) * 1e6
+
     def pull(self, node: Any, factor: float) -> None:
         """One fault more."""
         self._factors.append(factor)

@@ -101,6 +101,7 @@ class LineStatus:
     events that found a channel's receive queue full; the ideal controller itself loses none.
     `set_by` is the program that set it up last, `set_by_left`: it has nothing open on the line any more.
     `behind_ns` is how far bus time is behind the clock now, `skipped_ns` what it has left out since the hub began.
+    `delay_ps` is its bus's, one way, and `drift_ppm` how far its oscillator is off (positive: fast).
     """
 
     initialised: bool
@@ -128,6 +129,8 @@ class LineStatus:
     set_by_left: bool = False
     behind_ns: int = 0
     skipped_ns: int = 0
+    delay_ps: int = 0
+    drift_ppm: float = 0.0
 
     @property
     def unused(self) -> bool:

@@ -1,4 +1,4 @@
-"""At which rates CAN lines run, who has set them so, and which lines of one bus disagree."""
+"""At which rates CAN lines run, who has set them so, and which lines of one bus could not work together on copper."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from canwire.boards.can.modes import LineMode, LineStatus
+from canwire.values.controller_options import USUAL
+from canwire.values.timing.agreement import timing_findings
+from canwire.values.timing.check import NodeTiming, TimingCheck
 
 
 class RunningLine(NamedTuple):
@@ -29,13 +32,65 @@ class RateConflict(NamedTuple):
         return f"{self.bus}: different bit rates on one bus: {'; '.join(map(str, self.lines))}"
 
 
-def rate_conflicts(lines: Iterable[RunningLine]) -> list[RateConflict]:
-    """One for each bus whose lines disagree, in bit rate or, those that have one, in data bit rate."""
+class TimingConflict(NamedTuple):
+    """Lines of one bus at the same rates, whose timings, oscillators or cable break a rule of ISO 11898-1."""
+
+    bus: str
+    lines: tuple[RunningLine, ...]
+    check: TimingCheck
+
+    def __str__(self) -> str:
+        return f"{self.bus}: this could not work on copper: {self.check}"
+
+
+Conflict = RateConflict | TimingConflict
+
+
+def bus_conflicts(lines: Iterable[RunningLine]) -> list[Conflict]:
+    """What could not work on copper, bus by bus: different rates, else each broken rule of the timings."""
+    found: list[Conflict] = []
+    for running in _by_bus(lines):
+        conflicts = rate_conflicts(running)
+        found += conflicts or _timing_conflicts(running)
+    return found
+
+
+def node_timing(name: str, mode: LineMode, drift_ppm: float = 0.0) -> NodeTiming | None:
+    """What the rules need of a line that is set up so; None while its rate is still to be found."""
+    if mode.timing is None:
+        return None
+    return NodeTiming(name, mode.timing, mode.data_timing, drift_ppm, options=mode.options or USUAL)
+
+
+def _timing_conflicts(lines: list[RunningLine]) -> list[Conflict]:
+    """Those of one bus."""
+    nodes = [
+        node
+        for line in lines
+        if line.status.mode is not None
+        and (node := node_timing(line.address, line.status.mode, line.status.drift_ppm)) is not None
+    ]
+    delay_ns = max((line.status.delay_ps for line in lines), default=0) / 1e3
+    found: list[Conflict] = []
+    for check in timing_findings(nodes, delay_ns):
+        named = set(check.nodes)
+        found.append(
+            TimingConflict(lines[0].bus, tuple(line for line in lines if line.address in named), check)
+        )
+    return found
+
+
+def _by_bus(lines: Iterable[RunningLine]) -> list[list[RunningLine]]:
     buses: dict[str, list[RunningLine]] = {}
     for line in lines:
         if line.bus and line.status.running:
             buses.setdefault(line.bus, []).append(line)
-    return [RateConflict(bus, tuple(found)) for bus, found in buses.items() if _disagree(found)]
+    return list(buses.values())
+
+
+def rate_conflicts(lines: Iterable[RunningLine]) -> list[RateConflict]:
+    """One for each bus whose lines disagree, in bit rate or, those that have one, in data bit rate."""
+    return [RateConflict(found[0].bus, tuple(found)) for found in _by_bus(lines) if _disagree(found)]
 
 
 def _disagree(lines: list[RunningLine]) -> bool:

@@ -48,7 +48,7 @@ class LinResponse:
 
     @classmethod
     def heard(cls, id: int, octets: bytes) -> LinResponse:
-        """Bytes as they came over the wire; either checksum is right where the specification leaves a choice."""
+        """Bytes as they came over the wire, with whichever checksum fits; who hears them knows which one is right."""
         data, checksum = octets[:-1], octets[-1]
         if checksum == lin_checksum(data):
             return cls(id, octets, False)
@@ -81,7 +81,9 @@ class LinNode:
     oscillator, `synchronises` (it follows the master's bit rate by the sync field), `searching` (it does not
     know the bit rate yet), and of its headers `break_bits`, `delimiter_bits` and `space_bits` before the identifier.
 
-    It writes only `headers`, the valid ones heard so far.
+    `models` are for the node itself: which checksum it takes of a frame (True: enhanced alone, None: either).
+
+    The bus writes only `headers`, the valid ones heard so far.
 
     The bus calls the methods below in the order of bus time. A node may call back only what `LinMedium` offers.
     """
@@ -96,6 +98,7 @@ class LinNode:
         self.offer: LinOffer | None = None
         self.responses: list[LinResponse | None] = [None] * IDENTIFIERS
         self.lengths = [0] * IDENTIFIERS
+        self.models: list[bool | None] = [None] * IDENTIFIERS
         self.headers = 0
         self.synchronises = False
         self.searching = False

@@ -136,6 +136,7 @@ class LinController(LinNode):
         self._interrupt()
         self.table.clear()
         self.lengths = [0] * IDENTIFIERS
+        self.models = [None] * IDENTIFIERS
         self._changed()
 
     def subscribe(self, id: int, length: int) -> None:
@@ -193,7 +194,8 @@ class LinController(LinNode):
     # the bus's side
 
     def received(self, response: LinResponse, at_ns: int) -> None:
-        if response.enhanced is None:
+        model = self.models[response.id]
+        if response.enhanced is None or (model is not None and response.enhanced is not model):
             self._outcome = _FAILED
             self._count(_CHKSUM, response.id, False, at_ns)
             return
@@ -284,8 +286,7 @@ class LinController(LinNode):
         if self.status() != before:
             self.host.state_changed(at_ns)
 
-    def _is_mine(self, id: int, transmitting: bool) -> bool:
-        """An error in this frame's response belongs into the response-error bit."""
+    def _is_mine(self, id: int, transmitting: bool) -> bool:  # for the response-error bit
         if not 0 <= id < _RESERVED or self.table.is_event(id):
             return False
         return (transmitting and self.responses[id] is not None) or self.lengths[id] > 0

@@ -17,6 +17,17 @@ class _Entry(NamedTuple):
     once: bool
 
 
+class Role(NamedTuple):
+    """All that a table knows of a frame: its entry, whether it was updated, the events that it stands behind, the
+    frame that it stands for as an event, and which of its bits is the response-error bit."""
+
+    entry: _Entry | None
+    updated: bool
+    events: tuple[int, ...]
+    behind: int | None
+    status_bit: int | None
+
+
 class ResponseTable:
     """`responses` is what the bus looks at, by identifier; `updated` the identifiers with data not sent yet.
 
@@ -67,6 +78,33 @@ class ResponseTable:
         """
         self._events[event] = id
         self._watched |= {event, id}
+        self._fill(id)
+
+    def take(self, id: int) -> Role:
+        """Take the frame out, to be placed under another identifier, or to be kept meanwhile."""
+        entry, updated, events = self._entries.get(id), id in self.updated, tuple(self._events_of(id))
+        status_bit = None
+        if self._status_bit is not None and self._status_bit[0] == id:
+            status_bit, self._status_bit = self._status_bit[1], None
+        self.remove(id)
+        for event in events:
+            del self._events[event]
+        return Role(entry, updated, events, self._events.pop(id, None), status_bit)
+
+    def place(self, id: int, role: Role) -> None:
+        """The frame has this identifier from now on."""
+        if role.entry is not None:
+            self._entries[id] = role.entry
+            if role.updated:
+                self.updated.add(id)
+            if role.entry.once:
+                self._watched.add(id)
+        if role.status_bit is not None:
+            self.put_status_bit(id, role.status_bit)
+        for event in role.events:
+            self.associate(event, id)
+        if role.behind is not None:
+            self.associate(id, role.behind)
         self._fill(id)
 
     def is_event(self, id: int) -> bool:

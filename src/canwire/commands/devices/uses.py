@@ -12,7 +12,8 @@ from canwire import (
     LinLineStatus,
     RateConflict,
     RunningLine,
-    rate_conflicts,
+    TimingConflict,
+    bus_conflicts,
 )
 
 if TYPE_CHECKING:
@@ -31,9 +32,9 @@ Use = LineStatus | LinUse
 Found = tuple[BoardInfo, list[Use]]
 
 
-def conflicts_among(found: list[Found]) -> list[RateConflict]:
-    """Buses whose lines run at different rates."""
-    return rate_conflicts(
+def conflicts_among(found: list[Found]) -> list[RateConflict | TimingConflict]:
+    """What could not work on copper."""
+    return bus_conflicts(
         RunningLine(f"{board.hardware_id}:{index}", line.bus, status)
         for board, states in found
         for index, (line, status) in enumerate(zip(board.lines, states, strict=True))

@@ -223,13 +223,13 @@ class World:
             self.faults.shorts.take(name, self)
 
     def look_at_rates(self, bus: str) -> None:
-        """A line on this bus was started: warn where lines there disagree, once for each disagreement."""
+        """A line on this bus was started: warn where lines there could not work together, once for each reason."""
         slots = (
             slot for slot in self.slots.values() if isinstance(slot, CanSlot) and slot.can.info.bus == bus
         )
-        text = self._rates.news(bus, slots)
-        if text and self.warn is not None:
-            self.warn(text)
+        for text in self._rates.news(bus, slots):
+            if self.warn is not None:
+                self.warn(text)
 
     def next_luid(self) -> int:
         """A number never given out before."""

@@ -23,7 +23,9 @@ from canwire.values.arguments import unknown_argument
 from canwire.values.checks import instance, shown, whole
 from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.frame import Frame, frame_of_record
+from canwire.values.timing.agreement import timing_findings
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.check import NodeTiming, TimingCheck
 from canwire.values.timing.limits import check_data_rate
 
 Filters = Iterable[Sequence[int]] | Acceptance
@@ -166,6 +168,23 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
     def error_frames(self) -> int:
         return self.wire.tally.error_frames
 
+    @property
+    def warnings(self) -> list[TimingCheck]:
+        """What could not work on copper, as the nodes are set up now; str() of each is a sentence with its remedy."""
+        nodes = []
+        for node in self.nodes.values():
+            settings = node.settings
+            nodes.append(
+                NodeTiming(
+                    node.name,
+                    settings.timing,
+                    settings.data_timing,
+                    settings.oscillator_ppm,
+                    options=settings.options,
+                )
+            )
+        return timing_findings(nodes, self.wire.delay_ps / 1e3)
+
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""
         tap = RecentFrames(whole("limit", limit, 0, MOST_KEPT))
@@ -191,7 +210,8 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         )
         if not what:
             what = "the bus is shorted" if self.wire.bits.shorted else "a chip repeats its frame"
-        return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what}"
+        doubts = "".join(f"; {warning}" for warning in self.warnings)
+        return f"{self.name}: no frame got through for {after_ns / 1e9:g} s: {what}{doubts}"
 
 
 class RecentFrames(Recent[Frame], Tap):

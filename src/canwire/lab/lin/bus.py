@@ -12,12 +12,14 @@ from canwire.bus.lin.wire import LinTap
 from canwire.drivers.lin_driver import LinSettings
 from canwire.errors import BadValue
 from canwire.lab.bus import BenchBus
+from canwire.lab.lin.exchange import Exchange
 from canwire.lab.lin.faults import LabLinFaults
 from canwire.lab.lin.node import LinBenchNode, Responses
 from canwire.lab.lin.schedule import Table, tables_of
 from canwire.lab.recent import MOST_KEPT, Recent
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance, nanoseconds, whole
+from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.frame import LinFrame
 from canwire.values.lin.record import TIME_SIZE, lin_frame_of_record
 from canwire.values.lin.timing import checked_rate
@@ -30,6 +32,14 @@ class LabLinNode(LinBenchNode["LabLinBus"]):
 
     `schedule` is a master's: `start`, `stop`, `request` and the rest of it.
     """
+
+    def request(self, nad: int, payload: bytes, *, within: float = 1.0) -> bytes:
+        """A master's: send a request (SID and data, 1 to 4095 bytes) to this NAD, and return the payload that answers.
+
+        b"" for a functional request (NAD 0x7E). Time passes meanwhile. Raises NotReceived, WrongState for a slave.
+        """
+        self._check_open()
+        return Exchange(self.time, self.line, nad).run(payload, within)
 
     def close(self) -> None:
         """Leave the bus for good, with its name; a second time does nothing."""
@@ -55,6 +65,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         schedule: Table | Mapping[str, Table] | None = None,
         responses: Responses | None = None,
         enhanced: bool = True,
+        checksums: Mapping[int, bool] | None = None,
         rival: bool = False,
         self_reception: bool = False,
         oscillator_ppm: float = 0.0,
@@ -69,7 +80,8 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
 
         A schedule is a list of slots: LinSlot, an identifier (an unconditional frame with the usual delay), or
         (identifier, seconds to the next slot). `responses` are the frames it publishes itself, their checksum
-        `enhanced` or classic. A second master is refused unless it says that it is a `rival`.
+        `enhanced` or classic. Of others' frames it takes those in `checksums` with that model alone (True: enhanced),
+        all others with either. A second master is refused unless it says that it is a `rival`.
         `self_reception` returns its own responses to it. Spaces are in bits. Raises BadValue, BadTiming.
         """
         others = [node.name for node in self.nodes.values() if node.settings.master]
@@ -88,8 +100,10 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             byte_space_bits=byte_space_bits,
         )
         _check_mapping("responses", responses)
+        _check_mapping("checksums", checksums)
         tables = {} if schedule is None else tables_of(schedule)
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
+        node.set_up({}, {}, None, checksums or {})
         if tables:
             node.schedule.add(tables)
             node.schedule.start()
@@ -104,6 +118,8 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         events: Mapping[int, int] | None = None,
         response_error: tuple[int, int] | None = None,
         enhanced: bool = True,
+        checksums: Mapping[int, bool] | None = None,
+        attributes: LinNodeAttributes | None = None,
         self_reception: bool = False,
         bit_rate: int | None = None,
         oscillator_ppm: float = 0.0,
@@ -115,13 +131,16 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
     ) -> LabLinNode:
         """A slave, started: it answers with its `responses` by identifier and hears everything.
 
-        `subscribes` gives lengths of frames whose absence is an error to it. `events` gives for event-triggered
-        identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its error bit.
+        `subscribes` gives lengths of frames whose absence is an error to it, as is another checksum than the slave's
+        usual one (`enhanced` or classic) or than `checksums` says of the frame (True: enhanced). `events` gives for
+        event-triggered identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its
+        error bit. With `attributes` it answers node configuration and identification, see `configuration`.
         `bit_rate` 0 finds the rate on the bus; a slave that `synchronises` follows the master within 14 %, by an
         oscillator that is off by `oscillator_ppm`. `start_up` (seconds, 0 to 0.1) is how long it is deaf once
         started or woken. Raises BadValue, BadTiming, BadFrame.
         """
-        for what, mapping in (("responses", responses), ("subscribes", subscribes), ("events", events)):
+        given = {"responses": responses, "subscribes": subscribes, "events": events, "checksums": checksums}
+        for what, mapping in given.items():
             _check_mapping(what, mapping)
         settings = LinSettings(
             master=False,
@@ -133,7 +152,9 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
             start_up_ns=nanoseconds("start_up", start_up),
         )
         node = self._node(name, settings, responses, enhanced, self_reception, receive_queue)
-        node.set_up(subscribes or {}, events or {}, response_error)
+        node.set_up(subscribes or {}, events or {}, response_error, checksums or {})
+        if attributes is not None:
+            node.configure(attributes)
         return node
 
     def __repr__(self) -> str:

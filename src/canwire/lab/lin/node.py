@@ -12,12 +12,14 @@ from canwire.boards.lin.modes import LinMode, LinMonitorMode
 from canwire.boards.lin.monitor import LinMonitor
 from canwire.drivers.lin_driver import LinCounters, LinSettings
 from canwire.errors import BadValue, QueueFull, WrongState
+from canwire.lab.lin.configured import ConfiguredSlave
 from canwire.lab.lin.schedule import LabSchedule
 from canwire.lab.node import BenchNode
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance
+from canwire.values.lin.configuration import LinNodeAttributes, LinSlaveConfiguration
 from canwire.values.lin.event import LinEvent, LinEventKind, LinState
-from canwire.values.lin.frame import LinFrame, go_to_sleep_frame
+from canwire.values.lin.frame import MASTER_REQUEST, SLAVE_RESPONSE, LinFrame, go_to_sleep_frame
 
 BusT = TypeVar("BusT")
 Responses = Mapping[int, bytes | LinFrame]
@@ -48,6 +50,7 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         self._enhanced = enhanced
         self._events: LinMonitor | None = None
         self._queue: deque[LinFrame | None] = deque()
+        self._configured: ConfiguredSlave | None = None
 
     # sending
 
@@ -99,11 +102,23 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         with self.time.touch():
             self.line.driver.withdraw(LinFrame(id).id)
 
-    def subscribe(self, id: int, length: int) -> None:
-        """Expect a frame of this length (1..8) behind this header; its absence is an error from now on."""
+    def subscribe(self, id: int, length: int, *, enhanced: bool | None = None) -> None:
+        """Expect a frame of this length (1..8) behind this header; its absence is an error from now on.
+
+        So is another checksum than the node's usual one, or than `enhanced` says; diagnostic frames' is classic.
+        """
         self._check_open()
+        header = LinFrame(id, header_only=True, length=length)
         with self.time.touch():
-            self.line.driver.subscribe(LinFrame(id).id, LinFrame(id, header_only=True, length=length).length)
+            self.line.driver.subscribe(header.id, header.length)
+        self.expect_checksum(id, self._enhanced if enhanced is None else enhanced)
+
+    def expect_checksum(self, id: int, enhanced: bool | None) -> None:
+        """Take this frame with the enhanced (True) or classic checksum alone; None: with either, as monitors do."""
+        self._check_open()
+        classic = id in (MASTER_REQUEST, SLAVE_RESPONSE)
+        with self.time.touch():
+            self.line.driver.expect_checksum(LinFrame(id).id, False if classic else enhanced)
 
     @property
     def pending(self) -> int:
@@ -143,6 +158,25 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         """
         if self._events is not None:
             self._events.ring.listener = callback
+
+    # node configuration
+
+    @property
+    def configuration(self) -> LinSlaveConfiguration | None:
+        """A slave's NAD and the identifiers of its frames, where it was given `attributes`."""
+        return None if self._configured is None else self._configured.configuration
+
+    def configure(self, attributes: LinNodeAttributes) -> None:
+        """Answer node configuration and the transport layer from now on; `LabLinBus.slave` does it."""
+        instance("attributes", attributes, LinNodeAttributes)
+        with self.time.touch():
+            self._configured = ConfiguredSlave(self.time, self.line, attributes)
+
+    def power_up(self) -> None:
+        """As after power was away: a configured slave has the NAD and identifiers that were saved last."""
+        self._check_open()
+        if self._configured is not None:
+            self._configured.power_up()
 
     # state
 
@@ -190,14 +224,18 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         subscribes: Mapping[int, int],
         events: Mapping[int, int],
         response_error: tuple[int, int] | None,
+        checksums: Mapping[int, bool],
     ) -> None:
         """What `LabLinBus.slave` says of these; raises BadFrame for identifiers and lengths that cannot be."""
+        instance("checksums", checksums, Mapping)
         instance("subscribes", subscribes, Mapping)
         instance("events", events, Mapping)
         instance("response_error", response_error, tuple, NoneType)
         with self.time.touch():
             for id, length in subscribes.items():
                 self.subscribe(id, length)
+            for id, enhanced in checksums.items():
+                self.expect_checksum(id, enhanced)
             for event, id in events.items():
                 self.line.driver.associate(LinFrame(event).id, LinFrame(id).id)
             if response_error is not None:

@@ -45,13 +45,20 @@ def fd_conditions(nominal: Phases, data: Phases) -> dict[str, Fraction]:
         raise BadTiming(
             f"nominal clock {nominal.clock_hz} Hz, data clock {data.clock_hz} Hz: not one controller"
         )
-    ratio = Fraction(nominal.prescaler, data.prescaler)
-    to_nominal = (6 * data.quanta - data.tseg2) / ratio + 7 * nominal.quanta
-    to_data = (2 * nominal.quanta - nominal.tseg2) * ratio + data.tseg2 + 4 * data.quanta
     return {
         "I": condition_1(nominal),
         "II": condition_2(nominal),
         "III": condition_1(data),
+        **switching_conditions(nominal, data),
+    }
+
+
+def switching_conditions(nominal: Phases, data: Phases) -> dict[str, Fraction]:
+    """Conditions "IV" and "V", of the rate switches back and forth; the quanta may come from different clocks."""
+    ratio = Fraction(nominal.prescaler * data.clock_hz, data.prescaler * nominal.clock_hz)
+    to_nominal = (6 * data.quanta - data.tseg2) / ratio + 7 * nominal.quanta
+    to_data = (2 * nominal.quanta - nominal.tseg2) * ratio + data.tseg2 + 4 * data.quanta
+    return {
         "IV": min(data.phase1, data.tseg2) / (2 * to_nominal),
         "V": (data.jump - (ratio - 1)) / (2 * to_data),
     }

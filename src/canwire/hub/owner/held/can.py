@@ -9,6 +9,7 @@ from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.boards.can.rates import format_rates, format_setter, same_rates
 from canwire.boards.can.scheduler import CyclicList
 from canwire.boards.sharing import Share, Sharing
+from canwire.bus.medium import delay_of
 from canwire.errors import CanwireError
 from canwire.hub.owner.held.held import Holder, Turn
 from canwire.hub.owner.held.line import LineSlot, OnLine
@@ -84,6 +85,8 @@ class CanSlot(LineSlot):
             time_ns=can.line.timeline.now_ns,
             set_by="" if self.setter is None or can.mode is None else self.setter.name,
             set_by_left=self.setter is not None and not self.used_by(self.setter),
+            delay_ps=delay_of(can.bus),
+            drift_ppm=can.crystal.drift_ppm,
         )
 
 

@@ -5,6 +5,11 @@ canwire timing 500000 --sample-point 80 --list  every timing, nearest to 80 % fi
 canwire timing --btr 001C                       what registers of an SJA1000 mean
 canwire timing 500000 --search --tolerance 0.1 --delay-ns 300
 canwire timing 500000 --data-bit-rate 2000000   both phases of a CAN FD bus
+
+Will these nodes understand each other? Each rule of ISO 11898-1 with what is left of its limit:
+canwire timing --nodes 500k@80/2M@80 500k@80/2M@80
+canwire timing --nodes 500k@75 btr:001C --cable 30 --ppm 100
+canwire timing --nodes ecu=500k@87.5/4M@80 tester=500k@75/4M@80   no: status 1
 """
 
 from __future__ import annotations
@@ -14,6 +19,7 @@ import json
 from typing import Any
 
 from canwire import BadTiming, BitTiming, TimingLimits
+from canwire.commands.timing import nodes
 
 _CLOCK_HZ = {"sja1000": 8_000_000, "fd": 80_000_000}
 
@@ -49,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--delay-ns", type=float, default=300.0, metavar="NS", help="of the cable, there and back"
     )
     parser.add_argument("--json", action="store_true", help="print JSON, one object a timing")
+    nodes.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -57,6 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.bit_rate not in (None, arguments.bit_rate_option):
             raise BadTiming(f"two bit rates, {arguments.bit_rate} and --bit-rate {arguments.bit_rate_option}")
         arguments.bit_rate = arguments.bit_rate_option
+    if arguments.nodes:
+        return _among(arguments)
     phases = _phases(arguments)
     nominal, data = phases["nominal"], phases.get("data", [])
     tolerance = nominal[0].fd_tolerance(data[0]) if data and not arguments.list else None
@@ -77,6 +86,13 @@ def run(arguments: argparse.Namespace) -> int:
         shown = ", ".join(f"{name} {value:.3%}" for name, value in tolerance.items())
         print(f"oscillators: {min(tolerance.values()):.3%} (conditions {shown})")
     return 0
+
+
+def _among(arguments: argparse.Namespace) -> int:
+    """The question of --nodes, which has nothing to do with a timing by itself."""
+    if arguments.bit_rate is not None or arguments.btr is not None:
+        raise BadTiming("--nodes has each node's timing; leave the bit rate and --btr out")
+    return nodes.run(arguments)
 
 
 def _phases(arguments: argparse.Namespace) -> dict[str, list[BitTiming]]:

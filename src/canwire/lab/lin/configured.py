@@ -1,0 +1,78 @@
+"""A slave that answers node configuration and the transport layer, as bought ones do."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from canwire.boards.lin.line import LinLine
+from canwire.boards.lin.modes import LinMonitorMode
+from canwire.boards.lin.monitor import LinMonitor
+from canwire.lab.time import LabTime
+from canwire.timeline import Timer
+from canwire.values.lin.configuration import LinNodeAttributes, LinSlaveConfiguration
+from canwire.values.lin.frame import MASTER_REQUEST, SLAVE_RESPONSE, LinFrame
+
+_QUEUE = 64
+
+
+class ConfiguredSlave:
+    """Runs values/lin/configuration.py on a line: what it hears goes there, what it answers into the response table.
+
+    It has a queue of its own, so whoever has the node receives everything as before.
+    """
+
+    def __init__(self, time: LabTime, line: LinLine, attributes: LinNodeAttributes) -> None:
+        self.configuration = LinSlaveConfiguration(attributes)
+        self._time = time
+        self._line = line
+        self._placed: dict[int, int | None] = dict(attributes.frames)
+        self._kept: dict[int, object] = {}  # frames without an identifier
+        self._timer: Timer | None = None
+        self._monitor = line.open(LinMonitor(LinMonitorMode(_QUEUE, own=True, events=())))
+        line.activate(self._monitor)
+        self._monitor.ring.listener = partial(time.soon, self._take)
+
+    def power_up(self) -> None:
+        """As after power was away: what was not saved is forgotten."""
+        with self._time.touch():
+            self.configuration.power_up()
+            self._apply()
+
+    def _take(self) -> None:
+        while (message := self._monitor.take()) is not None:
+            if not isinstance(message, LinFrame):
+                continue
+            if message.id == MASTER_REQUEST and len(message.data) == 8:
+                self.configuration.request(message.data, message.timestamp_ns)
+            elif message.id == SLAVE_RESPONSE and message.sent:
+                self.configuration.fetched(message.timestamp_ns)
+        self._apply()
+
+    def _apply(self) -> None:
+        """The line does what the configuration says now."""
+        self._move_frames()
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        now_ns = self._time.timeline.now_ns
+        answer, driver = self.configuration.response(now_ns), self._line.driver
+        if answer is None:
+            driver.withdraw(SLAVE_RESPONSE)
+        else:
+            driver.respond(LinFrame(SLAVE_RESPONSE, answer), once=True)
+        times = (self.configuration.ready_ns, self.configuration.due_ns)
+        later = [time_ns for time_ns in times if time_ns is not None and time_ns > now_ns]
+        if later:
+            self._timer = self._time.timeline.at(min(later), self._apply, background=True)
+
+    def _move_frames(self) -> None:
+        wanted, driver = self.configuration.identifiers, self._line.driver
+        moved = [key for key, id in wanted.items() if id != self._placed.get(key)]
+        for key in moved:
+            before = self._placed[key]
+            if before is not None:
+                self._kept[key] = driver.take(before)
+        for key in moved:
+            id = self._placed[key] = wanted[key]
+            if id is not None:
+                driver.place(id, self._kept.pop(key))
