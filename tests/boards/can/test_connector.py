@@ -146,7 +146,7 @@ def test_undefined_then_stopped_then_running_then_stopped_then_undefined() -> No
     can.start()
     assert can.running
     can.reset()
-    assert (can.mode, can.running, can.filter) == (None, False, None)
+    assert (can.mode, can.running) == (None, False)
 
 
 @pytest.mark.conforms("X3-09")

@@ -19,6 +19,7 @@ from canwire import (
     Siblings,
 )
 from canwire.candrv.constants import Win32Error
+from canwire.candrv.device.state import KIN
 from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.handle.receiving import EVENTS, RECORD, Key, Receiver, Ticket
 from canwire.candrv.handle.waiting import WaitingRoom
@@ -88,6 +89,7 @@ class Channel:
             frames=reads or self._asks,  # without, nothing of the bus comes here
             fd=False,
             confirms=True,
+            kin=KIN,
         )
         channel = self._hub.open_channel(self._device.board.id, self._device.number)
         try:

@@ -142,10 +142,11 @@ class OpenLayer(Message):
 
 
 class OpenControl(Message):
-    """-> Opened. One at a time for each line."""
+    """-> Opened. One at a time for each line. `kin` is the interface that its program speaks."""
 
     board: int
     line: int
+    kin: str = ""
 
 
 class OpenChannel(Message):
@@ -161,6 +162,7 @@ class OpenScheduler(Message):
 
     board: int
     line: int
+    kin: str = ""
 
 
 class Close(Message):
@@ -170,10 +172,11 @@ class Close(Message):
 
 
 class GetLineStatus(Message):
-    """-> LineState"""
+    """-> LineState, as programs of the interface `kin` see it"""
 
     board: int
     line: int
+    kin: str = ""
 
 
 class Initialise(Message):
