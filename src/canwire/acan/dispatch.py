@@ -71,8 +71,6 @@ class Dispatch:
             raise
 
     def _frame(self, frame: Frame) -> None:
-        if not self._interrupted_by(Interrupt.RIE):
-            return
         word = acan_word(frame.id, frame.extended)
         replies = [reply for block in self.blocks for reply in block.offer(frame, word)]
         for reply in replies:

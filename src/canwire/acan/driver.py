@@ -59,9 +59,7 @@ def open_driver(hub: Hub | None = None, board: str | None = None) -> Driver:
 
 class Driver:
     """What an application calls. Any thread may; blocks are told on the service's own (service.py).
-
-    Closed, every call raises Closed; once the hub or the board is gone, HubLost or Unplugged.
-    """
+    Closed, every call raises Closed; once the hub or the board is gone, HubLost or Unplugged."""
 
     version = (1, 0)
     controller = CANC_SJA1000
@@ -286,8 +284,7 @@ class Driver:
 
     def _interrupts(self) -> int:
         """The IER that ACAN's programs asked for, else the controller's; everything where it does not show one."""
-        mode = self._line.status().mode
-        noted = None if mode is None else noted_interrupts(mode.note)
+        noted = noted_interrupts(self._line.status().mode)
         return self._line.registers().get("IER", EVERY_INTERRUPT) if noted is None else noted
 
     def _reply(self, frame: Frame, looped: bool) -> None:

@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Self
 
-from canwire import BadTiming, BadValue, BitTiming, TimingLimits
+from canwire import BadTiming, BadValue, BitTiming, LineMode, TimingLimits
 from canwire.acan.constants import DEFAULT_INTERRUPTS, DEFAULT_OUTPUT_CONTROL
 from canwire.acan.identifiers import acan_word
 from canwire.acan.structures import ACANHI
@@ -202,10 +202,10 @@ def noted_config(
     return HardConfig.from_registers(registers_of(timing, {**settings, **registers, **heard}))
 
 
-def noted_interrupts(note: bytes) -> int | None:
+def noted_interrupts(mode: LineMode | None) -> int | None:
     """The IER that programs of ours asked for; None where none of them has set the line up."""
     with suppress(BadValue):
-        return HardConfig.unpack(note).interrupts or int(DEFAULT_INTERRUPTS)
+        return None if mode is None else HardConfig.unpack(mode.note).interrupts or int(DEFAULT_INTERRUPTS)
     return None
 
 

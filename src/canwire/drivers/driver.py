@@ -120,6 +120,10 @@ class Driver:
         """A frame of this controller's is being transmitted at this moment."""
         raise NotImplementedError
 
+    def idle(self) -> bool:
+        """No frame is on the wire, as far as this controller knows."""
+        return not self.on_wire()
+
     def sleep(self, at_ns: int) -> None:
         """Save power until something happens on the bus, or is to be sent; raises Unsupported."""
         raise Unsupported("this controller cannot sleep")

@@ -620,7 +620,8 @@ def test_a_reset_empties_lists_and_puts_modes_back() -> None:
     standard.add(0x200, 0xFFF)
     standard.mode = FilterMode.LOCK
     bench.can.reset()
-    assert bench.can.filter is None
+    with pytest.raises(NotInitialised):
+        bench.can.format_filter(False)
     bench.start(mode)
     assert bench.can.format_filter(False).mode == FilterMode.INCLUSIVE
     assert bench.can.format_filter(True).mode == FilterMode.EXCLUSIVE

@@ -66,9 +66,7 @@ class Channel(Sink):
     of their time words. The transmit ring of an `untrusted` channel is written by another process: its line
     checks each record, takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts
     `refused` ones. What a channel sends that `stands_for` another one is that one's own.
-
-    `kin` is the interface that its program speaks. What programs of that interface set on the line is `line_filter`,
-    `hears_errors`, and which formats it may send, `standard` and `extended` (hearing.py).
+    Programs of its interface, `kin`, set `line_filter`, `hears_errors`, and what it may send (hearing.py).
     """
 
     def __init__(
@@ -91,9 +89,7 @@ class Channel(Sink):
         self.filter: MessageFilter | None = None
         self.kin = ""
         self.line_filter: MessageFilter | None = None
-        self.hears_errors = True
-        self.standard = True
-        self.extended = True
+        self.hears_errors = self.standard = self.extended = True
         self.untrusted = False
         self.prioritised = False
         self.allowed = VCI_REQUESTS
@@ -142,10 +138,7 @@ class Channel(Sink):
         return self.line_filter is not None or (self.filter is not None and not self._open)
 
     def arrive(self, box: Mailbox, at_ns: int, flags: int, looped: bool) -> None:
-        """A frame of the bus, unless what its interface set on the line says otherwise.
-
-        One that is `looped` back has not passed the controller, whose acceptance registers do not see it.
-        """
+        """A frame, unless what its interface set on the line says otherwise; one `looped` back passes its registers."""
         code = 0
         if self.line_filter is not None:
             code = self.line_filter.judge(box.words[1])

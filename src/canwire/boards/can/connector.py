@@ -45,6 +45,7 @@ class CanLine:
         self._hearings: dict[str, Hearing] = {}  # by kin
         self._after_reset: dict[str, MessageFilter] = {}  # by kin, to be looked at
         self._narrow = False  # the controller holds up what its only kin does not want
+        self._own_registers = False  # its acceptance registers are those of its only kin
         self._paused = False  # by `stop`, and not set up anew since
         self.origin_ns: int | None = None
         self._overruns = 0
@@ -128,9 +129,25 @@ class CanLine:
 
     def welcome(self, channel: Channel) -> None:
         """Before a channel is opened on the line: a controller that holds frames up for others does so no longer."""
-        if self._narrow and channel.kin != self.line.kin:
+        if not channel.frames or channel.kin == self.line.kin:
+            return
+        if self._narrow:
             self._narrow = False
             self.line.driver.accept((0, 0), (0, 0))
+        if self._own_registers:
+            self._open_registers()
+
+    def _open_registers(self) -> None:
+        """Have the controller accept everything: in between frames if it runs, since it leaves the bus for that."""
+        mode = self.mode
+        if mode is None or mode.timing is None or not self._own_registers:
+            return
+        if self.running and not self.line.driver.idle():
+            at_ns = self.line.timeline.now_ns + max(1, self._bit_ps // 1000)
+            self.line.timeline.at(at_ns, self._open_registers)
+            return
+        self._own_registers = False
+        self.line.driver.configure(self._settings(mode, mode.timing))
 
     def when_quiet(self, call: Callable[[], None]) -> None:
         """Call once no frame of this line's is on the wire, or at once; none is begun until then."""
@@ -304,6 +321,9 @@ class CanLine:
         self._clear()
 
     def _set_up(self, mode: LineMode, timing: BitTiming) -> None:
+        own = controllers_own(mode)
+        strangers = any(channel.frames and channel.kin != mode.kin for channel in self.line.channels())
+        self._own_registers = own is not mode and not strangers
         self.line.driver.configure(self._settings(mode, timing))
         self.crystal.configured(self.line.controller)
         self._bit_ps = timing.bit_time_ps
@@ -336,7 +356,7 @@ class CanLine:
             line.driver.abort(box, now_ns)
         line.driver.forget()
         self.mode = self.origin_ns = None
-        self._paused = self._narrow = False
+        self._paused = self._narrow = self._own_registers = False
         if self._overrun_timer is not None:
             self._overrun_timer.cancel()
         self._stopped()
@@ -377,7 +397,7 @@ class CanLine:
             fd_timing,
             mode.iso_fd,
             mode.listen_only,
-            registers=controllers_own(mode).registers,
+            registers=(mode if self._own_registers else controllers_own(mode)).registers,
             loop_back=mode.loop_back,
             options=self._options if mode.options is None else mode.options.on_board(self._options),
         )

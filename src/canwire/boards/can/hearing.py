@@ -69,9 +69,9 @@ def unasked(info: LineInfo) -> Hearing:
 
 def controllers_own(mode: LineMode) -> LineMode:
     """What of a mode goes into the controller: acceptance registers of a kin hold for that kin alone."""
-    if not mode.kin:
-        return mode
     own = _acceptance_registers(mode)
+    if not mode.kin or not own:
+        return mode
     return replace(mode, registers=tuple(pair for pair in mode.registers if pair[0] not in own))
 
 

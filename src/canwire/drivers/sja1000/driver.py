@@ -102,6 +102,9 @@ class Sja1000Driver(ChipDriver):
     def on_wire(self) -> bool:
         return self._chip.on_wire()
 
+    def idle(self) -> bool:
+        return not self._read(m.SR) & (m.SR_TS | m.SR_RS)
+
     def sleep(self, at_ns: int) -> None:
         if not self.running:
             raise WrongState("a controller that takes no part in its bus has nothing to sleep from")

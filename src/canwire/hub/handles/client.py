@@ -127,10 +127,7 @@ class Client:
         return self.ask(request)[0]
 
     def line_status(self, board: int, line: int, *, kin: str = "") -> LineStatus:
-        """A CAN line as it is now, and who holds its control; raises Unsupported for a LIN line.
-
-        Formats, error reports, filters and note of its mode are those of programs of the interface `kin`.
-        """
+        """A CAN line now, its mode as programs of the interface `kin` see it; raises Unsupported for a LIN line."""
         status: LineStatus = self.call(m.GetLineStatus(board, line, kin)).status
         return status
 
