@@ -80,9 +80,8 @@ class Dispatch:
     def _event(self, event: BusEvent) -> None:
         if event.kind is EventKind.CHANGED:
             self._enabled = None
+            self._changed(event.code)
             return
-        if event.kind is EventKind.INFO:
-            self._informed(event.code)
         self._rec = event.rec
         self._tec = _TEC_IN_BUS_OFF if event.state is ErrorState.BUS_OFF else event.tec
         if event.kind is EventKind.ERROR and self._interrupted_by(Interrupt.BEIE):
@@ -98,13 +97,12 @@ class Dispatch:
         if risen:
             self.raise_condition(risen)
 
-    def _informed(self, code: int) -> None:
+    def _changed(self, code: int) -> None:
         """Another program took the controller off the bus: Bus Off, as the manual calls that too."""
-        if code == InfoCode.STOPPED:
-            if self._own_stops:
-                self._own_stops -= 1
-            else:
-                self.raise_condition(Condition.BUSOFF)
+        if code == InfoCode.STOPPED and self._own_stops:
+            self._own_stops -= 1
+        elif code in (InfoCode.STOPPED, InfoCode.RESET):
+            self.raise_condition(Condition.BUSOFF)
 
     def _interrupted_by(self, kind: Interrupt) -> bool:
         return bool(self._enabled_interrupts() & kind)

@@ -113,7 +113,7 @@ class CanLine:
         self.line.tell(self._info(InfoCode.STARTED, now_ns))
         if self._paused:
             self._paused = False
-            self._tell_changed()
+            self._tell_changed(InfoCode.STARTED)
         self._accept()
         self.line.driver.start(now_ns)
 
@@ -182,7 +182,7 @@ class CanLine:
         def stopped(result: int | CanwireError) -> None:
             if self.mode is not None and not self._paused:
                 self._paused = True
-                self._tell_changed()
+                self._tell_changed(InfoCode.STOPPED)
             done(result)
 
         self._leave(stopped)
@@ -226,7 +226,7 @@ class CanLine:
         self._forget(kin)
         self.line.tell(self._info(InfoCode.RESET, 0), False)
         if was_set_up:
-            self._tell_changed()
+            self._tell_changed(InfoCode.RESET)
 
     def abandon(self) -> None:
         """Nobody has anything open on it any more: as it was when the board was plugged in."""
@@ -342,8 +342,9 @@ class CanLine:
         if self._hearings.pop(kin, None) is not None:
             self.line.hear(kin, unasked(self.info))
 
-    def _tell_changed(self) -> None:
-        self.line.tell(self.line.happening(EventKind.CHANGED, self.line.timeline.now_ns))
+    def _tell_changed(self, code: int = 0) -> None:
+        """The line was set up anew, or by an InfoCode: taken off its bus, put back on as it was, or reset."""
+        self.line.tell(self.line.happening(EventKind.CHANGED, self.line.timeline.now_ns, code))
 
     def _clear(self) -> None:
         """Off the bus at this moment, with empty mailboxes and without settings."""
