@@ -167,7 +167,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.controller_options import ControllerOptions, DelayCompensation
     from canwire.values.dlc import dlc_to_length, length_to_dlc
     from canwire.values.error_frame import decode_error_frame, encode_error_frame
-    from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
+    from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind, InfoCode
     from canwire.values.frame import Frame, frame_of_record
     from canwire.values.lin.configuration import LinNodeAttributes, LinProduct, LinSlaveConfiguration
     from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
@@ -304,7 +304,7 @@ _NAMES = {
     "values.acceptance": "Acceptance",
     "values.dlc": "dlc_to_length length_to_dlc",
     "values.error_frame": "decode_error_frame encode_error_frame",
-    "values.event": "BusEvent ErrorKind ErrorState EventKind",
+    "values.event": "BusEvent ErrorKind ErrorState EventKind InfoCode",
     "values.frame": "Frame frame_of_record",
     "values.lin.configuration": "LinNodeAttributes LinProduct LinSlaveConfiguration",
     "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
@@ -443,6 +443,7 @@ __all__ = [
     "HubPlace",
     "IdentifierStatistics",
     "InUse",
+    "InfoCode",
     "IsaPlace",
     "Lab",
     "LabBus",

@@ -18,7 +18,7 @@ C = Condition
 class Bench:
     """A dispatch, what its channels answer, and a block that wants every condition."""
 
-    def __init__(self, state: ErrorState = ACTIVE, interrupts: int = 0xAD) -> None:
+    def __init__(self, state: ErrorState = ACTIVE, interrupts: int = 0xED) -> None:
         self.replies: list[tuple[Frame, bool]] = []
         self.dispatch = Dispatch(
             state, lambda frame, looped: self.replies.append((frame, looped)), lambda: interrupts

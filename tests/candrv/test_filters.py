@@ -1,4 +1,4 @@
-"""Alignment and acceptance. Source: CANDRV manual (seed 000), tables 5 and 6, 7.9, 8.11; rulings.md 19."""
+"""Alignment and acceptance. Source: CANDRV manual (seed 000), tables 5 and 6, 7.9, 8.11; rulings.md 19, 33a."""
 
 from __future__ import annotations
 
@@ -40,6 +40,9 @@ def oracle(code: int, mask: int, align: int, active: int, frame: tuple[int, bool
         must_match = (mask >> bottom + place & 1) == active
         if must_match and identifier >> place & 1 != code >> bottom + place & 1:
             return False
+    compared = (mask if active else ~mask) & 0xFFFF
+    if not code & 0xFFFF and compared | 7 == 0xFFFF and compared & 7 in (0, 7):
+        return True  # neither code nor mask names a data bit
     for place in range(0 if is_extended or align == 1 else 16):
         if len(payload) <= 1 - place // 8:
             continue
@@ -55,6 +58,7 @@ def cases(draw: st.DrawFn) -> tuple[int, int, int, int, tuple[int, bool, bytes]]
     """A filter and a frame that is often near it."""
     code, mask, align, active = draw(dwords), draw(dwords), draw(aligns), draw(bits)
     code &= draw(st.sampled_from([0xFFFF_FFFF, 0xFFFF_0000]))
+    mask ^= draw(st.sampled_from([0, mask & 0xFFFF, ~mask & 0xFFFF, mask & 0xFFFF ^ 7]))
     is_extended = draw(st.booleans())
     identifier = draw(extended if is_extended else standard)
     payload = draw(data)
@@ -88,6 +92,7 @@ def test_the_core_accepts_the_same(case: tuple[int, int, int, int, tuple[int, bo
 
 
 @pytest.mark.conforms("FS-40")
+@pytest.mark.finding("dialects 3")
 @pytest.mark.parametrize(
     ("code", "mask", "align", "active"),
     [
@@ -97,11 +102,10 @@ def test_the_core_accepts_the_same(case: tuple[int, int, int, int, tuple[int, bo
     ],
 )
 def test_example_1_of_8_11(code: int, mask: int, align: int, active: int) -> None:
-    """With Align 0 the mask leaves the data bits "must match": what a frame has of them is 00 (ruling 33)."""
+    """"The same setting", three times, with any data: neither code nor mask names a data bit (ruling 33a)."""
     one = Filter(code, mask, align, active)
-    for payload in (b"", b"\0", b"\0\0\x56"):
+    for payload in (b"", b"\0", b"\0\0\x56", b"\x12\x34", b"\xff\xff"):
         assert [i for i in range(0x800) if one.accepts(i, False, payload)] == list(range(0x120, 0x128))
-    assert one.accepts(0x120, False, b"\xff\xff") == (align == 1)
     assert one.bits(extended=False) == "00100100+++"
 
 
@@ -137,10 +141,9 @@ def test_coded_identifiers_of_chapter_3() -> None:
 
 @pytest.mark.conforms("FS-19")
 def test_the_defaults_accept_identifier_0_only() -> None:
-    default = Filter(chosen=False)
+    default = Filter()
     assert [i for i in range(0x800) if default.accepts(i)] == [0]
     assert default.accepts(0, False, b"\x12\x34")
-    assert not Filter().accepts(0, False, b"\x12\x34")  # the same, set by a program
     assert default.accepts(0, True)
     assert not default.accepts(1, True)
 

@@ -180,7 +180,7 @@ def test_a_registry_s_filter_means_any_data_unless_it_names_some(
     handle.filter = handle.filter
     bench.peer.send(Frame(0x200, b"\x11\x22"), Frame(0x200), Frame(0x200, b"\0"))
     bench.run(0.01)
-    assert received(handle) == [(0x200, b""), (0x200, b"\0")]
+    assert received(handle) == [(0x200, b"\x11\x22"), (0x200, b""), (0x200, b"\0")]
 
 
 # B1, ruling 34; B2

@@ -5,10 +5,11 @@ Source: INduCAN104 manual (seed 001), "Notification", "CAN channels".
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from canwire import BusEvent, ErrorState, EventKind, Frame
+from canwire import BusEvent, ErrorState, EventKind, Frame, InfoCode
 from canwire.acan.constants import Condition, Interrupt
 from canwire.acan.identifiers import acan_word
 from canwire.acan.line import Arrival
@@ -34,12 +35,14 @@ class Dispatch:
         reply: Callable[[Frame, bool], None],
         interrupts: Callable[[], int] = lambda: EVERY_INTERRUPT,
     ) -> None:
-        """`interrupts` tells the controller's IER, where it has one."""
+        """`interrupts` tells the IER that holds for ACAN's programs; it is asked anew after each change of the line."""
         self.blocks: list[TaskBlock] = []
         self._state = _known(state)
         self._tec = self._rec = 0
         self._reply = reply
         self._interrupts = interrupts
+        self._enabled: int | None = None
+        self._own_stops = 0
 
     def take(self, arrival: Arrival) -> list[TaskBlock]:
         """What the line brought; returns the blocks whose applications are to be told of it now."""
@@ -57,6 +60,16 @@ class Dispatch:
         for block in self.blocks:
             block.occurred(what)
 
+    @contextmanager
+    def own_stop(self) -> Iterator[None]:
+        """Meanwhile this program takes the controller off the bus, which it need not be told."""
+        self._own_stops += 1
+        try:
+            yield
+        except BaseException:
+            self._own_stops -= 1
+            raise
+
     def _frame(self, frame: Frame) -> None:
         word = acan_word(frame.id, frame.extended)
         replies = [reply for block in self.blocks for reply in block.offer(frame, word)]
@@ -65,20 +78,39 @@ class Dispatch:
             self._reply(reply, not any(block.answers(asked) for block in self.blocks))
 
     def _event(self, event: BusEvent) -> None:
+        if event.kind is EventKind.CHANGED:
+            self._enabled = None
+            self._changed(event.code)
+            return
         self._rec = event.rec
         self._tec = _TEC_IN_BUS_OFF if event.state is ErrorState.BUS_OFF else event.tec
-        if event.kind is EventKind.ERROR:
+        if event.kind is EventKind.ERROR and self._interrupted_by(Interrupt.BEIE):
             self.raise_condition(Condition.BUSERR, ecc=event.code)
-        elif event.kind is EventKind.ARBITRATION_LOST:
+        elif event.kind is EventKind.ARBITRATION_LOST and self._interrupted_by(Interrupt.ALIE):
             self.raise_condition(Condition.ARBLOST, alc=event.bit)
-        elif event.kind is EventKind.OVERRUN:
+        elif event.kind is EventKind.OVERRUN and self._interrupted_by(Interrupt.DOIE):
             self.raise_condition(Condition.OVERRUN)
         before, self._state = self._state, _known(event.state)
         risen = _risen(before, self._state)
         if risen:
-            risen &= _told_by(self._interrupts())
+            risen &= _told_by(self._enabled_interrupts())
         if risen:
             self.raise_condition(risen)
+
+    def _changed(self, code: int) -> None:
+        """Another program took the controller off the bus: Bus Off, as the manual calls that too."""
+        if code == InfoCode.STOPPED and self._own_stops:
+            self._own_stops -= 1
+        elif code in (InfoCode.STOPPED, InfoCode.RESET):
+            self.raise_condition(Condition.BUSOFF)
+
+    def _interrupted_by(self, kind: Interrupt) -> bool:
+        return bool(self._enabled_interrupts() & kind)
+
+    def _enabled_interrupts(self) -> int:
+        if self._enabled is None:
+            self._enabled = self._interrupts()
+        return self._enabled
 
 
 def _known(state: int) -> ErrorState:

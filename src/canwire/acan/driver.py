@@ -23,7 +23,7 @@ from canwire import (
 )
 from canwire.acan.constants import CANC_SJA1000, Condition
 from canwire.acan.dispatch import EVERY_INTERRUPT, Dispatch
-from canwire.acan.hard_config import HardConfig, noted_config
+from canwire.acan.hard_config import HardConfig, noted_config, noted_interrupts
 from canwire.acan.install import find_line
 from canwire.acan.line import AcanLine
 from canwire.acan.service import Service, notify, patiently
@@ -59,9 +59,7 @@ def open_driver(hub: Hub | None = None, board: str | None = None) -> Driver:
 
 class Driver:
     """What an application calls. Any thread may; blocks are told on the service's own (service.py).
-
-    Closed, every call raises Closed; once the hub or the board is gone, HubLost or Unplugged.
-    """
+    Closed, every call raises Closed; once the hub or the board is gone, HubLost or Unplugged."""
 
     version = (1, 0)
     controller = CANC_SJA1000
@@ -136,7 +134,8 @@ class Driver:
         self._check()
         status = self._line.status()
         if status.running:
-            patiently(self._line.hub, self._line.stop)
+            with self._dispatch.own_stop():
+                patiently(self._line.hub, self._line.stop)
         return status.running and status.state != ErrorState.BUS_OFF
 
     def hold_filters(self) -> AbstractContextManager[None]:
@@ -284,8 +283,9 @@ class Driver:
         return due
 
     def _interrupts(self) -> int:
-        """The controller's IER; everything where the chip does not show one."""
-        return self._line.registers().get("IER", EVERY_INTERRUPT)
+        """The IER that ACAN's programs asked for, else the controller's; everything where it does not show one."""
+        noted = noted_interrupts(self._line.status().mode)
+        return self._line.registers().get("IER", EVERY_INTERRUPT) if noted is None else noted
 
     def _reply(self, frame: Frame, looped: bool) -> None:
         """A channel's answer. One that finds no room is lost, and every block that wants to know is told."""

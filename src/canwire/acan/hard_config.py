@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Self
 
-from canwire import BadTiming, BadValue, BitTiming, TimingLimits
+from canwire import BadTiming, BadValue, BitTiming, LineMode, TimingLimits
 from canwire.acan.constants import DEFAULT_INTERRUPTS, DEFAULT_OUTPUT_CONTROL
 from canwire.acan.identifiers import acan_word
 from canwire.acan.structures import ACANHI
@@ -40,6 +40,7 @@ _RTR = 1 << 17
 _NIBBLE_SHIFT = 13  # bits 16..13
 _DATA = 0xF << _NIBBLE_SHIFT
 _COMPARED = 0xFFFF << _LOW
+_BUS = ("BTR0", "BTR1", "OCR")  # what the controller does; the others say what ACAN's programs hear
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,13 +190,23 @@ def noted_config(
 ) -> HardConfig:
     """How a line is set up: as its note says, if the note is ours and the registers agree; else as they are.
 
+    What ACAN's programs hear, acceptance filters and interrupts, is as they asked for it whoever set the line up since.
     Raises BadTiming as `registers_of` does.
     """
-    with suppress(BadValue):  # somebody else's note
+    heard: dict[str, int] = {}
+    with suppress(BadValue):  # no program of ours has set it up
         config = HardConfig.unpack(note)
-        if all(registers.get(name, value) == value for name, value in config.registers()):
+        if all(registers.get(name, value) == value for name, value in config.registers() if name in _BUS):
             return config
-    return HardConfig.from_registers(registers_of(timing, {**settings, **registers}))
+        heard = {name: value for name, value in config.registers() if name not in _BUS}
+    return HardConfig.from_registers(registers_of(timing, {**settings, **registers, **heard}))
+
+
+def noted_interrupts(mode: LineMode | None) -> int | None:
+    """The IER that programs of ours asked for; None where none of them has set the line up."""
+    with suppress(BadValue):
+        return None if mode is None else HardConfig.unpack(mode.note).interrupts or int(DEFAULT_INTERRUPTS)
+    return None
 
 
 def registers_of(timing: BitTiming, known: Mapping[str, int]) -> dict[str, int]:

@@ -36,9 +36,11 @@ CHANNEL = ChannelMode(
         EventKind.STATE,
         EventKind.ARBITRATION_LOST,
         EventKind.OVERRUN,
+        EventKind.CHANGED,
     ),
     fd=False,
     prioritised=True,
+    kin=KIN,
 )
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filter is the only one
 _RECORD = struct.Struct("<QII")  # time, identifier, info
@@ -85,7 +87,7 @@ class AcanLine:
     # the line
 
     def status(self) -> LineStatus:
-        return self.hub.line_status(self.board.id, self.number)
+        return self.hub.line_status(self.board.id, self.number, kin=KIN)
 
     def registers(self) -> dict[str, int]:
         """The controller's registers by name, as far as it shows them now."""
@@ -147,7 +149,7 @@ class AcanLine:
     @contextmanager
     def hold(self) -> Iterator[None]:
         """Meanwhile nobody else sets the line up, starts or stops it."""
-        with self.hub.open_control(self.board.id, self.number) as control:
+        with self._open_control() as control:
             self._held = control
             try:
                 yield
@@ -156,7 +158,10 @@ class AcanLine:
 
     def _control(self) -> AbstractContextManager[Control]:
         held = self._held
-        return self.hub.open_control(self.board.id, self.number) if held is None else nullcontext(held)
+        return self._open_control() if held is None else nullcontext(held)
+
+    def _open_control(self) -> Control:
+        return self.hub.open_control(self.board.id, self.number, kin=KIN)
 
 
 def _arrival(record: bytes) -> Arrival:

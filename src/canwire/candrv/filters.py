@@ -7,13 +7,15 @@
     2       28..18           28..18 and data in 15..0       28..0            28..0
     3       31..21           31..21 and data in 15..0       31..3            31..3
 
-Bits 15..0 of the mask say which bits of the first two data bytes of a standard frame are compared (7.9): all of them,
-with 8.11's first example and Align 0, which leaves them 0, "must match". A filter of the registry whose code has no 1
-among them does not look at data. Bytes that a frame does not have are not compared, as in the controllers.
+Bits 15..0 of the mask say which bits of the first two data bytes of a standard frame are compared (7.9). A filter in
+which neither code nor mask names a data bit does not look at data: the code has no 1 among them, and the mask makes no
+difference between them. So 8.11's first example takes any data in each of its three forms, and so does the registry's
+default; the last form, 0xFF1FFFF8, leaves bits 2..0 out, where no filter of 29 bits has anything either. Bytes that a
+frame does not have are not compared, as in the controllers.
 
 The registry's defaults, code 0 and mask 0 with MaskActive 0, accept identifier 0 and nothing else, by the letter of
 table 5: a program that wants more says so, as CanRead does. `everything()` gives what it has to say.
-Source: CANDRV manual (seed 000), 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19 and 33.
+Source: CANDRV manual (seed 000), 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19, 33 and 33a.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 STANDARD_BITS, EXTENDED_BITS = 0x7FF, 0x1FFF_FFFF
 ALL_BITS = 0xFFFF_FFFF
 DATA_BITS = 0xFFFF
+_UNIFORM = (0xFFFF, 0xFFF8)  # compared data bits of masks that were made without a thought of data
 ALIGNMENTS = (0, 1, 2, 3)
 
 # table 6 by Align: how far left identifiers lie, for 11 and for 29 bits; then codes and masks
@@ -59,8 +62,7 @@ def identifier_of(word: int, extended: bool, align: int) -> int:
 class Filter:
     """What a receive channel accepts: code and mask, read as Align and MaskActive say. Frozen.
 
-    `chosen` by a program, it looks at data as the mask says; one from the registry (`chosen=False`) only if its code
-    has a 1 among the data bits. Raises BadFilter if one of them is impossible.
+    Raises BadFilter if one of them is impossible.
     """
 
     __slots__ = (
@@ -76,9 +78,7 @@ class Filter:
         "mask_active",
     )
 
-    def __init__(
-        self, code: int = 0, mask: int = 0, align: int = 0, mask_active: int = 0, *, chosen: bool = True
-    ) -> None:
+    def __init__(self, code: int = 0, mask: int = 0, align: int = 0, mask_active: int = 0) -> None:
         for name, value in (("code", code), ("mask", mask)):
             if not isinstance(value, int) or not 0 <= value <= ALL_BITS:
                 raise BadFilter(f"{name} {value!r:.40}: a whole number of 32 bits")
@@ -97,8 +97,8 @@ class Filter:
             self._extended_care = care & STANDARD_BITS | EXTENDED_BITS & ~STANDARD_BITS
             code &= STANDARD_BITS
         self._extended = code >> shift_extended & self._extended_care
-        with_data = align != 1 and (chosen or code & DATA_BITS)
-        self._data_care = care & DATA_BITS if with_data else 0
+        names_data = code & DATA_BITS or care & DATA_BITS not in _UNIFORM
+        self._data_care = care & DATA_BITS if align != 1 and names_data else 0
         self._data = code & self._data_care
 
     @classmethod
@@ -110,7 +110,7 @@ class Filter:
     def registered(cls, settings: Settings) -> Filter:
         """The one of a new receive channel."""
         code, mask = settings.acceptance_code, settings.acceptance_mask
-        return cls(code, mask, settings.align, settings.mask_active, chosen=False)
+        return cls(code, mask, settings.align, settings.mask_active)
 
     @classmethod
     def everything(cls, align: int = 0, mask_active: int = 0) -> Filter:

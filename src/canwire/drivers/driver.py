@@ -94,8 +94,11 @@ class Driver:
         self.fd = 0
 
     def accept(self, standard: tuple[int, int] | None, extended: tuple[int, int] | None) -> None:
-        """Before `start`: nobody wants other frames than those that agree with these patterns, (code, mask) of
+        """Nobody wants other frames than those that agree with these patterns, (code, mask) of
         id << 1 | remote; None: none of that format. Whoever can holds up others; the line filters by itself."""
+
+    def report(self, kinds: frozenset[int], frames: bool) -> None:
+        """Programs want these kinds of events (EventKind), and `frames`, whatever the settings' registers say."""
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
         """Take part in the bus, after 11 recessive bits unless `integrated` says they were seen."""
@@ -116,6 +119,10 @@ class Driver:
     def on_wire(self) -> bool:
         """A frame of this controller's is being transmitted at this moment."""
         raise NotImplementedError
+
+    def idle(self) -> bool:
+        """No frame is on the wire, as far as this controller knows."""
+        return not self.on_wire()
 
     def sleep(self, at_ns: int) -> None:
         """Save power until something happens on the bus, or is to be sent; raises Unsupported."""

@@ -122,6 +122,7 @@ class CanwireBus(can.BusABC):
                         events=_ERRORS if error_frames else _STATES,
                         filter_size=LIST_SIZE,
                         fd=fd,
+                        kin="python-can",
                     )
                 )
                 self._clock = clock_of(self._hub)

@@ -38,6 +38,7 @@ _EVENTS = (
     EventKind.OVERRUN,
 )
 _BATCH = 256
+_KIN = "CANBUS dongle"
 _MAILBOXES = 4  # room for frames given up that the hub has not taken out yet
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filter is the only one
 
@@ -70,16 +71,20 @@ class HubPort:
         self.event = Event()
         self._capabilities = board.lines[line].capabilities
         self._opened = False
-        self._control = hub.open_control(board.id, line)
+        self._control = hub.open_control(board.id, line, kin=_KIN)
         self._frames = hub.open_channel(board.id, line)
         self._happenings = hub.open_channel(board.id, line)
         self._frames.set_up(
             ChannelMode(
-                RECEIVE, TRANSMIT_QUEUE + _MAILBOXES, filter_size=0, fd=self._capabilities.data is not None
+                RECEIVE,
+                TRANSMIT_QUEUE + _MAILBOXES,
+                filter_size=0,
+                fd=self._capabilities.data is not None,
+                kin=_KIN,
             )
         )
         self._happenings.set_up(
-            ChannelMode(RECEIVE, 0, filter_size=0, frames=False, events=tuple(map(int, _EVENTS)))
+            ChannelMode(RECEIVE, 0, filter_size=0, frames=False, events=tuple(map(int, _EVENTS)), kin=_KIN)
         )
         for channel in (self._frames, self._happenings):
             channel.reading.assign(self.event)
@@ -152,6 +157,7 @@ class HubPort:
             standard_filter=_OPEN,
             extended_filter=_OPEN,
             registers=registers,
+            kin=_KIN,
         )
 
 

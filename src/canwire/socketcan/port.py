@@ -81,7 +81,9 @@ class Port:
         by_bus = interface.target == self.place.info.bus
         self._company = company_for(hub, self.place, setting.wanted) if by_bus else None
         events = tuple(map(int, _EVENTS))
-        self._channel.set_up(ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=events))
+        self._channel.set_up(
+            ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=events, kin="SocketCAN")
+        )
         self._reading, self._writing = self._channel.reading, self._channel.writing
         self._writing.threshold = _ROOM
         self._loop.watch(self._reading.descriptor.fileno(), READABLE, self._rung)

@@ -110,7 +110,7 @@ def candrv(code: int, mask: int, align: int, mask_active: int, mode_2b: bool) ->
 
     mask_active 0: mask bit 1 accepts anything; 1: mask bit 1 must match. Align puts the values as
     in Table 6. 11-bit filters also compare the first two data bytes with bits 15..0 (Align 0, 2,
-    3), as far as a frame has them (rulings.md 33). Align 1 with 29-bit frames knows identifiers up
+    3) where code or mask names any, as far as a frame has them (rulings.md 33a). Align 1 with 29-bit frames knows identifiers up
     to 0x7FF only (rulings.md 19).
     Source: CANDRV manual (seed 000) 6 (MaskActive, Align), 7.9, 8.11.
     """
@@ -125,7 +125,8 @@ def candrv(code: int, mask: int, align: int, mask_active: int, mode_2b: bool) ->
         return Acceptance((id_pair(code & 0x7FF, care & 0x7FF | 0x1FFF_F800, extended=True),))
     width = 0x1FFF_FFFF if mode_2b else 0x7FF
     pair = id_pair(code >> shift & width, care >> shift & width, extended=mode_2b)
-    with_data = not mode_2b and align != 1
+    names_data = code & 0xFFFF or care & 0xFFFF not in (0xFFFF, 0xFFF8)
+    with_data = not mode_2b and align != 1 and names_data
     return Acceptance(tuple(_with_data(pair, code & 0xFFFF, care & 0xFFFF if with_data else 0)))
 
 

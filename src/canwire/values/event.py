@@ -32,7 +32,7 @@ class EventKind(NamedInt):
     ARBITRATION_LOST = 0x10
     ABORTED = 0x11
     OVERRUN = 0x12  # the controller itself lost a frame: nobody fetched the ones before it
-    CHANGED = 0x13  # the line was set up anew
+    CHANGED = 0x13  # the line was set up anew; with an InfoCode: stopped, started again or reset
     SLEEPING = 0x14
     WOKEN = 0x15
 
@@ -93,7 +93,7 @@ class BusEvent:
     included), for a lost arbitration the deciding bit in SJA1000's order (0 first identifier
     bit, 11 RTR or SRR, 12 IDE, 13..30 identifier extension, 31 its RTR); -1 where it means
     nothing. `transmitting` tells a sender's event from a receiver's. `tec` and `rec` are the
-    counters after the event; TEC is held at 256 in bus-off. `code` is an INFO's InfoCode, how often the
+    counters after the event; TEC is held at 256 in bus-off. `code` is the InfoCode of an INFO or CHANGED, how often the
     time-stamp counter has run over in a TIME_OVERRUN, and an ERROR's code in the chip's own words (SJA1000: ECC;
     0 where it has none). `pending`: a frame of this controller's waits or is being sent; `coupling_fault`: its
     fault-tolerant transceiver reports a fault of the wires.
@@ -125,7 +125,12 @@ class BusEvent:
         flags = self.state | (_TRANSMITTING if self.transmitting else 0)
         status = self.status
         number = self.code if self.kind is EventKind.TIME_OVERRUN else NO_ID
-        first = {EventKind.INFO: self.code, EventKind.ERROR: int(self.error), EventKind.STATE: status}
+        first = {
+            EventKind.INFO: self.code,
+            EventKind.CHANGED: self.code,
+            EventKind.ERROR: int(self.error),
+            EventKind.STATE: status,
+        }
         return _EVENT.pack(
             self.timestamp_ns,
             number,
@@ -146,7 +151,12 @@ class BusEvent:
             raise BadValue(f"a record has {RECORD_SIZE} bytes, not {len(record)}")
         time_ns, number, info, first, status, flags, rec, tec, bit, code = _EVENT.unpack(record)
         kind = EventKind(info & 0xFF)
-        codes = {EventKind.INFO: first, EventKind.TIME_OVERRUN: number, EventKind.ERROR: code}
+        codes = {
+            EventKind.INFO: first,
+            EventKind.CHANGED: first,
+            EventKind.TIME_OVERRUN: number,
+            EventKind.ERROR: code,
+        }
         return cls(
             kind=kind,
             timestamp_ns=time_ns,

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 _BUSES = {"can": VCI_BUS_CAN, "lin": VCI_BUS_LIN}
 
+KIN = "VCI"  # whose programs may set each other's running lines up anew, as the manual has it, and hear alike
+
 
 class Layer:
     """The open bus access layer of a board: as long as one share of it is left, no other layer can be opened."""
@@ -81,11 +83,11 @@ class BusLine:
 
     def status(self) -> LineStatus:
         with self._plugged():
-            return self.hub.line_status(self.board.id, self.number)
+            return self.hub.line_status(self.board.id, self.number, kin=KIN)
 
     def open_control(self) -> Control:
         with self._plugged():
-            return self.hub.open_control(self.board.id, self.number)
+            return self.hub.open_control(self.board.id, self.number, kin=KIN)
 
     def open_channel(self, *, exclusive: bool) -> HubChannel:
         with self._plugged():
@@ -93,7 +95,7 @@ class BusLine:
 
     def open_scheduler(self) -> Scheduler:
         with self._plugged():
-            return self.hub.open_scheduler(self.board.id, self.number)
+            return self.hub.open_scheduler(self.board.id, self.number, kin=KIN)
 
     def keep_settings(self) -> Lease:
         with self._plugged():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 from hypothesis import given
@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from canwire import BitTiming, BusEvent, ErrorKind, EventKind, Frame, LineError
 from canwire.boards.can.channel import Channel
+from canwire.boards.can.hearing import Hearing
 from canwire.boards.can.line import Line
 from canwire.boards.can.message_filter import (
     ALWAYS,
@@ -20,7 +21,7 @@ from canwire.boards.can.message_filter import (
     MessageFilter,
     message_filter,
 )
-from canwire.boards.can.modes import FilterMode, Siblings
+from canwire.boards.can.modes import FilterMode, LineMode, Siblings
 from canwire.boards.catalogue import ideal_line, plug
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.faults.faults import Faults
@@ -52,6 +53,11 @@ SECOND_NS = 1_000_000_000
 CODE_NONE, MASK_NONE = 0x80000000, 0xFFFFFFFF
 DATA_AT = 16  # in a record
 EDL, FDR, SSM, HPM, SRR = EXTENDED_DATA_LENGTH, FAST_DATA_RATE, SINGLE_SHOT, HIGH_PRIORITY, SELF_RECEPTION
+
+
+def hearing(*, standard: bool = True, extended: bool = True, error_frames: bool = True) -> Hearing:
+    """What the bench's programs asked to hear."""
+    return Hearing(LineMode(None, standard=standard, extended=extended, error_frames=error_frames))
 
 
 class Bench:
@@ -161,8 +167,9 @@ def test_what_is_no_data_frame_is_dropped_and_counted(kind: int) -> None:
 )
 def test_what_the_line_must_not_send_is_refused(id: int, info: int, limits: dict[str, bool]) -> None:
     bench = Bench()
-    for name, value in limits.items():
-        setattr(bench.line, name, value)
+    for name in limits.keys() & {"long_data", "fast_data"}:
+        setattr(bench.line, name, limits[name])
+    bench.line.hear("", hearing(**{name: limits[name] for name in limits.keys() & {"standard", "extended"}}))
     channel = bench.channel()
     bench.put(channel, record(id, info))
     bench.run()
@@ -223,7 +230,7 @@ def test_long_data_and_the_switch_are_allowed_apart(
 @pytest.mark.parametrize("extended", [False, True])
 def test_a_line_may_be_for_one_format_only(extended: bool) -> None:
     bench = Bench()
-    bench.line.standard, bench.line.extended = extended, not extended
+    bench.line.hear("", hearing(standard=extended, extended=not extended))
     channel = bench.line.open(Channel(8, 8))
     with pytest.raises(LineError, match=f"without {29 if extended else 11}-bit identifiers"):
         bench.line.send(channel, Frame(1, extended=extended))
@@ -338,8 +345,8 @@ def test_whatever_stands_in_the_ring_only_frames_get_on_the_bus(
 ) -> None:
     """Every record is sent as the frame it is, or refused; nothing else happens, and the sums agree all the time."""
     bench = Bench(fd=limits.fd)
-    for name in ("standard", "extended", "long_data", "fast_data"):
-        setattr(bench.line, name, getattr(limits, name))
+    bench.line.long_data, bench.line.fast_data = limits.long_data, limits.fast_data
+    bench.line.hear("", hearing(standard=limits.standard, extended=limits.extended))
     channel = bench.channel(transmit=capacity)
     channel.longest_delay = 2_000_000
     expected = [frame for block in blocks if (frame := admitted(block, limits, channel.longest_delay))]
@@ -803,7 +810,7 @@ def test_the_line_s_filter_then_the_channel_s(
     if not alone:
         bench.channel()
     tried.filter = None if channel is None else one_filter(channel)
-    bench.line.set_filter(None if line is None else one_filter(line))
+    bench.line.hear("", replace(hearing(), filter=None if line is None else one_filter(line)))
     for id in (0x100, 0x101, 0x102):
         bench.other.send(bench.listener, Frame(id))
     bench.run()
@@ -924,11 +931,11 @@ def test_error_events_stay_inside_where_nobody_wants_them() -> None:
     bench = Bench()
     channel = bench.channel(events=frozenset({EventKind.ERROR}))
     bench.faults.flip(frame_id=5, bit=20, times=1)
-    bench.line.reports_errors = False
+    bench.line.hear("", hearing(error_frames=False))
     bench.other.send(bench.listener, Frame(5))
     bench.run()
     assert [info & 0xFF for _, info in infos(channel)] == [0]
-    bench.line.reports_errors = True
+    bench.line.hear("", hearing())
     bench.faults.flip(frame_id=5, bit=20, times=1)
     bench.other.send(bench.listener, Frame(5))
     bench.run()

@@ -6,7 +6,8 @@ from typing import Any
 
 import canwire
 from canwire import acan
-from canwire.acan import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB, Action, HardConfig
+from canwire.acan import ACANHI, ACANID, ACANMB, ACANMBSZ, ACANTB, Action, Condition, HardConfig
+from canwire.acan.identifiers import acan_word
 from canwire.acan.int2d import Int2d
 from canwire.acan.real_mode import ByteMemory, FarPointer, Registers
 from tests.together.players.player import NO_CALL, RATE, Player, fresh
@@ -17,8 +18,14 @@ _CONFIG, _BLOCK, _MESSAGE = FarPointer(0x2000, 0), FarPointer(0x2100, 0), FarPoi
 _RMB, _BUFFER = FarPointer(0x3000, 0), FarPointer(0x4000, 0)
 
 
-def _config(rate: int) -> HardConfig:
-    return HardConfig(rate_kbps=rate // 1000, ts1=13, ts2=3)
+_EVERY_INTERRUPT = 0xED  # arbitration lost among them, which the default leaves out
+
+
+def _config(rate: int, *, narrow: bool = False) -> HardConfig:
+    own, mask = (acan_word(0x200), acan_word(0x700)) if narrow else (0, 0)
+    return HardConfig(
+        own, mask, own, mask, rate_kbps=rate // 1000, ts1=13, ts2=3, interrupts=_EVERY_INTERRUPT
+    )
 
 
 class AcanApi(Player):
@@ -68,6 +75,17 @@ class AcanApi(Player):
         while message := self._retrieve():
             found.append(message.dwID >> 18)
         return found
+
+    def told(self) -> set[str]:
+        while self._retrieve():
+            pass
+        conditions = Condition(self._acknowledge() >> 8)
+        return {f"SC_{one.name}" for one in Condition if one in conditions}
+
+    def narrow(self) -> str:
+        if not self._set_hard_config(_config(RATE, narrow=True)):
+            return "FALSE"
+        return self._on("0x0001")
 
     def state(self) -> str:
         """The hardware's state, and what special conditions told; FALSE for a configuration that cannot be had."""

@@ -21,6 +21,7 @@ from canwire.candrv.constants import (
     IOCTL_CAN_TEST_DEVICE,
     IOCTL_CAN_WRITE_ACCEPTANCE_FILTER,
     OPEN_EXISTING,
+    CanbusEvent,
     Win32Error,
 )
 from canwire.candrv.program import Program
@@ -70,6 +71,17 @@ class CandrvHandle(Player):
 
     def received(self) -> list[int]:
         return [event.identifier for event in self._events() if event.event == CANBUS_EVENT_RECEIVED]
+
+    def told(self) -> set[str]:
+        return {f"CANBUS_EVENT_{CanbusEvent(event.event).name}" for event in self._events()}
+
+    def narrow(self) -> str:
+        """Align 0: identifiers in bits 31..21; any data."""
+
+        def choose() -> None:
+            self._handle.filter = candrv.Filter(0x200 << 21, 0xFF << 21 | 0xFFFF)
+
+        return self.tell(choose)
 
     def _events(self) -> list[Any]:
         found = []
@@ -137,6 +149,13 @@ class CandrvWin32(Player):
 
     def received(self) -> list[int]:
         return [event.data.identifier for event in self._events() if event.event == CANBUS_EVENT_RECEIVED]
+
+    def told(self) -> set[str]:
+        return {f"CANBUS_EVENT_{CanbusEvent(event.event).name}" for event in self._events()}
+
+    def narrow(self) -> str:
+        chosen = CAN_ACCEPTANCE_FILTER(0x200 << 21, 0xFF << 21 | 0xFFFF)
+        return self._control(IOCTL_CAN_WRITE_ACCEPTANCE_FILTER, chosen.pack())
 
     def _events(self) -> list[Any]:
         found = []

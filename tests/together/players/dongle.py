@@ -8,6 +8,7 @@ from tests.together.players.player import DONE, OTHER_RATE, RATE, Player
 
 BELL = "BELL"
 _STATES = {DONE: "open", BELL: "closed"}
+_FLAGS = {0x04: "EI", 0x20: "EPI", 0x40: "ALI", 0x80: "BEI"}
 _RATES = {RATE: b"S5\r", OTHER_RATE: b"S6\r"}
 
 
@@ -19,6 +20,7 @@ class DongleHost(Player):
         self._port: HubPort | None = None
         self._dongle: Dongle | None = None
         self._came: list[int] = []
+        self._flags = 0
 
     def _plug(self) -> None:
         if self._port is None:
@@ -37,6 +39,7 @@ class DongleHost(Player):
             self._dongle.feed(line)
             text += bytes(self._dongle.output)
             self._dongle.written(len(self._dongle.output))
+        self._flags = next((int(one[1:], 16) for one in text.split(b"\r") if one[:1] == b"F"), 0)
         self._came += [int(one[1:4], 16) for one in text.split(b"\r") if one[:1] == b"t"]
         return BELL if b"\x07" in text else DONE
 
@@ -65,6 +68,15 @@ class DongleHost(Player):
         self._ask(b"")
         came, self._came = self._came, []
         return came
+
+    def told(self) -> set[str]:
+        """The flags of F since it was read last, but for those of its queues; what a closed channel answers is none."""
+        self._ask(b"F\r")
+        return {name for bit, name in _FLAGS.items() if self._flags & bit}
+
+    def narrow(self) -> str:
+        """Both filters of its controller's dual mode: bits 10..8 of the identifier are ACR0's bits 7..5."""
+        return self._ask(b"C\r", b"M40004000\r", b"m1FFF1FFF\r", _RATES[RATE], b"O\r")
 
     def state(self) -> str:
         return _STATES.get(told := self._ask(b"F\r"), told)

@@ -69,6 +69,14 @@ class Player:
         """Identifiers of the frames that have come since, its own among them perhaps."""
         raise NotImplementedError
 
+    def told(self) -> set[str]:
+        """What has come since that is no frame, in the interface's own words."""
+        raise NotImplementedError
+
+    def narrow(self) -> str:
+        """It set the line up: from now on it wants identifiers from 0x200 to 0x2FF alone, by its interface's filter."""
+        return NO_CALL
+
     def state(self) -> str:
         """The line as this program sees it."""
         raise NotImplementedError

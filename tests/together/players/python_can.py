@@ -11,6 +11,15 @@ import canwire
 from canwire.python_can import CanwireBus
 from tests.together.players.player import RATE, Player
 
+_CLASSES = {
+    0x2: "CAN_ERR_LOSTARB",
+    0x4: "CAN_ERR_CRTL",
+    0x8: "CAN_ERR_PROT",
+    0x40: "CAN_ERR_BUSOFF",
+    0x80: "CAN_ERR_BUSERROR",
+}
+"""Classes of its error frames, which are SocketCAN's."""
+
 
 class PythonCan(Player):
     kind = "python-can"
@@ -34,7 +43,7 @@ class PythonCan(Player):
         self._bus = self._made(**arguments)
 
     def _made(self, **arguments: Any) -> Any:
-        return CanwireBus(f"{self.board.hardware_id}:0", hub=self.hub, **arguments)
+        return CanwireBus(f"{self.board.hardware_id}:0", hub=self.hub, error_frames=True, **arguments)
 
     def recover(self) -> str:
         def again() -> None:
@@ -52,6 +61,18 @@ class PythonCan(Player):
             if not message.is_error_frame:
                 found.append(message.arbitration_id)
         return found
+
+    def told(self) -> set[str]:
+        found = set()
+        while (message := self._bus.recv(0)) is not None:
+            if message.is_error_frame:
+                found |= {name for bit, name in _CLASSES.items() if message.arbitration_id & bit}
+        return found
+
+    def narrow(self) -> str:
+        return self.tell(
+            lambda: self._bus.set_filters([{"can_id": 0x200, "can_mask": 0x700, "extended": False}])
+        )
 
     def state(self) -> str:
         return self.tell(lambda: self._bus.state.name)

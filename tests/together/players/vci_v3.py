@@ -41,7 +41,7 @@ class VciV3(Player):
         return self.tell(lambda: self._configure(rate))
 
     def _configure(self, rate: int) -> None:
-        self._opened().init_line(BOTH, _RATES[rate])
+        self._opened().init_line(BOTH | v3.CanOperatingModes.ERR_FRAME, _RATES[rate])
         self._opened().start_line()
 
     def take_control(self) -> str:
@@ -72,6 +72,22 @@ class VciV3(Player):
 
     def received(self) -> list[int]:
         return [one.identifier for one in self._opened_port().waiting()]
+
+    def told(self) -> set[str]:
+        words = set()
+        for one in self._opened_port().waiting(None):
+            information = one.frame_type == v3.CanMsgFrameType.INFO
+            words.add(v3.CanMsgInfoValue(one[0]).name if information else one.frame_type.name)
+        return words - {"DATA"}
+
+    def narrow(self) -> str:
+        def choose() -> None:
+            control = self._opened()
+            control.stop_line()
+            control.set_acc_filter(v3.CanFilter.STD, 0x200 << 1, 0x700 << 1)
+            control.start_line()
+
+        return self.tell(choose)
 
     def state(self) -> str:
         return self.tell(self._state)

@@ -12,7 +12,9 @@ from tests.vci.programs import Port, Program
 
 _CLASSIC = {RATE: (vci.CAN_BT0_250KB, vci.CAN_BT1_250KB), OTHER_RATE: (vci.CAN_BT0_500KB, vci.CAN_BT1_500KB)}
 _FD = {RATE: vci.CAN_BTP_250KB, OTHER_RATE: vci.CAN_BTP_500KB}
-_BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED
+_BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED | vci.CAN_OPMODE_ERRFRAME
+_INFOS = {getattr(vci, name): name for name in ("CAN_INFO_START", "CAN_INFO_STOP", "CAN_INFO_RESET")}
+_TOLD = {vci.CAN_MSGTYPE_ERROR: "CAN_MSGTYPE_ERROR", vci.CAN_MSGTYPE_STATUS: "CAN_MSGTYPE_STATUS"}
 _CODES = {
     getattr(vci, name): name
     for name in ("VCI_E_ACCESSDENIED", "VCI_E_DEVICE_NOT_CONNECTED", "VCI_E_INVALID_STATE")
@@ -87,6 +89,24 @@ class VciV4(Player):
     def received(self) -> list[int]:
         waiting = self._opened_port().waiting()
         return [one.msg_id for one in waiting if one.msg_info.type == vci.CAN_MSGTYPE_DATA]
+
+    def told(self) -> set[str]:
+        words = set()
+        for one in self._opened_port().waiting():
+            kind = one.msg_info.type
+            words.add(_INFOS[one.data[0]] if kind == vci.CAN_MSGTYPE_INFO else _TOLD.get(kind, ""))
+        return words - {""}
+
+    def narrow(self) -> str:
+        def choose() -> None:
+            control = self._opened()
+            control.stop_line()
+            if self._fd:
+                control.set_filter_mode(vci.CAN_FILTER_STD, vci.CAN_FILTER_INCL)
+            control.set_acc_filter(vci.CAN_FILTER_STD, 0x200 << 1, 0x700 << 1)
+            control.start_line()
+
+        return self.tell(choose)
 
     def state(self) -> str:
         return self.tell(self._state)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import canwire
-from canwire import ChannelMode, Frame, LinePlace, Siblings, WantedMode
+from canwire import BusEvent, ChannelMode, EventKind, Frame, LinePlace, Siblings, WantedMode
 from canwire.commands.can_line import bring_up
 from canwire.commands.devices.verb import line_cells
 from canwire.commands.recover import recover
 from canwire.commands.stop import stop
 from tests.together.players.player import RATE, Player
+
+EVENTS = tuple(int(kind) for kind in (EventKind.ERROR, EventKind.STATE))
 
 
 class Verbs(Player):
@@ -32,7 +34,7 @@ class Verbs(Player):
     def _open(self, wanted: WantedMode) -> None:
         channel = self.hub.open_channel(self.board.id, 0)
         try:
-            channel.set_up(ChannelMode(200, 200, siblings=Siblings.EVERY))
+            channel.set_up(ChannelMode(200, 200, siblings=Siblings.EVERY, events=EVENTS))
             bring_up(self.hub, self._place, wanted)
             channel.activate()
         except BaseException:
@@ -56,7 +58,16 @@ class Verbs(Player):
         return self.tell(lambda: self._channel.send(Frame(identifier)))
 
     def received(self) -> list[int]:
-        return [frame.id for frame in self._channel.receive_many(200)]
+        return [one.id for one in self._waiting() if isinstance(one, Frame)]
+
+    def told(self) -> set[str]:
+        return {EventKind(one.kind).name for one in self._waiting() if not isinstance(one, Frame)}
+
+    def _waiting(self) -> list[Frame | BusEvent]:
+        found = []
+        while (one := self._channel.receive_any()) is not None:
+            found.append(one)
+        return found
 
     def state(self) -> str:
         """What `canwire devices` shows."""

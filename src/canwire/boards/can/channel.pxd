@@ -14,15 +14,15 @@ cdef unsigned long long _KEY_EXTENDED, _KEY_REMOTE, _KEY_NO_BYTE_1, _KEY_NO_BYTE
 @cython.final
 cdef class Channel(Sink):
     cdef readonly Ring receive, transmit
-    cdef public bint frames, sends, untrusted, fd, prioritised
-    cdef public object events, acceptance, stands_for
+    cdef public bint frames, sends, untrusted, fd, prioritised, hears_errors, standard, extended
+    cdef public object events, acceptance, stands_for, kin
     cdef public unsigned long long accepted, lost, sent, delivered, aborted, refused, last_sent_ns
     cdef public unsigned long long tick_ns, origin_ns, delay_tick_ns, longest_delay
     cdef public bint held, paused
     cdef public int siblings
     cdef public unsigned int allowed
     cdef public long long urgent, in_flight
-    cdef public MessageFilter filter
+    cdef public MessageFilter filter, line_filter
     cdef bint _overrun_due, _open, _by_head
     cdef tuple _outcomes
     cdef object _pairs_block
@@ -30,6 +30,10 @@ cdef class Channel(Sink):
     cdef int _head_words, _pair_words
     cdef list _listed
 
+    cpdef bint gated(self)
+
+    @cython.locals(code="unsigned long long")
+    cdef int arrive(self, Mailbox box, unsigned long long at_ns, unsigned long long flags, bint looped) except -1
 
     cdef int _take_judged(self, Mailbox box, unsigned long long at_ns, unsigned long long flags,
                           unsigned long long code) except -1
@@ -59,7 +63,8 @@ cdef class Channel(Sink):
 @cython.final
 cdef class Splitter(Sink):
     cdef public list channels
-    cdef public MessageFilter filter
 
-    @cython.locals(channel=Channel, code="unsigned long long")
-    cdef int _deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags) except -1
+    cpdef int loop_back(self, Mailbox box, unsigned long long at_ns) except -1
+
+    @cython.locals(channel=Channel)
+    cdef int _deliver(self, Mailbox box, unsigned long long at_ns, unsigned long long flags, bint looped) except -1

@@ -66,6 +66,7 @@ class Channel(Sink):
     of their time words. The transmit ring of an `untrusted` channel is written by another process: its line
     checks each record, takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts
     `refused` ones. What a channel sends that `stands_for` another one is that one's own.
+    Programs of its interface, `kin`, set `line_filter`, `hears_errors`, and what it may send (hearing.py).
     """
 
     def __init__(
@@ -86,6 +87,9 @@ class Channel(Sink):
         self.events = events
         self.siblings = siblings
         self.filter: MessageFilter | None = None
+        self.kin = ""
+        self.line_filter: MessageFilter | None = None
+        self.hears_errors = self.standard = self.extended = True
         self.untrusted = False
         self.prioritised = False
         self.allowed = VCI_REQUESTS
@@ -128,6 +132,20 @@ class Channel(Sink):
     def pending(self) -> int:
         """Frames sent that wait for the bus, those in the controller included."""
         return self.in_flight + self.transmit.fill()
+
+    def gated(self) -> bool:
+        """Something stands between the line and its own filter: frames from the bus come by way of `arrive`."""
+        return self.line_filter is not None or (self.filter is not None and not self._open)
+
+    def arrive(self, box: Mailbox, at_ns: int, flags: int, looped: bool) -> None:
+        """A frame, unless what its interface set on the line says otherwise; one `looped` back passes its registers."""
+        code = 0
+        if self.line_filter is not None:
+            code = self.line_filter.judge(box.words[1])
+        if code == 0 and self.line_filter is not None:
+            pass
+        elif self.filter is None or self._open or looped or self._passes(box.words, box.words[1]):
+            self.deliver(box, at_ns, flags | code << 24)
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
         """A frame for this channel, unless its filter says otherwise; `flags` are more info bits."""
@@ -259,22 +277,21 @@ class Channel(Sink):
 
 
 class Splitter(Sink):
-    """One copy for every channel of what passes the line's filter, if it has one."""
+    """One copy for every channel."""
 
     def __init__(self) -> None:
         self.channels: list[Channel] = []
-        self.filter: MessageFilter | None = None
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
-        self._deliver(box, at_ns, flags)
+        self._deliver(box, at_ns, flags, False)
 
-    def _deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
-        code = 0
-        if self.filter is not None:
-            code = self.filter.judge(box.words[1])
-        if code or self.filter is None:
-            for channel in self.channels:
-                channel.deliver(box, at_ns, flags | code << 24)
+    def loop_back(self, box: Mailbox, at_ns: int) -> None:
+        """A frame that comes from the line itself and not from the bus."""
+        self._deliver(box, at_ns, 0, True)
+
+    def _deliver(self, box: Mailbox, at_ns: int, flags: int, looped: bool) -> None:
+        for channel in self.channels:
+            channel.arrive(box, at_ns, flags, looped)
 
 
 def _head_of(key: int) -> int:

@@ -1,4 +1,4 @@
-"""One CAN connector as its clients see it: set up, started and stopped, with a filter towards its channels."""
+"""One CAN connector as its clients see it: set up, started and stopped, with filters towards its channels."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from functools import partial
 from canwire.boards.board import BoardLine
 from canwire.boards.can.abilities import LOW_SPEED_LIMIT, check_mode, check_search, filter_of
 from canwire.boards.can.bounds import bounds
+from canwire.boards.can.channel import Channel
 from canwire.boards.can.crystal import Crystal
 from canwire.boards.can.detection import Detection
+from canwire.boards.can.hearing import Hearing, controllers_own, hearing_of, unasked
 from canwire.boards.can.message_filter import FormatFilter, MessageFilter
 from canwire.boards.can.modes import LineMode
 from canwire.boards.catalogue import is_shorted, load_of
@@ -40,8 +42,11 @@ class CanLine:
         self.crystal = Crystal()
         self._options = slot.options
         self.mode: LineMode | None = None
-        self.filter: MessageFilter | None = None
-        self._after_reset: MessageFilter | None = None
+        self._hearings: dict[str, Hearing] = {}  # by kin
+        self._after_reset: dict[str, MessageFilter] = {}  # by kin, to be looked at
+        self._narrow = False  # the controller holds up what its only kin does not want
+        self._own_registers = False  # its acceptance registers are those of its only kin
+        self._paused = False  # by `stop`, and not set up anew since
         self.origin_ns: int | None = None
         self._overruns = 0
         self._overrun_timer: Timer | None = None
@@ -76,6 +81,7 @@ class CanLine:
         check_mode(self.line.name, self.info, mode)
         if mode.timing is not None:
             self.line.driver.check(self._settings(mode, mode.timing))
+            hearing_of(mode)
             self._begin_anew()
             self._set_up(mode, mode.timing)
             done(0)
@@ -105,9 +111,43 @@ class CanLine:
         if self.origin_ns is None:
             self.begin_stamps(now_ns)
         self.line.tell(self._info(InfoCode.STARTED, now_ns))
-        if self.filter is not None:
-            self.line.driver.accept(bounds(self.filter.of(False)), bounds(self.filter.of(True)))
+        if self._paused:
+            self._paused = False
+            self._tell_changed(InfoCode.STARTED)
+        self._accept()
         self.line.driver.start(now_ns)
+
+    def _accept(self) -> None:
+        """Tell the controller which frames nobody wants, where all programs are of one kin."""
+        kin = self.line.kin
+        chosen = self._hearings[kin].filter if kin in self._hearings else None
+        self._narrow = chosen is not None and all(channel.kin == kin for channel in self.line.channels())
+        if self._narrow and chosen is not None:
+            self.line.driver.accept(bounds(chosen.of(False)), bounds(chosen.of(True)))
+        else:
+            self.line.driver.accept((0, 0), (0, 0))
+
+    def welcome(self, channel: Channel) -> None:
+        """Before a channel is opened on the line: a controller that holds frames up for others does so no longer."""
+        if not channel.frames or channel.kin == self.line.kin:
+            return
+        if self._narrow:
+            self._narrow = False
+            self.line.driver.accept((0, 0), (0, 0))
+        if self._own_registers:
+            self._open_registers()
+
+    def _open_registers(self) -> None:
+        """Have the controller accept everything: in between frames if it runs, since it leaves the bus for that."""
+        mode = self.mode
+        if mode is None or mode.timing is None or not self._own_registers:
+            return
+        if self.running and not self.line.driver.idle():
+            at_ns = self.line.timeline.now_ns + max(1, self._bit_ps // 1000)
+            self.line.timeline.at(at_ns, self._open_registers)
+            return
+        self._own_registers = False
+        self.line.driver.configure(self._settings(mode, mode.timing))
 
     def when_quiet(self, call: Callable[[], None]) -> None:
         """Call once no frame of this line's is on the wire, or at once; none is begun until then."""
@@ -120,11 +160,12 @@ class CanLine:
         call()
         self.line.kick()
 
-    def annotate(self, note: bytes) -> None:
-        """Another note in the mode, told as a change; the controller is left alone. Raises NotInitialised."""
+    def annotate(self, note: bytes, kin: str = "") -> None:
+        """Another note of this kin, told as a change; the controller is left alone. Raises NotInitialised."""
         if self.mode is None:
             raise NotInitialised(f"{self.line.name}: initialise the line before it is given a note")
-        self.mode = replace(self.mode, note=note)
+        own = self._hearings.get(kin) or unasked(self.info)
+        self._hear(kin, replace(own, mode=replace(own.mode, note=note)))
         self._tell_changed()
 
     def abort_pending(self) -> None:
@@ -137,6 +178,16 @@ class CanLine:
         if not self.running:
             done(0)
             return
+
+        def stopped(result: int | CanwireError) -> None:
+            if self.mode is not None and not self._paused:
+                self._paused = True
+                self._tell_changed(InfoCode.STOPPED)
+            done(result)
+
+        self._leave(stopped)
+
+    def _leave(self, done: Done) -> None:
         self._stopping.append(done)
         self.line.holding = True
         self._stop_when_quiet()
@@ -159,22 +210,42 @@ class CanLine:
             self.start()
             done(0)
 
-        self.stop(stopped)
+        self._leave(stopped)
 
-    def reset(self) -> None:
+    def reset(self, kin: str = "") -> None:
         """Leave the bus mid-bit if need be and forget the settings; queues of channels keep what they have.
 
-        Filters have the modes of `initialise` again, to be looked at (source: VCI V4 manual 5.2.4; rulings 4).
+        Filters of this kin have the modes of `initialise` again, to be looked at (source: VCI V4 manual 5.2.4;
+        rulings 4); what programs of other kins asked to hear stays.
         """
-        if self.mode is not None:
-            self._after_reset = filter_of(self.mode)
+        if (own := self._hearings.get(kin)) is not None and own.filter is not None:
+            self._after_reset[kin] = filter_of(own.mode)
+        was_set_up = self.mode is not None
         self._tell_leaving(InfoCode.RESET)
         self._clear()
+        self._forget(kin)
+        if was_set_up:
+            self._tell_changed(InfoCode.RESET)
 
     def abandon(self) -> None:
         """Nobody has anything open on it any more: as it was when the board was plugged in."""
         self.reset()
-        self._after_reset = None
+        for kin in list(self._hearings):
+            self._forget(kin)
+        self._after_reset.clear()
+
+    def release(self, present: set[str]) -> None:
+        """Programs of no other kin than these have anything open: what others asked to hear ends, unless it is kept."""
+        for kin, own in list(self._hearings.items()):
+            if kin and kin not in present and not own.mode.keeps:
+                self._forget(kin)
+                self._after_reset.pop(kin, None)
+
+    def seen_by(self, kin: str) -> LineMode | None:
+        """How the line is set up, with formats, error reports, filters and note as programs of this kin set them."""
+        if self.mode is None:
+            return None
+        return (self._hearings.get(kin) or unasked(self.info)).seen(self.mode)
 
     def detect(
         self,
@@ -217,17 +288,22 @@ class CanLine:
         )
         self._detection.begin()
 
-    def format_filter(self, extended: bool) -> FormatFilter:
-        """The filter of one frame format; raises NotInitialised before `initialise`."""
-        if self.filter is None:
+    def format_filter(self, extended: bool, kin: str = "") -> FormatFilter:
+        """This kin's filter of one frame format; raises NotInitialised before `initialise`."""
+        if self.mode is None:
             raise NotInitialised(f"{self.line.name}: a line has filters once it is initialised")
-        return self.filter.of(extended)
+        own = self._hearings.get(kin) or unasked(self.info)
+        if own.filter is None:  # programs of another kin have set the line up
+            own = replace(own, filter=filter_of(own.mode))
+            self._hear(kin, own)
+        assert own.filter is not None
+        return own.filter.of(extended)
 
-    def filter_mode(self, extended: bool) -> int:
+    def filter_mode(self, extended: bool, kin: str = "") -> int:
         """Of one frame format, after a reset that of `initialise`; raises NotInitialised before the first one."""
-        if self.filter is None and self._after_reset is not None:
-            return self._after_reset.of(extended).mode
-        return self.format_filter(extended).mode
+        if self.mode is None and kin in self._after_reset:
+            return self._after_reset[kin].of(extended).mode
+        return self.format_filter(extended, kin).mode
 
     def begin_stamps(self, now_ns: int) -> None:
         """The time-stamp counter starts at 0 with the first start after a reset."""
@@ -244,20 +320,30 @@ class CanLine:
         self._clear()
 
     def _set_up(self, mode: LineMode, timing: BitTiming) -> None:
+        own = controllers_own(mode)
+        strangers = any(channel.frames and channel.kin != mode.kin for channel in self.line.channels())
+        self._own_registers = own is not mode and not strangers
         self.line.driver.configure(self._settings(mode, timing))
         self.crystal.configured(self.line.controller)
         self._bit_ps = timing.bit_time_ps
         line = self.line
-        line.standard, line.extended = mode.standard, mode.extended
         line.long_data, line.fast_data = mode.long_data, mode.data_timing is not None
-        line.reports_errors = mode.error_frames
-        self.filter = filter_of(mode)
-        line.set_filter(self.filter)
+        line.kin = mode.kin
+        self._hear(mode.kin, hearing_of(mode))
         self.mode = replace(mode, timing=timing)
         self._tell_changed()
 
-    def _tell_changed(self) -> None:
-        self.line.tell(self.line.happening(EventKind.CHANGED, self.line.timeline.now_ns))
+    def _hear(self, kin: str, hearing: Hearing) -> None:
+        self._hearings[kin] = hearing
+        self.line.hear(kin, hearing)
+
+    def _forget(self, kin: str) -> None:
+        if self._hearings.pop(kin, None) is not None:
+            self.line.hear(kin, unasked(self.info))
+
+    def _tell_changed(self, code: int = 0) -> None:
+        """The line was set up anew, or by an InfoCode: taken off its bus, put back on as it was, or reset."""
+        self.line.tell(self.line.happening(EventKind.CHANGED, self.line.timeline.now_ns, code))
 
     def _clear(self) -> None:
         """Off the bus at this moment, with empty mailboxes and without settings."""
@@ -269,8 +355,8 @@ class CanLine:
         for box in line.driver.boxes:
             line.driver.abort(box, now_ns)
         line.driver.forget()
-        line.set_filter(None)
-        self.mode = self.filter = self.origin_ns = None
+        self.mode = self.origin_ns = None
+        self._paused = self._narrow = self._own_registers = False
         if self._overrun_timer is not None:
             self._overrun_timer.cancel()
         self._stopped()
@@ -317,7 +403,7 @@ class CanLine:
             fd_timing,
             mode.iso_fd,
             mode.listen_only,
-            registers=mode.registers,
+            registers=(mode if self._own_registers else controllers_own(mode)).registers,
             loop_back=mode.loop_back,
             options=self._options if mode.options is None else mode.options.on_board(self._options),
         )

@@ -2,7 +2,6 @@
 cimport cython
 from canwire cimport _mem
 from canwire.boards.can.channel cimport Channel, Splitter
-from canwire.boards.can.message_filter cimport MessageFilter
 from canwire.bus.can.node cimport Mailbox, Node
 from canwire.chips.host cimport Host
 from canwire.drivers.driver cimport Driver
@@ -25,13 +24,15 @@ cdef class Line(Host):
     cdef readonly Node controller
     cdef readonly Driver driver
     cdef public object coupling_fault
-    cdef public bint standard, extended, long_data, fast_data, holding, reports_errors
+    cdef public bint long_data, fast_data, holding
+    cdef public object kin
     cdef Mailbox _scratch
     cdef int _turn, _refusals
     cdef unsigned long long _loads, _patient_until_ns
     cdef bint _watched
     cdef list _all, _senders, _observers, _prioritised
     cdef object _backlog
+    cdef dict _hearings
     cdef Splitter _splitter
     cdef Channel _lone
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from canwire import _mem
 from canwire.boards.can.backlog import Backlog
 from canwire.boards.can.channel import Channel, Splitter
-from canwire.boards.can.message_filter import MessageFilter
+from canwire.boards.can.hearing import Hearing
 from canwire.boards.can.modes import Siblings
 from canwire.bus.can.node import Mailbox, Node
 from canwire.chips.host import Host
@@ -57,8 +57,8 @@ def _sound() -> bool:
 class Line(Host):
     """Splitter between one controller and its channels; `controller` is what hangs on the copper.
 
-    `standard`, `extended`, `long_data` and `fast_data` say which frames untrusted channels may send. A line that
-    is `holding` loads no more frames; one that does not `reports_errors` keeps error events to itself.
+    `long_data` and `fast_data` say which frames untrusted channels may send, and each channel which formats. A line
+    that is `holding` loads no more frames. It was set up by a program of the interface `kin`.
     `coupling_fault` asks whether its transceiver reports a fault of the wires.
     """
 
@@ -67,12 +67,10 @@ class Line(Host):
         self.timeline = timeline
         self.controller = Node()
         self.driver = Driver(self, Mailbox(), Mailbox())
-        self.standard = True
-        self.extended = True
         self.long_data = True
         self.fast_data = True
         self.holding = False
-        self.reports_errors = True
+        self.kin = ""
         self.coupling_fault: Callable[[], bool] = _sound
         self._scratch = Mailbox()
         self._turn = 0
@@ -84,6 +82,7 @@ class Line(Host):
         self._senders: list[Channel] = []
         self._lone: Channel | None = None  # the only sender, where there is no turn to take
         self._splitter = Splitter()
+        self._hearings: dict[str, Hearing] = {}
         self._observers: list[Channel] = []
         self._prioritised: list[Channel] = []
         self._backlog = Backlog()
@@ -95,6 +94,9 @@ class Line(Host):
 
     def open(self, channel: Channel) -> Channel:
         """Put a channel on the line; from now on it receives."""
+        hearing = self._hearings.get(channel.kin)
+        if hearing is not None:
+            hearing.give(channel)
         self._all = [*self._all, channel]
         self._sort()
         return channel
@@ -111,8 +113,8 @@ class Line(Host):
         """
         if frame.fd:
             self._check_fd(frame)
-        if not (self.standard and self.extended and self.long_data and self.fast_data):
-            self.check(frame)
+        if not (channel.standard and channel.extended and self.long_data and self.fast_data):
+            self.check(frame, channel.kin)
         self._check_sends(channel)
         codec.store_frame(frame, self._scratch.words, 0, flags, delay_ns)
         if not channel.transmit.free():
@@ -123,9 +125,10 @@ class Line(Host):
             channel.urgent += 1
         self.kick()
 
-    def check(self, frame: Frame) -> None:
-        """Raise LineError for a frame that the line as it is set up must not send."""
-        if not (self.extended if frame.extended else self.standard):
+    def check(self, frame: Frame, kin: str) -> None:
+        """Raise LineError for a frame that a program of this kin must not send on the line as it is set up."""
+        own = self._hearings.get(kin)
+        if own is not None and not (own.mode.extended if frame.extended else own.mode.standard):
             raise LineError(f"{self.name}: set up without {29 if frame.extended else 11}-bit identifiers")
         if frame.fd:
             self._check_fd(frame)
@@ -154,9 +157,12 @@ class Line(Host):
             if self._loads != before:
                 driver.poll()
 
-    def set_filter(self, message_filter: MessageFilter | None) -> None:
-        """What passes from the bus to the channels; None: everything."""
-        self._splitter.filter = message_filter
+    def hear(self, kin: str, hearing: Hearing) -> None:
+        """What channels of this kin hear from now on."""
+        self._hearings[kin] = hearing
+        for channel in self._all:
+            if channel.kin == kin:
+                hearing.give(channel)
         self._sort()
 
     def channels(self) -> list[Channel]:
@@ -342,7 +348,7 @@ class Line(Host):
                 channel.in_flight += 1
                 backlog.push(priority, self._scratch.record(), channel)
                 if loop_back:
-                    self._splitter.deliver(self._scratch, at_ns, 0)
+                    self._splitter.loop_back(self._scratch, at_ns)
             else:
                 self._refuse(channel, at_ns)
         if not channel.paused:
@@ -394,9 +400,9 @@ class Line(Host):
             return False
         length = info >> 16 & 15
         if info & _EXTENDED:
-            if identifier > _LARGEST_EXTENDED or not self.extended:
+            if identifier > _LARGEST_EXTENDED or not channel.extended:
                 return False
-        elif identifier > _LARGEST_STANDARD or not self.standard:
+        elif identifier > _LARGEST_STANDARD or not channel.standard:
             return False
         if info & (_FD | _FAST):
             if not channel.fd or self.driver.fd == 0 or (info & _FAST and not self.fast_data):
@@ -414,11 +420,11 @@ class Line(Host):
         return True
 
     def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int, code: int) -> None:
-        if not self._observers or (kind == _ERROR and not self.reports_errors):
+        if not self._observers:
             return
         record = None
         for channel in self._observers:
-            if kind in channel.events:
+            if kind in channel.events and (kind != _ERROR or channel.hears_errors):
                 if record is None:
                     counters = self.driver.counters()
                     record = BusEvent(
@@ -463,10 +469,13 @@ class Line(Host):
         receivers = self._splitter.channels = [channel for channel in self._all if channel.frames]
         self._observers = [channel for channel in self._all if channel.events]
         self._watched = any(channel.siblings >= _EVERY for channel in receivers)
-        direct = len(receivers) == 1 and self._splitter.filter is None
+        direct = len(receivers) == 1 and not receivers[0].gated()
         self._prioritised = [channel for channel in self._senders if channel.prioritised]
         self._lone = self._senders[0] if len(self._senders) == 1 and not self._prioritised else None
         self.driver.listen(receivers[0] if direct else self._splitter, bool(self._observers))
+        strangers = [channel for channel in self._all if channel.kin != self.kin]
+        kinds = frozenset[int]().union(*(channel.events for channel in strangers))
+        self.driver.report(kinds, any(channel.frames for channel in strangers))
 
     def _take_turns(self, senders: list[Channel]) -> None:
         """Who was served last waits longest; who is new waits for all others: coming and going gains no turn."""

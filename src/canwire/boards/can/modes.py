@@ -69,6 +69,8 @@ class LineMode:
     With `loop_back` the controller hears only itself. When its last user goes a line is reset; one that `keeps`
     leaves the bus and stays set up, one that is `persistent` goes on until it is reset. Programs of the same `kin`,
     those of one vendor's interface, may set each other's running lines up at another rate ("": nobody may).
+    `standard`, `extended`, `error_frames`, the filters and `note` hold for channels of the same kin alone, and so do a
+    kin's acceptance registers (ACR, AMR): what programs of another kin hear stays as they asked for it.
     `options` are what else an FD controller has; None: what the board was given in canwire.toml.
     """
 
@@ -153,6 +155,8 @@ class ChannelMode:
     `filter_size` is that of the 29-bit list; 0 makes no lists at all. `events`: EventKinds. The frames of all
     `prioritised` channels of a line wait in one queue by priority, which each has in the high half of its time word.
     Frames of a prioritised or `confirms` channel may carry the requests of values/record.py that are ours.
+    `kin` is the interface that its program speaks: what LineModes of that kin say of formats, errors and filters holds
+    for it.
     """
 
     receive: int
@@ -167,6 +171,7 @@ class ChannelMode:
     fd: bool = True
     prioritised: bool = False
     confirms: bool = False
+    kin: str = ""
 
 
 @dataclass(frozen=True, slots=True)

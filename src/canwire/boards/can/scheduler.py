@@ -38,14 +38,20 @@ class CyclicList:
 
     SLOTS = 16
 
-    def __init__(self, line: Line, timeline: Timeline, tick_ns: int, max_ticks: int) -> None:
-        """`tick_ns` is a slot's length in ns, from 1; cycles are at most `max_ticks` ticks and 146 years long."""
+    def __init__(
+        self, line: Line, timeline: Timeline, tick_ns: int, max_ticks: int, *, kin: str = ""
+    ) -> None:
+        """`tick_ns` is a slot's length in ns, from 1; cycles are at most `max_ticks` ticks and 146 years long.
+
+        `kin` is the interface that its program speaks.
+        """
         if tick_ns < 1 or max_ticks < 1 or tick_ns * max_ticks > _LONGEST_NS:
             raise BadValue(f"{max_ticks} ticks of {tick_ns} ns: both from 1, together at most 146 years")
         self._line = line
         self._timeline = timeline
         self._tick_ns = tick_ns
         self._max_ticks = max_ticks
+        self._kin = kin
         self._objects: dict[
             int, CyclicObject
         ] = {}  # by index, in the order of adding: who comes first in a tick
@@ -233,6 +239,7 @@ class CyclicList:
             spare = next((old for old, channel in self._channels.items() if channel not in wanted), owner)
             if spare is owner:
                 new = Channel(receive_capacity=1, transmit_capacity=_QUEUE, frames=False)
+                new.kin = self._kin
                 self._channels[owner] = self._line.open(new)
             else:
                 self._channels[owner] = self._channels.pop(spare)
@@ -288,4 +295,4 @@ class CyclicList:
             )
         if frame.fd and self._line.driver.fd == 0:
             raise LineError(f"{self._line.name}: the line is not set up for FD frames; give it a data timing")
-        self._line.check(frame)
+        self._line.check(frame, self._kin)

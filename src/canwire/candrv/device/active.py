@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import CanwireError, NoSuchBoard
 from canwire.candrv.device.bell import Bell
-from canwire.candrv.device.state import DeviceState, state_of
+from canwire.candrv.device.state import KIN, DeviceState, state_of
 from canwire.candrv.registry.loading import find_port
 from canwire.candrv.registry.registry import Settings
 
@@ -47,7 +47,7 @@ def _driver(hub: Hub, name: str, stored: dict[str, Value]) -> Driver:
     settings = Settings.of(stored, name.removesuffix(":"))
     try:
         board, line = find_port(hub.boards(), settings)
-        status = hub.line_status(board.id, line)
+        status = hub.line_status(board.id, line, kin=KIN)
         state = state_of(status, settings) if status.initialised else None
     except NoSuchBoard:
         return Driver(name, stored, None, 0, None, False)

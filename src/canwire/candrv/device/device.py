@@ -16,10 +16,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, TypeVar
 
-from canwire import CanwireError, ErrorState, FilterMode, FilterSetup, InUse, LineMode, LineStatus
+from canwire import CanwireError, ErrorState, Feature, FilterMode, FilterSetup, InUse, LineMode, LineStatus
 from canwire.candrv.constants import CanMode, FrameFormat
 from canwire.candrv.device.bell import Bell
-from canwire.candrv.device.state import DeviceState, can_time, checked, state_of
+from canwire.candrv.device.state import KIN, DeviceState, can_time, checked, state_of
 from canwire.candrv.errors import translated
 from canwire.candrv.registry.loading import (
     controller_on,
@@ -37,7 +37,6 @@ T = TypeVar("T")
 
 _PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # every receive channel has a filter of its own
-_KIN = "CANDRV"  # whose programs may set each other's running lines up anew, as the manual has it
 _CONFIGURATION = 4  # the MCP2515's OPMOD
 
 
@@ -70,7 +69,7 @@ class Device:
     # the line
 
     def status(self) -> LineStatus:
-        return self.hub.line_status(self.board.id, self.number)
+        return self.hub.line_status(self.board.id, self.number, kin=KIN)
 
     def state(self) -> DeviceState:
         """As it is now, whoever set it up: another dialect's line is in CAN2.0B."""
@@ -238,12 +237,15 @@ class Device:
             before.data_timing if before is not None else None,
             long_data=before is not None and before.long_data,
             iso_fd=before is None or before.iso_fd,
+            error_frames=self.line.capabilities.can(Feature.ERROR_FRAMES),
             listen_only=state.listen,
+            low_speed=before is not None and before.low_speed,
+            options=None if before is None else before.options,
             standard_filter=_OPEN,
             extended_filter=_OPEN,
             note=state.to_note(),
             keeps=True,
-            kin=_KIN,
+            kin=KIN,
             loop_back=state.loop_back,
         )
 
@@ -251,7 +253,7 @@ class Device:
         """With the line's control, for the length of the call; programs of this dialect wait for each other."""
         for pause_s in (*_PAUSES_S, None):
             try:
-                control = self.hub.open_control(self.board.id, self.number)
+                control = self.hub.open_control(self.board.id, self.number, kin=KIN)
             except InUse:
                 if pause_s is None:
                     raise
@@ -278,7 +280,7 @@ def unload(hub: Hub, name: str) -> None:
         raise InUse(f"{name} {users} programs use its line; let them end first")
     if device.is_open():
         raise InUse(f"{name} a program has it open to query it; let it end first")
-    with hub.open_control(device.board.id, device.number) as control:
+    with hub.open_control(device.board.id, device.number, kin=KIN) as control:
         control.reset()
     device.virtualize = False
     hub.set_note(settings_note(device.name), b"")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _NOTE = struct.Struct("<4sBB")  # CAN mode, default format
 _MAGIC = b"CIDn"
+KIN = "CANDRV"  # whose programs may set each other's running lines up anew, as the manual has it
 
 
 class DeviceState(NamedTuple):
@@ -44,7 +45,7 @@ class DeviceState(NamedTuple):
 
 
 def state_of(status: LineStatus, settings: Settings) -> DeviceState:
-    """As the line is set up, by whomever: another dialect's is in CAN2.0B; what it will be if nobody did."""
+    """As the line is set up; one that only programs of other interfaces set up is in CAN2.0B; else what it will be."""
     mode = status.mode
     if mode is None:
         return DeviceState(settings.baudrate, settings.can_mode_2b, settings.format)

@@ -1,6 +1,5 @@
-"""A handle's channel at the hub: its records become events, its messages become records.
-
-Whoever calls holds `lock`, but for `send` and `drain`, which take it. Source: CANDRV manual (seed 000), 7.3, 7.4, 8.23.
+"""A handle's channel at the hub: its records become events, its messages become records. Whoever calls holds `lock`,
+but for `send` and `drain`, which take it. Source: CANDRV manual (seed 000), 7.3, 7.4, 8.23.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from canwire import (
     Siblings,
 )
 from canwire.candrv.constants import Win32Error
+from canwire.candrv.device.state import KIN
 from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.handle.receiving import EVENTS, RECORD, Key, Receiver, Ticket
 from canwire.candrv.handle.waiting import WaitingRoom
@@ -88,6 +88,7 @@ class Channel:
             frames=reads or self._asks,  # without, nothing of the bus comes here
             fd=False,
             confirms=True,
+            kin=KIN,
         )
         channel = self._hub.open_channel(self._device.board.id, self._device.number)
         try:

@@ -44,7 +44,9 @@ class Chip:
         self._peek = peek
         self._oscillator_hz = oscillator_hz
         self._mode = 0
-        self._interrupts = USUAL_IER
+        self._asked = USUAL_IER  # by the settings
+        self._needed = 0  # by programs that have not made the settings
+        self._set_up = False  # until then its registers are BasicCAN's
         self.loops_back = False
 
     def values_of(self, settings: LineSettings) -> dict[int, int]:
@@ -66,10 +68,11 @@ class Chip:
         """Into reset mode, with all settings; raises before anything is changed."""
         wanted = self.values_of(settings)
         self.enter_reset()
-        self._interrupts = wanted.pop(m.IER)
+        self._asked = wanted.pop(m.IER)
         for address, value in wanted.items():
             self.write(address, value)
         self.write(m.IER, self._interrupts)
+        self._set_up = True
         self.loops_back = settings.loop_back
         self._mode = (m.MOD_LOM if settings.listen_only else 0) | (m.MOD_STM if settings.loop_back else 0)
 
@@ -81,6 +84,17 @@ class Chip:
                 timing.bit_rate, timing.sample_point, clock_hz=clock_hz, limits=TimingLimits.SJA1000
             )
         return timing.to_btr()
+
+    @property
+    def _interrupts(self) -> int:
+        return self._asked | self._needed
+
+    def need(self, interrupts: int, *, transmits: bool) -> None:
+        """These bits of IER are set from now on, besides those of the settings; `transmits`: a frame is in the chip."""
+        if interrupts != self._needed:
+            self._needed = interrupts
+            if self._set_up:
+                self.write(m.IER, self._interrupts | (m.IER_TIE if transmits else 0))
 
     def enter_reset(self) -> None:
         """PeliCAN, in reset mode; a frame in the transmit buffer is gone."""

@@ -26,6 +26,15 @@ if TYPE_CHECKING:
     from canwire.chips.registers import RegisterAccess
 
 
+_INTERRUPTS = {
+    int(EventKind.ERROR): m.IER_BEIE,
+    int(EventKind.ARBITRATION_LOST): m.IER_ALIE,
+    int(EventKind.STATE): m.IER_EIE | m.IER_EPIE,
+    int(EventKind.OVERRUN): m.IER_DOIE,
+}
+"""The interrupts that tell of each kind of event."""
+
+
 class Sja1000Driver(ChipDriver):
     """drivers/driver.py's seam over registers. `now` tells the time in ns, `peek` reads without side effects."""
 
@@ -55,6 +64,12 @@ class Sja1000Driver(ChipDriver):
         self.listen_only = settings.listen_only
         if self.running:
             self._operate()
+
+    def report(self, kinds: frozenset[int], frames: bool) -> None:
+        needed = m.IER_RIE if frames else 0
+        for kind in kinds:
+            needed |= _INTERRUPTS.get(kind, 0)
+        self._chip.need(needed, transmits=self._in_chip)
 
     # taking part
 
@@ -86,6 +101,9 @@ class Sja1000Driver(ChipDriver):
 
     def on_wire(self) -> bool:
         return self._chip.on_wire()
+
+    def idle(self) -> bool:
+        return not self._read(m.SR) & (m.SR_TS | m.SR_RS)
 
     def sleep(self, at_ns: int) -> None:
         if not self.running:

@@ -93,6 +93,9 @@ class SlcanDriver(OutsideDriver):
     def accept(self, standard: tuple[int, int] | None, extended: tuple[int, int] | None) -> None:
         if self._setup is not None:
             self._setup = replace(self._setup, enough=pushed(standard, extended))
+            if self.running:
+                self.wanted = self._setup
+                self._poke()
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
         self.begin()

@@ -126,9 +126,9 @@ class Client:
         """The reply of a request whose answer has no descriptors."""
         return self.ask(request)[0]
 
-    def line_status(self, board: int, line: int) -> LineStatus:
-        """A CAN line as it is now, and who holds its control; raises Unsupported for a LIN line."""
-        status: LineStatus = self.call(m.GetLineStatus(board, line)).status
+    def line_status(self, board: int, line: int, *, kin: str = "") -> LineStatus:
+        """A CAN line now, its mode as programs of the interface `kin` see it; raises Unsupported for a LIN line."""
+        status: LineStatus = self.call(m.GetLineStatus(board, line, kin)).status
         return status
 
     def lin_status(self, board: int, line: int) -> m.LinLineState:

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 class Control(Filtered):
     """The one lease that may configure a line."""
 
-    def __init__(self, hub: Client, handle: int, board: int, line: int) -> None:
+    def __init__(self, hub: Client, handle: int, board: int, line: int, kin: str = "") -> None:
         super().__init__(hub, handle, f"control of line {line}")
+        self.kin = kin
         self.board = board
         self.line = line
 
@@ -70,4 +71,4 @@ class Control(Filtered):
 
     def status(self) -> LineStatus:
         self.check()
-        return self.hub.line_status(self.board, self.line)
+        return self.hub.line_status(self.board, self.line, kin=self.kin)

@@ -111,9 +111,9 @@ class Hub(Client):
         pages = (self.call(m.GetLinStatuses(some)) for some in _pages(boards))
         return {(board, line): state for page in pages for board, line, state in page.values}
 
-    def open_control(self, board: int, line: int) -> Control:
-        """The one lease that configures a line; raises InUse naming its holder."""
-        return Control(self, self.call(m.OpenControl(board, line)).handle, board, line)
+    def open_control(self, board: int, line: int, *, kin: str = "") -> Control:
+        """The one lease that configures a line, for programs of the interface `kin`; raises InUse naming its holder."""
+        return Control(self, self.call(m.OpenControl(board, line, kin)).handle, board, line, kin)
 
     def recover(self, board: int, line: int, *, abort_pending: bool = False) -> None:
         """Have a line that is bus-off begin again, with clean counters; nothing happens to one that is not.
@@ -127,11 +127,14 @@ class Hub(Client):
         """A channel on a line; an exclusive one has to be the only one, else InUse."""
         return HubChannel(self, self.call(m.OpenChannel(board, line, exclusive)).handle, board, line)
 
-    def open_scheduler(self, board: int, line: int) -> Scheduler:
-        """The one lease on a line's cyclic list; raises InUse, or Unsupported on a board without one."""
+    def open_scheduler(self, board: int, line: int, *, kin: str = "") -> Scheduler:
+        """The one lease on a line's cyclic list, for programs of the interface `kin`.
+
+        Raises InUse, or Unsupported on a board without one.
+        """
         from canwire.hub.handles.scheduler import Scheduler
 
-        return Scheduler(self, self.call(m.OpenScheduler(board, line)).handle, board, line)
+        return Scheduler(self, self.call(m.OpenScheduler(board, line, kin)).handle, board, line)
 
     # LIN lines
 

@@ -5,6 +5,14 @@ from __future__ import annotations
 from canwire.hub.protocol.message import Message
 
 
+class OpenScheduler(Message):
+    """-> Opened. One at a time for each line."""
+
+    board: int
+    line: int
+    kin: str = ""
+
+
 class AddCyclic(Message):
     """Scheduler -> Number: its index. `record` is the frame's 80 bytes, request bits included."""
 

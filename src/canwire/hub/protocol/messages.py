@@ -1,9 +1,9 @@
 """What a client asks of its hub, and what it gets back, as values and as bytes.
 
-On the wire: a length (4 bytes, little-endian), then msgpack of [serial, message]. A client's first message is
-`Hello`; every request gets one `Reply` or `Failed` with its serial, in any order; serial 0 is a notice.
-Descriptors (memory, events) travel beside the reply that counts them. Lengths above the bounds, unknown
-messages and fields of a wrong type raise BadMessage, and whoever got them closes the connection.
+On the wire: a length (4 bytes, little-endian), then msgpack of [serial, message]. A client's first message is `Hello`;
+every request gets one `Reply` or `Failed` with its serial, in any order; serial 0 is a notice. Descriptors (memory,
+events) travel beside the reply that counts them. Lengths above the bounds, unknown messages and fields of a wrong type
+raise BadMessage, and whoever got them closes the connection. `kin` is always the interface that a program speaks.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ from canwire.hub.protocol.channel_messages import CountRefused as CountRefused
 from canwire.hub.protocol.channel_messages import ReplaceFilters as ReplaceFilters
 from canwire.hub.protocol.cyclic_messages import AddCyclic as AddCyclic
 from canwire.hub.protocol.cyclic_messages import GetSchedulerStatus as GetSchedulerStatus
+from canwire.hub.protocol.cyclic_messages import OpenScheduler as OpenScheduler
 from canwire.hub.protocol.cyclic_messages import RemoveCyclic as RemoveCyclic
 from canwire.hub.protocol.cyclic_messages import ReplaceCyclic as ReplaceCyclic
 from canwire.hub.protocol.cyclic_messages import ResetScheduler as ResetScheduler
@@ -84,7 +85,7 @@ if TYPE_CHECKING:  # what __getattr__ says to the interpreter
     from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
     from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 
-VERSION = 4
+VERSION = 5
 LARGEST_REQUEST = 1 << 16
 LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")
@@ -146,6 +147,7 @@ class OpenControl(Message):
 
     board: int
     line: int
+    kin: str = ""
 
 
 class OpenChannel(Message):
@@ -156,13 +158,6 @@ class OpenChannel(Message):
     exclusive: bool
 
 
-class OpenScheduler(Message):
-    """-> Opened. One at a time for each line."""
-
-    board: int
-    line: int
-
-
 class Close(Message):
     """-> None"""
 
@@ -170,10 +165,11 @@ class Close(Message):
 
 
 class GetLineStatus(Message):
-    """-> LineState"""
+    """-> LineState, as programs of the interface `kin` see it"""
 
     board: int
     line: int
+    kin: str = ""
 
 
 class Initialise(Message):

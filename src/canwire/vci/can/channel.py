@@ -11,7 +11,7 @@ from uuid import UUID
 
 from canwire import ChannelMode, FilterMode, Siblings
 from canwire.vci.arguments import UINT8, UINT16, UINT32, within
-from canwire.vci.bus_line import BusLine
+from canwire.vci.bus_line import KIN, BusLine
 from canwire.vci.can.control import CanControl2
 from canwire.vci.can.filters import FilterModes
 from canwire.vci.can.line import line_status, line_status2
@@ -178,4 +178,5 @@ def _mode(
         siblings=siblings,
         events=_EVENTS,
         fd=size == CanMsg2.SIZE,
+        kin=KIN,
     )

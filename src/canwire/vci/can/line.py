@@ -7,6 +7,7 @@ Source: VCI V4 manual (seed 004) 5.2.3 and 7.3.6 to 7.3.9; reference/vci.md sect
 from __future__ import annotations
 
 from canwire import BitTiming, Capabilities, ErrorState, FilterMode, FilterSetup, LineMode, LineStatus
+from canwire.vci.bus_line import KIN
 from canwire.vci.can.structures import CanInitLine, CanInitLine2, CanLineStatus, CanLineStatus2
 from canwire.vci.can.timing import btp_of_timing, registers_of_timing, timing_of_btp, timing_of_registers
 from canwire.vci.structures.constants import (
@@ -54,7 +55,6 @@ _EXMODE_NEEDS = (
     (CAN_EXMODE_NONISO, CAN_FEATURE_NONISOFRM, "CAN_EXMODE_NONISO needs CAN_FEATURE_NONISOFRM"),
 )
 _INCLUSIVE = FilterSetup()
-_KIN = "VCI"  # whose programs may set each other's running lines up anew, as the manual has it
 _NOTE, _NOTE2 = b"CANINITLINE ", b"CANINITLINE2 "
 _ERROR_STATES = (ErrorState.ERROR_WARNING, ErrorState.ERROR_PASSIVE, ErrorState.BUS_OFF)
 
@@ -180,7 +180,7 @@ def _line_mode(
         standard_filter=standard_filter,
         extended_filter=extended_filter,
         note=note,
-        kin=_KIN,
+        kin=KIN,
     )
 
 

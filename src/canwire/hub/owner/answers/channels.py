@@ -48,7 +48,7 @@ def _activate(request: m.Activate, session: Session, world: World) -> Answer:
         raise NoSuchBoard(f"handle {request.handle} is neither a channel nor a monitor of {session.name}")
     held.activate(request.active)
     if isinstance(held, HeldChannel):
-        return m.LineState(held.slot.status()), ()
+        return m.LineState(held.slot.status(held.kin)), ()
     assert isinstance(held, HeldMonitor)
     return lin_state(held.slot), ()
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from canwire.boards.can.connector import CanLine
 from canwire.errors import CanwireError, Unsupported
+from canwire.hub.owner.answers.lines import kin_of
 from canwire.hub.owner.answers.registry import DONE, Answers
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.can import CanSlot
@@ -54,7 +55,7 @@ def _sleep(request: m.Sleep, session: Session, world: World) -> Answer:
 
 @answers.to(m.Annotate)
 def _annotate(request: m.Annotate, session: Session, world: World) -> Answer:
-    _controlled(session, request.handle).annotate(request.note)
+    _controlled(session, request.handle).annotate(request.note, kin_of(session, request.handle))
     return DONE
 
 

@@ -32,7 +32,7 @@ def _open_scheduler(request: m.OpenScheduler, session: Session, world: World) ->
         raise Unsupported(f"{slot.can.line.name} has no cyclic transmit list")
     slot.admit("its cyclic list", slot.scheduler)
     slot.scheduler = session
-    cyclic = CyclicList(slot.can.line, world.timeline, ticks.tick_ns, ticks.maximum)
+    cyclic = CyclicList(slot.can.line, world.timeline, ticks.tick_ns, ticks.maximum, kin=request.kin)
     return opened(session, HeldScheduler(slot, cyclic))
 
 

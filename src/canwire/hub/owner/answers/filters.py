@@ -5,7 +5,7 @@ from __future__ import annotations
 from canwire.boards.can.message_filter import FormatFilter
 from canwire.boards.can.modes import FilterMode
 from canwire.errors import BadFilter, WrongState
-from canwire.hub.owner.answers.lines import can_of
+from canwire.hub.owner.answers.lines import can_of, kin_of
 from canwire.hub.owner.answers.registry import DONE, Answers
 from canwire.hub.owner.held.channel import HeldChannel
 from canwire.hub.owner.session import Session
@@ -21,7 +21,9 @@ def _get_filter_mode(request: m.GetFilterMode, session: Session, world: World) -
     held = session.look_up(request.handle, object)
     if isinstance(held, HeldChannel):
         return m.Number(held.format_filter(request.extended).mode), ()
-    return m.Number(can_of(session, request.handle).filter_mode(request.extended)), ()
+    return m.Number(
+        can_of(session, request.handle).filter_mode(request.extended, kin_of(session, request.handle))
+    ), ()
 
 
 @answers.to(m.SetFilterMode)
@@ -66,4 +68,4 @@ def _filter(session: Session, handle: int, extended: bool) -> FormatFilter:
     can = can_of(session, handle)
     if can.running:
         raise WrongState(f"{can.line.name}: stop the line to change its filter")
-    return can.format_filter(extended)
+    return can.format_filter(extended, kin_of(session, handle))

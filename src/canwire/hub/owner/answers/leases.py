@@ -35,7 +35,7 @@ def _open_control(request: m.OpenControl, session: Session, world: World) -> Ans
     slot = world.line_slot(request.board, request.line)
     slot.admit("its control", slot.control)
     slot.control = session
-    return opened(session, HeldControl(slot))
+    return opened(session, HeldControl(slot, request.kin))
 
 
 @answers.to(m.KeepSettings)

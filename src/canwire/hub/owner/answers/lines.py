@@ -24,7 +24,9 @@ answers = Answers()
 
 @answers.to(m.GetLineStatus)
 def _get_line_status(request: m.GetLineStatus, session: Session, world: World) -> Answer:
-    return m.LineState(_status(world.can_slot(request.board, request.line), world.lateness())), ()
+    return m.LineState(
+        _status(world.can_slot(request.board, request.line), world.lateness(), request.kin)
+    ), ()
 
 
 @answers.to(m.GetLineStatuses)
@@ -35,9 +37,9 @@ def _get_line_statuses(request: m.GetLineStatuses, session: Session, world: Worl
     return m.LineStatuses(tuple((*at, _status(slot, lateness)) for at, slot in found)), ()
 
 
-def _status(slot: CanSlot, lateness: tuple[int, int]) -> LineStatus:
+def _status(slot: CanSlot, lateness: tuple[int, int], kin: str = "") -> LineStatus:
     behind_ns, skipped_ns = lateness
-    return replace(slot.status(), behind_ns=behind_ns, skipped_ns=skipped_ns)
+    return replace(slot.status(kin), behind_ns=behind_ns, skipped_ns=skipped_ns)
 
 
 @answers.to(m.Initialise)
@@ -72,7 +74,11 @@ def _recover(request: m.Recover, session: Session, world: World) -> Deferred:
 
 @answers.to(m.Reset)
 def _reset(request: m.Reset, session: Session, world: World) -> Answer:
-    _commanded(session, request.handle).reset()
+    can = _commanded(session, request.handle)
+    if isinstance(can, CanLine):
+        can.reset(kin_of(session, request.handle))
+    else:
+        can.reset()
     return DONE
 
 
@@ -90,6 +96,11 @@ def _detect(request: m.Detect, session: Session, world: World) -> Deferred:
 def can_of(session: Session, handle: int) -> CanLine:
     """The CAN line that this control is of; raises Unsupported for a LIN line's."""
     return _slot_of(session, handle).can
+
+
+def kin_of(session: Session, handle: int) -> str:
+    """The interface of the program that has this control."""
+    return session.look_up(handle, HeldControl).kin
 
 
 def _slot_of(session: Session, handle: int) -> CanSlot:

@@ -12,7 +12,7 @@ from canwire.boards.sharing import Share, Sharing
 from canwire.bus.medium import delay_of
 from canwire.errors import CanwireError
 from canwire.hub.owner.held.held import Holder, Turn
-from canwire.hub.owner.held.line import LineSlot, OnLine
+from canwire.hub.owner.held.line import HeldQueue, LineSlot, OnLine
 
 
 class CanSlot(LineSlot):
@@ -29,6 +29,8 @@ class CanSlot(LineSlot):
 
     def settle(self) -> None:
         mode = self.can.mode
+        if not self.keepers:
+            self.can.release(self._kins())
         if (mode is not None and mode.persistent) or self.users() or len(self.sharing) or self.keepers:
             return
         if mode is not None and mode.keeps:
@@ -52,19 +54,25 @@ class CanSlot(LineSlot):
             rates = f"{format_rates(now)}, {format_setter(self.status())}"
             self.check_rate(holder, (now.kin, mode.kin), rates, format_rates(mode))
 
+    def _kins(self) -> set[str]:
+        """The interfaces of the programs that have a channel or the control."""
+        found = {held.kin for held in self.queues if isinstance(held, HeldQueue)}
+        return found if self.control is None else {*found, self.control_kin}
+
     def users(self) -> list[Holder]:
         return super().users() + ([] if self.scheduler is None else [self.scheduler])
 
     def close(self, why: CanwireError) -> None:
         self.can.close(why)
 
-    def status(self) -> LineStatus:
+    def status(self, kin: str = "") -> LineStatus:
+        """As programs of this kin see it."""
         can, driver = self.can, self.can.line.driver
         counters = driver.counters()
         return LineStatus(
             initialised=can.mode is not None,
             running=can.running,
-            mode=can.mode,
+            mode=can.seen_by(kin),
             state=counters.state,
             tec=counters.tec,
             rec=counters.rec,

@@ -25,6 +25,7 @@ class HeldChannel(HeldQueue):
     slot: CanSlot
     channel: Channel | None = None
     active: bool = False
+    kin: str = ""
     filter: MessageFilter | None = None
     _queues: SharedRings | None = None
 
@@ -60,6 +61,7 @@ class HeldChannel(HeldQueue):
             rings=(queues.receive, queues.transmit),
         )
         channel.untrusted = True
+        channel.kin = self.kin = mode.kin
         channel.prioritised = mode.prioritised
         if mode.prioritised or mode.confirms:
             channel.allowed = ALL_REQUESTS
@@ -78,6 +80,7 @@ class HeldChannel(HeldQueue):
             line = self.slot.can.line
             if active:
                 self.channel.origin_ns = self.slot.can.origin_ns or 0
+                self.slot.can.welcome(self.channel)
                 line.open(self.channel)
                 self.channel.transmit.arm()
                 line.kick()

@@ -18,6 +18,7 @@ class LineSlot:
         self.board = board
         self.name = name
         self.control: Holder | None = None
+        self.control_kin = ""  # the interface of the program that holds the control
         self.queues: list[HeldQueue] = []
         self.setter: Holder | None = None  # who set it up last
         self.keepers = 0  # programs for which the settings stay even if nobody has more of the line
@@ -89,6 +90,10 @@ class HeldControl(OnLine):
 
     turn = Turn.CONTROL
     slot: LineSlot
+    kin: str = ""
+
+    def __post_init__(self) -> None:
+        self.slot.control_kin = self.kin
 
     def leave(self) -> None:
         self.slot.control = None
@@ -117,6 +122,7 @@ class HeldQueue(OnLine):
     slot: LineSlot
     holder: Holder
     exclusive: bool
+    kin = ""  # the interface that its program speaks
 
     def activate(self, active: bool) -> None:
         """Connect it to the line, or take it off; raises NotInitialised before it was set up."""
