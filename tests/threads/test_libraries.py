@@ -1,4 +1,4 @@
-"""Libraries with threads of their own, as published, in a hub's virtual time: the same bytes at the same nanoseconds."""
+"""Libraries with threads of their own, as published, in a hub's virtual time: the same every time, to the nanosecond."""
 
 from __future__ import annotations
 
@@ -46,7 +46,12 @@ def test_iso_tp_in_threads_at_both_ends() -> None:
     isotp = pytest.importorskip("isotp")
 
     def play(hub: Hub) -> list[object]:
-        with bus_on(hub) as here, bus_on(hub) as there, can.Notifier(here, []) as n, can.Notifier(there, []) as m:
+        with (
+            bus_on(hub) as here,
+            bus_on(hub) as there,
+            can.Notifier(here, []) as n,
+            can.Notifier(there, []) as m,
+        ):
             tester, ecu = (
                 isotp.NotifierBasedCanStack(bus, notifier, address=isotp.Address(rxid=rxid, txid=txid))
                 for bus, notifier, rxid, txid in ((here, n, 0x7E8, 0x7E0), (there, m, 0x7E0, 0x7E8))
@@ -71,7 +76,10 @@ def test_canopen_reads_writes_and_hears_a_heartbeat() -> None:
 
     def dictionary() -> canopen.ObjectDictionary:
         objects = canopen.ObjectDictionary()
-        for index, name, kind in ((0x1017, "heartbeat", types.UNSIGNED16), (0x2000, "speed", types.UNSIGNED32)):
+        for index, name, kind in (
+            (0x1017, "heartbeat", types.UNSIGNED16),
+            (0x2000, "speed", types.UNSIGNED32),
+        ):
             entry = types.ODVariable(name, index)
             entry.data_type, entry.access_type, entry.default = kind, "rw", 7
             objects.add_object(entry)
@@ -118,13 +126,17 @@ def test_a_gateway_carries_frames_and_waits() -> None:
 
 def test_python_cans_logger_writes_the_same_file(tmp_path: Path) -> None:
     def play(hub: Hub) -> list[object]:
-        file = tmp_path / "bus.asc"
-        with bus_on(hub) as reader, bus_on(hub) as sender, can.Logger(str(tmp_path / "bus.log")) as log:
-            with can.Notifier(reader, [log]):
-                task = sender.send_periodic(can.Message(arbitration_id=0x120, is_extended_id=False), 0.1)
-                time.sleep(1.05)
-                task.stop()
-        return [(file.parent / "bus.log").read_text().splitlines()]
+        file = tmp_path / "bus.log"
+        with (
+            bus_on(hub) as reader,
+            bus_on(hub) as sender,
+            can.Logger(str(file)) as log,
+            can.Notifier(reader, [log]),
+        ):
+            task = sender.send_periodic(can.Message(arbitration_id=0x120, is_extended_id=False), 0.1)
+            time.sleep(1.05)
+            task.stop()
+        return [file.read_text().splitlines()]
 
     lines = twice(play)[0]
     assert len(lines) == 11  # type: ignore[arg-type]
@@ -155,5 +167,7 @@ def test_a_bus_for_many_threads() -> None:
 def test_without_in_time_an_endless_wait_ends_with_a_word() -> None:
     """The buses' own clocks tick for ever: it was simulated for ever, and held the hub."""
     with canwire.connect(time="virtual") as hub, bus_on(hub) as bus:
-        with pytest.raises(can.CanOperationError, match=r"an hour of the hub's time.*canwire\.in_time\(hub\)"):
+        with pytest.raises(
+            can.CanOperationError, match=r"an hour of the hub's time.*canwire\.in_time\(hub\)"
+        ):
             bus.recv()

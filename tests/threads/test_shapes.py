@@ -33,3 +33,10 @@ def test_the_same_bytes_every_time(name: str) -> None:
 def in_a_hub(name: str) -> list[str]:
     with canwire.connect(time="virtual") as hub, canwire.in_time(hub):
         return play(name, functools.partial(can.Bus, "can0", interface="canwire", hub=hub))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_lab_gives_the_same_log_as_a_hub(name: str) -> None:
+    with canwire.Lab() as lab, canwire.in_time(lab):
+        log = play(name, functools.partial(can.Bus, interface="canwire", channel=lab.can_bus("can0")))
+    assert log == in_a_hub(name)

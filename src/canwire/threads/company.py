@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
+from canwire.threads.keeper import NEVER
 from canwire.threads.member import MEMBERS, current
 from canwire.threads.turns import Turns
 
@@ -19,14 +20,20 @@ class Company(Turns):
 
     def waited(self, ready: Callable[[], bool], timeout: float | None) -> bool | None:
         """A wait of the calling thread for something of the hub's; None: the thread takes no part, or not any more."""
+        if timeout is not None and timeout <= 0:
+            return ready()
+        return self.waited_until(ready, self.end_ns(timeout))
+
+    def waited_until(self, ready: Callable[[], bool], until_ns: int) -> bool | None:
+        """The same, until so much of the hub's time is over."""
         me = current()
         if me is None or me.company is not self:
             return None
         if ready():
             return True
-        if timeout is not None and timeout <= 0:
+        if until_ns <= self.now_ns():
             return False
-        return self.wait(me, ready, self.end_ns(timeout), "something on its bus")
+        return self.wait(me, ready, min(until_ns, NEVER), "something on its bus")
 
     def told_ns(self) -> int | None:
         """The time, for a thread that takes part."""
