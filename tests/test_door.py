@@ -33,7 +33,7 @@ FilterContent FilterMode FilterSetup Hub HubChannel HubError HubLost InUse Lease
 CanBusFaults FaultInfo FaultStay HubBus HubFault HubLinBus HubPlace LinBusFaults Scripted
 NoChannel NoSuchBoard NothingHeard NotInitialised RingEnd Scheduler Siblings Ticks TimingRange Unplugged Unsupported
 WrongState
-connect default_address frame_of_record kind_names serve signals_end_waits WireField wire_fields
+connect default_address frame_of_record in_time kind_names serve signals_end_waits WireField wire_fields
 RateConflict RunningLine TimingConflict bus_conflicts rate_conflicts conflicts_on format_setter state_directory
 LinNodeAttributes LinProduct LinSlaveConfiguration NodeTiming TimingCheck timing_checks timing_findings
 LinePlace WantedMode bring_up every_line find_lines format_rates start_line

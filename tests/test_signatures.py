@@ -24,7 +24,8 @@ pytestmark = pytest.mark.finding("newcomer F11")
 # For the floors below and beside the door (docs/architecture.md, "Seams"): methods that users have no use for, and
 # what they speak in. They keep plain names because other files call them.
 SEAMS = {
-    "CanBenchNode.begin", "Client.adopt", "Client.ask", "Client.call", "Client.forget", "Event.bind",
+    "CanBenchNode.begin", "Client.adopt", "Client.ask", "Client.call", "Client.forget",
+    "ClientTime.ask", "ClientTime.call", "ClientTime.keeper", "Lab.company", "Lab.kick", "LabTime.keeper", "LabTime.kick", "Event.bind",
     "Event.unbind", "BenchBus.forget", "LabBus.stalled", "LabFaults.islands", "LabTime.active", "LabTime.advance",
     "LabTime.check_open", "LabTime.touch", "LabTime.turn", "Lease.ask", "LinBenchNode.set_up",
     "LinDisturber.header", "LinDisturber.response", "LinFaults.header", "LinFaults.response",
@@ -78,6 +79,8 @@ def meaning(function: Callable[..., Any]) -> dict[str, Any]:
     """Annotations as types; what a file imports for type checkers alone is found in the door or where it stands."""
     known = {**vars(typing), **vars(collections.abc), "os": os, "numpy": numpy, **door()}
     known |= vars(sys.modules[function.__module__])
+    known["Company"] = canwire.threads.company.Company  # type: ignore[attr-defined]
+    known["Keeper"] = canwire.threads.keeper.Keeper  # type: ignore[attr-defined]
     known["Answer"] = canwire.hub.protocol.link.Answer  # type: ignore[attr-defined]
     return {name: eval(text, known) if isinstance(text, str) else text
             for name, text in function.__annotations__.items()}  # fmt: skip
@@ -97,6 +100,7 @@ def types_in(hint: Any) -> Iterator[type]:
 @pytest.fixture(scope="module")
 def everything() -> list[Signature]:
     importlib.import_module("canwire.hub.protocol.link")
+    importlib.import_module("canwire.threads.company")
     found = list(signatures())
     assert len(found) > 300
     return found

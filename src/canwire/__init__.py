@@ -146,6 +146,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.lab.can.bus import Behaviour
     from canwire.lab.can.faults import LabFaults
     from canwire.lab.can.script import Periodic
+    from canwire.lab.in_time import in_time
     from canwire.lab.lin.faults import LabLinFaults
     from canwire.logs.batch import LogBatch, log_dtype
     from canwire.logs.convert import convert_log
@@ -284,6 +285,7 @@ _NAMES = {
     "lab.can.bus": "Behaviour",
     "lab.can.faults": "LabFaults",
     "lab.can.script": "Periodic",
+    "lab.in_time": "in_time",
     "lab.lin.faults": "LabLinFaults",
     "logs.batch": "LogBatch log_dtype",
     "logs.entry": "LogEntry LogKind LogMark MarkKind",
@@ -567,6 +569,7 @@ __all__ = [
     "format_slcan_frame",
     "frame_of_record",
     "frames_to_array",
+    "in_time",
     "kind_names",
     "length_to_dlc",
     "lin_checksum",

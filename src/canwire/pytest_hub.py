@@ -31,11 +31,12 @@ _HUB: pytest.StashKey[Hub] = pytest.StashKey()
 def canwire_hub(request: pytest.FixtureRequest) -> Iterator[Hub]:
     """A hub of this test alone, inside it, with the usual boards (canwire.toml's, if there is one), in virtual time.
 
-    Every interface takes it: `can.Bus(..., hub=canwire_hub)`, `vci.initialize(canwire_hub)` and so on.
+    Every interface takes it: `can.Bus(..., hub=canwire_hub)`, `vci.initialize(canwire_hub)` and so on. The test and the
+    threads that it starts wait and tell the time by this hub (canwire.in_time).
     """
-    from canwire import connect
+    from canwire import connect, in_time
 
-    with connect(time="virtual", name=request.node.name) as hub:
+    with connect(time="virtual", name=request.node.name) as hub, in_time(hub):
         request.node.stash[_HUB] = hub
         yield hub
 

@@ -17,7 +17,10 @@ from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import check_data_rate
 
 if TYPE_CHECKING:
+    from canwire.hub.handles.hub import Hub
+    from canwire.lab.hub import LabHub
     from canwire.lab.serving import Serving
+    from canwire.threads.company import Company
 
 CLOCK_HZ = 80_000_000
 _STALL_NS = 1_000_000_000
@@ -47,6 +50,7 @@ class Lab(LabTime):
         self.buses: dict[str, LabBus] = {}
         self.lin_buses: dict[str, LabLinBus] = {}
         self._serving: Serving | None = None
+        self._hub: LabHub | None = None
 
     def can_bus(
         self,
@@ -118,6 +122,36 @@ class Lab(LabTime):
         self._serving = Serving(self.pacer, self.timeline, self.buses, self.lin_buses, address, boards)
         return self._serving.address
 
+    def hub(self) -> Hub:
+        """A hub on this lab's buses, in its time, for programs of this process that use other interfaces.
+
+        `can.Bus(interface="canwire", channel=lab.buses["can0"])` takes it by itself. It has no boards until some are
+        plugged in: `vci.initialize(lab.hub())` after `lab.hub().plug("usb-to-can-fd", buses=("can0", "can0", ""))`.
+        """
+        from canwire.lab.hub import LabHub  # what the lab alone needs no messages for
+
+        self.check_open()
+        if self._hub is None:
+            self._hub = LabHub(self.timeline, self.pacer)
+        self._hub.add({**self.buses, **self.lin_buses})
+        self._hub.handle.company = self._company
+        return self._hub.handle
+
+    @property
+    def company(self) -> Company | None:
+        """The threads of this program that keep this time together (canwire.in_time)."""
+        return self._company
+
+    @company.setter
+    def company(self, company: Company | None) -> None:
+        self._company = company
+        if self._hub is not None:
+            self._hub.handle.company = company
+
+    def kick(self) -> None:
+        if self._hub is not None:
+            self._hub.kick()
+
     def __enter__(self) -> Lab:
         return self
 
@@ -144,6 +178,8 @@ class Lab(LabTime):
     def _leave(self) -> None:
         if self._serving is not None:
             self._serving.close()
+        if self._hub is not None:
+            self._hub.close()
         for bus in self.buses.values():
             bus.close()
         for lin_bus in self.lin_buses.values():

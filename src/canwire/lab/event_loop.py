@@ -6,7 +6,7 @@ So `asyncio.sleep(3600)` takes no time, and ends exactly an hour of the lab late
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from selectors import DefaultSelector, SelectorKey
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -21,9 +21,9 @@ ResultT = TypeVar("ResultT")
 class VirtualLoop(asyncio.SelectorEventLoop):
     """`time()` is the timeline's, in seconds."""
 
-    def __init__(self, timeline: Timeline) -> None:
+    def __init__(self, timeline: Timeline, kick: Callable[[], object]) -> None:
         self.timeline = timeline
-        super().__init__(_PassingTime(timeline))
+        super().__init__(_PassingTime(timeline, kick))
         self._clock_resolution = 1e-9  # a timer is due at its nanosecond
 
     def time(self) -> float:
@@ -33,24 +33,28 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 class _PassingTime(DefaultSelector):
     """Where the loop would sleep, the timeline goes on: to the next happening there, but no longer than that sleep."""
 
-    def __init__(self, timeline: Timeline) -> None:
+    def __init__(self, timeline: Timeline, kick: Callable[[], object]) -> None:
         super().__init__()
         self._timeline = timeline
+        self._kick = kick
 
     def select(self, timeout: float | None = None) -> list[tuple[SelectorKey, int]]:
         found = super().select(0)
         if found or timeout == 0:
             return found
+        self._kick()
         next_ns = self._timeline.next_ns()
         if timeout is not None:
             next_ns = min(next_ns, self._timeline.now_ns + max(1, round(timeout * 1e9)))
         if next_ns >= NEVER:  # nothing will ever happen on the bench: only a thread can bring something
             return super().select(None)
         self._timeline.run_until(next_ns)
-        return found
+        return super().select(0)
 
 
-def run(timeline: Timeline, main: Coroutine[Any, Any, ResultT]) -> ResultT:
-    """As asyncio.run, in the timeline's time."""
-    with asyncio.Runner(loop_factory=lambda: VirtualLoop(timeline)) as runner:
+def run(
+    timeline: Timeline, main: Coroutine[Any, Any, ResultT], kick: Callable[[], object] = lambda: None
+) -> ResultT:
+    """As asyncio.run, in the timeline's time; `kick` is called before it passes."""
+    with asyncio.Runner(loop_factory=lambda: VirtualLoop(timeline, kick)) as runner:
         return runner.run(main)

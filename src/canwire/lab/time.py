@@ -16,6 +16,9 @@ from canwire.values.checks import LONGEST_NS, nanoseconds, whole
 if TYPE_CHECKING:
     import asyncio  # 35 ms that only asyncio's users pay
 
+    from canwire.threads.company import Company
+    from canwire.threads.keeper import Keeper
+
 ResultT = TypeVar("ResultT")
 _CHUNK_NS = 100_000_000
 _UNSHARED: AbstractContextManager[None] = contextlib.nullcontext()
@@ -32,6 +35,7 @@ class LabTime:
             raise BadValue(f"time {time!r}: 'virtual' or 'real'")
         self.timeline = Timeline()
         self.pacer = Pacer(self.timeline) if time == "real" else None
+        self._company: Company | None = None
         self.waiters: dict[asyncio.Future[None], int] = {}
         self._soon: deque[Callable[[], None]] = deque()
         self._called_back = False
@@ -54,7 +58,10 @@ class LabTime:
         """Let time pass until `time_ns`; everything due at that very moment happens too."""
         self.check_open()
         whole("time_ns", time_ns, 0, LONGEST_NS)
+        if self._company is not None and self._company.waited_until(_never, time_ns) is not None:
+            return
         if self.pacer is None:
+            self.kick()
             while not self.timeline.run_until(time_ns):
                 pass  # somebody's halt was not meant for us
         else:
@@ -69,6 +76,7 @@ class LabTime:
         if self.pacer is not None:
             self.pacer.wait(lambda: self.timeline.idle() or self._stalled() is not None, None)
         else:
+            self.kick()
             while not self.timeline.run_until_idle(self.timeline.now_ns + _CHUNK_NS):
                 if self.timeline.next_ns() > self.timeline.now_ns + _CHUNK_NS:
                     self.timeline.run_until(self.timeline.next_ns())
@@ -105,7 +113,7 @@ class LabTime:
             return asyncio.run(main)
         from canwire.lab.event_loop import run
 
-        return run(self.timeline, main)
+        return run(self.timeline, main, self.kick)
 
     def lateness_ns(self) -> list[int]:
         """Real time only: how late each happening was handled."""
@@ -158,6 +166,12 @@ class LabTime:
         """Let time pass until `ready` or the deadline; nodes halt the timeline when something arrives."""
         if self.pacer is not None:
             return self.pacer.wait(ready, max(0.0, (deadline_ns - self.now_ns) / 1e9))
+        if (
+            self._company is not None
+            and (found := self._company.waited_until(ready, deadline_ns)) is not None
+        ):
+            return found
+        self.kick()
         while not ready():
             if self.timeline.run_until(deadline_ns):
                 return ready()
@@ -184,6 +198,15 @@ class LabTime:
             for waiter in list(self.waiters):
                 waiter.get_loop().call_soon_threadsafe(_resolve, waiter)
 
+    def keeper(self) -> Keeper | None:
+        """For canwire.in_time: what lets time pass here, None where the clock does."""
+        from canwire.lab.keeper import LabKeeper
+
+        return None if self.pacer is not None else LabKeeper(self.timeline, self.kick)
+
+    def kick(self) -> None:
+        """Time is about to pass; for labs that look at what others have queued."""
+
     def check_open(self) -> None:
         """Raise Closed after `close`."""
         if self._closed:
@@ -205,6 +228,7 @@ class LabTime:
             if timer is not None:
                 timer.cancel()
             return
+        self.kick()
         due_ns = self.timeline.next_ns()
         if due_ns > deadline_ns:
             self.timeline.run_until(deadline_ns)
@@ -225,3 +249,7 @@ class LabTime:
 def _resolve(waiter: asyncio.Future[None]) -> None:
     if not waiter.done():
         waiter.set_result(None)
+
+
+def _never() -> bool:
+    return False

@@ -21,12 +21,14 @@ from canwire import (
     ErrorState,
     EventKind,
     Hub,
-    Lease,
+    Lab,
+    LabBus,
     LineStatus,
     Siblings,
     WantedMode,
 )
 from canwire.python_can.arguments import error_frames_of, state_of, timings_of
+from canwire.python_can.bench import placed
 from canwire.python_can.clock import clock_of
 from canwire.python_can.company import Company, warn_of_conflicts
 from canwire.python_can.ending import OPEN_BUSES
@@ -62,6 +64,7 @@ class CanwireBus(can.BusABC):
     `error_frames`: changes of the controller's state and overruns (None), with True every bus error and lost
     arbitration as well, with False nothing; all in SocketCAN's form, and past the filters.
     `hub`: the address of its socket; without it CANWIRE_HUB, else this user's usual one, else one in this process.
+    A lab's bus as `channel`, or its name with the lab as `hub`: a node of its own there, in the lab's time.
     `rx_fifo_size`, `tx_fifo_size`: messages that wait here at most.
 
     `ignore_rx_error_frames`, `local_loopback`: as with SocketCAN. Any other argument is refused.
@@ -71,7 +74,7 @@ class CanwireBus(can.BusABC):
 
     def __init__(
         self,
-        channel: str = "can0",
+        channel: str | LabBus = "can0",
         can_filters: CanFilters | None = None,
         *,
         bitrate: int | None = None,
@@ -84,33 +87,32 @@ class CanwireBus(can.BusABC):
         error_frames: bool | None = None,
         state: can.BusState | str = can.BusState.ACTIVE,
         exclusive: bool = False,
-        hub: str | Hub | None = None,
+        hub: str | Hub | Lab | None = None,
         rx_fifo_size: int = 32_768,
         tx_fifo_size: int = 1024,
         **others: Any,
     ) -> None:
-        self.channel = channel
         self._active = False
         self._fd = fd = fd or isinstance(timing, can.BitTimingFd)
         with opening():
             error_frames = error_frames_of(error_frames, others, _ARGUMENTS)
-            self._own_hub = not isinstance(hub, Hub)
-            self._hub = hub if isinstance(hub, Hub) else HUBS.acquire(hub)
-            self._leases: list[Lease] = []  # what is given back at the end
+            at = placed(channel, hub, (bitrate or None, data_bitrate or None))
+            self.channel, self._leases = at.name, at.held  # given back at the end, the last one first
+            self._own_hub = not isinstance(at.hub, Hub)
+            self._hub = at.hub if isinstance(at.hub, Hub) else HUBS.acquire(at.hub)
             try:
                 self._wanted = wanted = WantedMode(
-                    bitrate or None,
-                    data_bitrate or None,
+                    *at.rates,
                     *timings_of(timing),
                     fd=fd,
                     iso_fd=not fd_non_iso,
                     listen_only=state_of(state) is can.BusState.PASSIVE,
                     find_rate=auto_bitrate,
                 )
-                self._place, started = line_of_channel(self._hub, str(channel), wanted)
-                board, line = self._place.board.id, self._place.line
+                self._place, started = line_of_channel(self._hub, at.line, wanted)
+                place = self._place.board.id, self._place.line
                 with started or nullcontext():  # once there is a channel the line goes on by itself
-                    self._line_channel = self._hub.open_channel(board, line, exclusive=exclusive)
+                    self._line_channel = self._hub.open_channel(*place, exclusive=exclusive)
                 self._leases.append(self._line_channel)
                 before = kept_up(self._hub, self._place, wanted)
                 warn_of_conflicts(self._hub, self._place.info.bus)
@@ -126,19 +128,19 @@ class CanwireBus(can.BusABC):
                     )
                 )
                 self._clock = clock_of(self._hub)
-                self._company = Company(self._hub, self._place, str(channel))
+                self._company = Company(self._hub, self._place, str(at.name))
                 self.channel_info = self._company.channel_info
                 self._receiver = Receiver(
                     self._line_channel,
                     self._clock,
-                    channel,
+                    at.name,
                     error_frames is not False,
                     self._company.heard_of,
                 )
                 self._ready = self._receiver.ready
                 self._sender = Sender(self._line_channel, self._receiver, self._company)
                 self._can_protocol = _PROTOCOLS[not fd_non_iso] if fd else can.CanProtocol.CAN_20
-                super().__init__(channel, can_filters)
+                super().__init__(at.name, can_filters)
                 self._active = True
                 self._receiver.begin(before, self._line_channel.activate())
                 OPEN_BUSES.add(self)
@@ -279,7 +281,7 @@ class CanwireBus(can.BusABC):
 
     def _let_go(self) -> None:
         OPEN_BUSES.discard(self)
-        for lease in self._leases:
+        for lease in reversed(self._leases):
             with suppress(CanwireError):
                 lease.close()
         if self._own_hub:

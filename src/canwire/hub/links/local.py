@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from canwire.hub.owner.session import Session
     from canwire.hub.protocol.messages import Message
 
+_SILENCE_NS = 3_600_000_000_000  # no request takes so long: boards' clocks tick for ever
+
 
 class LocalLink:
     """hub/protocol/link.py's Link to an engine of this process, which outlives it; `released` is called at its close.
@@ -114,11 +116,13 @@ class LocalLink:
     def _let_time_pass(self, request: Message, call: Pending[Answer]) -> None:
         world = self._engine.world
         world.kick_all()
+        last_ns = world.timeline.now_ns + _SILENCE_NS
         while not call.settled:
             due_ns = world.timeline.next_ns()
-            if due_ns >= NEVER:
+            if due_ns >= NEVER or due_ns > last_ns:
                 raise HubError(
-                    f"{type(request).__name__} would never end: nothing is left to happen on the buses of this hub"
+                    f"{type(request).__name__} would never end: nothing that it waits for is left to happen on the "
+                    f"buses of this hub"
                 )
             world.timeline.run_until(due_ns)
 

@@ -78,7 +78,7 @@ class World:
         self._rates = RateWatch()
         self._serials = Serials(board.serial for board in config.board)
         for bus in config.bus:
-            self._add_bus(bus)
+            self.add_bus(bus)
         for board in config.board:
             self.plug(
                 board.kind,
@@ -272,7 +272,7 @@ class World:
         quickest = min((node.bit_ps for bus in self._can_buses for node in bus.nodes), default=1_000_000)
         return max(1, min(room)) * _SHORTEST_BITS * quickest // 1000
 
-    def _add_bus(self, config: BusConfig) -> None:
+    def add_bus(self, config: BusConfig) -> None:
         given = self._bench.buses.get(config.name)
         if given is not None:
             self.buses[config.name] = given

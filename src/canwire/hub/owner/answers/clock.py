@@ -11,6 +11,7 @@ from canwire.hub.protocol.link import Answer
 from canwire.timeline import NEVER, Timeline
 
 _LARGEST_NS = 1 << 62
+_SILENCE_NS = 3_600_000_000_000
 
 answers = Answers()
 
@@ -29,8 +30,14 @@ def _advance(request: m.Advance, session: Session, world: World) -> Answer:
 
 
 def _run_on(timeline: Timeline) -> None:
-    """Until somebody's event is signalled; raises HubError where that will never be."""
-    while (due_ns := timeline.next_ns()) < NEVER:
+    """Until somebody's event is signalled; raises HubError after an hour: boards' clocks tick for ever."""
+    began_ns = timeline.now_ns
+    while (due_ns := timeline.next_ns()) < NEVER and due_ns <= began_ns + _SILENCE_NS:
         if not timeline.run_until(due_ns):
             return
-    raise HubError("this would never end: nothing is left to happen on the buses of this hub")
+    if due_ns >= NEVER:
+        raise HubError("this would never end: nothing is left to happen on the buses of this hub")
+    raise HubError(
+        f"this would never end: it waits without a timeout since {began_ns / 1e9:.9f} s, and nothing came for an hour "
+        f"of the hub's time; where another thread was to send something, keep time together: with canwire.in_time(hub)"
+    )

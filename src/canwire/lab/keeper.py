@@ -1,0 +1,25 @@
+"""How the threads of a program let a lab's virtual time pass (canwire.in_time)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from canwire.timeline import Timeline
+
+
+class LabKeeper:
+    """`kick` is called before time passes."""
+
+    lost = False
+
+    def __init__(self, timeline: Timeline, kick: Callable[[], object]) -> None:
+        self._timeline = timeline
+        self._kick = kick
+
+    def now_ns(self) -> int:
+        return self._timeline.now_ns
+
+    def pass_time(self, now_ns: int, until_ns: int) -> int:
+        self._kick()
+        self._timeline.run_until(until_ns)
+        return self._timeline.now_ns

@@ -1,0 +1,52 @@
+"""The module time's clocks and its sleep, for threads that take part: the hub's time, from its beginning."""
+
+from __future__ import annotations
+
+from canwire.threads import originals
+from canwire.threads.member import current
+
+
+def sleep(seconds: float, /) -> None:
+    me = current()
+    if me is None:
+        originals.sleep(seconds)
+        return
+    if seconds < 0:
+        raise ValueError("sleep length must be non-negative")
+    until_ns = me.company.end_ns(float(seconds))
+    if me.company.wait(me, _never, until_ns, f"time.sleep({seconds:g})") is None:
+        originals.sleep(seconds)
+
+
+def monotonic_ns() -> int:
+    me = current()
+    return originals.monotonic_ns() if me is None else me.company.asks(me)
+
+
+def monotonic() -> float:
+    me = current()
+    return originals.monotonic() if me is None else me.company.asks(me) / 1e9
+
+
+def perf_counter_ns() -> int:
+    me = current()
+    return originals.perf_counter_ns() if me is None else me.company.asks(me)
+
+
+def perf_counter() -> float:
+    me = current()
+    return originals.perf_counter() if me is None else me.company.asks(me) / 1e9
+
+
+def time_ns() -> int:
+    me = current()
+    return originals.time_ns() if me is None else me.company.asks(me)
+
+
+def time_s() -> float:
+    me = current()
+    return originals.time_s() if me is None else me.company.asks(me) / 1e9
+
+
+def _never() -> bool:
+    return False

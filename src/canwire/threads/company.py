@@ -1,0 +1,66 @@
+"""Threads of one program that share a hub's time, as the hub's handles see them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+from canwire.threads.keeper import NEVER
+from canwire.threads.member import MEMBERS, current
+from canwire.threads.turns import Turns
+
+Request = TypeVar("Request")
+Answer = TypeVar("Answer")
+
+
+class Company(Turns):
+    """One of them runs at a time, and time passes while all of them wait."""
+
+    def waited(self, ready: Callable[[], bool], timeout: float | None) -> bool | None:
+        """A wait of the calling thread for something of the hub's; None: the thread takes no part, or not any more."""
+        if timeout is not None and timeout <= 0:
+            return ready()
+        return self.waited_until(ready, self.end_ns(timeout))
+
+    def waited_until(self, ready: Callable[[], bool], until_ns: int) -> bool | None:
+        """The same, until so much of the hub's time is over."""
+        me = current()
+        if me is None or me.company is not self:
+            return None
+        if ready():
+            return True
+        if until_ns <= self.now_ns():
+            return False
+        return self.wait(me, ready, min(until_ns, NEVER), "something on its bus")
+
+    def told_ns(self) -> int | None:
+        """The time, for a thread that takes part."""
+        me = current()
+        return None if me is None or me.company is not self else self.asks(me)
+
+    def outside(self, call: Callable[[Request], Answer], request: Request) -> Answer:
+        """A call that waits in the computer's time; it may take time of the hub's."""
+        me = MEMBERS.get(threading.get_ident())
+        if me is None:
+            return call(request)
+        me.outside += 1
+        try:
+            return call(request)
+        finally:
+            me.outside -= 1
+            self._now_ns = None
+
+    @contextmanager
+    def away(self) -> Iterator[None]:
+        """Others have their turns while this thread waits for something that is not the hub's."""
+        me = current()
+        if me is None or me.company is not self:
+            yield
+            return
+        self.go_outside(me)
+        try:
+            yield
+        finally:
+            self.come_back(me)

@@ -1,0 +1,56 @@
+"""Locks whose waits are waits in the hub's time; for threads that take no part they are ordinary ones."""
+
+from __future__ import annotations
+
+import threading
+from types import TracebackType
+
+from canwire.threads.member import current
+from canwire.threads.originals import allocate_lock
+
+
+class Lock:
+    """In place of threading.Lock, and with it of all that threading makes of it: Condition, Event, Semaphore, RLock."""
+
+    __slots__ = ("__weakref__", "_lock", "acquire_lock", "locked", "release", "release_lock")
+
+    _lock: threading.Lock
+
+    def __init__(self) -> None:
+        self._use(allocate_lock())
+
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
+        if self._lock.acquire(False):
+            return True
+        me = current() if blocking else None
+        if me is None:
+            return self._lock.acquire(blocking, timeout)
+        answer = me.company.wait(
+            me, self._take, me.company.end_ns(None if timeout == -1 else timeout), "a lock"
+        )
+        return self._lock.acquire(True, timeout) if answer is None else answer
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._lock.release()
+
+    def __repr__(self) -> str:
+        return (
+            f"<{'locked' if self._lock.locked() else 'unlocked'} canwire.threads.lock.Lock at {id(self):#x}>"
+        )
+
+    def _take(self) -> bool:
+        return self._lock.acquire(False)
+
+    def _use(self, lock: threading.Lock) -> None:
+        self._lock = lock
+        self.release = self.release_lock = lock.release
+        self.locked = lock.locked
+        self.acquire_lock = self.acquire
+
+    def _at_fork_reinit(self) -> None:
+        self._use(allocate_lock())

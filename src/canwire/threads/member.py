@@ -1,0 +1,71 @@
+"""A thread that takes part in its program's turns."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Protocol
+
+from canwire.threads.originals import allocate_lock
+
+
+class Company(Protocol):
+    """What a thread needs of those with whom it takes turns: turns.py's Turns."""
+
+    def end_ns(self, seconds: float | None) -> int: ...
+    def asks(self, me: Member) -> int: ...
+    def enrolled(self, thread: threading.Thread) -> Member: ...
+    def withdraw(self, me: Member) -> None: ...
+    def begin(self, me: Member) -> None: ...
+    def end(self, me: Member) -> None: ...
+    def wait(
+        self,
+        me: Member,
+        ready: Callable[[], bool],
+        until_ns: int,
+        what: str,
+        descriptors: tuple[int, ...] = (),
+    ) -> bool | None: ...
+
+
+class Member:
+    """A thread and what it waits for: until `ready` says so, or until `until_ns` of the hub's time.
+
+    `answer` is what its wait returns, `error` what it raises. `outside` counts calls that wait in the computer's time:
+    while it is not 0 the thread keeps its turn, whatever it waits for. `asked` counts questions for the time since
+    the thread last waited.
+    """
+
+    __slots__ = (
+        "answer", "asked", "bell", "company", "descriptors", "ended", "error", "number", "outside", "ready", "thread",
+        "until_ns", "what",
+    )  # fmt: skip
+
+    def __init__(self, company: Company, thread: threading.Thread, number: int) -> None:
+        self.company = company
+        self.thread = thread
+        self.number = number
+        self.bell = allocate_lock()
+        self.bell.acquire()
+        self.ready: Callable[[], bool] | None = None
+        self.until_ns = 0
+        self.what = "its first turn"
+        self.descriptors: tuple[int, ...] = ()
+        self.answer = False
+        self.error: BaseException | None = None
+        self.outside = 0
+        self.asked = 0
+        self.ended = False
+
+    def __repr__(self) -> str:
+        return f"<thread {self.thread.name!r}, number {self.number}, waits for {self.what}>"
+
+
+MEMBERS: dict[int, Member] = {}
+"""Every thread that takes part, by its ident."""
+
+
+def current() -> Member | None:
+    """The calling thread, where its waits are waits in its hub's time."""
+    member = MEMBERS.get(threading.get_ident())
+    return None if member is None or member.outside else member

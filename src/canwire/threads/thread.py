@@ -1,0 +1,78 @@
+"""Threads that are started by one that takes part, take part; waiting for their ends is a wait in the hub's time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from canwire.threads import originals
+from canwire.threads.member import Member, current
+
+_OWN = (
+    "canwire.hub.",
+    "canwire.drivers.",
+    "canwire.pacing",
+)  # threads of a hub's links and engines are no part of the program
+_MEMBER = "_canwire_member"
+
+
+def start(thread: threading.Thread) -> None:
+    """In place of Thread.start: the new thread's first turn comes when this one waits."""
+    me = current()
+    module = getattr(getattr(thread, "_target", None), "__module__", None) or ""
+    if me is None or module.startswith(_OWN):
+        originals.start(thread)
+        return
+    company = me.company
+    member = company.enrolled(thread)
+    thread.__dict__[_MEMBER] = member
+    thread.__dict__["run"] = _taking_part(thread, member, thread.run)
+    me.outside += 1  # until it has begun: it runs by itself up to there
+    try:
+        originals.start(thread)
+    except BaseException:
+        company.withdraw(member)
+        raise
+    finally:
+        me.outside -= 1
+
+
+def join(thread: threading.Thread, timeout: float | None = None) -> None:
+    """In place of Thread.join."""
+    me, other = current(), _member_of(thread)
+    if me is None or other is None or other is me or other.company is not me.company:
+        originals.join(thread, timeout)
+        return
+    until_ns = me.company.end_ns(None if timeout is None else max(timeout, 0))
+    what = f"thread {thread.name!r} to end"
+    answer = other.ended or me.company.wait(me, lambda: other.ended, until_ns, what)
+    if answer is None:
+        originals.join(thread, timeout)
+    elif answer:
+        originals.join(thread)
+
+
+def is_alive(thread: threading.Thread) -> bool:
+    """In place of Thread.is_alive: one that had its last turn is not."""
+    member = _member_of(thread)
+    if member is not None and member.ended and current() is not None:
+        originals.join(thread)
+    return originals.is_alive(thread)
+
+
+def _taking_part(thread: threading.Thread, member: Member, run: Callable[[], None]) -> Callable[[], None]:
+    def run_in_turns() -> None:
+        del thread.__dict__["run"]
+        member.company.begin(member)
+        try:
+            run()
+        except BaseException:
+            thread._invoke_excepthook(thread)  # type: ignore[attr-defined]  # while it is still its turn
+        finally:
+            member.company.end(member)
+
+    return run_in_turns
+
+
+def _member_of(thread: threading.Thread) -> Member | None:
+    return thread.__dict__.get(_MEMBER)

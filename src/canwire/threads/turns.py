@@ -1,0 +1,267 @@
+"""Whose turn it is among the threads of one program that share a hub's time.
+
+A thread that waits hands its turn to the next one that can go on, in the order in which the threads began. Where nobody
+can, the thread that would hand it on lets time pass, up to the first of their timeouts or until something is signalled.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+
+from canwire.errors import HubError
+from canwire.threads.keeper import NEVER, Keeper
+from canwire.threads.member import MEMBERS, Member
+from canwire.threads.originals import allocate_lock
+from canwire.threads.standstill import describe, wait_for_descriptors
+
+SILENCE_NS = 3_600_000_000_000  # that all may wait for without a timeout: boards' clocks tick for ever
+_POLLS = 1000  # questions for the time without a wait, after which each further ...
+_POLLED = 100  # ... so many let time pass,
+_FIRST_STEP_NS, _LAST_STEP_NS = 10_000, 1_000_000  # twice as much each time
+
+
+class Turns:
+    """The threads that take part; `founder` made it, and is told where nothing can ever come."""
+
+    def __init__(self, keeper: Keeper) -> None:
+        self.keeper = keeper
+        self.over = False
+        self.turns = 0  # handed on so far
+        self.running: Member | None = None
+        self._members: list[Member] = []
+        self._numbers = 0
+        self._now_ns: int | None = None
+        self._quiet_since_ns = 0
+        self._told = False
+        self._away = 0  # threads that wait outside
+        self._lock = allocate_lock()  # over who runs, for threads that come back from outside
+        self._poked = allocate_lock()
+        self._poked.acquire()
+        self.founder = self.running = self.enrolled(threading.current_thread())
+        MEMBERS[threading.get_ident()] = self.founder
+
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """In the order of their turns."""
+        return tuple(self._members)
+
+    def now_ns(self) -> int:
+        """The time, asked for once in a turn."""
+        if self._now_ns is None:
+            self._now_ns = self.keeper.now_ns()
+        return self._now_ns
+
+    def end_ns(self, seconds: float | None) -> int:
+        """When so many seconds from now are over, never earlier; None: they never are."""
+        if seconds is None or seconds == math.inf:
+            return NEVER
+        return min(self.now_ns() + max(0, math.ceil(seconds * 1e9 - 1e-3)), NEVER)
+
+    def asks(self, me: Member) -> int:
+        """The time, for somebody who asks; who asks again and again without a wait is taken to poll: time passes."""
+        me.asked += 1
+        if me.asked >= _POLLS and not me.asked % _POLLED:
+            doubled = min((me.asked - _POLLS) // _POLLED, 16)
+            step_ns = min(_FIRST_STEP_NS << doubled, _LAST_STEP_NS)
+            asked = me.asked
+            self.wait(me, _never, self.now_ns() + step_ns, "the time it asks for again and again")
+            me.asked = asked
+        return self.now_ns()
+
+    # members
+
+    def enrolled(self, thread: threading.Thread) -> Member:
+        """A thread that begins; its turn comes when others wait."""
+        with self._lock:
+            self._numbers += 1
+            member = Member(self, thread, self._numbers)
+            self._members.append(member)
+        return member
+
+    def withdraw(self, me: Member) -> None:
+        """It did not begin."""
+        with self._lock:
+            self._members.remove(me)
+
+    def begin(self, me: Member) -> None:
+        """In a new thread: wait for the first turn."""
+        MEMBERS[threading.get_ident()] = me
+        self._rest(me)
+
+    def end(self, me: Member) -> None:
+        """In a thread that is about to end: the next one goes on."""
+        me.ended = True
+        MEMBERS.pop(threading.get_ident(), None)
+        with self._lock:
+            if me in self._members:
+                self._members.remove(me)
+        if not self.over and self.running is me:
+            self._hand_on(me, stays=False)
+
+    def go_outside(self, me: Member) -> None:
+        """This thread waits for something that is not the hub's: others have their turns meanwhile."""
+        with self._lock:
+            self._members.remove(me)
+            self._away += 1
+        MEMBERS.pop(threading.get_ident(), None)
+        if not self.over:
+            self._hand_on(me, stays=False)
+
+    def come_back(self, me: Member) -> None:
+        """It takes part again, at its turn."""
+        MEMBERS[threading.get_ident()] = me
+        me.ready, me.until_ns, me.what = None, 0, "its turn"
+        with self._lock:
+            if self.over:
+                MEMBERS.pop(threading.get_ident(), None)
+                return
+            self._away -= 1
+            self._members.append(me)
+            self._members.sort(key=lambda one: one.number)
+            if self.running is None:
+                self.running = me
+                return
+        self.poke()
+        self._rest(me)
+
+    def dissolve(self) -> None:
+        """Everybody waits by the clock from now on."""
+        with self._lock:
+            self.over = True
+            left, self._members = self._members, []
+        for ident, member in list(MEMBERS.items()):
+            if member.company is self:
+                del MEMBERS[ident]
+        for member in left:
+            if member is not self.running:
+                member.bell.release()
+
+    # turns
+
+    def wait(
+        self,
+        me: Member,
+        ready: Callable[[], bool],
+        until_ns: int,
+        what: str,
+        descriptors: tuple[int, ...] = (),
+    ) -> bool | None:
+        """Others run until `ready()` or that time; was it ready? None: this company is over, wait by the clock."""
+        if self.over:
+            return None
+        me.ready, me.until_ns, me.what, me.descriptors = ready, until_ns, what, descriptors
+        me.asked, me.answer, me.error = 0, False, None
+        self._hand_on(me, stays=True)
+        me.ready = None
+        if self._is_over():  # meanwhile
+            return None
+        error, me.error = me.error, None
+        if error is not None:
+            raise error
+        return me.answer
+
+    def _is_over(self) -> bool:
+        return self.over
+
+    def poke(self) -> None:
+        """From any thread: something came that the hub does not know of."""
+        with self._lock:
+            if self._poked.locked():
+                self._poked.release()
+
+    def _hand_on(self, me: Member, *, stays: bool) -> None:
+        try:
+            found = self._next(me)
+        except BaseException:
+            if stays:
+                me.ready = None
+                raise
+            self.dissolve()  # there is nobody here to be told: each of the others finds out by itself
+            return
+        if found is None:
+            return
+        self.turns += 1
+        if found is not me:
+            self.running = found
+            found.bell.release()
+            if stays:
+                self._rest(me)
+
+    def _rest(self, me: Member) -> None:
+        """Until it has its turn; an interruption (Ctrl-C) is raised then."""
+        try:
+            me.bell.acquire()
+        except BaseException:
+            me.until_ns = 0
+            self.poke()
+            me.bell.acquire()
+            raise
+
+    def _next(self, me: Member) -> Member | None:
+        """Who has the next turn. Lets time pass until somebody can go on; None: nobody is left."""
+        while not self.over:
+            found = self._able(me)
+            if found is not None:
+                self._quiet_since_ns = self.now_ns()
+                return found
+            with self._lock:
+                if not self._members:
+                    self.running = None
+                    return None
+            self._let_pass()
+        return None
+
+    def _able(self, me: Member) -> Member | None:
+        """The first who can go on, beginning behind this one."""
+        now_ns = self.now_ns()
+        members = self._members
+        behind = sum(one.number <= me.number for one in members)
+        for one in (*members[behind:], *members[:behind]):
+            if _is_ready(one):
+                one.answer = True
+                return one
+            if one.until_ns <= now_ns:
+                return one
+        return None
+
+    def _let_pass(self) -> None:
+        until_ns = min((one.until_ns for one in self._members), default=NEVER)
+        if self.keeper.lost:
+            self.dissolve()
+            return
+        end_ns = self._quiet_since_ns + SILENCE_NS
+        if until_ns >= NEVER and self.now_ns() >= end_ns:
+            self._stand_still()
+            return
+        self._now_ns = self.keeper.pass_time(self.now_ns(), end_ns if until_ns >= NEVER else until_ns)
+
+    def _stand_still(self) -> None:
+        """All wait without a timeout, and nothing comes: say so."""
+        if self._away:
+            self._poked.acquire()
+            return
+        text = describe(self._members, self._quiet_since_ns)
+        descriptors = tuple(found for one in self._members for found in one.descriptors)
+        if descriptors:
+            wait_for_descriptors(descriptors, None if self._told else text)
+            self._told = True
+            return
+        victim = self.founder if self.founder in self._members else self._members[0]
+        victim.error, victim.ready, victim.until_ns = HubError(text), None, 0
+
+
+def _is_ready(one: Member) -> bool:
+    """An error in finding out is the waiter's."""
+    if one.ready is None:
+        return False
+    try:
+        return one.ready()
+    except BaseException as error:
+        one.error = error
+        return True
+
+
+def _never() -> bool:
+    return False
