@@ -12,6 +12,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -58,42 +59,48 @@ def _points(name: str, table: dict[str, Any]) -> Iterator[Point]:
 
 def marked_tests(marker: str = "conforms") -> dict[str, list[str]]:
     """Test names by behaviour number, or by the point of a "finding"."""
-    found: dict[str, list[str]] = {}
+    found: dict[str, set[str]] = {}
+    for path, name, kind, number in _all_marks():
+        if kind == marker:
+            found.setdefault(number, set()).add(f"{path}::{name}")
+    return {number: sorted(tests) for number, tests in found.items()}
+
+
+@cache
+def _all_marks() -> list[tuple[str, str, str, str]]:
+    """The file, the test, the marker and its number, of all tests."""
+    found = []
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
-        for name, number in (*_module_marks(tree, marker), *_marks(tree, marker)):
-            found.setdefault(number, []).append(f"{path.relative_to(ROOT).as_posix()}::{name}")
-    return {number: sorted(set(tests)) for number, tests in found.items()}
+        place = path.relative_to(ROOT).as_posix()
+        found += [(place, *mark) for mark in (*_module_marks(tree), *_marks(tree))]
+    return found
 
 
-def _marks(tree: ast.AST, marker: str, outer: tuple[str, ...] = ()) -> Iterator[tuple[str, str]]:
+def _marks(tree: ast.AST, outer: tuple[str, ...] = ()) -> Iterator[tuple[str, str, str]]:
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.ClassDef):
-            yield from _numbers("::".join((*outer, node.name)), marker, node.decorator_list)
-            yield from _marks(node, marker, (*outer, node.name))
+            yield from _numbers("::".join((*outer, node.name)), node.decorator_list)
+            yield from _marks(node, (*outer, node.name))
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield from _numbers("::".join((*outer, node.name)), marker, node.decorator_list)
+            yield from _numbers("::".join((*outer, node.name)), node.decorator_list)
 
 
-def _module_marks(tree: ast.Module, marker: str) -> Iterator[tuple[str, str]]:
+def _module_marks(tree: ast.Module) -> Iterator[tuple[str, str, str]]:
     for node in tree.body:
         if isinstance(node, ast.Assign) and any(
             isinstance(t, ast.Name) and t.id == "pytestmark" for t in node.targets
         ):
-            yield from _numbers("*", marker, [node.value])
+            yield from _numbers("*", [node.value])
 
 
-def _numbers(name: str, marker: str, decorators: list[ast.expr]) -> Iterator[tuple[str, str]]:
+def _numbers(name: str, decorators: list[ast.expr]) -> Iterator[tuple[str, str, str]]:
     for decorator in decorators:
         for call in ast.walk(decorator):
-            if (
-                isinstance(call, ast.Call)
-                and isinstance(call.func, ast.Attribute)
-                and call.func.attr == marker
-            ):
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute):
                 for argument in call.args:
                     if isinstance(argument, ast.Constant):
-                        yield name, str(argument.value)
+                        yield name, call.func.attr, str(argument.value)
 
 
 def page(behaviours: str) -> str:

@@ -17,10 +17,16 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[str]:
+    """Its scheduler blames at a worker's first death, and all that this worker had."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         with distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            host="127.0.0.1",
+            scheduler_kwargs={"allowed_failures": 0},
         ) as cluster:
             yield cluster.scheduler_address.replace("tcp://", "dask://")
 
@@ -44,6 +50,7 @@ def test_a_run_that_takes_too_long_there(cluster: str, tmp_path: Path) -> None:
 def test_a_run_that_takes_its_worker_down_is_named_and_the_others_are_played(
     cluster: str, tmp_path: Path
 ) -> None:
+    """Also those that waited on that worker for their turn."""
     runs = run_campaign(written(tmp_path, "ends.py", ENDS), cluster=cluster)
     verdicts = {run.number: run.verdict for run in runs}
     assert verdicts == dict.fromkeys(range(12), "passed") | {5: "crashed", 7: "error"}

@@ -44,10 +44,14 @@ class Bench:
         return self._started(["run", *options, "--", *words], more)
 
     def listening(self, *words: str, options: tuple[str, ...] = (), ports: int = 1, **more: Any) -> Process:
-        """The same, once it hears so many interfaces more."""
-        before = self.channels()
+        """The same, once it hears so many interfaces more, and has given back the controls that it started them by."""
+        channels, held = self.channels(), self.held()
+
+        def hears() -> bool:
+            return self.channels() >= channels + ports and self.held() <= held
+
         process = self.start(*words, options=options, **more)
-        self.until(lambda: self.channels() >= before + ports or process.poll() is not None)
+        self.until(lambda: hears() or process.poll() is not None)
         if process.poll() is not None:
             raise AssertionError(f"{words[0]} has ended: {process.communicate()}")
         return process
@@ -74,6 +78,11 @@ class Bench:
     def channels(self) -> int:
         """Of all CAN lines together."""
         return sum(place.status(self.hub).channels for place in canwire.every_line(self.hub, "CAN"))
+
+    def held(self) -> set[str]:
+        """The CAN lines whose control somebody has."""
+        lines = canwire.every_line(self.hub, "CAN")
+        return {place.address for place in lines if place.status(self.hub).control_holder}
 
     @staticmethod
     def until(condition: Callable[[], bool]) -> None:

@@ -14,11 +14,13 @@ from canwire import BadValue, WantedMode
 from canwire.web.lines import Line, can_lines
 from canwire.web.statistics.faults import Faults
 from canwire.web.statistics.sampler import KEPT, Sampler
-from tests.web.conftest import counts, served_site, somebody
+from tests.web.conftest import counts, served_site, somebody, tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
+
+    from canwire.web.server import Site
 
 pytestmark = pytest.mark.conforms("PG-06")
 
@@ -169,3 +171,13 @@ def test_plots_and_table_in_the_browser(page: Page, hub: canwire.Hub) -> None:
         page.get_by_text("Set on can0: short circuit.").wait_for()
         page.get_by_role("button", name="Take back").click()
         page.get_by_text("No fault is set.").wait_for()
+
+
+@pytest.mark.parametrize("time_s", [1, 7.000000001])
+def test_a_single_sample_is_plotted_at_any_time(browser: Browser, steady: Site, time_s: float) -> None:
+    with tab(browser, steady.address) as page:
+        sample = {"columns": [[1], [time_s], [25.0], [0], [0], [0], [0], [0], [0]]}
+        page.route("**/statistics/samples?*", lambda route: route.fulfill(json=sample))
+        page.get_by_role("link", name="Statistics").click()
+        page.get_by_role("img", name="Bus load: 25.0 % now").wait_for()
+        page.locator(".u-axis").first.wait_for()

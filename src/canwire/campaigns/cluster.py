@@ -53,6 +53,7 @@ def _played(
     rules = rules._replace(alone=all(count == 1 for count in threads))
     rest = batches(numbers, workers)
     under_way: dict[Any, Batch] = {}
+    suspects: list[int] = []
 
     def submitted(handed: Iterable[Batch]) -> list[Any]:
         found = {client.submit(play_batch, script, batch, rules, pure=False): batch for batch in handed}
@@ -65,8 +66,10 @@ def _played(
         coming.update(submitted(islice(rest, 1)))
         try:
             yield future.result()
-        except killed:  # the scheduler has tried it on several workers, and none of them is left
-            if len(batch) > 1:
-                coming.update(submitted((number,) for number in batch))
-            else:
-                yield [crashed(script.load(), batch[0], rules.seed)]
+        except killed:  # the scheduler blames all that a worker had when it died
+            suspects += batch
+    for number in sorted(suspects):  # alone: if a worker dies now, it was this run
+        try:
+            yield submitted([(number,)])[0].result()
+        except killed:
+            yield [crashed(script.load(), number, rules.seed)]

@@ -207,18 +207,24 @@ def test_a_cut_that_lasts_is_a_hub_lost_and_gives_everything_back() -> None:
         cable.mend()
 
 
-def test_a_hub_that_is_back_under_its_name_is_another_one(place: Place, cable: Cable) -> None:
-    """Clients of the one before are told so, soon: nothing of theirs is there any more."""
-    patience = QUICK._replace(broken_s=LONG_S, cut_s=LONG_S)
-    with place.here() as here, elsewhere(over(cable), patience) as hub:
+def test_a_hub_that_is_back_under_its_name_is_another_one() -> None:
+    """Clients of the one before are told so as soon as they reach it: nothing of theirs is there any more."""
+    patience = QUICK._replace(lease_s=LEASE_S, cut_s=10 * LONG_S)
+    with (
+        offered(lease_s=LEASE_S) as place,
+        closing(Cable(place.port)) as cable,
+        place.here() as here,
+        elsewhere(over(cable), patience) as hub,
+    ):
         running(here)
         receiver = channel(hub, 1, transmit=0)
         cable.cut()  # so that nobody says farewell
+        until(lambda: not transports(hub))
         place.bridge.close()
-        cable.hang_up()
         again = Bridge(lambda name: LocalLink(place.engine, name), place.bridge._offered, lambda: None)
         with closing(again):
             assert again.offer.name == place.bridge.offer.name
+            assert not hub.lost
             cable.mend()
             with pytest.raises(HubLost):
                 receiver.receive(LONG_S)

@@ -52,9 +52,11 @@ function dataOf(series) {
   return [columns[TIME], ...series.map(([, at]) => columns[at])];
 }
 
+// At least a second, also of a single sample: to a range of no length uPlot adds ticks without an end.
 function range() {
   const last = columns[TIME].at(-1) ?? 0;
-  return [Math.max(columns[TIME][0] ?? 0, last - Number(spanChoice.value)), Math.max(last, 1)];
+  const first = Math.max(columns[TIME][0] ?? 0, last - Number(spanChoice.value));
+  return [first, Math.max(last, first + 1)];
 }
 
 async function look() {
