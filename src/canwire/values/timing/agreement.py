@@ -94,7 +94,8 @@ def _pair_checks(sender: _Group, receiver: _Group) -> Iterator[TimingCheck]:
     if data_rates.exceeded:
         return
     switching = switching_conditions(nominal[1], data[1])
-    bound = min((value, name) for name, value in switching.items())
+    # vendors' own presets have V below 0; clocks that do not drift at all bear that, no others do
+    bound = min((max(value, Fraction(0)), name) for name, value in switching.items())
     yield _drift_check(sender, receiver, nominal, bound, "bit rate")
     if sender is not receiver:
         yield from _switch_checks(sender, receiver, nominal, data)
@@ -116,7 +117,7 @@ def _drift_check(
     if same:
         what, problem = "oscillators", f"the oscillators of {pair} drift apart"
         remedy = "a wider SJW, longer phase segments, or better oscillators"
-        if df < 0:
+        if not df:
             remedy = "a data SJW as long as one nominal time quantum, best the same prescaler in both phases"
     else:
         what = f"{rate}s"
