@@ -99,6 +99,24 @@ def test_a_line_of_its_own_at_another_rate_is_allowed_and_pointed_out(
     assert "can0: different bit rates on one bus: HW000001:0 at 250000 bit/s" in caplog.messages[0]
 
 
+@pytest.mark.finding("wire-2 1")
+def test_sample_points_that_could_not_work_on_copper_are_pointed_out(
+    open_bus: Open, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The two programs of the finding, 500k/4M at 87.5 % and at 75 %: told before a frame is sent."""
+    late, early = (
+        can.BitTimingFd.from_sample_point(80_000_000, 500_000, point, 4_000_000, 80) for point in (87.5, 75)
+    )
+    open_bus("can0", timing=late)
+    assert not caplog.messages
+    open_bus("can0", timing=early)
+    assert (
+        "can0: this could not work on copper: HW000001:1 (75 % and 80 % after BRS) and HW"
+        in caplog.messages[0]
+    )
+    assert "give both the same sample points" in caplog.messages[0]
+
+
 def test_more_buses_than_lines_share_them(open_bus: Open) -> None:
     buses = [open_bus() for _ in range(7)]
     assert len({str(bus).split(": ")[1] for bus in buses}) == 6

@@ -70,9 +70,9 @@ def _timing_conflicts(lines: list[RunningLine]) -> list[Conflict]:
         if line.status.mode is not None
         and (node := node_timing(line.address, line.status.mode, line.status.drift_ppm)) is not None
     ]
-    delay_ns = max((line.status.delay_ps for line in lines), default=0) / 1e3
+    delay_ps = max((line.status.delay_ps for line in lines), default=0)
     found: list[Conflict] = []
-    for check in timing_findings(nodes, delay_ns):
+    for check in timing_findings(nodes, delay_ps):
         named = set(check.nodes)
         found.append(
             TimingConflict(lines[0].bus, tuple(line for line in lines if line.address in named), check)

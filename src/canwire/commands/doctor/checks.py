@@ -165,7 +165,7 @@ def _hub(hub: HubFacts) -> Iterator[Finding]:
             PROBLEM,
             "hub",
             conflict,
-            "`canwire stop LINE` the wrong one, then `canwire up LINE --bit-rate` the right rate",
+            "`canwire stop LINE` the wrong one, then `canwire up LINE --bit-rate` as the others, or as it says itself",
         )
     for line in hub.troubled:
         yield Finding(PROBLEM, "lines", *line.split("\n", 1))

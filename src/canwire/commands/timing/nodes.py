@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
             raise BadTiming(
                 f"--{name.replace('_', '-')} {getattr(arguments, name)}: cannot be negative or so large"
             )
-    delay_ns = arguments.cable * _NS_PER_METRE + arguments.node_delay_ns
-    checks = timing_checks(nodes, delay_ns)
+    delay_ps = round(1e3 * (arguments.cable * _NS_PER_METRE + arguments.node_delay_ns))
+    checks = timing_checks(nodes, delay_ps)
     broken = [check for check in checks if check.exceeded]
     if arguments.json:
         print(json.dumps({"understand": not broken, "checks": [_facts(check) for check in checks]}, indent=2))

@@ -183,7 +183,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
                     options=settings.options,
                 )
             )
-        return timing_findings(nodes, self.wire.delay_ps / 1e3)
+        return timing_findings(nodes, self.wire.delay_ps)
 
     def remember(self, limit: int) -> None:
         """Keep the last `limit` frames of the wire for `recent`."""

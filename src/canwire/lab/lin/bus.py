@@ -36,7 +36,7 @@ class LabLinNode(LinBenchNode["LabLinBus"]):
     def request(self, nad: int, payload: bytes, *, within: float = 1.0) -> bytes:
         """A master's: send a request (SID and data, 1 to 4095 bytes) to this NAD, and return the payload that answers.
 
-        b"" for a functional request (NAD 0x7E). Time passes meanwhile. Raises NotReceived, WrongState for a slave.
+        b"" for a functional request (NAD 0x7E). Up to `within` seconds pass. Raises NotReceived, WrongState.
         """
         self._check_open()
         return Exchange(self.time, self.line, nad).run(payload, within)

@@ -121,6 +121,12 @@ class LinSlaveConfiguration:
         self._requests.drop()
         self._answer = None
 
+    def __repr__(self) -> str:
+        frames = ", ".join(
+            f"{key:#x} {'unassigned' if id is None else f'{id:#04x}'}" for key, id in self.identifiers.items()
+        )
+        return f"<LIN slave at NAD {self.nad:#04x}: frames {frames or 'none'}>"
+
     @property
     def dropped(self) -> int:
         """Requests that broke off: a frame was missing, or came too late."""

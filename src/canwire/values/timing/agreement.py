@@ -28,23 +28,23 @@ _STANDARD = "ISO 11898-1"
 _CONDITIONS = "ISO 11898-1, oscillator tolerance, condition {}"
 
 
-def timing_checks(nodes: Iterable[NodeTiming], delay_ns: float = 0.0) -> list[TimingCheck]:
+def timing_checks(nodes: Iterable[NodeTiming], delay_ps: int = 0) -> list[TimingCheck]:
     """Every rule that applies to these nodes, each at its tightest place, the tightest rule first.
 
-    `delay_ns` is the bus's, from one node's output to another's input: cable, transceivers and couplers.
+    `delay_ps` is the bus's, from one node's output to another's input: cable, transceivers and couplers.
     """
     groups = _alike(nodes)
     tightest: dict[str, TimingCheck] = {}
-    for check in _every_check(groups, delay_ns):
+    for check in _every_check(groups, delay_ps):
         known = tightest.get(check.what)
         if known is None or (check.used, -check.limit) > (known.used, -known.limit):
             tightest[check.what] = check
     return sorted(tightest.values(), key=lambda check: -check.used)
 
 
-def timing_findings(nodes: Iterable[NodeTiming], delay_ns: float = 0.0) -> list[TimingCheck]:
+def timing_findings(nodes: Iterable[NodeTiming], delay_ps: int = 0) -> list[TimingCheck]:
     """The rules that are broken: what could not work on copper."""
-    return [check for check in timing_checks(nodes, delay_ns) if check.exceeded]
+    return [check for check in timing_checks(nodes, delay_ps) if check.exceeded]
 
 
 class _Group:
@@ -70,11 +70,11 @@ def _alike(nodes: Iterable[NodeTiming]) -> list[_Group]:
     return list(groups.values())
 
 
-def _every_check(groups: list[_Group], delay_ns: float) -> Iterator[TimingCheck]:
+def _every_check(groups: list[_Group], delay_ps: int) -> Iterator[TimingCheck]:
     for group in groups:
         yield from _loop_checks(group)
         if len(groups) > 1 or len(group.names) > 1:
-            yield _cable_check(group, delay_ns)
+            yield _cable_check(group, delay_ps)
     for sender, receiver in product(groups, groups):
         if sender is not receiver or len(sender.names) > 1:
             yield from _pair_checks(sender, receiver)
@@ -94,7 +94,8 @@ def _pair_checks(sender: _Group, receiver: _Group) -> Iterator[TimingCheck]:
     if data_rates.exceeded:
         return
     switching = switching_conditions(nominal[1], data[1])
-    bound = min((value, name) for name, value in switching.items())
+    # vendors' own presets have V below 0; clocks that do not drift at all bear that, no others do
+    bound = min((max(value, Fraction(0)), name) for name, value in switching.items())
     yield _drift_check(sender, receiver, nominal, bound, "bit rate")
     if sender is not receiver:
         yield from _switch_checks(sender, receiver, nominal, data)
@@ -116,7 +117,7 @@ def _drift_check(
     if same:
         what, problem = "oscillators", f"the oscillators of {pair} drift apart"
         remedy = "a wider SJW, longer phase segments, or better oscillators"
-        if df < 0:
+        if not df:
             remedy = "a data SJW as long as one nominal time quantum, best the same prescaler in both phases"
     else:
         what = f"{rate}s"
@@ -186,13 +187,13 @@ def _tail_ps(timing: BitTiming) -> int:
     return timing.bit_time_ps - timing.sample_time_ps
 
 
-def _cable_check(group: _Group, delay_ns: float) -> TimingCheck:
+def _cable_check(group: _Group, delay_ps: int) -> TimingCheck:
     timing = group.one.nominal
     sample_ns = timing.sample_time_ps / 1e3
     problem = f"{group}: the sample point ({sample_ns:.4g} ns) comes before a level has been at the far end and back"
     remedy = "a shorter cable, a later sample point, or a lower bit rate"
     source = f"{_STANDARD}, propagation segment"
-    return _check("cable", (group,), problem, 2 * delay_ns, sample_ns, "ns", remedy, source)
+    return _check("cable", (group,), problem, 2 * delay_ps / 1e3, sample_ns, "ns", remedy, source)
 
 
 def _loop_checks(group: _Group) -> Iterator[TimingCheck]:
