@@ -13,6 +13,7 @@ from canwire import (
     WantedMode,
     find_lines,
 )
+from canwire.bus.can.node import Node
 
 CONFIG = """
 [[bus]]
@@ -77,3 +78,13 @@ class Program:
 
     def lost(self) -> int:
         return self.channel.status().lost
+
+
+def bit_times(node: Node) -> list[int]:
+    """Everything about a controller's bit times, in picoseconds."""
+    phases = [
+        f"{phase}{part}"
+        for phase in ("", "data_")
+        for part in ("bit_ps", "sample_ps", "quantum_ps", "jump_ps")
+    ]
+    return [getattr(node, name) for name in (*phases, "phase1_ps")]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from canwire import ErrorState, Frame, Hub, HubFault
 from canwire.bus.can.bus import CanBus
 from canwire.hub.handles.bus.can import CanBusFaults
-from tests.hub.faults.bench import CONFIG, IDEAL, MCP2515, OTHER, SJA1000, Program
+from tests.hub.faults.bench import CONFIG, IDEAL, MCP2515, OTHER, SJA1000, Program, bit_times
 from tests.hubs import connected, embedded
 
 LINES = (IDEAL, OTHER, SJA1000, MCP2515)
@@ -53,7 +53,7 @@ def test_once_all_faults_are_gone_the_bus_is_as_it_was(steps: list[tuple[int, in
         programs = [Program(hub, line) for line in LINES]
         wire = engine.world.buses["can0"]
         assert isinstance(wire, CanBus)
-        before = [node.timing() for node in wire.nodes]
+        before = [bit_times(node) for node in wire.nodes]
         nodes = list(wire.nodes)
         faults, there = hub.bus("can0").faults, []
         for number, (kind, wait_us, cancels) in enumerate(steps):
@@ -74,7 +74,7 @@ def test_once_all_faults_are_gone_the_bus_is_as_it_was(steps: list[tuple[int, in
             sorted(map(id, nodes)),
             0,
         )
-        assert [node.timing() for node in nodes] == before
+        assert [bit_times(node) for node in nodes] == before
         for program in programs:
             program.frames(0)
         for number, program in enumerate(programs):

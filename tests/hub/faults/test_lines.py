@@ -7,7 +7,7 @@ import pytest
 from canwire import ChannelMode, ErrorKind, ErrorState, Frame, Hub, Unplugged, Unsupported
 from canwire.bus.can.bus import CanBus
 from canwire.hub.owner.engine import Engine
-from tests.hub.faults.bench import FRAME, IDEAL, LIN, MCP2515, OTHER, SJA1000, Program
+from tests.hub.faults.bench import FRAME, IDEAL, LIN, MCP2515, OTHER, SJA1000, Program, bit_times
 from tests.hub.faults.conftest import Programs
 from tests.hubs import embedded
 
@@ -78,13 +78,13 @@ def test_a_line_at_a_wrong_rate_hears_errors_only_and_is_well_again(
     wrong, sender = Program(hub, line), Program(hub, OTHER)
     Program(hub, next(each for each in (SJA1000, MCP2515) if each != line))
     node = engine.world.can_slot(wrong.place.board.id, wrong.place.line).can.line.controller
-    right = node.timing()
+    right = bit_times(node)
     fault = hub.bus("can0").faults.wrong_rate(line, 250_000)
     sender.send()
     hub.run_for(0.01)
     assert wrong.frames(0) == []
     fault.cancel()
-    assert node.timing() == right
+    assert bit_times(node) == right
     hub.run_for(0.1)
     sender.send()
     hub.run_for(0.1)
@@ -96,7 +96,7 @@ def test_a_line_at_a_wrong_rate_hears_errors_only_and_is_well_again(
 def test_a_drift_outlasts_a_new_setup_and_ends_to_the_picosecond(hub: Hub, engine: Engine, line: str) -> None:
     program = Program(hub, line)
     node = engine.world.can_slot(program.place.board.id, program.place.line).can.line.controller
-    right = node.timing()
+    right = bit_times(node)
     fast, slow = hub.bus("can0").faults.drift(line, 40_000), hub.bus("can0").faults.drift(line, -10_000)
     assert node.bit_ps == round(2_000_000 / (1.04 * 0.99))
     program.channel.close()  # the last user: the line is reset
@@ -104,7 +104,7 @@ def test_a_drift_outlasts_a_new_setup_and_ends_to_the_picosecond(hub: Hub, engin
     assert node.bit_ps == round(2_000_000 / (1.04 * 0.99))
     slow.cancel()
     fast.cancel()
-    assert node.timing() == right
+    assert bit_times(node) == right
 
 
 @pytest.mark.conforms("N-07")

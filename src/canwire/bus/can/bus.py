@@ -99,8 +99,7 @@ class CanBus(BusState):
         self._link(members)
         self._waiting = bool(waiting)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
-        shown = in_step(members, waiting, self.delay_ps)
-        self._in_step, self._in_step_fd, self._in_step_switching = shown
+        self._in_step, self._in_step_fd, self._in_step_switching = in_step(members, waiting, self.delay_ps)
         if self._state == _BITWISE:
             self.bits.refresh(self._stations(), self._elapsed_ps())
         self.timeline.interrupted = True
@@ -116,8 +115,7 @@ class CanBus(BusState):
         """Go down to the bit level if anything is on the wire, an intermission included."""
         if self._state == _REST and self.timeline.now_ns < self._free_ns:
             self._leave_rest()
-        else:
-            self.interrupt()
+        self.interrupt()
 
     def interrupt(self) -> None:
         """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
@@ -143,8 +141,7 @@ class CanBus(BusState):
         """Short the two wires (a dominant bus for everybody), or take the short away."""
         if self._state == _REST and shorted:
             self._leave_rest()
-        else:
-            self.interrupt()
+        self.interrupt()
         self.bits.shorted = shorted
         self.bits.refresh(self._stations() if self._state == _BITWISE else [], self._elapsed_ps())
         self.timeline.interrupted = True
@@ -153,8 +150,7 @@ class CanBus(BusState):
         """Put levels in front of nodes' receivers, from now on at the earliest."""
         if self._state == _REST:
             self._leave_rest()
-        else:
-            self.interrupt()
+        self.interrupt()
         self.bits.stimulate(stimulus, self._elapsed_ps())
         self.timeline.interrupted = True
 
@@ -459,10 +455,7 @@ class CanBus(BusState):
         return stations
 
     def _enter_bitwise(self) -> None:
-        bits = self.bits
-        bits.delay_ps = self.delay_ps
-        self._state = _BITWISE
-        bits.enter(self._stations(), self._start_ns, self._free_ps)
+        self._enter_at(self._free_ps)
 
     def _enter_at(self, at_ps: int) -> None:
         """The same, so long after `_start_ns`."""

@@ -156,8 +156,7 @@ class Station:
 
     def fail_unacknowledged(self, box: Mailbox, passive: bool) -> None:
         """Go on behind an ACK slot that nobody filled, which the node has been told of."""
-        self.sent = box
-        self.contending = None
+        self.sent, self.contending = box, None
         self.index = box.bits - (7 if box.words[1] >> 32 & _FD else 8)
         self.transmitting = self.tally.erring = True
         self.tec_due = passive

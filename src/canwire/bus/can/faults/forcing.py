@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 
 from canwire.bus.can import station
-from canwire.bus.can.bit_layout import BitLayout
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.clock import Clock
-from canwire.bus.can.faults.disturbance import Changes, Disturbance, Timed, stimulus_of
-from canwire.bus.can.faults.places import FRAME, Place, Progress
+from canwire.bus.can.faults.disturbance import SIGNS, Changes, Disturbance, Timed, level_of, stimulus_of
+from canwire.bus.can.faults.places import FRAME, Place, Progress, indices
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.stimulus import FREE, Stimulus
 from canwire.bus.scripted import Scripted
@@ -22,8 +21,6 @@ from canwire.errors import BadValue
 from canwire.values.checks import LONGEST_NS, whole
 from canwire.values.frame import Frame, frame_of_record
 
-LEVELS = {"dominant": 0, "recessive": 1}
-_SIGNS = {"0": 0, "1": 1, "-": FREE}
 _FOREVER = 1 << 36  # bits: years at any rate
 When = Place | int | None
 
@@ -71,7 +68,7 @@ class Forcing:
         """
         if bits is not None and (not isinstance(bits, int) or bits < 1):
             raise BadValue(f"bits {bits!r}: at least 1, or None until it is cancelled")
-        held, span = _level(level), _FOREVER if bits is None else bits
+        held, span = level_of(level), _FOREVER if bits is None else bits
         often = None if bits is None else times
         return self._add(at, lambda bit, _: [(0, held), (span * bit, FREE)], seen_by, often)
 
@@ -79,9 +76,9 @@ class Forcing:
         self, levels: str, *, at: When = None, seen_by: object = "all", times: int | None = 1
     ) -> Scripted:
         """Force one level a bit: "0" dominant, "1" recessive, "-" what the bus has by itself."""
-        if not levels or set(levels) - set(_SIGNS):
+        if not levels or set(levels) - set(SIGNS):
             raise BadValue(f"levels {levels!r}: 0, 1 or - for each bit")
-        signs = [_SIGNS[sign] for sign in levels]
+        signs = [SIGNS[sign] for sign in levels]
 
         def shape(bit: int, _: int) -> Changes:
             return [*((k * bit, sign) for k, sign in enumerate(signs)), (len(signs) * bit, FREE)]
@@ -95,7 +92,7 @@ class Forcing:
         """Force a level for less (or more) than a bit: so long, `from_ns` behind the place or time."""
         if from_ns < 0 or not width_ns > 0:
             raise BadValue(f"from_ns {from_ns}, width_ns {width_ns}: not negative, and wider than 0")
-        forced, start_ps, width_ps = _level(level), round(from_ns * 1000), round(width_ns * 1000)
+        forced, start_ps, width_ps = level_of(level), round(from_ns * 1000), round(width_ns * 1000)
         return self._add(at, lambda *_: [(start_ps, forced), (start_ps + width_ps, FREE)], seen_by, times)
 
     def move_edge(
@@ -115,7 +112,7 @@ class Forcing:
             raise BadValue(
                 f"an edge is moved by quanta (not 0) at a bit of a frame from 1 on, not {quanta!r}, {at!r}"
             )
-        new = _level(to)
+        new = level_of(to)
         if quanta > 0:
             return self._add(at, lambda _, quantum: [(0, 1 - new), (quanta * quantum, FREE)], seen_by, times)
         before = Place(FRAME, at.bit - 1, at.frame_id, at.extended, at.node)
@@ -211,7 +208,7 @@ class Forcing:
             self._look_around()
             self._aim()
         bits.watch = self._begin_bit if self._placed else None
-        bits.pinned = bits.pinned and bits.watch is not None
+        bits.pinned = bits.pinned and bool(self._placed)
         self._choose_frames()
 
     def _look_around(self) -> None:
@@ -253,19 +250,12 @@ class Forcing:
     def _follow(self, sender: Node) -> None:
         """This node is the sender now, as far as anybody can tell."""
         self._sender = sender
-        box = sender.contending
-        self._frame = None if box is None else frame_of_record(box.block)
+        self._frame = None if sender.contending is None else frame_of_record(sender.contending.block)
         self._aim()
 
     def _aim(self) -> None:
         """Which bits of the sender's frame the places are."""
-        sender = self._sender
-        self._indices.clear()
-        if self._frame is not None and sender is not None:
-            layout = BitLayout(self._frame, fd_mode=sender.fd, error_passive=sender.passive)
-            for disturbance in self._placed:
-                if disturbance.place.admits(self._frame):
-                    self._indices[id(disturbance.place)] = disturbance.place.index_in(layout)
+        self._indices = indices([each.place for each in self._placed], self._frame, self._sender)
         self._bus.bits.pinned = self._pins()
 
     def _pins(self) -> bool:
@@ -308,9 +298,3 @@ class Forcing:
         if seen_by == "all":
             return None
         return [node for node in self._bus.nodes if (node is self._sender) == (seen_by == "sender")]
-
-
-def _level(name: str) -> int:
-    if name not in LEVELS:
-        raise BadValue(f"level {name!r}: dominant or recessive")
-    return LEVELS[name]

@@ -88,6 +88,14 @@ class Place:
         return self.part in ("suspend", "idle")
 
 
+def indices(places: list[Place], frame: Frame | None, sender: Node | None) -> dict[int, int]:
+    """Which bits of this frame the places are, by their identity; those that it does not admit are left out."""
+    if frame is None or sender is None:
+        return {}
+    layout = BitLayout(frame, fd_mode=sender.fd, error_passive=sender.passive)
+    return {id(place): place.index_in(layout) for place in places if place.admits(frame)}
+
+
 class Progress:
     """Where one node is: the part that its present bit belongs to, and which bit of it that is.
 
