@@ -145,6 +145,20 @@ def test_an_exclusive_channel_is_alone(virtual4: Net4, kind: Any) -> None:
     second.activate()
 
 
+def test_everything_that_waits_on_a_lin_line_is_read_at_once(virtual4: Net4) -> None:
+    monitor = virtual4.open(net4.ILinMonitor, 2)
+    monitor.initialize(10, False)
+    monitor.activate()
+    control = virtual4.open(net4.ILinControl, 2)
+    control.init_line(net4.LinInitLine(net4.LinOperatingModes.MASTER, net4.LinBitrate.LIN_19200_BIT))
+    control.start_line()
+    with monitor.get_message_reader() as reader:
+        assert reader.read_messages()[0].message_type == net4.LinMessageType.INFO
+        assert reader.read_messages() == []
+    with pytest.raises(net4.ObjectDisposedException):
+        reader.read_messages()
+
+
 # cyclic lists
 
 
