@@ -122,22 +122,41 @@ def test_a_channels_own_filter(virtual4: Net4) -> None:
 
 
 @pytest.mark.finding("vendor 5")
-@pytest.mark.parametrize("kind", [net4.ICanChannel, net4.ICanChannel2])
+@pytest.mark.parametrize("kind", [net4.ICanChannel, net4.ICanChannel2, net4.ILinMonitor])
 def test_an_exclusive_channel_is_alone(virtual4: Net4, kind: Any) -> None:
     """Ixxat.Vci4 opens a second one, and refuses its Initialize; V3's manual refuses to open it."""
-    sizes = (100, 100) if kind is net4.ICanChannel else (100, 100, 1, Filters.PASS)
-    first = virtual4.open(kind)
-    first.initialize(*sizes, True)
-    second = virtual4.open(kind)
+    sizes: dict[Any, Any] = {
+        net4.ICanChannel: (9, 9),
+        net4.ICanChannel2: (9, 9, 1, 2),
+        net4.ILinMonitor: (9,),
+    }
+    port, size = 2 * (kind is net4.ILinMonitor), sizes[kind]
+    first = virtual4.open(kind, port)
+    first.initialize(*size, True)
+    second = virtual4.open(kind, port)
     with pytest.raises(net4.ObjectDisposedException):
         second.activate()
     for exclusive in (True, False):
         with pytest.raises(net4.VciException) as raised:
-            second.initialize(*sizes, exclusive)
+            second.initialize(*size, exclusive)
         assert raised.value.code == vci.VCI_E_ACCESSDENIED
     first.dispose()
-    second.initialize(*sizes, True)
+    second.initialize(*size, True)
     second.activate()
+
+
+def test_everything_that_waits_on_a_lin_line_is_read_at_once(virtual4: Net4) -> None:
+    monitor = virtual4.open(net4.ILinMonitor, 2)
+    monitor.initialize(10, False)
+    monitor.activate()
+    control = virtual4.open(net4.ILinControl, 2)
+    control.init_line(net4.LinInitLine(net4.LinOperatingModes.MASTER, net4.LinBitrate.LIN_19200_BIT))
+    control.start_line()
+    with monitor.get_message_reader() as reader:
+        assert reader.read_messages()[0].message_type == net4.LinMessageType.INFO
+        assert reader.read_messages() == []
+    with pytest.raises(net4.ObjectDisposedException):
+        reader.read_messages()
 
 
 # cyclic lists

@@ -21,6 +21,7 @@ from canwire.vci.net4.enums import (
     CanOperatingModes,
     VciBusType,
 )
+from canwire.vci.net4.lin import LinMonitor
 from canwire.vci.net4.message import CanCyclicTXMsg, CanCyclicTXMsg2, CanMessage, CanMessage2
 from canwire.vci.net4.reader_writer import CanMessageReader, CanMessageWriter
 from canwire.vci.net4.scheduler import CanScheduler, CanScheduler2
@@ -54,7 +55,6 @@ from canwire.vci.v3 import (
     IEnumerator,
     ILinControl,
     ILinMessageReader,
-    ILinMonitor,
     ILinSocket,
     InvalidOperationException,
     IVciDevice,
@@ -69,7 +69,6 @@ from canwire.vci.v3 import (
     LinMessage,
     LinMessageReader,
     LinMessageType,
-    LinMonitor,
     LinMonitorStatus,
     LinMsgError,
     LinMsgInfoValue,
@@ -105,6 +104,7 @@ ICanScheduler2 = CanScheduler2
 ICanSocket = CanSocket
 ICanSocket2 = CanSocket2
 ILinMessage = LinMessage
+ILinMonitor = LinMonitor
 IMessageFactory = MessageFactory
 IVciCtrlInfo = VciCtrlInfo
 IVciServer = VciServer

@@ -6,7 +6,7 @@ Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Generic, TypeVar, cast, overload
+from typing import Any, Generic, TypeVar, cast
 
 from canwire.vci.can.message import CanMsg, CanMsg2
 from canwire.vci.fifo.fifo import FifoReader, FifoWriter
@@ -18,7 +18,6 @@ from canwire.vci.v3.message_fifo import Lockable, MessageReader
 
 Raw = TypeVar("Raw", bound=CanMsg | CanMsg2)
 Received = TypeVar("Received", bound=CanMessage | CanMessage2)
-_EVERYTHING = 1 << 31
 
 
 class CanMessageReader(MessageReader[Raw, Received], Lockable[Raw], Generic[Raw, Received]):
@@ -28,16 +27,6 @@ class CanMessageReader(MessageReader[Raw, Received], Lockable[Raw], Generic[Raw,
         """For channels."""
         super().__init__(reader)
         self._kind = kind
-
-    @overload
-    def read_messages(self) -> list[Received]: ...
-    @overload
-    def read_messages(self, messages: int) -> list[Received]: ...
-    @overload
-    def read_messages(self, messages: list[Any]) -> int: ...
-    def read_messages(self, messages: list[Any] | int = _EVERYTHING) -> list[Received] | int:
-        """ReadMessages: everything that waits; or as V3's."""
-        return super().read_messages(messages)
 
     def _received(self, raw: Raw, out: Received | None = None) -> Received:
         if out is not None and not isinstance(out, self._kind):

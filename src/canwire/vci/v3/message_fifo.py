@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Raw = TypeVar("Raw")
 Message = TypeVar("Message")
+_EVERYTHING = 1 << 31  # more than any FIFO holds
 
 
 class MessageFifo(Disposable, Generic[Raw]):
@@ -93,13 +94,18 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
         return raw is not None
 
     @overload
-    def read_messages(self, messages: int) -> list[Message]: ...
+    def read_messages(self, messages: int = _EVERYTHING) -> list[Message]: ...
     @overload
     def read_messages(self, messages: list[Any]) -> int: ...
-    def read_messages(self, messages: list[Any] | int) -> list[Message] | int:
-        """ReadMessages: fill a list from its beginning and return how many came; or give up to so many as a list."""
+    def read_messages(self, messages: list[Any] | int = _EVERYTHING) -> list[Message] | int:
+        """ReadMessages: fill a list from its beginning and return how many came; or give up to so many as a list.
+
+        Without an argument, as today's .NET interface has it, it gives all that wait.
+        """
         if isinstance(messages, int):
-            return [self._received(raw) for raw in self._take_many(checked("messages", messages, 1 << 31))]
+            return [
+                self._received(raw) for raw in self._take_many(checked("messages", messages, _EVERYTHING))
+            ]
         count = 0
         for raw in self._take_many(len(messages)):
             messages[count] = self._received(raw)
