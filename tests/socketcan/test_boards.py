@@ -91,3 +91,16 @@ def test_a_program_sees_more_boards_than_anybody_has(bench: Bench) -> None:
     names = "import socket; print(*(socket.if_nametoindex(f'HW0005{n:02}_1') for n in range(40)))"
     found = bench.run(sys.executable, "-c", names).split()
     assert len(set(found)) == 40
+
+
+@pytest.mark.finding("socketcan 9")
+def test_a_table_that_is_full_names_who_has_no_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An IndexError was swallowed."""
+    monkeypatch.setattr("canwire.socketcan.table.MOST_INTERFACES", 3)
+    monkeypatch.setattr("canwire.socketcan.server.MOST_INTERFACES", 3)
+    said: list[str] = []
+    with canwire.connect(time="virtual") as hub:
+        server = Server(hub, str(tmp_path), shim(), {}, WantedMode(), 0, said.append)
+        server.close()
+    assert len(said) == 1
+    assert said[0].startswith("3 interfaces are all there can be: HW000001_")
