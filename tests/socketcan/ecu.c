@@ -1,6 +1,6 @@
 /* An ECU in C: it answers 7DF by 100 + its number, and sends 110 + its number after 25 ms of silence.
  *
- * ecu NUMBER WAY COUNT: how it waits (poll, ppoll, select, pselect, epoll, timeout, sleep) and how often. At the end it
+ * ecu NUMBER WAY COUNT: how it waits (poll, ppoll, select, pselect, epoll, timeout, sleep, alarm, timerfd) and how often. At the end it
  * prints what its clocks say.
  */
 #define _GNU_SOURCE
@@ -9,6 +9,7 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <poll.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,7 @@
 #include <sys/select.h>
 #include <sys/socket.h>
 #include <sys/time.h>
+#include <sys/timerfd.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -33,6 +35,11 @@ static int opened(void)
         exit(1);
     }
     return fd;
+}
+
+static void nothing(int number)
+{
+    (void)number;
 }
 
 /* Whether there is something to read. */
@@ -66,7 +73,15 @@ static int waited(int fd, const char *way)
         setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
         return recv(fd, &frame, sizeof frame, MSG_PEEK) > 0;
     }
-    clock_nanosleep(CLOCK_MONOTONIC, 0, &span, NULL);
+    if (strcmp(way, "alarm") == 0) {
+        struct itimerval once = {.it_value = limit};
+        signal(SIGALRM, nothing);
+        setitimer(ITIMER_REAL, &once, NULL);
+        pause();
+    } else if (strcmp(way, "timerfd") == 0)
+        close(timerfd_create(CLOCK_MONOTONIC, 0));
+    else
+        clock_nanosleep(CLOCK_MONOTONIC, 0, &span, NULL);
     return poll(&one, 1, 0);
 }
 

@@ -21,15 +21,19 @@ from tests.socketcan.bench import Bench
 pytest.importorskip("numpy")
 
 
-def serve_programs(hub: Hub, home: Path) -> None:
-    """As `canwire run` does, for a program that has ended already."""
+def library() -> str:
+    """The shim."""
     if sys.platform != "linux":
         pytest.skip("SocketCAN programs are Linux's")
     try:
-        library = shim()
+        return shim()
     except Unsupported as error:
         pytest.skip(str(error))
-    server = Server(hub, str(home), library, {}, WantedMode(), 0, lambda said: None)
+
+
+def serve_programs(hub: Hub, home: Path) -> None:
+    """As `canwire run` does, for a program that has ended already."""
+    server = Server(hub, str(home), library(), {}, WantedMode(), 0, lambda said: None)
     reading, writing = os.pipe()
     os.close(writing)
     server.run((reading, os.dup(reading)))
@@ -72,14 +76,14 @@ def test_boards_that_come_and_go_without_end(tmp_path: Path) -> None:
         table = Table(str(tmp_path / "table"), b"test")
         interfaces = Interfaces(hub, table, {})
         indexes: set[int] = set()
-        for _ in range(200):
+        for _ in range(40):
             hub.plug("usb-to-can-fd", "HW000077", buses=("can0", "can0"))
             assert interfaces.refresh() == []
             indexes |= {one.index for one in interfaces.by_index.values() if "HW000077" in one.name}
             hub.unplug("HW000077")
             for gone in interfaces.refresh():
                 interfaces.remove(gone)
-        assert len(indexes) == 400  # an index is nobody else's ever
+        assert len(indexes) == 80  # an index is nobody else's ever
         assert interfaces.unplaced == set()
         table.close()
 
@@ -91,3 +95,16 @@ def test_a_program_sees_more_boards_than_anybody_has(bench: Bench) -> None:
     names = "import socket; print(*(socket.if_nametoindex(f'HW0005{n:02}_1') for n in range(40)))"
     found = bench.run(sys.executable, "-c", names).split()
     assert len(set(found)) == 40
+
+
+@pytest.mark.finding("socketcan 9")
+def test_a_table_that_is_full_names_who_has_no_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An IndexError was swallowed."""
+    monkeypatch.setattr("canwire.socketcan.table.MOST_INTERFACES", 3)
+    monkeypatch.setattr("canwire.socketcan.server.MOST_INTERFACES", 3)
+    said: list[str] = []
+    with canwire.connect(time="virtual") as hub:
+        server = Server(hub, str(tmp_path), library(), {}, WantedMode(), 0, said.append)
+        server.close()
+    assert len(said) == 1
+    assert said[0].startswith("3 interfaces are all there can be: HW000002_0 and 3 more")

@@ -24,7 +24,7 @@ from canwire.socketcan.sockets.isotp import IsoTpSocket
 from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.sockets.raw import RawSocket
 from canwire.socketcan.table import MOST_INTERFACES, Table
-from canwire.socketcan.turns import TimedWaiter
+from canwire.socketcan.timed.turns import TimedWaiter
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,7 +9,6 @@
 #include <linux/net_tstamp.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -86,20 +85,17 @@ static ssize_t finish(struct slot *slot, const struct received *header, struct m
 }
 
 /* The wait of a call that receives; `again`: nothing was there at its turn. -1 and errno where it does not wait on. */
-static int wait_for_message(int fd, int flags, struct wait *wait)
+static int wait_for_message(int fd, const struct slot *slot, int flags, struct wait *wait)
 {
-    struct timeval limit = {0, 0};
-    socklen_t size = sizeof limit;
+    uint32_t limit_us = slot->receive_timeout_us;
+    struct timespec span = {limit_us / 1000000, limit_us % 1000000 * 1000l};
 
     errno = EAGAIN;
     if (flags & MSG_DONTWAIT || REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK)
         return -1;
     if (!wait->again) {
-        REAL(getsockopt)(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, &size);
-        struct timespec span = {limit.tv_sec, limit.tv_usec * 1000};
-        int limited = limit.tv_sec != 0 || limit.tv_usec != 0;
-        wait->until_ns = wait_end_ns(limited ? &span : NULL);
-        wait->restarts = !limited;
+        wait->until_ns = wait_end_ns(limit_us != 0 ? &span : NULL);
+        wait->restarts = limit_us == 0;
     } else if (expired(wait))
         return -1;
     return await_turn(wait);
@@ -124,7 +120,7 @@ static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *messa
     inner.msg_iov = parts;
     do
         got = REAL(recvmsg)(fd, &inner, (flags & ~MSG_ERRQUEUE) | (timed() ? MSG_DONTWAIT : 0));
-    while (got < 0 && errno == EAGAIN && timed() && wait_for_message(fd, flags, &wait) == 0);
+    while (got < 0 && errno == EAGAIN && timed() && wait_for_message(fd, slot, flags, &wait) == 0);
     int before = errno;
     if (parts != few)
         free(parts);
@@ -150,13 +146,13 @@ static ssize_t scatter(struct msghdr *message, const char *data, size_t length)
 }
 
 /* 0: there may be something now; -1 and errno else. The kernel waits, by its rules of timeouts and signals. */
-static int wait_for_row(int fd, int flags, struct wait *wait)
+static int wait_for_row(int fd, const struct slot *slot, int flags, struct wait *wait)
 {
     char byte;
     ssize_t got = REAL(recv)(fd, &byte, 1, MSG_PEEK | (timed() ? MSG_DONTWAIT : flags & MSG_DONTWAIT));
 
     if (got < 0 && errno == EAGAIN && timed())
-        return wait_for_message(fd, flags, wait);
+        return wait_for_message(fd, slot, flags, wait);
     if (got == 0) /* the server is gone */
         errno = ENETDOWN;
     return got > 0 ? 0 : -1;
@@ -178,7 +174,7 @@ static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struc
         if (row != NULL)
             break;
         unlock_received(block, fd);
-        if (wait_for_row(fd, flags, &wait) < 0)
+        if (wait_for_row(fd, slot, flags, &wait) < 0)
             return -1;
     }
     memcpy(&header, row, sizeof header);

@@ -51,7 +51,7 @@ struct slot { /* one socket; what stands here the program's calls change without
     uint32_t error;           /* SO_ERROR */
     uint32_t receives;        /* CAN_ISOTP: the two identifiers */
     uint32_t sends;
-    uint32_t reserved;
+    uint32_t receive_timeout_us; /* SO_RCVTIMEO as it was set: the kernel rounds it to its ticks */
 };
 
 struct table {

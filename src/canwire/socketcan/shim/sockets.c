@@ -151,6 +151,13 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
             return 1;
         return -1;
     }
+    if (name == SO_RCVTIMEO) {
+        struct timeval limit;
+        if (length >= sizeof limit && copy_in(&limit, value, sizeof limit) == 0)
+            slot->receive_timeout_us =
+                limit.tv_sec > 4000 ? 4000000000u : (uint32_t)(limit.tv_sec * 1000000 + limit.tv_usec);
+        return 1;
+    }
     if (name != SO_RCVBUF && name != SO_RCVBUFFORCE && name != SO_RXQ_OVFL && !is_stamp(name) && !is_stamping(name))
         return 1;
     if (length < sizeof number) {

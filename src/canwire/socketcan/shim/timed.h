@@ -2,7 +2,7 @@
  *
  * The server beside `canwire run` takes part in the hub's time for all programs that it serves. A thread of theirs takes
  * part from its first CAN socket or its first wait on; each wait is a request to the server, whose answer is its turn.
- * Then it looks whether what it waits for is there, without waiting. ../turns.py is the other end.
+ * Then it looks whether what it waits for is there, without waiting. ../timed/turns.py is the other end.
  */
 #ifndef CANWIRE_TIMED_H
 #define CANWIRE_TIMED_H

@@ -65,6 +65,26 @@ EXPORT useconds_t ualarm(useconds_t first, useconds_t then)
     return (useconds_t)(before.first_ns / 1000);
 }
 
+/* Until a handler has run. */
+static int suspended(const sigset_t *mask)
+{
+    struct wait wait = {.until_ns = NEVER, .mask = mask};
+
+    while (await_turn(&wait) == 0)
+        ;
+    return -1;
+}
+
+EXPORT int pause(void)
+{
+    return timed() ? suspended(NULL) : REAL(pause)();
+}
+
+EXPORT int sigsuspend(const sigset_t *mask)
+{
+    return timed() ? suspended(mask) : REAL(sigsuspend)(mask);
+}
+
 /* what takes no part */
 
 EXPORT int timerfd_create(clockid_t clock, int flags)

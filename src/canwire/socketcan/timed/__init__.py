@@ -1,0 +1,1 @@
+"""SocketCAN programs that keep one time with others."""

@@ -1,0 +1,121 @@
+"""SocketCAN programs in a lockstep hub's time: the same every time, to the byte."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from tests import warm
+from tests.hubs import LONG_S, serving
+from tests.missing import find_program
+from tests.socketcan.test_program import compiled
+
+pytest.importorskip("numpy")
+
+WAYS = ("poll", "ppoll", "select", "pselect", "epoll", "timeout", "sleep", "alarm")
+
+
+class Ended(NamedTuple):
+    status: int
+    output: str
+    errors: str
+
+
+@pytest.fixture(scope="session")
+def ecu(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return compiled("ecu", tmp_path_factory)
+
+
+def played(home: Path, cast: dict[str, Sequence[str]], stdin: str = "") -> dict[str, Ended]:
+    """What each of these programs printed, on a hub of their own that has begun once all of them were there."""
+    home.mkdir()
+    hub = {"CANWIRE_HUB": str(home / "hub.sock"), "CANWIRE_TIMED": "1"}
+    words = ["serve", "--time", "lockstep", "--programs", ",".join(cast), "--socket", hub["CANWIRE_HUB"]]
+    with ExitStack() as closing:
+        server = _started(words, {})
+        closing.callback(server.communicate)
+        closing.callback(server.terminate)
+        assert server.stdout is not None
+        assert "canwire hub on" in server.stdout.readline()
+        (home / "stdin").write_text(stdin)
+        programs = {
+            name: _started(["run", "--", *program], {**hub, "CANWIRE_NAME": name}, home / "stdin")
+            for name, program in cast.items()
+        }
+        return {name: _ended(one) for name, one in programs.items()}
+
+
+def _started(words: list[str], more: dict[str, str], stdin: Path = Path(os.devnull)) -> subprocess.Popen[str]:
+    with stdin.open() as given:
+        return warm.Popen(
+            [sys.executable, "-m", "canwire", *words],
+            env={**os.environ, **more},
+            stdin=given,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+
+def _ended(program: subprocess.Popen[str]) -> Ended:
+    output, errors = program.communicate(timeout=LONG_S)
+    return Ended(program.returncode, output, errors)
+
+
+def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
+    for name in ("candump", "cangen", "canplayer", "isotpsend", "isotprecv"):
+        find_program(name)
+    requests = tmp_path / "requests"
+    requests.write_text("".join(f"({100 + at * 0.013:.6f}) can0 7DF#{at:02X}\n" for at in range(4)))
+    cast: dict[str, Sequence[str]] = {
+        "log": ["candump", "-L", "-T", "200", "can0"],
+        "noise": ["cangen", "can0", "-g", "9", "-n", "5"],
+        "tester": ["canplayer", "-I", str(requests)],
+        "ecu": [ecu, "1", "poll", "6"],
+        "receiver": ["isotprecv", "-s", "321", "-d", "123", "can0"],
+        "sender": ["isotpsend", "-s", "123", "-d", "321", "can0"],
+    }
+    message = " ".join(f"{byte:02X}" for byte in range(30))
+    first, second = (played(tmp_path / name, cast, message + "\n") for name in ("first", "second"))
+    assert {one.status for one in first.values()} == {0}, first
+    assert first == second
+    ids = [line.split()[2].split("#")[0] for line in first["log"].output.splitlines()]
+    assert [ids.count(name) for name in ("7DF", "101", "111", "321")] == [4, 4, 2, 1]
+    assert first["receiver"].output == message + " \n"
+
+
+def test_every_way_to_wait(tmp_path: Path, ecu: str) -> None:
+    """Four silences of 25 ms, by every clock."""
+    cast = {f"{number}-{way}": [ecu, str(number), way, "4"] for number, way in enumerate(WAYS)}
+    ended = played(tmp_path / "hub", cast)
+    assert {name: one.output for name, one in ended.items()} == dict.fromkeys(
+        cast, "0 answered, 0.100000000 0.100000000 0.100000 0\n"
+    )
+
+
+def test_what_takes_no_part_is_named(tmp_path: Path, ecu: str) -> None:
+    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "timerfd", "1"]})
+    assert "ecu uses timerfd_create: by the computer's clock, not by the hub's time" in ended["ecu"].errors
+
+
+def test_a_script_is_one_program_after_the_other(tmp_path: Path, ecu: str) -> None:
+    find_program("cansend")
+    script = f"{ecu} 1 poll 1; sleep 2; cansend can0 123#; {ecu} 1 poll 1"
+    assert played(tmp_path / "hub", {"script": ["sh", "-c", script]})["script"].output == (
+        "0 answered, 0.025000000 0.025000000 0.025000 0\n0 answered, 2.050000000 2.050000000 2.050000 2\n"
+    )
+
+
+def test_a_hub_whose_time_passes_otherwise_refuses(tmp_path: Path) -> None:
+    with serving(tmp_path) as hub:
+        timed = {"CANWIRE_HUB": hub.address, "CANWIRE_TIMED": "1"}
+        status, _, errors = _ended(_started(["run", "--", "true"], timed))
+    assert status != 0
+    assert "lockstep" in errors
