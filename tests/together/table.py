@@ -149,7 +149,7 @@ SEES: dict[str, dict[Line, str]] = {
     },
     V3: {
         Line.ON: "on the bus",
-        Line.OFF: "IsInInit",
+        Line.OFF: "IsInInitMode",
         Line.UNSET: "IsModeUndefined",
         Line.BUS_OFF: "IsBusOff",
         Line.GONE: _VCI_GONE,

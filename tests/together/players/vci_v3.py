@@ -98,7 +98,7 @@ class VciV3(Player):
             return "IsModeUndefined"
         if status.is_bus_off:
             return "IsBusOff"
-        return "IsInInit" if status.is_in_init_mode else "on the bus"
+        return "IsInInitMode" if status.is_in_init_mode else "on the bus"
 
     def _opened_port(self) -> Port:
         assert self._port is not None
