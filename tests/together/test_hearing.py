@@ -12,6 +12,7 @@ from canwire.candrv.device import device
 from tests.cases import hold_for_each
 from tests.together import table
 from tests.together.hearing import COMPANIES, HEARS, Company, Hears
+from tests.together.players.acan import AcanApi
 from tests.together.players.candrv import REGISTRY
 from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE, NO_CALL, RATE, Player
@@ -148,3 +149,20 @@ def _stopped_word(stopper: Player, hears: Hears) -> str:
     """A dongle's host that closes its channel resets its line."""
     reset = {"CAN_INFO_STOP": "CAN_INFO_RESET", "STOP": "RESET"}
     return reset.get(hears.stopped, hears.stopped) if stopper.kind == table.DONGLE else hears.stopped
+
+
+@pytest.mark.finding("dialects 6")
+def test_acan_begins_again_off_the_bus() -> None:
+    """docs/porting-acan.md, Troubles: after ACAN_Exit nobody is on the line, which leaves its bus and stays set up."""
+    with virtual_scene("inducan104") as scene:
+        program = scene.play(AcanApi)
+        assert program.set_up() == DONE
+        library = program._api
+        library.ACAN_Exit()
+        library.use(program.hub)
+        assert library.ACAN_Init()
+        assert (library.ACAN_GetInitStatus() != 0, scene.status().running) == (True, False)
+        assert scene.send(program) == "lost"
+        assert library.ACAN_BusControl(1) == 0x0001
+        assert scene.send(program) == DONE
+        assert [one.aborted for one in [library._LIBRARY.driver._line._channel.status()]] == [1]
