@@ -39,7 +39,7 @@ REPAIRS = {
     "DescriptionPrefix": "Prefix",
 }
 STRUCTURES = r"CAN_(?:ACCEPTANCE_(?:FILTER|MASK)|EVENT|PROPERTIES|TIME|TRANSMIT_DATA)"
-TYPES = r"CAN_(?:DWORD|BYTE|UINT|INT)"
+TYPES = r"CAN_(?:DWORD|BYTE|UINT|INT)|LPSECURITY_ATTRIBUTES"
 CONSTANTS = r"(?:CANBUS|IOCTL_CAN|CAN|GENERIC|FILE|METHOD|MAX|OPEN|CREATE|INVALID|VK)_\w+|INFINITE"
 
 
@@ -151,6 +151,7 @@ TABLES = {
         "t_canbus_events": "`canwire.candrv.CanbusEvent`",
         "t_canbus_commands": "`canwire.candrv.Command`",
         "_COMMTIMEOUTS": "`canwire.candrv.COMMTIMEOUTS`",
+        "LPSECURITY_ATTRIBUTES": "any object: `canwire.candrv.win32.CreateFile(lpSecurity)`, which means nothing",
     },
     "program": {name: f"`canwire candrv {verb}`" for name, verb in PROGRAMS.items()},
     "switch": {

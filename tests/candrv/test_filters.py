@@ -102,7 +102,7 @@ def test_the_core_accepts_the_same(case: tuple[int, int, int, int, tuple[int, bo
     ],
 )
 def test_example_1_of_8_11(code: int, mask: int, align: int, active: int) -> None:
-    """"The same setting", three times, with any data: neither code nor mask names a data bit (ruling 33a)."""
+    """ "The same setting", three times, with any data: neither code nor mask names a data bit (ruling 33a)."""
     one = Filter(code, mask, align, active)
     for payload in (b"", b"\0", b"\0\0\x56", b"\x12\x34", b"\xff\xff"):
         assert [i for i in range(0x800) if one.accepts(i, False, payload)] == list(range(0x120, 0x128))

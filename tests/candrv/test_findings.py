@@ -74,7 +74,7 @@ def test_a_note_that_says_what_cannot_be_is_none(bench: Bench) -> None:
     """Whoever wrote it: it must not fail in every program on the hub."""
     handle = bench.open()
     board = bench.hub.board(str(handle.device.board.hardware_id)).id
-    with bench.hub.open_control(board, 0) as lease:
+    with bench.hub.open_control(board, 0, kin="CANDRV") as lease:
         lease.annotate(b"CIDn\x09\x09")
     assert (handle.can_mode, handle.frame_format) == (CanMode.CAN_2_0_B, FrameFormat.DEFAULT)
     assert refusal(handle.command, 99) == Win32Error.ERROR_INVALID_PARAMETER

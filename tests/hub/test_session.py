@@ -570,13 +570,17 @@ def test_events_go_to_channels_that_asked_for_them(bench: Bench, hub: Hub, other
     stopped = [
         (EventKind.INFO, InfoCode.STOPPED),
         (EventKind.STATE, ErrorState.STOPPED),
+        (EventKind.CHANGED, ErrorState.STOPPED),
         (EventKind.INFO, InfoCode.RESET),
+        (EventKind.CHANGED, ErrorState.STOPPED),
     ]
     assert told == [
         (EventKind.CHANGED, ErrorState.STOPPED),
         (EventKind.INFO, InfoCode.STARTED), (EventKind.STATE, ErrorState.ERROR_ACTIVE), *stopped
     ]  # fmt: skip
-    assert len(read_all(late)) == 3
+    later = read_all(late)
+    assert [event.kind for event in later] == [kind for kind, _ in stopped]
+    assert [event.code for event in later[1:]] == [InfoCode.STOPPED] * 2 + [InfoCode.RESET] * 2
     assert read_all(deaf) == []
 
 

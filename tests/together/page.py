@@ -11,6 +11,7 @@ from tests.together.adapter_table import (
     NOT_APPLICABLE,
     programs,
 )
+from tests.together.hearing import HEARS, Hears
 from tests.together.table import DONGLE, EVENTS, KINDS, REFUSES, SEES, Line
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "sharing.md"
@@ -19,7 +20,13 @@ _MARK = "<!-- {} -->"
 
 def tables() -> dict[str, str]:
     """Their text by the name in the page's marks."""
-    return {"answers": _answers(), "sees": _sees(), "refuses": _refuses(), "adapters": _adapters()}
+    return {
+        "answers": _answers(),
+        "sees": _sees(),
+        "hears": _hears(),
+        "refuses": _refuses(),
+        "adapters": _adapters(),
+    }
 
 
 def written(text: str) -> str:
@@ -49,6 +56,23 @@ def _answers() -> str:
 def _sees() -> str:
     rows = ["| program | " + " | ".join(line.value for line in Line) + " |", "|---" * (len(Line) + 1) + "|"]
     rows += [f"| {kind} | " + " | ".join(SEES[kind][line] for line in Line) + " |" for kind in KINDS]
+    return "\n".join(rows) + "\n"
+
+
+def _hears() -> str:
+    heads = (
+        "hears errors",
+        "hears states",
+        "hears arbitration losses",
+        "filter as set",
+        "told when another stops the line",
+    )
+    assert len(heads) == len(Hears._fields)
+    rows = ["| program | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
+    same: dict[Hears, list[str]] = {}
+    for kind in KINDS:
+        same.setdefault(HEARS[kind], []).append(kind)
+    rows += [f"| {', '.join(kinds)} | {' | '.join(words)} |" for words, kinds in same.items()]
     return "\n".join(rows) + "\n"
 
 

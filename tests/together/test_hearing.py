@@ -6,15 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from canwire import ChannelMode, Frame
+from canwire import ChannelMode, Frame, candrv, vci
 from canwire.acan import service
 from canwire.candrv.device import device
 from tests.cases import hold_for_each
 from tests.together import table
 from tests.together.hearing import COMPANIES, HEARS, Company, Hears
-from tests.together.players.candrv import REGISTRY
+from tests.together.players.acan import AcanApi
+from tests.together.players.candrv import REGISTRY, CandrvHandle
 from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE, NO_CALL, RATE, Player
+from tests.together.players.vci_v4 import VciV4
 from tests.together.scene import PROVOKED, Scene, virtual_scene
 from tests.together.table import HOLDS, KIN
 
@@ -148,3 +150,67 @@ def _stopped_word(stopper: Player, hears: Hears) -> str:
     """A dongle's host that closes its channel resets its line."""
     reset = {"CAN_INFO_STOP": "CAN_INFO_RESET", "STOP": "RESET"}
     return reset.get(hears.stopped, hears.stopped) if stopper.kind == table.DONGLE else hears.stopped
+
+
+@pytest.mark.finding("dialects 6")
+def test_acan_begins_again_off_the_bus() -> None:
+    """docs/porting-acan.md, Troubles: after ACAN_Exit nobody is on the line, which leaves its bus and stays set up."""
+    with virtual_scene("inducan104") as scene:
+        program = scene.play(AcanApi)
+        assert program.set_up() == DONE
+        library = program._api
+        library.ACAN_Exit()
+        library.use(program.hub)
+        assert library.ACAN_Init()
+        assert (library.ACAN_GetInitStatus() != 0, scene.status().running) == (True, False)
+        assert scene.send(program) == "lost"
+        assert library.ACAN_BusControl(1) == 0x0001
+        assert scene.send(program) == DONE
+        assert [one.aborted for one in [library._LIBRARY.driver._line._channel.status()]] == [1]
+
+
+@pytest.mark.parametrize("board", [table.FD, "inducan104", "picocom1"])
+@pytest.mark.finding("dialects 1")
+def test_candrvs_init_leaves_vcis_settings_alone(board: str) -> None:
+    """Operating mode, bit timing and line filter as InitLine and SetAccFilter set them, byte for byte."""
+    with virtual_scene(board) as scene:
+        starter = scene.play(PLAYERS[table.VERBS])
+        assert starter.set_up() == DONE
+        vci_program, candrv_program = scene.play(VciV4), scene.play(CandrvHandle)
+        assert (vci_program.set_rate(RATE), vci_program.join()) == (DONE, DONE)
+        assert vci_program.narrow() == DONE
+        vci_program._control.release()
+        vci_program._control = None
+        socket = vci_program._program.open(vci.IID_ICanSocket, 0, scene.board.hardware_id)
+        before = socket.get_line_status().to_bytes()
+        assert socket.get_line_status().op_mode == 0x07  # STANDARD, EXTENDED, ERRFRAME
+        assert candrv_program.join() == DONE
+        assert candrv_program.reset() == DONE
+        assert socket.get_line_status().to_bytes() == before
+        scene.peer.send(_OUTSIDE)
+        scene.peer.send(_WITHIN)
+        scene.hub.run_for(_A_WHILE_S)
+        assert (vci_program.received(), candrv_program.received()) == ([_WITHIN], [_OUTSIDE, _WITHIN])
+
+
+@pytest.mark.finding("dialects 1")
+def test_vcis_start_leaves_candrvs_mode_alone() -> None:
+    """CAN2.0A of a CANDRV program, which hears no 29-bit frames, is no setting of VCI's."""
+    with virtual_scene("inducan104") as scene:
+        starter, joiner = scene.play(CandrvHandle), scene.play(VciV4)
+        assert (starter.set_up(), joiner.join()) == (DONE, DONE)
+        starter._handle.can_mode = candrv.CanMode.CAN_2_0_A
+        assert joiner.set_rate(RATE) == DONE
+        assert starter._handle.can_mode == candrv.CanMode.CAN_2_0_A
+
+
+@pytest.mark.finding("dialects 1")
+def test_what_vci_set_ends_with_its_last_program() -> None:
+    """On a line that others go on using the next VCI program finds nothing of it."""
+    with virtual_scene("inducan104") as scene:
+        stays, leaves = scene.play(PLAYERS[table.PYTHON]), scene.play(VciV4)
+        assert (stays.set_up(), leaves.set_rate(RATE), leaves.join(), leaves.narrow()) == (DONE,) * 4
+        leaves.end()
+        comes = scene.play(VciV4)
+        assert comes.join() == DONE
+        assert scene.hear(stays, comes)

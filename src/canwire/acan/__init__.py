@@ -19,8 +19,7 @@ from canwire.acan.c_types import (
     WORD,
 )
 from canwire.acan.constants import *  # noqa: F403
-from canwire.acan.driver import Driver
-from canwire.acan.driver import open_driver as open
+from canwire.acan.driver import Driver, open_driver
 from canwire.acan.filters import Filter
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.identifiers import BROADCAST, MachineField, acan_word, plain_identifier
@@ -46,6 +45,8 @@ from canwire.acan.structures import (
     PACANTB,
 )
 from canwire.acan.task_block import Status, TaskBlock
+
+open = open_driver  # `acan.open()`; a star import leaves Python's own alone
 
 __all__ = [
     "ACANCBFN",
@@ -89,7 +90,6 @@ __all__ = [
     "TaskBlock",
     "acan_word",
     "find_driver",
-    "open",
     "plain_identifier",
 ]
 __all__ += sorted(name for name in set(vars(_constants)) - {"IntEnum", "IntFlag"} if name[0].isupper())

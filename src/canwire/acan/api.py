@@ -1,6 +1,7 @@
 """ACAN.H's functions, under their own names and with their own answers, over one driver per process.
 
-Nothing raises: a failure is FALSE, 0 or -1 as in C, and `last_error` says what it was.
+Nothing raises: a failure is FALSE, 0 or -1 as in C, and `last_error` says what it was. A star import brings all of
+ACAN.H: these functions, its constants, structures and types.
 Source: INduCAN104 manual (seed 001), "Programming interface"; rulings.md 24.
 """
 
@@ -12,11 +13,17 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from canwire import BadValue, CanwireError, NotInitialised, WrongState
+from canwire.acan import c_types as _types
+from canwire.acan import constants as _constants
+from canwire.acan import structures as _structures
+from canwire.acan.c_types import *  # noqa: F403
+from canwire.acan.constants import *  # noqa: F403
 from canwire.acan.constants import BusState
 from canwire.acan.driver import Driver, open_driver
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.messages import frame_of
 from canwire.acan.mirrored_block import MirroredBlock
+from canwire.acan.structures import *  # noqa: F403
 from canwire.acan.structures import ACANHI, ACANMB, ACANTB
 
 if TYPE_CHECKING:
@@ -41,6 +48,12 @@ __all__ = [  # noqa: RUF022 - in the manual's order
     "last_error",
     "use",
 ]
+__all__ += sorted(
+    name
+    for module in (_types, _constants, _structures)
+    for name in vars(module)
+    if name.isupper() and name[0] != "_" and name not in {"ONE_BYTE", *__all__}  # ACAN.H has no such name
+)
 
 P = ParamSpec("P")
 T = TypeVar("T")

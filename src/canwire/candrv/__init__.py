@@ -110,7 +110,6 @@ __all__ = [
     "format_error",
     "format_event",
     "format_message",
-    "open",
     "parse_event",
     "unload",
 ]

@@ -110,8 +110,8 @@ def candrv(code: int, mask: int, align: int, mask_active: int, mode_2b: bool) ->
 
     mask_active 0: mask bit 1 accepts anything; 1: mask bit 1 must match. Align puts the values as
     in Table 6. 11-bit filters also compare the first two data bytes with bits 15..0 (Align 0, 2,
-    3) where code or mask names any, as far as a frame has them (rulings.md 33a). Align 1 with 29-bit frames knows identifiers up
-    to 0x7FF only (rulings.md 19).
+    3) where code or mask names any, as far as a frame has them (rulings.md 33a). Align 1 with
+    29-bit frames knows identifiers up to 0x7FF only (rulings.md 19).
     Source: CANDRV manual (seed 000) 6 (MaskActive, Align), 7.9, 8.11.
     """
     code, mask = checked("code", code, 32), checked("mask", mask, 32)

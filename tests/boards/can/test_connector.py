@@ -893,3 +893,59 @@ def test_a_reset_line_forgets_that_it_only_listened() -> None:
     bench.initialise(replace(FD, listen_only=True))
     bench.can.reset()
     assert (bench.can.line.controller.listen_only, bench.can.line.controller.fd) == (False, 0)
+
+
+# what programs of different interfaces hear
+
+
+def kin_channel(bench: Bench, kin: str) -> Channel:
+    """A channel of a program that speaks this interface."""
+    channel = Channel(64, 64, events=frozenset({EventKind.ERROR}))
+    channel.kin = kin
+    return bench.can.line.open(channel)
+
+
+@pytest.mark.finding("dialects 1")
+def test_a_mode_says_for_its_own_kin_what_is_heard() -> None:
+    bench = Bench()
+    one, other = kin_channel(bench, "one"), kin_channel(bench, "other")
+    narrow = replace(CLASSIC, kin="one", extended=False)
+    bench.initialise(narrow)
+    bench.can.format_filter(False, "one").set_pattern(0x200 << 1, 0x700 << 1)
+    bench.can.start()
+    for anew in (None, replace(CLASSIC, kin="other", error_frames=True)):
+        if anew is not None:
+            bench.start(anew)
+        for frame in (Frame(0x150), Frame(0x250), Frame(1, extended=True)):
+            bench.other.send(bench.listener, frame)
+        bench.faults.flip(frame_id=0x250, bit=20, times=1)
+        bench.run(0.1)
+        assert [block[12] or frame_of_record(block).id for block in records(one)] == [0x250]
+        heard = [block[12] or frame_of_record(block).id for block in records(other)]
+        assert heard == [0x150, EventKind.ERROR, 0x250, 1]
+        seen = bench.can.seen_by("one")
+        assert seen is not None
+        assert (seen.extended, seen.error_frames) == (False, False)
+
+
+@pytest.mark.finding("dialects 1")
+def test_a_kin_that_has_left_is_forgotten_unless_its_mode_keeps() -> None:
+    bench = Bench()
+    for kin, keeps in (("kept", True), ("left", False), ("there", False)):
+        bench.initialise(replace(CLASSIC, kin=kin, keeps=keeps, error_frames=False))
+    bench.can.release({"there"})
+    modes = [bench.can.seen_by(kin) for kin in ("kept", "there", "left")]
+    assert [mode.error_frames for mode in modes if mode is not None] == [False, False, True]
+
+
+@pytest.mark.finding("dialects 7")
+def test_a_stop_and_a_reset_are_changes_that_say_so() -> None:
+    bench = Bench()
+    bench.start()
+    channel = bench.channel(events=frozenset({EventKind.CHANGED}))
+    bench.stop()
+    bench.can.start()
+    bench.can.start()
+    bench.can.reset()
+    codes = [code for _, code in kinds(channel)]
+    assert codes == [InfoCode.STOPPED, InfoCode.STARTED, InfoCode.RESET]

@@ -31,7 +31,7 @@ def _open_scheduler(request: m.OpenScheduler, session: Session, world: World) ->
     if not slot.can.info.capabilities.can(Feature.SCHEDULER):
         raise Unsupported(f"{slot.can.line.name} has no cyclic transmit list")
     slot.admit("its cyclic list", slot.scheduler)
-    slot.scheduler = session
+    slot.scheduler, slot.scheduler_kin = session, request.kin
     cyclic = CyclicList(slot.can.line, world.timeline, ticks.tick_ns, ticks.maximum, kin=request.kin)
     return opened(session, HeldScheduler(slot, cyclic))
 

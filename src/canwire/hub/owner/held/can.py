@@ -12,7 +12,7 @@ from canwire.boards.sharing import Share, Sharing
 from canwire.bus.medium import delay_of
 from canwire.errors import CanwireError
 from canwire.hub.owner.held.held import Holder, Turn
-from canwire.hub.owner.held.line import HeldQueue, LineSlot, OnLine
+from canwire.hub.owner.held.line import LineSlot, OnLine
 
 
 class CanSlot(LineSlot):
@@ -24,6 +24,7 @@ class CanSlot(LineSlot):
         super().__init__(board, can.line.name)
         self.can = can
         self.scheduler: Holder | None = None
+        self.scheduler_kin = ""  # the interface of the program that holds the list
         info = can.info
         self.sharing = Sharing(can.line.name, info.receive_channels, info.send_channels)
 
@@ -55,9 +56,13 @@ class CanSlot(LineSlot):
             self.check_rate(holder, (now.kin, mode.kin), rates, format_rates(mode))
 
     def _kins(self) -> set[str]:
-        """The interfaces of the programs that have a channel or the control."""
-        found = {held.kin for held in self.queues if isinstance(held, HeldQueue)}
-        return found if self.control is None else {*found, self.control_kin}
+        """The interfaces of the programs that have a channel, the control or the cyclic list."""
+        found = {held.kin for held in self.queues}
+        if self.control is not None:
+            found.add(self.control_kin)
+        if self.scheduler is not None:
+            found.add(self.scheduler_kin)
+        return found
 
     def users(self) -> list[Holder]:
         return super().users() + ([] if self.scheduler is None else [self.scheduler])
