@@ -8,15 +8,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 import canwire
-from canwire.commands import VERBS
+from tests import warm
 from tests.attacks.clients import Honest
-from tests.attacks.warm import CLOSED, NOTHING, Ended, Streams, Warm
 from tests.hubs import LONG_S, Served, serving
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and descriptors as Unix has them")
@@ -44,14 +42,17 @@ LONG = {  # verbs that go on until they are ended, and what they say when they h
     "dump": ("dump can0 --hub HUB", ""),
     "lin dump": ("lin dump lin0 --hub HUB", ""),
 }
-ERRORS = "errors"  # the name of the file that stderr goes to
-STREAMS: dict[str, Streams] = {
-    "stdin": (CLOSED, NOTHING, ERRORS),
-    "stdout": (NOTHING, CLOSED, ERRORS),
-    "stderr": (NOTHING, NOTHING, CLOSED),
-    "all": (CLOSED, CLOSED, CLOSED),
-    "full disk": (NOTHING, "/dev/full", ERRORS),
-}
+STREAMS = {"stdin": "0", "stdout": "1", "stderr": "2", "all": "012", "full disk": ""}  # those that are closed
+# what an interpreter makes of closed streams
+CLOSING = """
+import os, runpy, sys
+for number in map(int, sys.argv.pop(1)):
+    os.close(number)
+    name = ("stdin", "stdout", "stderr")[number]
+    setattr(sys, name, None)
+    setattr(sys, f"__{name}__", None)
+runpy.run_module("canwire", run_name="__main__", alter_sys=True)
+"""
 IN_SHELLS = {  # the same
     "stdin": "<&-",
     "stdout": ">&-",
@@ -72,22 +73,18 @@ def words(line: str, hub: str, home: Path) -> list[str]:
     return [sys.executable, "-m", "canwire", *given]
 
 
-@pytest.fixture(scope="module")
-def warm() -> Iterator[Warm]:
-    with closing(Warm(*(set(SHORT) & set(VERBS)))) as made:
-        yield made
-
-
 @pytest.mark.finding("faults 10")
 @pytest.mark.parametrize("streams", STREAMS)
 @pytest.mark.parametrize("verb", SHORT)
-def test_no_verb_falls_over_a_stream(
-    shared: Served, warm: Warm, tmp_path: Path, verb: str, streams: str
-) -> None:
+def test_no_verb_falls_over_a_stream(shared: Served, tmp_path: Path, verb: str, streams: str) -> None:
     """One that is closed from the beginning, or that nothing can be written to: a sentence at most."""
-    given = [str(tmp_path / path) if path == ERRORS else path for path in STREAMS[streams]]
-    command = words(SHORT[verb], shared.address, tmp_path)
-    check_words(verb, streams, warm.run(command[3:], (given[0], given[1], given[2])))
+    given = words(SHORT[verb], shared.address, tmp_path)[3:]
+    with open("/dev/full" if streams == "full disk" else os.devnull, "w") as out:
+        command = [sys.executable, "-c", CLOSING, STREAMS[streams], *given]
+        done = warm.run(
+            command, stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.PIPE, text=True, timeout=LONG_S
+        )
+    check_words(verb, streams, done)
 
 
 @pytest.mark.finding("faults 10")
@@ -97,10 +94,10 @@ def test_no_process_falls_over_a_stream(shared: Served, tmp_path: Path, streams:
     command = words(SHORT["devices"], shared.address, tmp_path)
     shell = ["bash", "-c", f'exec "$@" {IN_SHELLS[streams]}', "bash", *command]
     done = subprocess.run(shell, capture_output=True, text=True, timeout=LONG_S, stdin=subprocess.DEVNULL)
-    check_words("devices", streams, Ended(done.returncode, done.stderr))
+    check_words("devices", streams, done)
 
 
-def check_words(verb: str, streams: str, done: Ended) -> None:
+def check_words(verb: str, streams: str, done: subprocess.CompletedProcess[str]) -> None:
     assert done.returncode in (0, 1, 2), done.stderr
     assert "Traceback" not in done.stderr
     assert "Exception ignored" not in done.stderr

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests.docs.warm import warm
+from tests import warm
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(
@@ -84,7 +84,7 @@ def run_console(page: Path, home: Path) -> str:
     runtime.mkdir(mode=0o700)
     tools = home / "bin"
     tools.mkdir()
-    warm().write_script(tools / "canwire")
+    warm.write_script(tools / "canwire")
     environment = {name: value for name, value in os.environ.items() if name != "CANWIRE_HUB"}
     environment |= {
         "PATH": f"{tools}{os.pathsep}{environment['PATH']}",

@@ -15,6 +15,7 @@ import pytest
 import canwire
 from canwire.errors import InUse
 from canwire.hub.protocol.queues import transmit_offset
+from tests import warm
 from tests.hubs import serving
 
 TIMING = canwire.BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
@@ -50,7 +51,7 @@ def address(tmp_path: Path) -> Iterator[str]:
 
 @contextlib.contextmanager
 def writer(address: str) -> Iterator[subprocess.Popen[bytes]]:
-    with subprocess.Popen([sys.executable, "-c", WRITER, address], stdout=subprocess.PIPE) as process:
+    with warm.Popen([sys.executable, "-c", WRITER, address], stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == b"writing\n"
         try:

@@ -53,3 +53,15 @@ def test_a_warm_program_is_killed_and_waited_for() -> None:
             process.wait(0.01)
         process.terminate()
         assert process.wait(LONG_S) == process.poll() == -signal.SIGTERM
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere every program starts cold")
+def test_who_is_asked_by_a_script_ends_with_it(tmp_path: Path) -> None:
+    script = tmp_path / "canwire"
+    warm.write_script(script)
+    command = [str(script), "serve", "--socket", str(tmp_path / "hub.sock")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert "canwire hub on" in process.stdout.readline()
+        process.kill()
+        assert process.stdout.read() == ""  # its end: nobody has the other end of the pipe any more

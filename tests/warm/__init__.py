@@ -3,8 +3,9 @@
 Half a second of a program's start goes into importing modules, always the same ones. A server of this run has imported
 them once; each program is a fork of it, which gets its words, folder, environment and streams, runs them as `python`
 would, and ends as any interpreter ends. It is a process as others are, with signals, streams, threads and an exit
-status of its own. Only what an interpreter does before its first module is missing: tests of streams that are closed
-from the beginning, of signals during imports and of what is imported at all start a cold one by `subprocess`.
+status of its own. `write_script` writes one that shells can start. Only what an interpreter does before its first
+module is missing: tests of streams that are closed from the beginning, of signals during imports and of what is
+imported at all start a cold one by `subprocess`.
 """
 
 from __future__ import annotations
@@ -14,9 +15,34 @@ import os
 import select
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 from tests.warm.link import Server
+
+_ASKS = """#!{python} -ISB
+import json, os, signal, socket, sys
+words = ["-m", "canwire", *sys.argv[1:]]
+if "CANWIRE_PLATFORM" in os.environ:  # which is looked at while canwire is loaded
+    os.execv(sys.executable, [sys.executable, *words])
+asking = socket.socket(socket.AF_UNIX)
+asking.connect({address!r})
+request = json.dumps([words, os.getcwd(), dict(os.environ), False]).encode()
+told, tell = os.pipe()
+socket.send_fds(asking, [len(request).to_bytes(8, "big")], [0, 1, 2, tell])
+asking.sendall(request)
+asking.close()
+os.close(tell)
+answers = open(told, buffering=1)
+number = int(answers.readline())
+for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    signal.signal(each, lambda each, frame: os.kill(number, each))
+status = os.waitstatus_to_exitcode(int(answers.readline()))
+if status < 0:
+    signal.signal(-status, signal.SIG_DFL)
+    os.kill(os.getpid(), -status)
+sys.exit(status)
+"""
 
 if hasattr(os, "fork"):
 
@@ -62,11 +88,21 @@ if hasattr(os, "fork"):
         """The server runs from now on: for those who count what this process has open."""
         Server.of_this_run()
 
+    def write_script(path: Path) -> None:
+        """`canwire` for a shell: asks for a fork, passes signals on to it, and ends as it does."""
+        path.write_text(_ASKS.format(python=sys.executable, address=Server.of_this_run().address))
+        path.chmod(0o755)
+
 else:
     Popen = subprocess.Popen  # type: ignore[misc,assignment]
 
     def ready() -> None:
         """Nothing to start where there is no fork."""
+
+    def write_script(path: Path) -> None:
+        """`canwire` for a shell."""
+        path.write_text(f"#!{sys.executable}\nfrom canwire.__main__ import main\nraise SystemExit(main())\n")
+        path.chmod(0o755)
 
 
 def run(

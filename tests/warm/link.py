@@ -8,6 +8,7 @@ import os
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 from functools import cache
 from pathlib import Path
@@ -23,11 +24,20 @@ class Server:
     def __init__(self) -> None:
         self._link, theirs = socket.socketpair()
         self._asking = threading.Lock()
-        command = [sys.executable, str(SCRIPT), str(theirs.fileno())]
+        self._home = tempfile.TemporaryDirectory()
+        self.address = str(Path(self._home.name) / "warm.sock")
+        listener = socket.socket(socket.AF_UNIX)
+        listener.bind(self.address)
+        listener.listen()
+        numbers = [theirs.fileno(), listener.fileno()]
         self._process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, pass_fds=[theirs.fileno()]
+            [sys.executable, str(SCRIPT), *map(str, numbers)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            pass_fds=numbers,
         )
         theirs.close()
+        listener.close()
         atexit.register(self.close)
 
     @staticmethod
@@ -59,3 +69,4 @@ class Server:
     def close(self) -> None:
         self._link.close()
         self._process.wait()
+        self._home.cleanup()

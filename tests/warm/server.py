@@ -1,8 +1,9 @@
-"""Forks Python programs that have all modules already: `python server.py DESCRIPTOR`, on whose socket it is asked.
+"""Forks Python programs that have all modules already: `python server.py LINK LISTENER`, two sockets' descriptors.
 
-A request is its length, with the descriptors of stdin, stdout, stderr and of a pipe; then JSON: Python's words, folder,
-environment, and whether it has a session of its own. Into the pipe go the process's number and, once it has ended, its
-status. The server has one thread, as forks need it, and ends when nobody can ask it any more.
+It is asked by its maker on the first, and by others in connections to the second, one for each request. That is its
+length, with the descriptors of stdin, stdout, stderr and of a pipe; then JSON: Python's words, folder, environment, and
+whether it has a session of its own. Into the pipe go the process's number and, once it has ended, its status; if nobody
+can read that any more, the process is killed. The server has one thread, as forks need it, and ends when its maker has.
 """
 
 from __future__ import annotations
@@ -54,14 +55,14 @@ def load() -> None:
     before = set(sys.modules)
     atexit.register(lambda: keep(set(sys.modules) & loaded))  # the first one, so it runs last
     sys.modules["asammdf"] = None  # type: ignore[assignment]  # python-can would load half of pandas for it
+    names = list(OTHERS)
     for package in PACKAGES:
         folders = importlib.import_module(package).__path__
-        for found in pkgutil.walk_packages(folders, f"{package}."):
-            if found.name not in HEAVY:
-                importlib.import_module(found.name)
-    for name in OTHERS:
-        with suppress(ImportError):
-            importlib.import_module(name)
+        names += [found.name for found in pkgutil.walk_packages(folders, f"{package}.")]
+    for name in names:
+        if name not in HEAVY:
+            with suppress(ImportError):  # of an extra that is not installed: programs that need it say so
+                importlib.import_module(name)
     del sys.modules["asammdf"]
     loaded = set(sys.modules) - before
     if os.path.exists("/proc/self/task"):
@@ -80,47 +81,73 @@ def keep(names: set[str]) -> None:
     gc.freeze()
 
 
-def serve(link: socket.socket) -> Asked | None:
-    """In the server this lasts until nobody can ask any more; in each fork it returns what to become."""
-    woken, wake = os.pipe()
-    os.set_blocking(wake, False)
-    signal.set_wakeup_fd(wake)
-    signal.signal(signal.SIGCHLD, lambda *_: None)
-    tell: dict[int, int] = {}
-    while True:
-        readable, _, _ = select.select([link, woken], [], [])
-        if woken in readable:
-            os.read(woken, 4096)
-            tell_ends(tell)
-        if link in readable:
-            asked = receive(link)
-            if asked is None:
-                return None
-            # until the fork has its own handlers
-            signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
-            number = os.fork()
-            if number == 0:
-                return asked
-            signal.pthread_sigmask(signal.SIG_SETMASK, ())
-            for stream in asked.streams:
-                os.close(stream)
-            tell[number] = asked.tell
-            with suppress(BrokenPipeError):  # whoever asked has gone
-                os.write(asked.tell, b"%d\n" % number)
+class Forks:
+    """Asked on sockets, told of ends by SIGCHLD."""
 
+    def __init__(self, link: socket.socket, listener: socket.socket) -> None:
+        self._link = link
+        self._listener = listener
+        self._poll = select.poll()
+        self._tell: dict[int, int] = {}  # the pipe for each process's end
+        self._woken, wake = os.pipe()
+        os.set_blocking(wake, False)
+        signal.set_wakeup_fd(wake)
+        signal.signal(signal.SIGCHLD, lambda *_: None)
+        for source in (link.fileno(), listener.fileno(), self._woken):
+            self._poll.register(source, select.POLLIN)
 
-def tell_ends(tell: dict[int, int]) -> None:
-    """To whoever asked for the programs that have ended."""
-    while tell:
-        number, status = os.waitpid(-1, os.WNOHANG)
+    def serve(self) -> Asked | None:
+        """In the server this lasts until its maker has ended; in each fork it returns what to become."""
+        while True:
+            ready = [number for number, _ in self._poll.poll()]
+            if self._woken in ready:
+                os.read(self._woken, 4096)
+                self._tell_ends()
+            for number in [process for process, tell in self._tell.items() if tell in ready]:
+                os.kill(number, signal.SIGKILL)  # whoever asked has gone
+                self._poll.unregister(self._tell[number])
+            if self._listener.fileno() in ready:
+                with self._listener.accept()[0] as asking:
+                    asked = receive(asking)
+                if asked is not None and not self._forked(asked):
+                    return asked
+            if self._link.fileno() in ready:
+                asked = receive(self._link)
+                if asked is None or not self._forked(asked):
+                    return asked
+
+    def _forked(self, asked: Asked) -> bool:
+        """False in the fork."""
+        # until the fork has its own handlers
+        signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+        number = os.fork()
         if number == 0:
-            return
-        with suppress(BrokenPipeError):  # nobody wants to know
-            os.write(tell[number], b"%d\n" % status)
-        os.close(tell.pop(number))
+            return False
+        signal.pthread_sigmask(signal.SIG_SETMASK, ())
+        for stream in asked.streams:
+            os.close(stream)
+        self._tell[number] = asked.tell
+        self._poll.register(asked.tell, 0)
+        with suppress(BrokenPipeError):  # the poll tells that whoever asked has gone
+            os.write(asked.tell, b"%d\n" % number)
+        return True
+
+    def _tell_ends(self) -> None:
+        """To whoever asked for the programs that have ended."""
+        while self._tell:
+            number, status = os.waitpid(-1, os.WNOHANG)
+            if number == 0:
+                return
+            tell = self._tell.pop(number)
+            with suppress(KeyError):  # it was killed since nobody wants to know
+                self._poll.unregister(tell)
+            with suppress(BrokenPipeError):
+                os.write(tell, b"%d\n" % status)
+            os.close(tell)
 
 
 def receive(link: socket.socket) -> Asked | None:
+    """A request; None where nobody can ask any more."""
     length, descriptors, _, _ = socket.recv_fds(link, LENGTH, 4)
     if not length:
         return None
@@ -194,12 +221,13 @@ def run(words: list[str]) -> None:
 def main() -> None:
     interrupted = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the tests, and these the server
-    link = socket.socket(fileno=int(sys.argv[1]))
-    del sys.path[0]  # this folder
+    link, listener = (socket.socket(fileno=int(number)) for number in sys.argv[1:])
+    sys.path = [place for place in sys.path if place != os.path.dirname(os.path.abspath(__file__))]
     load()
-    asked = serve(link)
+    asked = Forks(link, listener).serve()
     if asked is not None:
         link.detach()
+        listener.detach()
         become(asked, interrupted)
         run(asked.words)
 
