@@ -49,7 +49,7 @@ LinFrame LinLineStatus LinLogLine LinMode LinMonitorMode LinMonitorStatus LinOut
 Monitor SlotKind format_lin_frame format_lin_log_line lin_checksum lin_frame_of_record linmsg_of_record parse_lin_frame
 parse_lin_log_line protected_id record_of_linmsg
 Ring
-Counters LineSettings
+Counters LineSettings InfoCode
 LinCounters
 LinLineState
 Behaviour
