@@ -10,13 +10,17 @@ import threading
 from collections.abc import Container, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack, contextmanager
+from importlib.metadata import entry_points
 from pathlib import Path
 
-from tests.docs.test_five_programs import entry_points
+from tests import warm
+from tests.docs.test_five_programs import entry_points as written_entry_points
 from tests.hubs import LONG_S, offering
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "time.md"
+# a warm program has loaded python-can, which then knows of the entry points there were
+START = warm.Popen if entry_points(group="can.interface", name="canwire") else subprocess.Popen
 _PROGRAM = re.compile(r"<!-- program: (\w+) -->\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _COMMAND = re.compile(r"^\$ canwire (serve .*)$", re.MULTILINE)
 
@@ -39,7 +43,10 @@ class Bench:
 
     def __init__(self, home: Path, words: Sequence[str]) -> None:
         self.address = str(home / "hub.sock")
-        paths = [entry_points(home), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+        paths = [
+            written_entry_points(home),
+            *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep)),
+        ]
         self._environment = {
             **os.environ,
             "CANWIRE_TIMED": "1",
@@ -52,9 +59,7 @@ class Bench:
         self.remote: Container[str] = ()
         self._heard = threading.Condition()
         command = [sys.executable, "-m", "canwire", *words, "--socket", self.address]
-        self._hub = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=home
-        )
+        self._hub = warm.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=home)
         self._closing.callback(self._end_hub)
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
@@ -67,9 +72,10 @@ class Bench:
         self.remote = remote
         return process
 
-    def start(self, name: str, text: str, *words: str) -> subprocess.Popen[str]:
+    def start(self, name: str, text: str, *words: str, cold: bool = False) -> subprocess.Popen[str]:
+        """A program; `cold`: a child of this process."""
         hub = self.network if name in self.remote else self.address
-        process = subprocess.Popen(
+        process = (subprocess.Popen if cold else START)(
             [sys.executable, "-c", text, *words],
             env={**self._environment, "CANWIRE_NAME": name, "CANWIRE_HUB": hub},
             stdout=subprocess.PIPE,

@@ -64,7 +64,7 @@ def test_a_killed_program_is_let_go_with_a_word_and_the_others_go_on(tmp_path: P
 @pytest.mark.conforms("N-36")
 def test_a_stopped_program_is_named_and_time_waits_on_for_it(tmp_path: Path) -> None:
     with bench(tmp_path, "--programs", "2", "--patience", "0.3") as made:
-        endless, other = made.start("a", ENDLESS), made.start("b", ENDLESS)
+        endless, other = made.start("a", ENDLESS, cold=True), made.start("b", ENDLESS)
         assert [first_line(endless), first_line(other)] == ["ready", "ready"]
         os.kill(endless.pid, signal.SIGSTOP)
         os.waitid(os.P_PID, endless.pid, os.WSTOPPED)
