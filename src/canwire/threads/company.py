@@ -64,3 +64,12 @@ class Company(Turns):
             yield
         finally:
             self.come_back(me)
+
+    def last_words(self) -> None:
+        """The main thread has come to its end: it waits for the others as the interpreter would, at its turns."""
+        me = current()
+        if me is not None and me.company is self:
+            self.wait(me, self._only_daemons, NEVER, "the program's other threads to end")
+
+    def _only_daemons(self) -> bool:
+        return all(one.thread.daemon for one in self.members if one is not self.founder)
