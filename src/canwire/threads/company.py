@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -34,6 +35,11 @@ class Company(Turns):
         if until_ns <= self.now_ns():
             return False
         return self.wait(me, ready, min(until_ns, NEVER), "something on its bus")
+
+    def waited_once(self, timeout: float | None) -> bool:
+        """Until anything is signalled to this program, or another thread has run; False: the thread takes no part."""
+        looks = itertools.chain((False, False), itertools.repeat(True))  # it looks twice before time passes
+        return self.waited(lambda: next(looks), timeout) is not None
 
     def told_ns(self) -> int | None:
         """The time, for a thread that takes part."""

@@ -154,6 +154,8 @@ class ClientTime(ABC):
 
     def wait_once(self, timeout: float | None) -> None:
         """One time with others: until anything is signalled to this program, at most `timeout` seconds of it."""
+        if self.company is not None and self.company.waited_once(timeout):
+            return
         if self._timed is not None:
             self._timed.wait_once(timeout)
 
