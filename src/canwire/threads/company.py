@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
-from canwire.threads.keeper import NEVER
+from canwire.threads.keeper import NEVER, ByTheClock
 from canwire.threads.member import MEMBERS, current
 from canwire.threads.turns import Turns
 
@@ -18,6 +18,11 @@ Answer = TypeVar("Answer")
 
 class Company(Turns):
     """One of them runs at a time, and time passes while all of them wait."""
+
+    @property
+    def gone(self) -> bool:
+        """There is no hub any more, nor a lab."""
+        return isinstance(self.keeper, ByTheClock)
 
     def waited(self, ready: Callable[[], bool], timeout: float | None) -> bool | None:
         """A wait of the calling thread for something of the hub's; None: the thread takes no part, or not any more."""
@@ -34,7 +39,8 @@ class Company(Turns):
             return True
         if until_ns <= self.now_ns():
             return False
-        return self.wait(me, ready, min(until_ns, NEVER), "something on its bus")
+        answer = self.wait(me, lambda: self.gone or ready(), min(until_ns, NEVER), "something on its bus")
+        return None if self.gone else answer  # whose own way of waiting says that the hub is gone
 
     def waited_once(self, timeout: float | None) -> bool:
         """Until anything is signalled to this program, or another thread has run; False: the thread takes no part."""
