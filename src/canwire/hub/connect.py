@@ -35,22 +35,28 @@ def connect(
     holds any more, nor anything opened on it, is closed by itself; `with` or `close` says when.
 
     `timed`: this program keeps one time with others, on a hub of `canwire serve --time lockstep`; None: where
-    CANWIRE_TIMED is 1. It then goes on at its first turn. The order of turns is that of names: CANWIRE_NAME if that is
-    set, else `name`.
+    CANWIRE_TIMED is 1, and its threads then take turns as within `canwire.in_time`. It goes on at its first turn. The
+    order of turns is that of names: CANWIRE_NAME if that is set, else `name`.
 
     Raises HubLost if nobody listens at a given address, BadConfig for a bad configuration, WrongState if `timed` where
     time passes otherwise.
     """
     name = name or os.environ.get("CANWIRE_NAME") or _name_of_program()
-    if timed is None:
-        timed = time is None and config is None and _usually_timed()
-    return _taking_part(_connected(address, time, config, name), name, timed)
+    usual = timed is None and time is None and config is None and _usually_timed()
+    return _taking_part(_connected(address, time, config, name), name, timed or usual, threads=usual)
 
 
-def _taking_part(hub: Hub, name: str, timed: bool) -> Hub:
+def _taking_part(hub: Hub, name: str, timed: bool, *, threads: bool) -> Hub:
     if timed:
         try:
-            hub.keep_time(os.environ.get("CANWIRE_NAME") or name)
+            name = os.environ.get("CANWIRE_NAME") or name
+            if not threads:
+                hub.keep_time(name)
+                return hub
+            from canwire.threads.outset import own_company, take_turns  # what no other program has need of
+
+            hub.keep_time(name, own_company())
+            take_turns(hub)
         except BaseException:
             hub.close()
             raise

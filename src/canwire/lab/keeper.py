@@ -11,6 +11,7 @@ class LabKeeper:
     """`kick` is called before time passes."""
 
     lost = False
+    alone = True
 
     def __init__(self, timeline: Timeline, kick: Callable[[], object]) -> None:
         self._timeline = timeline
@@ -23,3 +24,9 @@ class LabKeeper:
         self._kick()
         self._timeline.run_until(until_ns)
         return self._timeline.now_ns
+
+    def leave(self) -> None:
+        """Nobody else is held up."""
+
+    def rejoin(self) -> None:
+        """See `leave`."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
-from canwire.threads.keeper import NEVER
+from canwire.threads.keeper import NEVER, ByTheClock
 from canwire.threads.member import MEMBERS, current
 from canwire.threads.turns import Turns
 
@@ -17,6 +18,11 @@ Answer = TypeVar("Answer")
 
 class Company(Turns):
     """One of them runs at a time, and time passes while all of them wait."""
+
+    @property
+    def gone(self) -> bool:
+        """There is no hub any more, nor a lab."""
+        return isinstance(self.keeper, ByTheClock)
 
     def waited(self, ready: Callable[[], bool], timeout: float | None) -> bool | None:
         """A wait of the calling thread for something of the hub's; None: the thread takes no part, or not any more."""
@@ -33,7 +39,13 @@ class Company(Turns):
             return True
         if until_ns <= self.now_ns():
             return False
-        return self.wait(me, ready, min(until_ns, NEVER), "something on its bus")
+        answer = self.wait(me, lambda: self.gone or ready(), min(until_ns, NEVER), "something on its bus")
+        return None if self.gone else answer  # whose own way of waiting says that the hub is gone
+
+    def waited_once(self, timeout: float | None) -> bool:
+        """Until anything is signalled to this program, or another thread has run; False: the thread takes no part."""
+        looks = itertools.chain((False, False), itertools.repeat(True))  # it looks twice before time passes
+        return self.waited(lambda: next(looks), timeout) is not None
 
     def told_ns(self) -> int | None:
         """The time, for a thread that takes part."""
@@ -64,3 +76,12 @@ class Company(Turns):
             yield
         finally:
             self.come_back(me)
+
+    def last_words(self) -> None:
+        """The main thread has come to its end: it waits for the others as the interpreter would, at its turns."""
+        me = current()
+        if me is not None and me.company is self:
+            self.wait(me, self._only_daemons, NEVER, "the program's other threads to end")
+
+    def _only_daemons(self) -> bool:
+        return all(one.thread.daemon for one in self.members if one is not self.founder)

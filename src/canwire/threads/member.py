@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable
 from typing import Protocol
@@ -69,3 +70,7 @@ def current() -> Member | None:
     """The calling thread, where its waits are waits in its hub's time."""
     member = MEMBERS.get(threading.get_ident())
     return None if member is None or member.outside else member
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=MEMBERS.clear)  # the other threads are the parent's

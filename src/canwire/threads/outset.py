@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Protocol
 
 from canwire.threads.company import Company
 from canwire.threads.keeper import Keeper
+from canwire.threads.member import current
 from canwire.threads.replaced import REPLACED
 
 
@@ -15,15 +17,40 @@ class HasCompany(Protocol):
     company: Company | None
 
 
+class TakesPart(HasCompany, Protocol):
+    """A connection to a hub."""
+
+    def keeper(self) -> Keeper | None: ...
+
+
 def begin(hub: HasCompany, keeper: Keeper) -> Company:
     """From now on, until `end`."""
     REPLACED.begin()
     company = hub.company = Company(keeper)
+    company.when_over = REPLACED.end
     return company
 
 
 def end(hub: HasCompany, company: Company) -> None:
     """Whoever waits goes on by the clock."""
-    hub.company = None
     company.dissolve()
-    REPLACED.end()
+    hub.company = None
+
+
+def own_company() -> Company | None:
+    """That of the calling thread."""
+    me = current()
+    return me.company if me is not None and isinstance(me.company, Company) else None
+
+
+def take_turns(hub: TakesPart) -> None:
+    """For a program that keeps one time with others: its threads take turns from here to its end."""
+    keeper, company = hub.keeper(), own_company()
+    if keeper is None or hub.company is not None:
+        return
+    if company is not None:
+        company.go_on_at(keeper)
+        hub.company = company
+        return
+    company = begin(hub, keeper)
+    threading._threading_atexits.insert(0, company.last_words)  # type: ignore[attr-defined]  # the last of them

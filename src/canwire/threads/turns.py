@@ -10,8 +10,8 @@ import math
 import threading
 from collections.abc import Callable
 
-from canwire.errors import HubError
-from canwire.threads.keeper import NEVER, Keeper
+from canwire.errors import HubError, HubLost
+from canwire.threads.keeper import NEVER, ByTheClock, Keeper
 from canwire.threads.member import MEMBERS, Member
 from canwire.threads.originals import allocate_lock
 from canwire.threads.standstill import describe, wait_for_descriptors
@@ -28,11 +28,13 @@ class Turns:
     def __init__(self, keeper: Keeper) -> None:
         self.keeper = keeper
         self.over = False
+        self.when_over: Callable[[], object] = _never
         self.turns = 0  # handed on so far
         self.running: Member | None = None
         self._members: list[Member] = []
         self._numbers = 0
         self._now_ns: int | None = None
+        self._last_ns = 0
         self._quiet_since_ns = 0
         self._told = False
         self._away = 0  # threads that wait outside
@@ -50,8 +52,16 @@ class Turns:
     def now_ns(self) -> int:
         """The time, asked for once in a turn."""
         if self._now_ns is None:
-            self._now_ns = self.keeper.now_ns()
+            try:
+                self._last_ns = self.keeper.now_ns()
+            except HubLost:
+                self.keeper = ByTheClock(self._last_ns)
+            self._now_ns = self._last_ns
         return self._now_ns
+
+    def go_on_at(self, keeper: Keeper) -> None:
+        """The program has found a hub again."""
+        self.keeper, self._now_ns = keeper, None
 
     def end_ns(self, seconds: float | None) -> int:
         """When so many seconds from now are over, never earlier; None: they never are."""
@@ -120,15 +130,21 @@ class Turns:
             self._away -= 1
             self._members.append(me)
             self._members.sort(key=lambda one: one.number)
-            if self.running is None:
+            alone = self.running is None
+            if alone:
                 self.running = me
-                return
+        if alone:
+            self.keeper.rejoin()
+            self._now_ns = None
+            return
         self.poke()
         self._rest(me)
 
     def dissolve(self) -> None:
         """Everybody waits by the clock from now on."""
         with self._lock:
+            if self.over:
+                return
             self.over = True
             left, self._members = self._members, []
         for ident, member in list(MEMBERS.items()):
@@ -137,6 +153,7 @@ class Turns:
         for member in left:
             if member is not self.running:
                 member.bell.release()
+        self.when_over()
 
     # turns
 
@@ -207,10 +224,17 @@ class Turns:
                 self._quiet_since_ns = self.now_ns()
                 return found
             with self._lock:
+                left = bool(self._members)
+            if left:
+                self._let_pass(me)
+                continue
+            if not self.keeper.lost:
+                self.keeper.leave()
+            with self._lock:
                 if not self._members:
                     self.running = None
                     return None
-            self._let_pass()
+            self.keeper.rejoin()
         return None
 
     def _able(self, me: Member) -> Member | None:
@@ -226,16 +250,22 @@ class Turns:
                 return one
         return None
 
-    def _let_pass(self) -> None:
+    def _let_pass(self, me: Member) -> None:
         until_ns = min((one.until_ns for one in self._members), default=NEVER)
         if self.keeper.lost:
-            self.dissolve()
-            return
-        end_ns = self._quiet_since_ns + SILENCE_NS
-        if until_ns >= NEVER and self.now_ns() >= end_ns:
+            self.keeper = ByTheClock(self._last_ns)
+        end_ns = self._quiet_since_ns + SILENCE_NS if self.keeper.alone else NEVER
+        if self.keeper.alone and until_ns >= NEVER and self.now_ns() >= end_ns:
             self._stand_still()
             return
-        self._now_ns = self.keeper.pass_time(self.now_ns(), end_ns if until_ns >= NEVER else until_ns)
+        me.outside += 1
+        try:
+            now_ns = self.keeper.pass_time(self.now_ns(), until_ns if until_ns < NEVER else end_ns)
+            self._now_ns = self._last_ns = now_ns
+        except HubLost:
+            self.keeper = ByTheClock(self._last_ns)
+        finally:
+            me.outside -= 1
 
     def _stand_still(self) -> None:
         """All wait without a timeout, and nothing comes: say so."""

@@ -59,14 +59,22 @@ class ClientTime(ABC):
         """This program keeps one time with others."""
         return self._timed is not None
 
-    def keep_time(self, name: str) -> None:
+    def keep_time(self, name: str, company: Company | None = None) -> None:
         """Take part in a lockstep hub's time, in the place of this name; waits for this thread's first turn.
 
+        `company`: threads of this program that take turns, the calling one among them, and have one place together.
         Raises WrongState for a hub whose time passes otherwise.
         """
+        from canwire.hub.handles.keeper import LockstepKeeper
         from canwire.hub.handles.timed import Timed
 
-        self._timed = Timed(self, name, self._link.stir)
+        keeper = None if company is None else company.keeper
+        if not isinstance(keeper, LockstepKeeper):
+            self._timed = Timed(self, name, self._link.stir)
+            return
+        self._timed = Timed(self, name, self._link.stir, keeper.place)
+        keeper.add(self, self._timed)
+        self.company = company
 
     def now_ns(self) -> int:
         """The hub's time."""
@@ -146,6 +154,8 @@ class ClientTime(ABC):
 
     def wait_once(self, timeout: float | None) -> None:
         """One time with others: until anything is signalled to this program, at most `timeout` seconds of it."""
+        if self.company is not None and self.company.waited_once(timeout):
+            return
         if self._timed is not None:
             self._timed.wait_once(timeout)
 
@@ -170,6 +180,6 @@ class ClientTime(ABC):
             raise WrongState(
                 f"threads cannot keep the time of a hub in {self.time} time: virtual, or connect(timed=True)"
             )
-        from canwire.hub.handles.keeper import HubKeeper
+        from canwire.hub.handles.keeper import HubKeeper, LockstepKeeper
 
-        return HubKeeper(self)
+        return HubKeeper(self) if self._timed is None else LockstepKeeper(self, self._timed)

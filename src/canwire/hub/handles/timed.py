@@ -13,13 +13,16 @@ import sys
 import threading
 import uuid
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from canwire.errors import CanwireError
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.turn_wait import TurnWait
 from canwire.platform import EventDescriptor
 from canwire.values.checks import nanoseconds
+
+if TYPE_CHECKING:
+    from canwire.threads.company import Company
 
 _NEVER = (1 << 63) - 1
 
@@ -28,6 +31,8 @@ class Connection(Protocol):
     """What is needed of a client of the hub."""
 
     doorbell: EventDescriptor
+
+    company: Company | None
 
     @property
     def lost(self) -> bool: ...
@@ -43,8 +48,8 @@ class _Seat:
         self.page: TurnWait | None = None
 
 
-class _Thread(threading.local):
-    """This thread's number in its process, and its seats by hub; once it has ended, hubs wait for it no longer."""
+class Place:
+    """A thread's number in its process, and its seats by hub; once it has ended, hubs wait for it no longer."""
 
     def __init__(self) -> None:
         self._number = -1
@@ -57,6 +62,13 @@ class _Thread(threading.local):
         if self._number < 0:
             self._number = self.leaving.number = next(_NUMBERS)
         return self._number
+
+
+class _Thread(threading.local):
+    """The calling thread's."""
+
+    def __init__(self) -> None:
+        self.place = Place()
 
 
 class _Leaving:
@@ -78,16 +90,25 @@ class _Leaving:
 class Timed:
     """A connection whose program takes part. Made by the thread that connects, which waits for its first turn here."""
 
-    def __init__(self, client: Connection, name: str, stir: Callable[[], object]) -> None:
+    def __init__(
+        self, client: Connection, name: str, stir: Callable[[], object], place: Place | None = None
+    ) -> None:
         self._client = client
         self._stir_hub = stir
         self._name = name
         self._page: TurnWait | None = None
-        self._hub = self._joined()
+        self._hub = ""
+        self._shared = place  # of threads that take turns among themselves
+        self._hub = self._joined(place or _THREAD.place)
+
+    def share(self) -> Place:
+        """The place of the calling thread is that of all who take turns with it."""
+        self._shared = _THREAD.place
+        return self._shared
 
     def now_ns(self) -> int:
         """The hub's time; without asking, where this thread's turn says it."""
-        seat = _THREAD.seats.get(self._hub)
+        seat = self._place().seats.get(self._hub)
         if seat is None:
             return self._asked_ns()
         if seat.now_ns is None:
@@ -96,7 +117,7 @@ class Timed:
 
     def forget_now(self) -> None:
         """What this thread asked may have taken time."""
-        seat = _THREAD.seats.get(self._hub)
+        seat = self._place().seats.get(self._hub)
         if seat is not None:
             seat.now_ns = None
 
@@ -120,6 +141,10 @@ class Timed:
                 return True
         return False
 
+    def await_turn(self, until_ns: int) -> int:
+        """Others run until then, or until anything is signalled to this program; the time it is then."""
+        return self._await_turn(until_ns)
+
     def wait_once(self, timeout: float | None) -> None:
         """Until anything is signalled to this program, at most so many seconds: whoever waits looks again then."""
         end_ns = _NEVER if timeout is None else self.now_ns() + nanoseconds("timeout", timeout)
@@ -142,37 +167,43 @@ class Timed:
 
     def leave(self) -> None:
         """Time does not wait for this thread, until it `joins` again."""
-        self._client.call(m.LeaveTime(_THREAD.number))
+        self._client.call(m.LeaveTime(self._place().number))
 
     def join(self) -> None:
         """At its turn this thread goes on, and time waits for it."""
-        self._joined()
+        self._joined(self._place())
 
-    def _joined(self) -> str:
-        answer = self._client.ask(m.JoinTime(_word(), _THREAD.number, self._name))
+    def _joined(self, place: Place) -> str:
+        answer = self._client.ask(m.JoinTime(_word(), place.number, self._name))
         joined: m.Joined = answer[0]
-        seat = self._seat(joined.hub)
+        seat = self._seat(place, joined.hub)
         seat.now_ns = joined.now_ns
         if answer[1]:
             self._page = seat.page = TurnWait(self._client.doorbell.signal, *answer[1])
         return joined.hub
 
-    def _seat(self, hub: str) -> _Seat:
-        seat = _THREAD.seats.get(hub)
+    def _place(self) -> Place:
+        if self._shared is not None and self._client.company is not None:
+            return self._shared
+        return _THREAD.place
+
+    def _seat(self, place: Place, hub: str) -> _Seat:
+        seat = place.seats.get(hub)
         if seat is None:
-            seat = _THREAD.seats[hub] = _Seat()
+            seat = place.seats[hub] = _Seat()
             if threading.current_thread() is not threading.main_thread():
-                _THREAD.leaving.clients[hub] = self._client
+                place.leaving.clients[hub] = self._client
         return seat
 
     def _await_turn(self, until_ns: int) -> int:
-        seat = _THREAD.seats.get(self._hub) or self._seat(self._hub)
+        place = self._place()
+        seat = place.seats.get(self._hub) or self._seat(place, self._hub)
         seat.now_ns = None  # for whoever is interrupted meanwhile
         page = seat.page
         until_ns = min(until_ns, _NEVER)
         now_ns = None if page is None else page.wait(until_ns)
         if now_ns is None:
-            now_ns = int(self._client.ask(m.AwaitTurn(_THREAD.number, until_ns))[0].value)
+            now_ns = int(self._client.ask(m.AwaitTurn(place.number, until_ns))[0].value)
         seat.now_ns = now_ns
         return now_ns
 
@@ -192,8 +223,8 @@ _THREAD = _Thread()
 
 def _after_fork() -> None:
     """What this thread knew is the parent's, pages too."""
-    _THREAD.seats.clear()
-    _THREAD.leaving.clients.clear()
+    _THREAD.place.seats.clear()
+    _THREAD.place.leaving.clients.clear()
 
 
 if hasattr(os, "register_at_fork"):

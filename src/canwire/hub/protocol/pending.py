@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+from _thread import allocate_lock  # not threading's, which may wait in a hub's time (canwire.in_time)
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -18,10 +18,10 @@ class Pending(Generic[Result]):
     """
 
     def __init__(self) -> None:
-        self._gate = threading.Lock()  # locked until it is settled
+        self._gate = allocate_lock()  # locked until it is settled
         self._gate.acquire()
         self._done = False
-        self._lock = threading.Lock()
+        self._lock = allocate_lock()
         self._error: BaseException | None = None
         self._result: Result
         self._told: Callable[[], object] | None = None
