@@ -275,7 +275,10 @@ def test_python_can_speaks_fd_to_a_canable(hub_address: str, home: Path) -> None
     with connect(hub_address) as hub:
         board = hub.board("usb-to-can-fd").id
         control = hub.open_control(board, 0)
-        timing, data = CANABLE.rates[b"6"], CANABLE.data_rates[b"2"]  # others' sample points would not do, as on copper
+        timing, data = (
+            CANABLE.rates[b"6"],
+            CANABLE.data_rates[b"2"],
+        )  # others' sample points would not do, as on copper
         control.initialise(LineMode(timing, data, long_data=True))
         control.start()
         channel = hub.open_channel(board, 0)

@@ -17,6 +17,7 @@ import pytest
 
 import canwire
 from canwire import NoSuchBoard
+from tests import warm
 from tests.cases import hold_for_each
 from tests.hubs import LONG_S, serving
 from tests.together import table
@@ -101,7 +102,7 @@ def test_a_starter_is_killed_by_the_system(addresses: dict[str, str], kind: str)
 def _program(kind: str, address: str) -> Iterator[subprocess.Popen[str]]:
     """tests/together/program.py, once it has set its line up."""
     command = [sys.executable, "-m", "tests.together.program", kind, address]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+    with warm.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:
             assert process.stdout.readline() == f"{DONE}\n"

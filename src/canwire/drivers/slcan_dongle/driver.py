@@ -91,8 +91,11 @@ class SlcanDriver(OutsideDriver):
     # taking part
 
     def accept(self, standard: tuple[int, int] | None, extended: tuple[int, int] | None) -> None:
-        if self._setup is not None:
-            self._setup = replace(self._setup, enough=pushed(standard, extended))
+        enough = pushed(standard, extended)
+        if (
+            self._setup is not None and self._setup.enough != enough
+        ):  # else it would leave its bus for nothing
+            self._setup = replace(self._setup, enough=enough)
             if self.running:
                 self.wanted = self._setup
                 self._poke()
