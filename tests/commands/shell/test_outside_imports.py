@@ -92,7 +92,10 @@ def test_ctrl_c_after_any_time(hub_address: str, tmp_path: Path, words: str, als
             assert running.stdout.readline() == "begins\n"
             time.sleep(moment * 0.07)  # moments of its start, one after the other
             running.send_signal(signal.SIGINT)
-            _, said = running.communicate(timeout=60)
+            try:
+                _, said = running.communicate(timeout=60)
+            finally:
+                running.kill()
         assert running.returncode in ENDED | {also}, said
         assert "Traceback" not in said
         assert [name for name in os.listdir(folder) if not name.endswith(".lock")] == []
@@ -184,3 +187,25 @@ def test_handlers_are_as_before() -> None:
     before = signal.getsignal(signal.SIGINT)
     assert signals_outside_imports(lambda: signal.getsignal(signal.SIGINT)) is not before
     assert signal.getsignal(signal.SIGINT) is before
+
+
+class Taken:
+    """Is interrupted while it is being taken apart."""
+
+    def __del__(self) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):
+            pass
+
+
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
+def test_a_signal_that_the_interpreter_would_forget_is_raised_once_more() -> None:
+    def work() -> None:
+        taken = Taken()
+        del taken
+        while True:
+            time.monotonic()
+
+    with pytest.raises(KeyboardInterrupt):
+        signals_outside_imports(work)
+    assert sys.getprofile() is None

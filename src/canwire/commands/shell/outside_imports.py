@@ -4,6 +4,9 @@ An exception in the import system's own code can leave a module's lock taken, on
 or be raised where the interpreter only prints it (the callback that forgets such a lock), and the signal has done
 nothing. One in a module that makes classes can crash an extension that does not expect it (msgspec 0.22, whose code
 runs Python's there). An import that takes long is interrupted all the same, but not in the import system's own code.
+
+One that comes while an object is being taken apart (a finaliser, the callback of a weak reference) is printed by the
+interpreter and forgotten; it is raised once more, at the first step after that.
 """
 
 from __future__ import annotations
@@ -35,11 +38,25 @@ def signals_outside_imports(call: Callable[[], Result]) -> Result:
                 before[number] = handler
     except ValueError:  # no main thread
         pass
+    forgotten = sys.unraisablehook
+    sys.unraisablehook = _raise_again(before, forgotten)
     try:
         return call()
     finally:
+        sys.unraisablehook = forgotten
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _raise_again(handlers: dict[int, Handler], otherwise: Callable[[Any], object]) -> Callable[[Any], object]:
+    def hook(told: Any) -> None:
+        number = getattr(told.exc_value, "number", signal.SIGINT)
+        if not isinstance(told.exc_value, KeyboardInterrupt) or number not in handlers:
+            otherwise(told)
+            return
+        sys.setprofile(_Later(handlers[number], number, sys._getframe()).step)
+
+    return hook
 
 
 def _put_off(handler: Handler) -> Handler:
