@@ -77,6 +77,7 @@ def test_names_that_are_missing() -> None:
     assert [name for name in missing if hasattr(vci, name)] == []
 
 
+@pytest.mark.finding("vendor 10")
 def test_a_lin_master_has_a_rate(bal: Any) -> None:
     device = next(iter(v3.VciServer.get_device_manager().get_device_list()))
     with device, device.open_bus_access_layer() as layer, layer.open_socket(2, v3.LinControl) as control:

@@ -183,6 +183,7 @@ def rig(virtual4: Net4, request: pytest.FixtureRequest) -> Rig:
     return Rig(virtual4, request.param)
 
 
+@pytest.mark.finding("vendor 7")
 def test_a_message_is_started_and_stopped_by_itself(rig: Rig) -> None:
     """The list runs from the beginning, and Status needs no UpdateStatus."""
     message = rig.scheduler.add_message()
@@ -267,6 +268,7 @@ def test_a_suspended_list_waits_for_resume(rig: Rig) -> None:
     assert len(rig.heard(50)) >= 4
 
 
+@pytest.mark.finding("vendor 9")
 def test_a_disposed_list_is_gone(rig: Rig) -> None:
     message = rig.scheduler.add_message()
     fill(message, 1, cycle_ticks=10)
