@@ -251,6 +251,14 @@ def test_notification_by_posted_message(on_bus: Any, peer: Peer) -> None:
     assert window.get(timeout=LONG) == (window, 0x400, TBS_MB, 7)
 
 
+def test_a_virgin_controller_takes_messages_and_bus_on_gives_them_up(library: Any, peer: Peer) -> None:
+    assert library.ACAN_SendMessage(raw(1), 255)
+    assert library.ACAN_SetHardConfig(hardware())
+    assert library.ACAN_BusControl(BUS_ON) == 0x0001
+    assert library.ACAN_SendMessage(raw(2), 255)
+    assert peer.receive() == Frame(2)
+
+
 @pytest.mark.smoke
 @pytest.mark.conforms("AC-31")
 def test_messages_are_sent(on_bus: Any, peer: Peer) -> None:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from canwire import ErrorState
-from canwire.candrv import CanbusEvent, CanMode, Handle
+from canwire.candrv import CanbusEvent, CandrvError, CanMode, Handle, Win32Error
+from canwire.candrv.registry.registry import RegistryStore
 from tests.candrv.bench import Bench
 
 OUTCOMES = CanbusEvent.TRANSMITTED | CanbusEvent.ABORTED
@@ -61,3 +62,13 @@ def test_an_mcp2515_in_bus_off_reads_0_until_init(bench: Bench) -> None:
     handle.write("2 0 0\n")
     bench.run(0.01)
     assert CanbusEvent.TRANSMITTED in [handle.read_event().type for _ in range(handle.waiting)]
+
+
+@pytest.mark.parametrize("rate", [57_600, 115_200])
+def test_a_registrys_rate_that_the_clock_does_not_make_opens_no_device(
+    bench: Bench, registry: RegistryStore, rate: int
+) -> None:
+    registry.set("CID1", "Baudrate", rate)
+    with pytest.raises(CandrvError) as refused:
+        bench.open()
+    assert refused.value.code == Win32Error.ERROR_INVALID_PARAMETER

@@ -60,6 +60,9 @@ VCI = {
     "timing on the wire": "docs/test_porting_vci::ticks_are_seconds",
     "`ActivateSecondExclusive`": "vci/v3/can/test_channel::an_exclusive_channel_is_alone "
     "vci/net4/test_lines::an_exclusive_channel_is_alone",
+    "`ChannelStatusBeforeInit`": "vci/v3/can/test_channel::before_it_is_initialised_a_channel_can_do_nothing "
+    "vci/net4/test_lines::before_initialize_a_channel_has_no_status "
+    "vci/can/test_channels::before_it_is_initialised_a_channel_can_do_nothing",
     "`StatusPropertyTests`": "vci/v3/can/test_scheduler::states_change_with_update_status_only "
     "vci/net4/test_lines::a_message_is_started_and_stopped_by_itself",
     "`CurrentSameResultForMultiCall`": "vci/v3/test_devices::objects_of_the_same_board_are_equal",
@@ -100,7 +103,8 @@ CANDRV = {
     "candrv/test_handle::share_modes",
     "dwCreation OPEN_EXISTING": f"candrv/test_pointers::creation {MENDED}::device_names_in_either_case",
     "VIRTUALIZE": f"{MENDED}::two_programs_on_one_board_alone candrv/test_handle::virtualize",
-    "a rate between min and max": f"{GUIDE}::a_rate_that_the_clock_does_not_make_is_refused",
+    "a rate between min and max": f"{GUIDE}::a_rate_that_the_clock_does_not_make_is_refused "
+    "candrv/test_differences::a_registrys_rate_that_the_clock_does_not_make_opens_no_device",
     "Order, Dll, Ioctl, Priority256, IRQ": "candrv/registry/test_registry::what_the_virtual_board_ignores_says_so "
     "devices_in_ascending_order impossible_values",
     "registry entries act after a restart": "candrv/test_handle::settings_act_when_the_driver_is_loaded_again",
@@ -140,7 +144,8 @@ ACAN = {
     "`hi_ocr` with outputs that float, 0 perhaps": "boards/test_transceiver::"
     "nobody_hears_it_and_it_gets_no_acknowledge it_hears_others_and_acknowledges_nobody",
     "counters in bus-off": "acan/test_dispatch::in_bus_off_the_counter_is_the_chips",
-    "`ACAN_SendMessage` before `ACAN_SetHardConfig`, off the bus or in bus-off": "acan/test_driver::"
+    "`ACAN_SendMessage` before `ACAN_SetHardConfig`, off the bus or in bus-off": "acan/test_api::"
+    "a_virgin_controller_takes_messages_and_bus_on_gives_them_up acan/test_driver::"
     "going_on_the_bus_gives_up_what_was_queued_before bus_off_is_told_and_bus_on_begins_anew "
     f"{HEARING}::acan_begins_again_off_the_bus",
     "one notification a message": "acan/test_driver::a_burst_is_told_of_together_and_nothing_is_lost",
@@ -150,9 +155,9 @@ ACAN = {
     "multiplex number": "acan/test_int2d::multiplex_numbers_are_bytes_and_not_0",
     "length of the cable": "acan/test_cable::a_cables_delay_is_that_of_the_bus_s_rate_and_length",
     "the LED of the bracket": "boards/test_inducan104::the_led_is_the_interrupt",
-    "SYSTEM.INI, WCT.INI": "acan/test_install::the_ini_section "
+    "SYSTEM.INI, WCT.INI": "commands/acan/test_term::installation "
     "commands/acan/test_wct::a_file_in_the_windows_code_page_keeps_its_bytes",
-    "SC_BUSOFF": f"{HEARING}::each_hears_what_it_asked_for",
+    "SC_BUSOFF": f"{HEARING}::each_hears_what_it_asked_for {CONNECTOR}::a_stop_and_a_reset_are_changes_that_say_so",
     "`hi_miv`, `hi_ien`": f"{HEARING}::each_hears_what_it_asked_for acan/test_driver::"
     f"the_chip_is_programmed_as_the_manual_says {CONNECTOR}::a_mode_says_for_its_own_kin_what_is_heard",
     "ACAN and other drivers": "together/test_matrix::cells",

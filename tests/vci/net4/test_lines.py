@@ -121,6 +121,15 @@ def test_a_channels_own_filter(virtual4: Net4) -> None:
     assert channel.channel_status.is_activated
 
 
+@pytest.mark.finding("vendor 12")
+@pytest.mark.parametrize("kind", [net4.ICanChannel, net4.ICanChannel2, net4.ILinMonitor])
+def test_before_initialize_a_channel_has_no_status(virtual4: Net4, kind: Any) -> None:
+    monitor = kind is net4.ILinMonitor
+    channel = virtual4.open(kind, 2 * monitor)
+    with pytest.raises(net4.ObjectDisposedException):
+        getattr(channel, "monitor_status" if monitor else "channel_status")
+
+
 @pytest.mark.finding("vendor 5")
 @pytest.mark.parametrize("kind", [net4.ICanChannel, net4.ICanChannel2, net4.ILinMonitor])
 def test_an_exclusive_channel_is_alone(virtual4: Net4, kind: Any) -> None:
