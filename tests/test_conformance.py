@@ -61,6 +61,7 @@ EXAMINATIONS = {
     "candrv": ("candrv.md", r"^([AB]\d+)\. "),
     "acan": ("acan-dongle.md", r"^### (A\d+) "),
     "linux": ("linux.md", r"^### (\d)\. "),
+    "dialects": ("dialects.md", r"^(\d+)\. "),
     "python-can": ("python-can.md", r"^### (\d+)\.? "),
 }
 SMALL_ONES = {"vci": "F12", "acan": "A15", "python-can": "10"}  # points with a list of their own

@@ -144,6 +144,14 @@ def test_the_hardware_from_virgin_to_on_the_bus(library: Any) -> None:
     assert library.ACAN_BusControl(BUS_ON) == 0x0001
 
 
+def test_reserved_bytes_of_the_configuration_are_given_back_as_0(library: Any) -> None:
+    given, hi = hardware(), ACANHI()
+    given.hi_hsb = given.hi_hsb[:2] + bytes(range(1, 7))
+    assert library.ACAN_SetHardConfig(given)
+    library.ACAN_GetHardConfig(hi)
+    assert hi.hi_hsb == given.hi_hsb[:2] + bytes(6)
+
+
 @pytest.mark.conforms("AC-11")
 @pytest.mark.parametrize(
     "fields", [{"hi_rat": 0}, {"hi_ts1": 1}, {"hi_ts1": 18}, {"hi_ts2": 0}, {"hi_ts2": 9}, {"hi_rat": 3}]
@@ -183,12 +191,15 @@ def test_a_full_fifo_shows_in_the_status_word(on_bus: Any, peer: Peer) -> None:
 
 
 @pytest.mark.finding("acan A15.5")
-def test_import_star_brings_the_manuals_functions_and_nothing_else() -> None:
+def test_import_star_brings_the_manuals_functions_and_no_other_ones() -> None:
     found: dict[str, Any] = {}
     exec("from canwire.acan.api import *", found)
-    functions = {name for name in dir(api) if name.startswith("ACAN_")}
+    functions = {name for name in dir(api) if name.startswith("ACAN_") and not name.isupper()}
     assert len(functions) == 15
-    assert set(found) - {"__builtins__"} == functions | {"last_error", "use"}
+    assert {name for name in found if name != "__builtins__" and not name.isupper()} == functions | {
+        "last_error",
+        "use",
+    }
 
 
 @pytest.mark.finding("acan A15.6")
@@ -238,6 +249,14 @@ def test_notification_by_posted_message(on_bus: Any, peer: Peer) -> None:
     assert on_bus.ACAN_Register(tb)
     peer.send(Frame(1))
     assert window.get(timeout=LONG) == (window, 0x400, TBS_MB, 7)
+
+
+def test_a_virgin_controller_takes_messages_and_bus_on_gives_them_up(library: Any, peer: Peer) -> None:
+    assert library.ACAN_SendMessage(raw(1), 255)
+    assert library.ACAN_SetHardConfig(hardware())
+    assert library.ACAN_BusControl(BUS_ON) == 0x0001
+    assert library.ACAN_SendMessage(raw(2), 255)
+    assert peer.receive() == Frame(2)
 
 
 @pytest.mark.smoke
@@ -310,7 +329,7 @@ def test_registration_is_checked(library: Any) -> None:
     assert library.ACAN_Deregister(tb) is False
     assert library.ACAN_Register(tb) is True
     assert library.ACAN_Register(tb) is False
-    assert library.ACAN_AckEventCheck(block()) == 0
+    assert library.ACAN_AckEvent(block()) == library.ACAN_AckEventCheck(block()) == 0
     assert library.ACAN_Deregister(tb) is True
     assert library.ACAN_AckEventCheck(tb) == 0
     assert library.ACAN_RetrieveMessages(tb) == -1

@@ -64,6 +64,14 @@ def test_identifiers_are_left_aligned_in_filters() -> None:
     assert [frame.data for frame in block.retrieve()] == [b"standard", b"same"]
 
 
+def test_a_filter_takes_data_and_remote_frames_alike() -> None:
+    block = TaskBlock([Filter.one(0x123)])
+    frames = [Frame(0x123), Frame(0x123, remote=True), Frame(0x123 << 18, remote=True, extended=True)]
+    for frame in frames:
+        offer(block, frame)
+    assert block.retrieve() == frames
+
+
 @pytest.mark.conforms("AC-21")
 def test_one_frame_may_match_several_filters_and_stands_in_the_fifo_once() -> None:
     variable = bytearray(2)

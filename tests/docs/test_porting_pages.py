@@ -11,9 +11,9 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 DIFFERENCES = {
     "porting-vci.md": "Differences from real boards",
     "porting-candrv.md": "Differences from real boards",
-    "porting-acan.md": "What differs from the manual, and why",
+    "porting-acan.md": "Differences from real boards",
     "python-can.md": "Differences from other interfaces",
-    "slcan.md": "Where the document is silent, or says two things",
+    "slcan.md": "Differences from a real dongle",
 }
 LONGEST_FIRST = 17  # lines: VCI needs two channels and two control units; the others have ten or fewer
 

@@ -105,6 +105,24 @@ def test_nothing_is_sent_while_closed_or_listening(bench: Bench) -> None:
     assert bench.can.opened[0].listen_only
 
 
+def test_digits_are_read_in_either_case_and_answered_in_capitals(opened: Bench) -> None:
+    assert opened.ask(b"t1ab1cD\rT0000aBcD1Ef\r") == b"z\rZ\r"
+    assert opened.can.sent == [Frame(0x1AB, b"\xcd"), Frame(0xABCD, b"\xef", extended=True)]
+    assert opened.receive(opened.can.sent[1]) == b"T0000ABCD1EF\r"
+
+
+def test_identifiers_of_more_than_29_bits(opened: Bench) -> None:
+    assert opened.ask(b"T200001000\r") == b"\a"
+    canable = Bench(Settings(dialect=CANABLE))
+    canable.ask(b"S4\rO\rT200001000\r")
+    assert canable.can.sent == [Frame(0x100, extended=True)]
+
+
+def test_a_remote_frame_without_a_length_asks_for_none(opened: Bench) -> None:
+    assert opened.ask(b"r100\rR00000100\r") == b"z\rZ\r"
+    assert opened.can.sent == [Frame(0x100, remote=True), Frame(0x100, remote=True, extended=True)]
+
+
 @pytest.mark.conforms("CT-08")
 def test_the_short_reply() -> None:
     bench = Bench(Settings(tx_reply="cr"))

@@ -456,7 +456,7 @@ def test_installation(bench: Bench, tmp_path: Path) -> None:
     assert status == 2
     assert "the ACAN driver was uninstalled" in told
     ini = tmp_path / "SYSTEM.INI"
-    ini.write_text("[ACAN]\nBase=280\nIrq=5\n")
+    ini.write_bytes(b"; f\xfcr Windows\r\n[ACAN]\r\nBase=280\r\nIrq=5\r\n")
     assert acan("--ini", str(ini)) == (0, "ACAN is installed for HW000104: /P:280 /I:5\n", "")
     assert bench.run("term", "", "1", "2", "-T", "0")[0] == 0
     assert acan("/U")[0] == 0

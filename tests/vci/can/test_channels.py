@@ -41,6 +41,7 @@ def test_messages_go_from_one_line_to_the_other(program: Program) -> None:
 # life of a channel
 
 
+@pytest.mark.finding("vendor 12")
 @pytest.mark.conforms("X3-16")
 @pytest.mark.parametrize("socket", [vci.IID_ICanSocket, vci.IID_ICanSocket2])
 def test_before_it_is_initialised_a_channel_can_do_nothing(program: Program, socket: Any) -> None:

@@ -189,6 +189,7 @@ def test_identifiers_count_up(bench: Bench, first: int, ext: int) -> None:
     assert [one.msg_id for one in bench.port.messages(4)] == [first, first + 1, 0, 1]
 
 
+@pytest.mark.finding("vendor 6")
 @pytest.mark.conforms("X4-42", "X3-31")
 @pytest.mark.parametrize(
     ("mode", "byte_index", "length", "fits"),

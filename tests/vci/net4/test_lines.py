@@ -121,6 +121,15 @@ def test_a_channels_own_filter(virtual4: Net4) -> None:
     assert channel.channel_status.is_activated
 
 
+@pytest.mark.finding("vendor 12")
+@pytest.mark.parametrize("kind", [net4.ICanChannel, net4.ICanChannel2, net4.ILinMonitor])
+def test_before_initialize_a_channel_has_no_status(virtual4: Net4, kind: Any) -> None:
+    monitor = kind is net4.ILinMonitor
+    channel = virtual4.open(kind, 2 * monitor)
+    with pytest.raises(net4.ObjectDisposedException):
+        getattr(channel, "monitor_status" if monitor else "channel_status")
+
+
 @pytest.mark.finding("vendor 5")
 @pytest.mark.parametrize("kind", [net4.ICanChannel, net4.ICanChannel2, net4.ILinMonitor])
 def test_an_exclusive_channel_is_alone(virtual4: Net4, kind: Any) -> None:
@@ -183,6 +192,7 @@ def rig(virtual4: Net4, request: pytest.FixtureRequest) -> Rig:
     return Rig(virtual4, request.param)
 
 
+@pytest.mark.finding("vendor 7")
 def test_a_message_is_started_and_stopped_by_itself(rig: Rig) -> None:
     """The list runs from the beginning, and Status needs no UpdateStatus."""
     message = rig.scheduler.add_message()
@@ -267,6 +277,7 @@ def test_a_suspended_list_waits_for_resume(rig: Rig) -> None:
     assert len(rig.heard(50)) >= 4
 
 
+@pytest.mark.finding("vendor 9")
 def test_a_disposed_list_is_gone(rig: Rig) -> None:
     message = rig.scheduler.add_message()
     fill(message, 1, cycle_ticks=10)

@@ -55,6 +55,7 @@ def test_a_channel_without_transmit_fifo_has_no_writer(net: NetProgram) -> None:
         channel.get_message_writer()
 
 
+@pytest.mark.finding("vendor 5")
 @pytest.mark.conforms("X3-17")
 def test_an_exclusive_channel_is_alone(net: NetProgram, other_net: NetProgram) -> None:
     channel = net.open(v3.CanChannel)
@@ -119,6 +120,7 @@ def test_reader_and_writer_open_once_each(net: NetProgram, name: str) -> None:
     get().dispose()
 
 
+@pytest.mark.finding("vendor 8")
 def test_a_disposed_end_counts_nothing_and_does_nothing(net: NetProgram) -> None:
     port = net.port()
     port.reader.dispose()

@@ -117,6 +117,7 @@ def test_cycles_are_limited(net: NetProgram, cyclic: Any) -> None:
     scheduler.add_message(cyclic(1, cycle_ticks=scheduler.max_cyclic_msg_ticks))
 
 
+@pytest.mark.finding("vendor 6")
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -251,6 +252,7 @@ def test_two_bytes_count_up_the_low_one_first(rig: Any, cyclic: Any) -> None:
 # states
 
 
+@pytest.mark.finding("vendor 7")
 @pytest.mark.conforms("X3-33")
 def test_states_change_with_update_status_only(rig: Any, cyclic: Any) -> None:
     endless, twice, idle = (cyclic(one, cycle_ticks=5) for one in range(3))
@@ -295,6 +297,7 @@ def test_counts_that_are_none(net: NetProgram, cyclic: Any, count: int) -> None:
         scheduler.start_message(made, count)
 
 
+@pytest.mark.finding("vendor 9")
 def test_a_disposed_list_is_gone(rig: Any, cyclic: Any) -> None:
     rig.add(cyclic(1, cycle_ticks=5))
     rig.scheduler.resume()
