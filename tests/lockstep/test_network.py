@@ -18,6 +18,11 @@ from tests.lockstep.test_repeated import PROGRAM
 
 pytest.importorskip("can")
 pytest.importorskip("zenoh")
+
+from tests.threads.apart import played_apart
+from tests.threads.shapes import SHAPES
+from tests.threads.test_shapes import in_a_hub
+
 pytestmark = [
     pytest.mark.realtime,
     pytest.mark.skipif(PORTABLE, reason="hubs of other machines need Linux' own platform"),
@@ -54,6 +59,14 @@ def test_random_programs_do_on_the_network_what_they_do_beside_the_hub(tmp_path:
     assert found[1:] == [found[0], found[0]]
 
 
+@pytest.mark.conforms("G-17")
+@pytest.mark.finding("machines 4")
+@pytest.mark.parametrize("name", SHAPES)
+def test_programs_with_threads_give_the_log_that_they_give_in_one_process(name: str, tmp_path: Path) -> None:
+    *log, _ = in_a_hub(name)
+    assert played_apart(tmp_path, name, name, ("ecu1", "ecu2", "tester")) == log
+
+
 def test_a_killed_one_is_let_go_with_a_word(tmp_path: Path) -> None:
     with bench(tmp_path, "--programs", "a,b") as made:
         made.offered(("b",))
@@ -66,11 +79,11 @@ def test_a_killed_one_is_let_go_with_a_word(tmp_path: Path) -> None:
 
 
 COMPUTES = """
-import canwire, threading
+import canwire, signal
 with canwire.connect() as hub:
     hub.sleep(0.010)
     print("ready", flush=True)
-    threading.Event().wait()
+    signal.pause()  # which the hub knows nothing of
 """
 
 

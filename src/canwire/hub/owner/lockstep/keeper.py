@@ -34,16 +34,12 @@ class Looked(Protocol):
 
 
 class Lockstep:
-    """Everybody who keeps one time.
-
-    `repeats` tells that the last standstill was an instant that did not end, `standstill` is its sentence.
-    """
+    """Everybody who keeps one time. `standstill` is the sentence that says why time does not pass, or ""."""
 
     def __init__(self, timeline: Timeline, turns: Turns, world: Looked) -> None:
         self.turns = turns
         self.standstill = ""
         self.turn_ns = 0  # when the last turn began
-        self.repeats = False
         self._timeline = timeline
         self._world = world
         self._hub = os.urandom(8).hex()
@@ -187,7 +183,6 @@ class Lockstep:
 
     def stands(self, repeats: bool) -> None:
         """Time stands for longer than anybody should have to wait: say why. `repeats`: they run, but no time passes."""
-        self.repeats = repeats
         self.standstill = f"time stands at {_seconds(self._timeline.now_ns)}: {self._why(repeats)}"
         self._say(self.standstill)
 
@@ -200,7 +195,10 @@ class Lockstep:
         who = f"{running.name} {self._seats[running].program.process}, thread {running.thread},"
         if repeats:
             return f"{who} and maybe others wait again and again for no time at all"
-        return f"{who} computes, or waits for something that the hub does not know of (hub.sleep, hub.away)"
+        return (
+            f"{who} computes, asks again and again without waiting (as recv(0) does), or waits for something that the "
+            f"hub does not know of (hub.sleep, hub.away)"
+        )
 
     def _new_program(self, session: Session, request: m.JoinTime) -> Program:
         self._last += 1

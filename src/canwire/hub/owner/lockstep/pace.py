@@ -11,9 +11,13 @@ from canwire.hub.owner.pace import SLICE_NS, RealPace
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
+    from canwire.hub.owner.lockstep.turns import Participant
     from canwire.hub.owner.world import World
 
 PATIENCE_S = 5.0
+Stand = tuple[
+    int, "Participant | None", str | None
+]  # turns given, who runs, who is missing (None: nobody came yet)
 _LONGEST_SILENCE_NS = (
     3_600_000_000_000  # that everybody waits for without a timeout: boards' clocks tick for ever
 )
@@ -21,7 +25,10 @@ _STEP_NS = 2_000_000  # bus time between two looks at the clock
 
 
 class LockstepPace(RealPace):
-    """The timeline goes from one wait to the next; whoever runs for `patience_s` of the clock is named."""
+    """The timeline goes from one wait to the next.
+
+    Whoever runs for `patience_s` of the clock is named, and whoever runs for twice as long in turns of one instant.
+    """
 
     def __init__(
         self, world: World, patience_s: float = PATIENCE_S, clock_ns: Callable[[], int] = time.monotonic_ns
@@ -31,9 +38,11 @@ class LockstepPace(RealPace):
             raise BadValue("a world whose programs keep one time is made with turns")
         self._lockstep = world.lockstep
         self._patience_ns = round(patience_s * 1e9)
-        self._turn = self._instant = -1  # turns given, bus time, when they were last looked at ...
-        self._turn_ns = self._instant_ns = clock_ns()  # ... and since when they are so
-        self._told = False
+        self._instant = -1  # bus time, when it was last looked at
+        self._stand: Stand = (0, None, None)  # whom time waited for then ...
+        self._stand_ns = clock_ns()  # ... and since when of the clock
+        self._spent_ns: dict[Participant, int] = {}  # of the clock, in turns that ended at this instant
+        self._told = self._told_of_repeats = False  # of this stand, of this instant
 
     def lateness(self) -> tuple[int, int]:
         return 0, 0
@@ -60,19 +69,42 @@ class LockstepPace(RealPace):
 
     def _watch(self, now_ns: int) -> float | None:
         """Time stands: the seconds until somebody has to be named for it, None: nobody, or that was done."""
-        turn, instant = self._lockstep.turns.given, self._timeline.now_ns
-        if instant != self._instant:
-            self._instant, self._instant_ns, self._told = instant, now_ns, False
-            self._lockstep.standstill = ""
-        if turn != self._turn:
-            self._turn, self._turn_ns = turn, now_ns
-            if not self._lockstep.repeats:
-                self._told, self._lockstep.standstill = False, ""
+        self._look(now_ns)
         if self._told or not self._lockstep.occupied:
             return None
-        patience_ns = self._patience_ns
-        if now_ns - self._turn_ns >= patience_ns or now_ns - self._instant_ns >= 2 * patience_ns:
+        long_ns = self._stand_ns + self._patience_ns
+        repeats_ns = NEVER
+        running = self._lockstep.turns.running
+        if running is not None and not self._told_of_repeats:
+            repeats_ns = self._stand_ns + 2 * self._patience_ns - self._spent_ns.get(running, 0)
+        if now_ns < min(long_ns, repeats_ns):
+            return min(long_ns, repeats_ns) / 1e9 - now_ns / 1e9
+        repeats = now_ns < long_ns
+        if repeats:
+            self._told_of_repeats = True
+        else:
             self._told = True
-            self._lockstep.stands(now_ns - self._turn_ns < patience_ns)
-            return None
-        return min(self._turn_ns + patience_ns, self._instant_ns + 2 * patience_ns) / 1e9 - now_ns / 1e9
+        self._lockstep.stands(repeats)
+        return self._watch(now_ns)
+
+    def _look(self, now_ns: int) -> None:
+        """Whom time waits for, and since when.
+
+        Nobody answers for a time that passed before it came, nor for what others spend at this instant. A turn that
+        was named for its length counts for itself alone.
+        """
+        lockstep, instant = self._lockstep, self._timeline.now_ns
+        turns = lockstep.turns
+        stand = (turns.given, turns.running, turns.missing if lockstep.occupied else None)
+        if instant != self._instant:
+            self._instant, self._told_of_repeats = instant, False
+            self._spent_ns.clear()
+        elif stand != self._stand:
+            before, spent_ns = self._stand[1], now_ns - self._stand_ns
+            if before is not None and spent_ns < self._patience_ns:
+                self._spent_ns[before] = self._spent_ns.get(before, 0) + spent_ns
+        elif lockstep.occupied:
+            return
+        self._stand, self._stand_ns, self._told = stand, now_ns, False
+        if not self._told_of_repeats:
+            lockstep.standstill = ""
