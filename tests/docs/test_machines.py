@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from canwire.hub.links.network.access import Access, Login, load
+from canwire.hub.protocol.messages import VERSION
 from tests.docs.blocks import ROOT, blocks, run_console
 
 PAGE = ROOT / "docs" / "machines.md"
@@ -17,7 +18,9 @@ PAGE = ROOT / "docs" / "machines.md"
 def test_the_commands_of_the_page(tmp_path: Path) -> None:
     said = run_console(PAGE, tmp_path)
     assert "offered as zenoh://lab/127.0.0.1" in said
-    assert "fast time, version 4" in said
+    shown = f"fast time, version {VERSION}"
+    assert shown in said
+    assert shown in PAGE.read_text(encoding="utf-8")
     assert "HW000001  usb-to-can-fd  USB-to-CAN FD (simulated)" in said
 
 
