@@ -106,7 +106,7 @@ def test_one_reply_has_an_end(hub: Hub) -> None:
             hub.call(request)
 
 
-def test_a_start_looks_closely_only_where_rates_differ(
+def test_a_start_looks_closely_only_where_it_is_set_up_in_a_new_way(
     hub: Hub, engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     looks: list[str] = []
@@ -120,12 +120,16 @@ def test_a_start_looks_closely_only_where_rates_differ(
     told: list[str] = []
     monkeypatch.setattr(engine.world, "warn", told.append)
     boards = [board.id for board in hub.boards()]
-    controls = [hub.open_control(board, 0) for board in boards[:3]]
-    for control, rate in zip(controls, (500_000, 500_000, 250_000), strict=True):
-        assert looks == told == []
+    rates = (500_000, 500_000, 500_000, 500_000, 250_000)
+    controls = [hub.open_control(board, 0) for board in boards[: len(rates)]]
+    seen: list[int] = []
+    for control, rate in zip(controls, rates, strict=True):
+        assert told == []
+        looks.clear()
         control.initialise(LineMode(BitTiming.for_bit_rate(rate)))
         control.start()
-    assert len(looks) == 3
+        seen.append(len(looks))
+    assert seen == [1, 2, 0, 0, 5]  # at the first, at the first company, and at another rate
     assert len(told) == 1
     assert told[0].startswith("can0: different bit rates on one bus: HW000001")
     controls[0].start()

@@ -24,14 +24,16 @@ from canwire.boards.config.configuration import Config
 from canwire.slcan import CANABLE, CANBUS, Dialect, Dongle, HubPort, Red, Settings, plug_dongle
 
 
-class Node:
-    """Line 0 of the default world's first board, at 125 kbit/s."""
+AT_125K = LineMode(BitTiming.for_bit_rate(125_000))
 
-    def __init__(self, hub: Hub, bit_rate: int = 125_000, data_bit_rate: int | None = None) -> None:
+
+class Node:
+    """Line 0 of the default world's first board, at 125 kbit/s unless told otherwise."""
+
+    def __init__(self, hub: Hub, mode: LineMode = AT_125K) -> None:
         self.board = hub.board("usb-to-can-fd")
         self.control: Control = hub.open_control(self.board.id, 0)
-        data = None if data_bit_rate is None else BitTiming.for_bit_rate(data_bit_rate)
-        self.control.initialise(LineMode(BitTiming.for_bit_rate(bit_rate), data, long_data=data is not None))
+        self.control.initialise(mode)
         self.control.start()
         self.channel: HubChannel = hub.open_channel(self.board.id, 0)
         self.channel.set_up(ChannelMode(1024, 1024))
@@ -136,7 +138,7 @@ def test_the_documents_filter(hub: Hub, mask: str, frame: Frame, passes: bool) -
 
 @pytest.mark.conforms("CT-04")
 def test_rates_of_registers_are_the_bus_s(hub: Hub) -> None:
-    node, plugged = Node(hub, 250_000), Plugged(hub)
+    node, plugged = Node(hub, LineMode(BitTiming.for_bit_rate(250_000))), Plugged(hub)
     assert plugged.ask(b"s011C\rO\rt1000\r", 0.01) == b"\r\rz\r"
     assert node.channel.receive() == Frame(0x100)
 
@@ -198,7 +200,8 @@ def test_several_dongles_on_one_bus(hub: Hub) -> None:
 
 
 def test_canable_speaks_fd(hub: Hub) -> None:
-    node = Node(hub, 500_000, 5_000_000)
+    assert CANABLE.data_rates is not None
+    node = Node(hub, LineMode(CANABLE.rates[b"6"], CANABLE.data_rates[b"5"], long_data=True))
     plugged = Plugged(hub, Settings(dialect=CANABLE), CANABLE)
     assert plugged.ask(b"S6\rY5\rO\rb1009" + b"5A" * 12 + b"\rt1000\r", 0.01) == b""
     assert node.channel.receive_many(9) == [
