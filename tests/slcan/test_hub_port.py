@@ -23,7 +23,6 @@ from canwire import (
 from canwire.boards.config.configuration import Config
 from canwire.slcan import CANABLE, CANBUS, Dialect, Dongle, HubPort, Red, Settings, plug_dongle
 
-
 AT_125K = LineMode(BitTiming.for_bit_rate(125_000))
 
 
