@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from canwire.errors import WrongState
 from canwire.hub.protocol import messages as m
-from canwire.values.checks import LONGEST_NS, nanoseconds
+from canwire.values.checks import LONGEST_NS, instance, nanoseconds
 
 if TYPE_CHECKING:
     from canwire.hub.handles.timed import Timed
@@ -67,7 +67,9 @@ class ClientTime(ABC):
         """
         from canwire.hub.handles.keeper import LockstepKeeper
         from canwire.hub.handles.timed import Timed
+        from canwire.threads.company import Company
 
+        instance("company", company, Company, type(None))
         keeper = None if company is None else company.keeper
         if not isinstance(keeper, LockstepKeeper):
             self._timed = Timed(self, name, self._link.stir)
