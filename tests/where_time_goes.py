@@ -1,4 +1,4 @@
-"""Where the suite's time goes: `python -m pytest -n 2 -p tests.where_time_goes --time-table FILE.jsonl`.
+"""Where the suite's time goes: `python -m pytest -n 2 -p tests.where_time_goes --time-table=FILE.jsonl`.
 
 Each test becomes a line of FILE: seconds of setup, call and teardown, and what was counted meanwhile in its process
 (processes started, seconds in time.sleep, hubs made, browsers). `python -m tests.where_time_goes FILE.jsonl` prints

@@ -36,21 +36,22 @@ def _until_broken(
 ) -> Iterator[list[CampaignRun]]:
     """Until all is done, or a process has ended: what was under way then is `suspects`."""
     under_way: dict[Future[list[CampaignRun]], Batch] = {}
-    with _pool(workers) as pool:
-        try:
-            while True:
-                while len(under_way) < workers * _AHEAD and (batch := next(rest, None)) is not None:
-                    _hand_out(pool, script, batch, rules, under_way, suspects)
-                if not under_way:
-                    return
-                for done in wait(under_way, return_when=FIRST_COMPLETED).done:
-                    runs = done.result()
-                    del under_way[done]
-                    yield runs
-        except BrokenProcessPool:
-            suspects += sorted(under_way.values())
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    try:
+        while True:
+            while len(under_way) < workers * _AHEAD and (batch := next(rest, None)) is not None:
+                _hand_out(pool, script, batch, rules, under_way, suspects)
+            if not under_way:
+                return
+            for done in wait(under_way, return_when=FIRST_COMPLETED).done:
+                runs = done.result()
+                del under_way[done]
+                yield runs
+    except BrokenProcessPool:
+        suspects += sorted(under_way.values())
+    finally:
+        # without waiting, the pool's thread closes a pipe that the interpreter's end writes to: "Bad file descriptor"
+        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _hand_out(
@@ -103,7 +104,3 @@ def crashed(campaign: Campaign, number: int, seed: int) -> CampaignRun:
     return CampaignRun(
         number, own_seed, campaign.space.at(number, own_seed), "crashed", "its process ended by itself"
     )
-
-
-def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))

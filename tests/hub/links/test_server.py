@@ -194,6 +194,25 @@ def test_a_dead_hubs_socket_is_replaced(tmp_path: Path) -> None:
     hub.close()
 
 
+@unix_only
+def test_its_path_appears_when_it_listens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A program that sees the file connects: it is never refused because the hub has only just begun."""
+    seen: list[str] = []
+    replace = os.replace
+
+    def appears(source: str, target: str) -> None:
+        assert not os.path.exists(target)
+        assert somebody_listens(source)
+        seen.append(target)
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", appears)
+    hub = Hub(tmp_path / "s")
+    assert seen == [hub.path]
+    assert os.listdir(tmp_path) == ["s"]
+    hub.close()
+
+
 def test_what_is_no_socket_is_never_removed(tmp_path: Path) -> None:
     file = tmp_path / "precious"
     file.write_text("data")

@@ -8,12 +8,15 @@ import os
 import socket
 import stat
 import struct
+import sys
 
 from canwire.errors import BadValue, HubError, HubLost
 from canwire.places import locked_directory
 
 _BACKLOG = 1024  # callers that wait to be let in; systems have limits of their own
 _DIAL_TIMEOUT_S = 2
+_LONGEST_PATH = 107 if sys.platform == "linux" else 103  # bytes that sockaddr_un has room for, beside its zero
+_MEANWHILE = ".new"
 _TIME = struct.Struct("@ll")  # timeval
 _NOBODY = (errno.ECONNREFUSED, errno.ENOENT)
 
@@ -27,11 +30,8 @@ def listen_at(path: str) -> socket.socket:
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         with locked_directory(os.path.dirname(path)):
-            _make_room(path)
-            os.fchmod(listener.fileno(), 0o600)  # Linux then creates the file with this mode at once
-            _bind(listener, path)
-            os.chmod(path, 0o600)
-            listener.listen(_BACKLOG)
+            _check_room(path)
+            _appear(listener, path)
     except BaseException:
         listener.close()
         raise
@@ -87,7 +87,7 @@ def somebody_listens(path: str) -> bool:
     return failure not in _NOBODY
 
 
-def _make_room(path: str) -> None:
+def _check_room(path: str) -> None:
     try:
         mode = os.lstat(path).st_mode
     except FileNotFoundError:
@@ -96,13 +96,20 @@ def _make_room(path: str) -> None:
         raise HubError(f"{path} is no socket; give --socket another path, or remove it")
     if somebody_listens(path):
         raise HubError(f"another hub listens on {path}; connect to that one, or give --socket another path")
-    os.unlink(path)
 
 
-def _bind(listener: socket.socket, path: str) -> None:
-    try:
-        listener.bind(path)
-    except OSError as error:
-        if error.errno is None:  # the socket module's own check of the length
-            raise BadValue(f"{path}: too long for a socket, about 100 bytes are possible") from None
-        raise
+def _appear(listener: socket.socket, path: str) -> None:
+    """The socket comes to its path when it listens already: a caller that sees the file is never refused.
+
+    It replaces what a dead hub left there. The directory is locked, so the name meanwhile is nobody else's.
+    """
+    meanwhile = os.path.join(os.path.dirname(path), _MEANWHILE)
+    if max(len(os.fsencode(path)), len(os.fsencode(meanwhile))) > _LONGEST_PATH:
+        raise BadValue(f"{path}: too long for a socket, about 100 bytes are possible")
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(meanwhile)
+    os.fchmod(listener.fileno(), 0o600)  # Linux then creates the file with this mode at once
+    listener.bind(meanwhile)
+    os.chmod(meanwhile, 0o600)
+    listener.listen(_BACKLOG)
+    os.replace(meanwhile, path)
