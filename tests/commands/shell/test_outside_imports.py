@@ -198,6 +198,7 @@ class Taken:
             pass
 
 
+@pytest.mark.usefixtures("interrupts")
 @pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
 def test_a_signal_that_the_interpreter_would_forget_is_raised_once_more() -> None:
     def work() -> None:
