@@ -25,6 +25,8 @@ def _judges(root: Path, mutant: Mutant) -> list[Path]:
     found: list[Path] = []
     for above in inner.parents[:-1]:
         found += sorted((tests / above).rglob("test_*.py"))
+    if {"loopback", "portable"} & set(inner.parts):
+        found.append(tests / "platform/test_portable_suite.py")  # which Linux runs only there
     found += sorted(tests.glob(f"test_{(inner.parts[0] if len(inner.parts) > 1 else inner.stem)}*.py"))
     return list(dict.fromkeys(found)) or _of_those_who_use_it(root, mutant)
 

@@ -72,6 +72,8 @@ def test_a_lost_arbitration_is_told_and_tried_again(bench: Bench) -> None:
     assert (chip.read(m.TXBCTRL[0]), chip.read(m.TEC)) == (MLOA, 0)
     send(chip, C)
     assert chip.read(m.TXBCTRL[0]) == TXREQ
+    bench.bits(200)
+    assert partner.heard() == [C]
 
 
 def test_one_shot_mode_and_a_lost_arbitration(bench: Bench) -> None:

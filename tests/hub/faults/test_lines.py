@@ -80,6 +80,7 @@ def test_a_line_at_a_wrong_rate_hears_errors_only_and_is_well_again(
     node = engine.world.can_slot(wrong.place.board.id, wrong.place.line).can.line.controller
     right = bit_times(node)
     fault = hub.bus("can0").faults.wrong_rate(line, 250_000)
+    assert fault.info().text == f"wrong rate of {line}: 250000 bit/s"
     sender.send()
     hub.run_for(0.01)
     assert wrong.frames(0) == []
@@ -158,6 +159,13 @@ def test_a_babbling_node_takes_the_bus_and_gives_it_back(hub: Hub) -> None:
     hub.run_for(0.001)
     assert [frame.id for frame in receiver.frames(0)][-1] == 0x123
     assert (receiver.lost(), sender.lost()) == (0, 0)
+
+
+def test_a_babbling_node_has_the_bit_rate_of_the_line_that_runs(hub: Hub) -> None:
+    slow = Program(hub, IDEAL, 125_000)
+    babble = hub.bus("can0").faults.babble(0x7, times=3)
+    assert babble.wait(1.0)
+    assert [frame.id for frame in slow.frames(0)] == [0x7] * 3
 
 
 def test_what_a_babbling_node_makes_others_lose_is_counted(hub: Hub) -> None:

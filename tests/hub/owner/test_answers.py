@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 
 from canwire.boards.config.configuration import Config
-from canwire.errors import BadMessage
+from canwire.errors import BadFrame, BadMessage
 from canwire.hub.owner.answers.everything import ANSWERS
 from canwire.hub.owner.answers.registry import DONE, Answers
 from canwire.hub.owner.entrance import open_session
@@ -16,9 +16,10 @@ from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.fault_messages import Noise
-from canwire.hub.protocol.lin_messages import LinRequest
+from canwire.hub.protocol.lin_messages import LinRequest, WriteLin
 from canwire.hub.protocol.link import Answer
 from canwire.timeline import Timer
+from canwire.values.record import RECORD_SIZE
 
 
 def test_every_request_but_the_links_own_hello_has_an_answer() -> None:
@@ -66,3 +67,9 @@ def test_waits_that_are_over_leave_nothing_for_later() -> None:
 
 def _due() -> int:
     return sum(type(found) is Timer and found.callback is not None for found in gc.get_objects())
+
+
+def test_a_lin_record_of_another_size_is_the_programs_mistake() -> None:
+    session = open_session(World(Config.default(), virtual=True), "one", 1, lambda notice: None, None)
+    with pytest.raises(BadFrame, match=rf"a record has {RECORD_SIZE} bytes, not 5"):
+        session.handle(WriteLin(1, bytes(5), False))

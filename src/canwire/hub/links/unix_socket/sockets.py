@@ -15,7 +15,9 @@ from canwire.places import locked_directory
 
 _BACKLOG = 1024  # callers that wait to be let in; systems have limits of their own
 _DIAL_TIMEOUT_S = 2
-_LONGEST_PATH = 107 if sys.platform == "linux" else 103  # bytes that sockaddr_un has room for, beside its zero
+_LONGEST_PATH = (
+    107 if sys.platform == "linux" else 103
+)  # bytes that sockaddr_un has room for, beside its zero
 _MEANWHILE = ".new"
 _TIME = struct.Struct("@ll")  # timeval
 _NOBODY = (errno.ECONNREFUSED, errno.ENOENT)
