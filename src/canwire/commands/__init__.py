@@ -47,6 +47,9 @@ VERBS = {
     "devices": Verb("canwire.commands.devices.verb", "list the boards of the hub and who uses them"),
     "plug": Verb("canwire.commands.plug", "put a board into the hub"),
     "share": Verb("canwire.commands.share", "put real adapters on the hub, for every program at once"),
+    "adapters": Verb(
+        "canwire.commands.devices.adapters", "list this machine's real adapters, and how to share them"
+    ),
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
     "up": Verb("canwire.commands.up", "start a line of the hub, and leave it running"),

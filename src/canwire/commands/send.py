@@ -162,6 +162,8 @@ class Sending:
             return f"the line does not run; its control is held by {line.control_holder or 'nobody'}"
         if line.mode is not None and line.mode.listen_only:
             return "the line only listens"
+        if line.obstacle:
+            return line.obstacle
         if line.coupling_fault:
             return f"{self._place.info.bus} is shorted"
         if line.state == ErrorState.BUS_OFF:
