@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
         else int(_number("--rotate-size", arguments.rotate_size, _SIZES))
     )
     span = None if arguments.rotate_time is None else _number("--rotate-time", arguments.rotate_time, _SPANS)
-    end_s = None if arguments.span is None else time.monotonic() + _number("--for", arguments.span, _SPANS)
+    seconds = None if arguments.span is None else _number("--for", arguments.span, _SPANS)
     triggers = _triggers(arguments)
     _refuse_private(arguments)
     stop = threading.Event()
@@ -90,6 +90,10 @@ def run(arguments: argparse.Namespace) -> int:
             data_bit_rate=arguments.data_bit_rate,
             triggers=triggers,
         )
+        end_s = None
+        if seconds is not None:
+            recorder.end_after(seconds)
+            end_s = time.monotonic() + seconds
         complain(f"recording {arguments.line} to {recorder.files[0]}")
         try:
             while not stop.wait(_TURN_S) and not recorder.wait(0):
