@@ -42,6 +42,8 @@ VERBS = {
     "convert": Verb("canwire.commands.logs.convert", "write a log in another format"),
     "stats": Verb("canwire.commands.stats.verb", "show what is in a log: identifiers, periods, errors, load"),
     "plot": Verb("canwire.commands.plot.verb", "draw signals of a log, or of a line of the hub"),
+    "decode": Verb("canwire.commands.databases.decode", "show a log by a database: names and signals"),
+    "db": Verb("canwire.commands.databases.look", "show what a database says: messages, signals, bits"),
     "query": Verb("canwire.commands.query.verb", "ask a log by SQL, signals too, however big it is"),
     "demo": Verb("canwire.commands.demo", "show a small bus at work"),
     "devices": Verb("canwire.commands.devices.verb", "list the boards of the hub and who uses them"),
