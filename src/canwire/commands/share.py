@@ -41,6 +41,7 @@ from canwire.commands.shell.ending import signals_call
 
 KINDS = ("slcan", "slcan-fd", "python-can")
 PATIENCE_S = 3.0  # for an adapter to say what it is
+LOADING_S = 30.0  # for python-can and all that it loads; it says something in any case
 _LOOK_S = 0.05
 
 
@@ -83,7 +84,7 @@ def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: 
     def ready(introduction: str) -> None:
         nonlocal status
         with canwire.connect(address, name="canwire share", timed=False) as hub:
-            status = share(hub, specs, arguments)
+            status = share(hub, specs, arguments, stop)
         if status:
             stop.set()
         else:
@@ -97,8 +98,13 @@ def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: 
     return status
 
 
-def share(hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace) -> int:
-    """Plug these in, start them if that is asked for, and print what they say they are; 1 if one cannot be opened."""
+def share(
+    hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace, stop: Event | None = None
+) -> int:
+    """Plug these in, start them if that is asked for, and print what they say they are; 1 if one cannot be opened.
+
+    Once `stop` is set nothing is waited for.
+    """
     plugged: list[BoardInfo] = []
     try:
         for kind, port in specs:
@@ -110,8 +116,11 @@ def share(hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace)
         for board in plugged:
             hub.unplug(board.hardware_id)
         raise
-    deadline = time.monotonic() + PATIENCE_S
-    found = [(board, obstacle_of(hub, board, deadline)) for board in plugged]
+    begun_s = time.monotonic()
+    found = []
+    for board in plugged:
+        patience_s = LOADING_S if board.kind == "python-can" else PATIENCE_S
+        found.append((board, obstacle_of(hub, board, begun_s + patience_s, stop)))
     if any(obstacle for _, obstacle in found) and not arguments.wait:
         for board, obstacle in found:
             hub.unplug(board.hardware_id)
@@ -134,13 +143,14 @@ def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
         control.start()
 
 
-def obstacle_of(hub: Hub, board: BoardInfo, deadline: float) -> str:
+def obstacle_of(hub: Hub, board: BoardInfo, deadline: float, stop: Event | None = None) -> str:
     """Why its adapter cannot be opened; "" as soon as it takes part, or has said what it is and nobody started it."""
     before, place = board.resources, LinePlace(board, 0)
     while True:
         status = place.status(hub)
         silent = hub.board(board.hardware_id).resources == before
-        if status.running and status.state != ErrorState.STOPPED:
+        ended = stop is not None and stop.is_set()
+        if ended or (status.running and status.state != ErrorState.STOPPED):
             return ""
         if status.obstacle or not (silent or status.running):
             return status.obstacle

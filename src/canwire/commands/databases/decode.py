@@ -3,7 +3,7 @@
 canwire decode drive.log --db car.dbc                  a line for each frame that the file knows
 canwire decode drive.log --db can0=car.dbc --db can1=engine.dbc    a database for each channel
 canwire decode drive.log --db car.dbc --all            frames without a name, too
-canwire decode drive.log --db car.dbc --filter 100-1FF these frames only
+canwire decode drive.log --db car.dbc --filter 100-1FF  these frames only
 canwire decode drive.log --db car.dbc --form columns   a row for each signal, columns by tabs
 canwire decode drive.log --db car.dbc --form json      an object a line, for programs
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Protocol
 
+from canwire.errors import BadValue
 from canwire.logs.batch import LogBatch, batch_of
 from canwire.logs.entry import LogEntry, LogMark, MarkKind
 from canwire.logs.recording.files import RecordingFiles
@@ -110,7 +111,12 @@ class Recorder:
         return 0 if self._gate is None else self._gate.starts
 
     def end_after(self, span_s: float) -> None:
-        """Keep nothing that comes more than so many seconds after the beginning, by its stamps; `wait` ends then."""
+        """Keep nothing that comes more than so many seconds after the beginning, by its stamps; `wait` ends then.
+
+        Raises BadValue for what is no number above 0.
+        """
+        if not isinstance(span_s, int | float) or not 0 < span_s < 1e9:
+            raise BadValue(f"span_s {span_s!r}: a number of seconds above 0")
         self._until_ns = self._begin_ns + round(span_s * 1e9)
 
     def wait(self, timeout: float | None = None) -> bool:
