@@ -50,7 +50,7 @@ def read(source: Source) -> Iterator[LogBatch]:
             source.fault(f"byte {at}", "the file ends in the middle of an object")
             if kind == b.CONTAINER and len(body) > _CONTAINER_HEAD:
                 yield from reader.objects(_unpacked(source, at, body), at)
-            break
+            return  # the object that is cut is said already
         content = _unpacked(source, at, body) if kind == b.CONTAINER else base + body
         yield from reader.objects(content, at)
         at += size + size % 4
