@@ -21,7 +21,7 @@ BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogMark LogWriter MarkKi
 ChannelStatistics IdentifierStatistics LogStatistics log_statistics
 open_log Recorder RecordTriggers Trace open_trace convert_log epoch_ns record
 Offer offer offered_hubs
-lines_now unused_lines
+lines_now unused_lines FoundAdapter find_adapters
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
 DecodedMessages MessagePort OutgoingMessage Simulation
 TimeState TimedProgram

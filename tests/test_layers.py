@@ -117,6 +117,7 @@ OUTSIDE_WORLD = {  # real adapters: their I/O alone
     "drivers.slcan_dongle.link",
     "drivers.slcan_dongle.ports",
     "drivers.python_can.adapter",
+    "drivers.python_can.gs_usb.bus",
 }
 HUB_WITHOUT_CLOCKS = {
     "hub.protocol.board_messages",
@@ -158,7 +159,7 @@ HUB_ON_TOP = {  # what stands in no room of the hub
     "hub.wanted_mode",
 }
 NEVER_EACH_OTHER = ["drivers"]  # siblings; what they share stands in the seam
-SEAMS = {"drivers": {"driver", "lin_driver", "outside", "reporting"}}
+SEAMS = {"drivers": {"driver", "lin_driver", "obstacles", "outside", "reporting"}}
 STRANGERS = [("chips", "drivers"), ("drivers", "chips")]
 CHIP_SEAMS = {"chips.host", "chips.registers"}
 TOUCH_CHIPS = {

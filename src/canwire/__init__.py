@@ -54,6 +54,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire import python_can as python_can
     from canwire import slcan as slcan
     from canwire import vci as vci
+    from canwire.boards.adapters import FoundAdapter, find_adapters
     from canwire.boards.can.modes import (
         ChannelMode,
         ChannelStatus,
@@ -256,6 +257,7 @@ _NAMES = {
     "hub.bring_up": "bring_up start_line",
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
+    "boards.adapters": "FoundAdapter find_adapters",
     "hub.finding": "LinePlace every_line find_lines lines_now unused_lines",
     "hub.handles.bus.bus": "HubBus HubLinBus",
     "hub.handles.bus.can": "CanBusFaults",
@@ -431,6 +433,7 @@ __all__ = [
     "FilterMode",
     "FilterSetup",
     "Filtered",
+    "FoundAdapter",
     "Frame",
     "Gateway",
     "GatewayCounts",
@@ -558,6 +561,7 @@ __all__ = [
     "encode_error_frame",
     "epoch_ns",
     "every_line",
+    "find_adapters",
     "find_lines",
     "format_candump_line",
     "format_frame",

@@ -86,8 +86,12 @@ def test_a_silent_adapter_is_waited_for(
 ) -> None:
     monkeypatch.setattr("canwire.commands.share.PATIENCE_S", 0.1)
     dongle.answer = lambda line: None
-    assert main(["share", str(dongle.link), "--hub", hub_address]) == 0
-    assert "no adapter answers there" in capsys.readouterr().out
+    assert main(["share", str(dongle.link), "--wait", "--hub", hub_address]) == 0
+    assert "the hub waits for it" in capsys.readouterr().out
+    with canwire.connect(hub_address) as hub:
+        hub.unplug(hub.board("slcan").hardware_id)
+    assert main(["share", str(dongle.link), "--hub", hub_address]) == 1
+    assert "no adapter answers at" in capsys.readouterr().err
 
 
 @pytest.mark.realtime
@@ -135,3 +139,63 @@ def test_specs() -> None:
     assert parse_spec("python-can:pcan/PCAN_USBBUS1") == ("python-can", "pcan/PCAN_USBBUS1")
     with pytest.raises(BadValue):
         parse_spec("python-can:")
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        ("python-can:nope/0", "there is no interface 'nope' in python-can; found: canalystii, "),
+        ("python-can:pcam/0", "did you mean"),
+        ("python-can:canalystii/0", "pip install canalystii"),
+        ("/dev/null", "/dev/null"),
+    ],
+)
+@pytest.mark.parametrize("started", [True, False])
+def test_an_adapter_that_cannot_be_opened_says_why(
+    hub_address: str, spec: str, words: str, started: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rate = ["--bit-rate", "500000"] if started else []
+    with canwire.connect(hub_address) as hub:
+        before = hub.boards()
+        assert main(["share", spec, *rate, "--hub", hub_address]) == 1
+        assert words in capsys.readouterr().err
+        assert hub.boards() == before
+
+
+@pytest.mark.realtime
+def test_what_is_waited_for_is_explained_wherever_it_is_shown(
+    hub_address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = "python-can:nope/0"
+    assert main(["share", spec, "--bit-rate", "500000", "--wait", "--hub", hub_address]) == 0
+    assert "no interface 'nope'" in capsys.readouterr().out
+    assert main(["devices", "--hub", hub_address]) == 0
+    assert "! there is no interface 'nope'" in capsys.readouterr().out
+    assert main(["send", "python-can:0", "123#", "--timeout", "0.1", "--hub", hub_address]) == 1
+    assert "not delivered: there is no interface 'nope'" in capsys.readouterr().err
+
+
+def test_adapters_are_listed_with_the_line_to_type(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from canwire.boards import adapters
+    from tests.drivers.python_can.candle import Candle
+
+    found = [
+        {"interface": "pcan", "channel": "PCAN_USBBUS1", "device_name": "PCAN-USB FD"},
+        {"interface": "socketcan", "channel": "can0"},
+    ]
+    monkeypatch.setattr(adapters, "detected_configs", lambda interfaces: found)
+    monkeypatch.setattr(adapters, "described_ports", lambda: [("/dev/ttyACM0", "A123", "CANable")])
+    monkeypatch.setattr(adapters.devices, "find_devices", lambda: [Candle("C0FFEE")])
+    assert main(["adapters"]) == 0
+    lines = [line.split("  ", 1) for line in capsys.readouterr().out.splitlines()]
+    assert [(line, what.strip()) for line, what in lines] == [
+        ('canwire share "?serial=A123" --bit-rate 500000', "/dev/ttyACM0, CANable"),
+        ('canwire share "python-can:gs_usb/C0FFEE" --bit-rate 500000', "candleLight FD"),
+        ('canwire share "python-can:pcan/PCAN_USBBUS1" --bit-rate 500000', "PCAN-USB FD"),
+        ('canwire share "python-can:socketcan/can0" --bit-rate 500000', "socketcan"),
+    ]
+    assert main(["adapters", "--json"]) == 0
+    assert '"python-can:gs_usb/C0FFEE"' in capsys.readouterr().out

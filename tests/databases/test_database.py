@@ -187,11 +187,11 @@ def test_fd_lengths_and_rates(tmp_path: Path) -> None:
 
 def test_messages_longer_than_a_frame(tmp_path: Path) -> None:
     path = tmp_path / "long.dbc"
-    path.write_text('VERSION ""\nBO_ 1 A: 20 X\n SG_ Far : 152|8@1+ (1,0) [0|0] "" X\n')
+    path.write_text('VERSION ""\nBO_ 1 A: 70 X\n SG_ Far : 552|8@1+ (1,0) [0|0] "" X\n')
     database = load_database(path)
-    with pytest.raises(BadValue, match="A: 20 bytes need several frames"):
+    with pytest.raises(BadValue, match="A: 70 bytes need several frames"):
         database.encode("A", {"Far": 1})
-    assert database.pack("A", {"Far": 1}) == bytes(19) + b"\1"
+    assert database.pack("A", {"Far": 1}) == bytes(69) + b"\1"
 
 
 def test_frames_that_are_no_message(engine: Database) -> None:

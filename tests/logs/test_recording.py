@@ -270,3 +270,17 @@ def test_a_bus_is_recorded_more_than_once(tmp_path: Path) -> None:
                 lab.run_until_idle()
             assert (tmp_path / name).read_text().count("123#") == 1
         assert list(bus.nodes) == ["a", "b"]
+
+
+def test_a_recording_ends_by_its_stamps_and_keeps_nothing_later(tmp_path: Path) -> None:
+    with canwire.Lab() as lab:
+        bus = lab.can_bus("can0", bit_rate=500_000)
+        node, _ = bus.node("a"), bus.node("b")
+        with canwire.record(bus, tmp_path / "span.log") as recorder:
+            recorder.end_after(0.5)
+            for number in range(10):
+                node.send(canwire.Frame(number))
+                lab.run_for(0.1)
+            assert recorder.wait(0)
+        with canwire.open_log(tmp_path / "span.log") as log:
+            assert [entry.frame.id for entry in log if entry.frame] == list(range(5))

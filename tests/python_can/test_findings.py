@@ -238,3 +238,10 @@ def test_a_line_at_another_rate_is_refused_with_the_way_out(open_bus: Open) -> N
     open_bus("HW000001:0", bitrate=250_000)
     with pytest.raises(can.CanInitializationError, match="leave the bit rates out, or ask for these"):
         open_bus("HW000001:0", bitrate=500_000)
+
+
+def test_what_other_interfaces_know_alone_is_a_warning() -> None:
+    """python-can's own tests give `single_handle` to every interface."""
+    with pytest.warns(UserWarning, match="single_handle=True has no effect"):
+        bus = can.Bus(interface="canwire", channel="can0", single_handle=True)
+    bus.shutdown()

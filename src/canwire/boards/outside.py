@@ -95,11 +95,21 @@ def capabilities_of(port: str) -> Capabilities:
     return replace(figures, features=figures.features | Feature.LISTEN_ONLY)
 
 
-def when_identified(board: Board, callback: Callable[[Identity], object]) -> None:
-    """Call back, soon and perhaps again, when a real adapter has told what it is."""
+def when_heard_of(
+    board: Board, identified: Callable[[Identity], object], tell: Callable[[str], object]
+) -> None:
+    """Call back, soon and perhaps again, when a real adapter has told what it is; `tell` why it cannot be reached."""
     for slot in board.lines:
-        if isinstance(slot, BoardLine) and isinstance(slot.line.driver, OutsideDriver):
-            slot.line.driver.on_identified = callback
+        driver = slot.line.driver if isinstance(slot, BoardLine) else None
+        if isinstance(driver, OutsideDriver):
+            where = f"{board.info.hardware_id} at {driver.port}"
+            driver.on_identified = identified
+            driver.on_obstacle = lambda why, where=where: tell(f"{where}: {why}; the hub waits for it")
+
+
+def obstacle_of(line: Line) -> str:
+    """What keeps a real adapter from its bus, in words; "" of every other line."""
+    return line.driver.obstacle() if isinstance(line.driver, OutsideDriver) else ""
 
 
 def identified(info: BoardInfo, identity: Identity) -> BoardInfo:

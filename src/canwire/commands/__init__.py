@@ -42,11 +42,16 @@ VERBS = {
     "convert": Verb("canwire.commands.logs.convert", "write a log in another format"),
     "stats": Verb("canwire.commands.stats.verb", "show what is in a log: identifiers, periods, errors, load"),
     "plot": Verb("canwire.commands.plot.verb", "draw signals of a log, or of a line of the hub"),
+    "decode": Verb("canwire.commands.databases.decode", "show a log by a database: names and signals"),
+    "db": Verb("canwire.commands.databases.look", "show what a database says: messages, signals, bits"),
     "query": Verb("canwire.commands.query.verb", "ask a log by SQL, signals too, however big it is"),
     "demo": Verb("canwire.commands.demo", "show a small bus at work"),
     "devices": Verb("canwire.commands.devices.verb", "list the boards of the hub and who uses them"),
     "plug": Verb("canwire.commands.plug", "put a board into the hub"),
     "share": Verb("canwire.commands.share", "put real adapters on the hub, for every program at once"),
+    "adapters": Verb(
+        "canwire.commands.devices.adapters", "list this machine's real adapters, and how to share them"
+    ),
     "unplug": Verb("canwire.commands.unplug", "pull a board out of the hub"),
     "registers": Verb("canwire.commands.registers", "show the registers of a board's chip"),
     "up": Verb("canwire.commands.up", "start a line of the hub, and leave it running"),

@@ -30,6 +30,7 @@ from canwire import (
 )
 from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.databases.chosen import database_of
 from canwire.commands.databases.words import add_database_arguments, frames_of
 from canwire.commands.shared_hub import connected
 
@@ -57,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Send; 1 if frames were not delivered. BadText for no frame; BadValue, BadDescription, NoSuchBoard, HubError."""
-    frames = frames_of(arguments.frames, arguments.db, arguments.fill)
+    frames = frames_of(arguments.frames, database_of(arguments), arguments.fill)
     for name, least in (("count", 1), ("gap", 0), ("timeout", 0)):
         if not getattr(arguments, name) >= least:
             raise BadValue(f"--{name} {getattr(arguments, name)}: {least} or more")
@@ -162,6 +163,8 @@ class Sending:
             return f"the line does not run; its control is held by {line.control_holder or 'nobody'}"
         if line.mode is not None and line.mode.listen_only:
             return "the line only listens"
+        if line.obstacle:
+            return line.obstacle
         if line.coupling_fault:
             return f"{self._place.info.bus} is shorted"
         if line.state == ErrorState.BUS_OFF:

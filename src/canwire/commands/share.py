@@ -5,10 +5,12 @@ canwire share socket://192.168.0.7:4001             one behind a serial server, 
 canwire share "?serial=A123"                        the one with that serial number, wherever it is
 canwire share slcan-fd:/dev/ttyACM0                 one that knows CAN FD (CANable's letters)
 canwire share python-can:pcan/PCAN_USBBUS1 --bit-rate 250000
-canwire share                                       list this machine's serial ports
+canwire share python-can:gs_usb/0 --bit-rate 500000  the first candleLight; its serial number may stand for the 0
 
 Where no hub is running, this becomes one until Ctrl-C. With --bit-rate the lines are started and keep running;
-without it the first program that uses a line starts it. If an adapter is pulled out, the hub waits for it to come back.
+without it the first program that uses a line starts it. An adapter that cannot be opened ends this with its reason and
+status 1, and none is shared; with --wait the hub waits for it, as it does for one that is pulled out later.
+`canwire adapters` lists what is there.
 """
 
 from __future__ import annotations
@@ -26,7 +28,6 @@ from canwire import (
     CanwireError,
     ErrorState,
     Event,
-    ExtraMissing,
     Hub,
     HubLost,
     LinePlace,
@@ -34,11 +35,13 @@ from canwire import (
 )
 from canwire.commands.can_line import line_mode, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.devices.adapters import list_adapters
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import signals_call
 
 KINDS = ("slcan", "slcan-fd", "python-can")
 PATIENCE_S = 3.0  # for an adapter to say what it is
+LOADING_S = 30.0  # for python-can and all that it loads; it says something in any case
 _LOOK_S = 0.05
 
 
@@ -53,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bit-rate", type=int, metavar="BIT/S", help="start the lines at this rate")
     parser.add_argument("--data-bit-rate", type=int, metavar="BIT/S", help="likewise, CAN FD")
     parser.add_argument("--listen-only", action="store_true", help="start them, but only to listen")
+    parser.add_argument("--wait", action="store_true", help="share adapters that are not there yet, too")
     add_hub_argument(parser)
 
 
@@ -60,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Plug them all in, or none; 2 if one of them cannot be."""
     specs = [parse_spec(spec) for spec in arguments.specs]
     if not specs:
-        return list_ports()
+        return list_adapters()
     address = arguments.hub or os.environ.get("CANWIRE_HUB")
     with ExitStack() as closing:
         try:
@@ -68,30 +72,39 @@ def run(arguments: argparse.Namespace) -> int:
         except HubLost:
             return serve(arguments, specs, address)
         if hub.address:
-            share(hub, specs, arguments)
-            return 0
+            return share(hub, specs, arguments)
     return serve(arguments, specs, None)
 
 
 def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: str | None) -> int:
-    """A hub of our own, with these adapters, until SIGTERM or SIGINT."""
+    """A hub of our own, with these adapters, until SIGTERM or SIGINT; the exit status."""
     stop = Event(manual_reset=True)
+    status = 0
 
     def ready(introduction: str) -> None:
+        nonlocal status
         with canwire.connect(address, name="canwire share", timed=False) as hub:
-            share(hub, specs, arguments)
-        print(introduction, flush=True)
+            status = share(hub, specs, arguments, stop)
+        if status:
+            stop.set()
+        else:
+            print(introduction, flush=True)
 
     try:
         with signals_call(stop.set):
             canwire.serve(address, ready=ready, stop=stop, warn=complain)
     finally:
         stop.close()
-    return 0
+    return status
 
 
-def share(hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace) -> None:
-    """Plug these in, start them if that is asked for, and print what they say they are."""
+def share(
+    hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace, stop: Event | None = None
+) -> int:
+    """Plug these in, start them if that is asked for, and print what they say they are; 1 if one cannot be opened.
+
+    Once `stop` is set nothing is waited for.
+    """
     plugged: list[BoardInfo] = []
     try:
         for kind, port in specs:
@@ -103,9 +116,20 @@ def share(hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace)
         for board in plugged:
             hub.unplug(board.hardware_id)
         raise
-    deadline = time.monotonic() + PATIENCE_S
+    begun_s = time.monotonic()
+    found = []
     for board in plugged:
-        print(introduction_of(hub, board, deadline), flush=True)
+        patience_s = LOADING_S if board.kind == "python-can" else PATIENCE_S
+        found.append((board, obstacle_of(hub, board, begun_s + patience_s, stop)))
+    if any(obstacle for _, obstacle in found) and not arguments.wait:
+        for board, obstacle in found:
+            hub.unplug(board.hardware_id)
+            if obstacle:
+                complain(obstacle)
+        return 1
+    for board, obstacle in found:
+        print(introduction_of(hub, board, obstacle), flush=True)
+    return 0
 
 
 def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
@@ -119,24 +143,31 @@ def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
         control.start()
 
 
-def introduction_of(hub: Hub, board: BoardInfo, deadline: float) -> str:
-    """A board in one line, once its adapter has answered or the time is over."""
+def obstacle_of(hub: Hub, board: BoardInfo, deadline: float, stop: Event | None = None) -> str:
+    """Why its adapter cannot be opened; "" as soon as it takes part, or has said what it is and nobody started it."""
     before, place = board.resources, LinePlace(board, 0)
     while True:
-        board = hub.board(board.hardware_id)
         status = place.status(hub)
-        silent = board.resources == before and board.kind != "python-can"
-        if not (silent or (status.running and status.state == ErrorState.STOPPED)):
-            break
+        silent = hub.board(board.hardware_id).resources == before
+        ended = stop is not None and stop.is_set()
+        if ended or (status.running and status.state != ErrorState.STOPPED):
+            return ""
+        if status.obstacle or not (silent or status.running):
+            return status.obstacle
         if time.monotonic() >= deadline:
-            break
+            return status.obstacle or f"no adapter answers at {dict(before)['Port']}"
         time.sleep(_LOOK_S)
+
+
+def introduction_of(hub: Hub, board: BoardInfo, obstacle: str) -> str:
+    """A board in one line."""
+    board, status = hub.board(board.hardware_id), LinePlace(board, 0).status(hub)
     said = ", ".join(f"{what} {which}" for what, which in board.resources if which)
     words = [board.hardware_id, board.kind, said]
     if status.running:
         words.append(format_rates(status.mode))
-    if silent or (status.running and status.state == ErrorState.STOPPED):
-        words.append("no adapter answers there; the hub waits for it")
+    if obstacle:
+        words.append(f"{obstacle}; the hub waits for it")
     return "  ".join(words)
 
 
@@ -148,18 +179,3 @@ def parse_spec(text: str) -> tuple[str, str]:
             raise BadValue(f"{text!r}: the port is missing behind {kind}:")
         return kind, port
     return "slcan", text
-
-
-def list_ports() -> int:
-    """This machine's serial ports, one a line with the serial number that finds it again."""
-    try:
-        from serial.tools import list_ports  # type: ignore[import-untyped]
-    except ModuleNotFoundError:
-        raise ExtraMissing("pyserial", "hardware") from None
-    ports = list_ports.comports()
-    for port in ports:
-        number = f"?serial={port.serial_number}" if port.serial_number else ""
-        print("  ".join(word for word in (port.device, port.description, number) if word))
-    if not ports:
-        complain("no serial ports; python-can's adapters go by python-can:INTERFACE/CHANNEL")
-    return 0

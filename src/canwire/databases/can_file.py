@@ -6,7 +6,8 @@ Source: cantools 45; the attributes GenMsgCycleTime, GenSigStartValue, VFrameFor
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -33,9 +34,12 @@ class CanFile:
         self._usual_start = None if told is None else told.default_value
         self._brs_told = "CANFD_BRS" in attributes
         self.nodes = tuple(node.name for node in self._database.nodes)
-        self.messages = [self._message(message) for message in self._database.messages]
-        self._readings = {message.name: _readings(message) for message in self._database.messages}
-        self._by_name = {message.name: message for message in self._database.messages}
+        names = _distinct(self._database.messages)
+        self.messages = [
+            self._message(name, message) for name, message in zip(names, self._database.messages, strict=True)
+        ]
+        self._by_name = dict(zip(names, self._database.messages, strict=True))
+        self._readings = {name: _readings(message) for name, message in self._by_name.items()}
 
     def pack(self, name: str, values: Mapping[str, Value]) -> bytes:
         """The data of a message with these values, which fit and are all that it needs."""
@@ -53,22 +57,31 @@ class CanFile:
         readings = self._readings[name]
         return {signal: _told(*readings[signal], raw) for signal, raw in raws.items()}, ""
 
-    def _message(self, message: Any) -> MessageDescription:
-        signals = {} if message.is_container else {one.name: self._signal(one) for one in message.signals}
+    def _message(self, name: str, message: Any) -> MessageDescription:
+        signals = {}
+        if not message.is_container:
+            signals = {one.name: self._signal(one, message) for one in message.signals}
+        fd = message.is_fd or self._is_longer(message)
         return MessageDescription(
-            message.name,
+            name,
             message.frame_id,
             message.length,
             signals,
             extended=message.is_extended_frame,
-            fd=message.is_fd,
-            bit_rate_switch=message.is_fd and self._has_bit_rate_switch(message),
+            fd=fd,
+            bit_rate_switch=fd and self._has_bit_rate_switch(message),
             j1939=self._is_j1939(message),
             cycle_s=message.cycle_time / 1000 if message.cycle_time else None,
             senders=tuple(message.senders),
             comment=message.comment or "",
             decodable=not message.is_container,
         )
+
+    def _is_longer(self, message: Any) -> bool:
+        """Whether it can only be a frame of CAN FD, in a file that does not say which messages are such frames."""
+        if "VFrameFormat" in (getattr(self._database.dbc, "attribute_definitions", None) or {}):
+            return False
+        return 8 < message.length <= 64 and not self._is_j1939(message)
 
     def _is_j1939(self, message: Any) -> bool:
         if self._j1939 is None:
@@ -87,7 +100,7 @@ class CanFile:
         )
         return str(value) == "1"
 
-    def _signal(self, signal: Any) -> SignalDescription:
+    def _signal(self, signal: Any, message: Any) -> SignalDescription:
         low, high = _limits(signal)
         conversion = signal.conversion
         start = self._usual_start if signal.raw_initial is None else signal.raw_initial
@@ -106,10 +119,33 @@ class CanFile:
             comment=signal.comment or "",
             choices={raw: str(text) for raw, text in (conversion.choices or {}).items()},
             start=None if start is None else conversion.raw_to_scaled(start, False),
-            multiplexer=signal.multiplexer_signal or "",
+            multiplexer=_multiplexer(signal, message),
             multiplexer_ids=tuple(signal.multiplexer_ids or ()),
             spn=signal.spn,
         )
+
+
+def _distinct(messages: Sequence[Any]) -> list[str]:
+    """A name for each: its own, or with its identifier in hex where several messages have the same."""
+    counts = Counter(message.name for message in messages)
+    names: list[str] = []
+    for message in messages:
+        name = message.name if counts[message.name] == 1 else f"{message.name}_{message.frame_id:X}"
+        number = 2
+        while name in names:
+            name, number = f"{message.name}_{message.frame_id:X}_{number}", number + 1
+        names.append(name)
+    return names
+
+
+def _multiplexer(signal: Any, message: Any) -> str:
+    """The multiplexer's name as the message has it: cantools gives the short one of a signal that has a long name."""
+    told = signal.multiplexer_signal
+    if not told or any(one.name == told for one in message.signals):
+        return told or ""
+    near = [one.name for one in message.signals if one.is_multiplexer]
+    longer = [name for name in near if name.startswith(told[:28])]
+    return str((longer or near or [""])[0])
 
 
 def _readings(message: Any) -> dict[str, tuple[Any, Any]]:
@@ -134,10 +170,17 @@ def _limits(signal: Any) -> tuple[float, float]:
     else:
         bits = signal.length
         raw = (-(1 << bits - 1), (1 << bits - 1) - 1) if signal.is_signed else (0, (1 << bits) - 1)
-        ends = sorted(float(signal.conversion.raw_to_scaled(one, False)) for one in raw)
+        ends = sorted(_as_float(signal.conversion.raw_to_scaled(one, False)) for one in raw)
     low = ends[0] if signal.minimum is None else max(ends[0], float(signal.minimum))
     high = ends[1] if signal.maximum is None else min(ends[1], float(signal.maximum))
     return (low, high) if low <= high else (ends[0], ends[1])
+
+
+def _as_float(number: Any) -> float:
+    try:
+        return float(number)
+    except OverflowError:  # of more than 1023 bits: J1939's texts
+        return float("inf") if number > 0 else float("-inf")
 
 
 def _loaded(path: Path, encoding: str | None, strict: bool) -> Any:

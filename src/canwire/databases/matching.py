@@ -39,7 +39,8 @@ def match_mask(message: MessageDescription) -> int:
 class Matching:
     """Numbers of `messages`, -1 for none.
 
-    The exact identifier goes first, then J1939's without the priority, then its PGN; of several the first in the file.
+    The exact identifier goes first, then J1939's without the priority, then its PGN. Of several with one
+    identifier the last in the file counts, as with cantools; of several with one PGN the first.
     """
 
     def __init__(self, messages: Sequence[MessageDescription]) -> None:
@@ -47,7 +48,11 @@ class Matching:
         for number, message in enumerate(messages):
             widest = match_mask(message)
             for mask in (_EXACT, _NO_PRIORITY, widest) if message.j1939 else (_EXACT,):
-                stages[mask].numbers.setdefault(key_of(message.id, message.extended) & mask, number)
+                key = key_of(message.id, message.extended) & mask
+                if mask == _EXACT:
+                    stages[mask].numbers[key] = number
+                else:
+                    stages[mask].numbers.setdefault(key, number)
         self._stages = [stage for stage in stages.values() if stage.numbers]
 
     def find(self, key: int) -> int:

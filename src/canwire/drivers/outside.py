@@ -83,7 +83,9 @@ class OutsideDriver(ReportingDriver):
     def __init__(self, host: Host | None, timeline: Timeline, port: str) -> None:
         super().__init__(host, lambda: timeline.now_ns)
         self.on_identified: Callable[[Identity], object] | None = None
+        self.on_obstacle: Callable[[str], object] | None = None
         self.text = ""  # what went wrong last
+        self._told = ""  # of what keeps it from its bus
         self.timeline = timeline
         self.port = port
         self.on_bus = False
@@ -102,7 +104,19 @@ class OutsideDriver(ReportingDriver):
         state = self.state if self.on_bus else ErrorState.STOPPED
         return self.counted(self._tec, self._rec, state)
 
+    def obstacle(self) -> str:
+        """What keeps the adapter from its bus, in words for people; "" while nothing is known to."""
+        return "" if self.on_bus else self.text
+
     # for the drivers themselves
+
+    def hindered(self, why: str) -> None:
+        """The adapter cannot be reached for this reason; people are told once of each."""
+        self.text = why
+        if why != self._told:
+            self._told = why
+            if self.on_obstacle is not None:
+                self.on_obstacle(why)
 
     def begin(self) -> None:
         """The line was started: what comes next is no return."""
@@ -119,6 +133,7 @@ class OutsideDriver(ReportingDriver):
     def joined(self) -> None:
         """The adapter takes part in its bus."""
         self.on_bus = self.running
+        self.text = self._told = ""
         self.state = ErrorState.ERROR_ACTIVE
         if self._been:
             self.tell(EventKind.CHANGED)

@@ -14,6 +14,7 @@ from canwire.logs.batch import LOG_RECORD_SIZE, LogBatch, entry_of
 from canwire.logs.entry import LogEntry
 from canwire.logs.formats import HEAD, LogFormat, format_named, format_of_file, load_format
 from canwire.logs.journal import SUFFIX
+from canwire.logs.packing import Unpacking, refuse_packed, unpacked, unpacked_name
 from canwire.logs.source import LogFault, Source
 from canwire.logs.trace.files import files_of
 
@@ -24,8 +25,16 @@ class Log:
     Made by `open_log`; a context manager. What cannot be read is left out and told in `faults`.
     """
 
-    def __init__(self, path: str, form: LogFormat, file: BinaryIO, closing: ExitStack) -> None:
+    def __init__(
+        self,
+        path: str,
+        form: LogFormat,
+        file: BinaryIO,
+        closing: ExitStack,
+        unpacking: Unpacking | None = None,
+    ) -> None:
         self._form = form
+        self._unpacking = unpacking
         self._closing: ExitStack | None = closing
         self._source = Source(path, file)
         self._begun = False
@@ -79,6 +88,7 @@ class Log:
         source, entry = self._rewound(), None
         for entry in single(source):
             yield entry
+        self._tell_problem(source)
         if entry is None:
             self._refuse(source)
 
@@ -95,6 +105,7 @@ class Log:
                 if source.dated and source.start_ns is None:
                     source.start_ns = int(batch.records["time_ns"][0])
                 yield batch
+        self._tell_problem(source)
         if not count:
             self._refuse(source)
 
@@ -122,6 +133,11 @@ class Log:
             except (ValueError, LookupError) as error:
                 self._source.fault("record", f"nothing that a log holds: {error}")
 
+    def _tell_problem(self, source: Source) -> None:
+        """A packed file that ended before its end is a fault."""
+        if self._unpacking is not None and self._unpacking.problem:
+            source.fault("end", self._unpacking.problem)
+
     def _refuse(self, source: Source) -> None:
         """Raise BadLog for a file of which nothing could be read, though there is something in it."""
         if source.faults:
@@ -147,7 +163,8 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
     ...     for entry in log:
     ...         print(entry.timestamp_ns, entry.channel, entry.content)
 
-    A folder is a trace. Where the file is not there, but a killed recording's journal of it, that is read.
+    A folder is a trace. A file packed by gzip, or by Zstandard (canwire[parquet]), is unpacked on the way. Where the
+    file is not there, but a killed recording's journal of it, that is read.
 
     Raises BadLog for a file that is no log, BadValue for an unknown format, OSError for one that does not open.
     """
@@ -162,8 +179,13 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
             )  # it opens its files itself
         file: Any = sys.stdin.buffer if name == "-" else closing.enter_context(open(name, "rb"))
         file, head = _peeked(file)
-        form = format_named(format) if format is not None else format_of_file(name, head)
-        return Log(name, form, file, closing.pop_all())
+        file, unpacking = unpacked(name, file, head)
+        if unpacking is not None:
+            file, head = _peeked(file)
+        form = format_named(format) if format is not None else format_of_file(unpacked_name(name), head)
+        if unpacking is not None:
+            refuse_packed(name, form.name)
+        return Log(name, form, file, closing.pop_all(), unpacking)
 
 
 def _peeked(file: BinaryIO) -> tuple[BinaryIO, bytes]:

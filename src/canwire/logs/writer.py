@@ -13,6 +13,7 @@ from canwire.logs.batch import LogBatch, batch_of, renumbered
 from canwire.logs.entry import LogEntry, LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.formats import format_to_write, load_format
+from canwire.logs.packing import Packing, packing_of, refuse_packed, unpacked_name
 
 _KINDS = {
     LogKind.CAN_FRAME: "CAN frames",
@@ -147,6 +148,7 @@ def create_log(
 ) -> LogWriter:
     """A new log file, its format told by the suffix or by `format`; "-" is standard output. Overwrites.
 
+    A name that ends in .gz or .zst is packed so; the suffix before that tells the format ("drive.log.gz").
     A name that ends with a slash, or ".trace", or that is a folder's means a trace, whose folder must be new or empty.
 
     `dated`: time stamps count from 1970, else from a zero of their own. `start_ns`: when it began, if that is known
@@ -157,11 +159,15 @@ def create_log(
     ...     log.write(LogEntry(1_000_000, "can0", Frame(0x123), "R"))
     """
     name = os.fspath(path)
-    row = format_to_write(name, format)
+    row = format_to_write(unpacked_name(name), format)
+    if packed := packing_of(name):
+        refuse_packed(name, row.name)
     writer: type[FormWriter] = load_format(row).Writer
     file: BinaryIO | None
     if name == "-":
         file = sys.stdout.buffer if writer.opens else None
     else:
         file = cast(BinaryIO, open(name, "wb", buffering=0)) if writer.opens else None  # noqa: SIM115
+        if packed and file is not None:
+            file = cast(BinaryIO, Packing(name, file))
     return LogWriter(row.name, writer(name, file, dated=dated, start_ns=start_ns, clock=clock))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
@@ -11,6 +12,7 @@ import can
 from canwire import BadValue, BitTiming
 
 _IGNORE_ERRORS = "ignore_rx_error_frames"  # SocketCAN's
+_NO_EFFECT = {"single_handle"}  # other interfaces' own, which python-can's tests give to every one
 _ANYWAY = {"local_loopback": True}  # SocketCAN's: other programs on the same line hear what this one sends
 
 
@@ -47,7 +49,12 @@ def error_frames_of(
     Raises BadValue for any other argument that is not `known`, with those that look like it.
     """
     for name, value in others.items():
-        if name != _IGNORE_ERRORS and (name not in _ANYWAY or bool(value) is not _ANYWAY[name]):
+        if name in _NO_EFFECT:
+            warnings.warn(
+                f"can.Bus(interface='canwire'): {name}={value!r} has no effect here: it is Kvaser's",
+                stacklevel=4,
+            )
+        elif name != _IGNORE_ERRORS and (name not in _ANYWAY or bool(value) is not _ANYWAY[name]):
             raise BadValue(f"can.Bus(interface='canwire'): {name}={value!r} {_unknown(name, known)}")
     return False if others.get(_IGNORE_ERRORS) else error_frames
 

@@ -91,6 +91,8 @@ class Sender:
 
 
 def _why(status: LineStatus) -> str:
+    if status.obstacle:
+        return status.obstacle
     if not status.running:
         return f"the line does not run; its control is held by {status.control_holder or 'nobody'}"
     if status.mode is not None and status.mode.listen_only:

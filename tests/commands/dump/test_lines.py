@@ -14,16 +14,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import canwire
-from canwire import BadValue, BusEvent, ErrorKind, ErrorState, EventKind, Frame, LogLine, WantedMode
+from canwire import (
+    BadValue,
+    BusEvent,
+    ErrorKind,
+    ErrorState,
+    EventKind,
+    Frame,
+    LogLine,
+    WantedMode,
+    load_database,
+)
 from canwire.commands import main
 from canwire.commands.can_line import bring_up
+from canwire.commands.databases.chosen import Databases
 from canwire.commands.dump.as_json import format_json
 from canwire.commands.dump.filters import Capture, parse_capture
 from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
 from canwire.commands.dump.stamps import Stamps
 from canwire.commands.dump.verb import Dump
 from canwire.commands.dump.words import in_words
-from canwire.commands.live.decoding import decoder, ids_of_messages
+from canwire.commands.live.decoding import decoder
 from canwire.commands.live.listening import RECORD, Listening, Record, places_of
 from canwire.commands.shared_hub import find_line
 
@@ -249,9 +260,10 @@ def test_names_and_signals() -> None:
     known, other = map(json.loads, Printer(JSON, Capture(), decode=decode).lines("can0", records))
     assert (known["message"], known["signals"]) == ("Engine", {"Speed": 2000, "Torque": 10})
     assert "message" not in other
-    assert ids_of_messages(CAR, ["Engine"]) == [(0x100, 0x7FF, False)]
+    databases = Databases([("", load_database(CAR))])
+    assert databases.ids_of(["Engine"]) == [(0x100, 0x7FF, False)]
     with pytest.raises(BadValue, match="Engine"):
-        ids_of_messages(CAR, ["Engin"])
+        databases.ids_of(["Engin"])
 
 
 def test_colours_tell_lines_and_errors_apart() -> None:

@@ -178,8 +178,8 @@ def test_every_message_of_a_car_can_be_encoded_as_its_database_says() -> None:
 
 def test_what_needs_several_frames_is_left_out(tmp_path: Path) -> None:
     path = tmp_path / "long.dbc"
-    long = 'BO_ 1 Long: 20 Vector__XXX\n SG_ A : 0|8@1+ (1,0) [0|0] "" Vector__XXX\n'
-    path.write_text(f'VERSION ""\nBU_:\n{long}' + long.replace("BO_ 1 Long: 20", "BO_ 2 Short: 8"))
+    long = 'BO_ 1 Long: 70 Vector__XXX\n SG_ A : 0|8@1+ (1,0) [0|0] "" Vector__XXX\n'
+    path.write_text(f'VERSION ""\nBU_:\n{long}' + long.replace("BO_ 1 Long: 70", "BO_ 2 Short: 8"))
     messages = CyclicMessages(str(path), [], 0.1, random.Random(1))
     assert (len(messages), messages.too_long) == (1, ["Long"])
 

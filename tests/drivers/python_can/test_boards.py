@@ -24,8 +24,8 @@ from canwire import (
 )
 from canwire.boards.outside import capabilities_of
 from canwire.drivers.outside import Trouble
-from canwire.drivers.python_can.adapter import open_bus
 from canwire.drivers.python_can.backends import BACKENDS
+from canwire.drivers.python_can.opening import Setup, open_bus
 from canwire.drivers.python_can.port import parse_port
 from tests.drivers.outside_bench import (
     AGES_S,
@@ -298,7 +298,7 @@ def test_its_state_where_it_tells(hub: Hub, adapter: Adapter) -> None:
 @pytest.mark.conforms("PL-19")
 def test_listen_only_where_it_can(hub: Hub, adapter: Adapter) -> None:
     listening = LineMode(TIMING, listen_only=True)
-    board = hub.plug("python-can", port="gs_usb/0")
+    board = hub.plug("python-can", port="socketcan/can0")
     assert not board.lines[0].capabilities.can(Feature.LISTEN_ONLY)
     with hub.open_control(board.id, 0) as control, pytest.raises(Unsupported, match="LISTEN_ONLY"):
         control.initialise(listening)
@@ -310,8 +310,6 @@ def test_listen_only_where_it_can(hub: Hub, adapter: Adapter) -> None:
 
 
 def test_fd_settings_reach_the_adapter(adapter: Adapter) -> None:
-    from canwire.drivers.python_can.adapter import Setup
-
     assert FD.timing is not None
     setup = Setup(FD.timing, FD.data_timing, False)
     open_bus(parse_port("kvaser/0"), setup)

@@ -103,6 +103,7 @@ class LineStatus:
     events that found a channel's receive queue full; the ideal controller itself loses none.
     `set_by` is the program that set it up last, `set_by_left`: it has nothing open on the line any more.
     `behind_ns` is how far bus time is behind the clock now, `skipped_ns` what it has left out since the hub began.
+    `obstacle` says why a real adapter does not take part in its bus, "" where nothing is known to keep it away.
     `delay_ps` is its bus's, one way, and `drift_ppm` how far its oscillator is off (positive: fast).
     """
 
@@ -133,6 +134,7 @@ class LineStatus:
     skipped_ns: int = 0
     delay_ps: int = 0
     drift_ppm: float = 0.0
+    obstacle: str = ""
 
     @property
     def unused(self) -> bool:

@@ -17,9 +17,10 @@ import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, Frame, HubError, Simulation, load_database
+from canwire import BadValue, Frame, HubError, Simulation
 from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.databases.chosen import database_of
 from canwire.commands.databases.plugins import find_plugin
 from canwire.commands.databases.words import Value, add_database_arguments, split
 from canwire.commands.send import Sending
@@ -68,11 +69,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def simulated(arguments: argparse.Namespace) -> Simulation:
     """The node with its values and plug-ins; raises BadValue, BadDescription."""
-    if arguments.db is None:
+    database = database_of(arguments)
+    if database is None:
         raise BadValue("simulate needs a description of the network: --db FILE")
     if arguments.duration is not None and not arguments.duration >= 0:
         raise BadValue(f"--duration {arguments.duration}: 0 or more")
-    database = load_database(arguments.db)
     values: dict[str, Value] = {}
     for word in arguments.set:
         name, text = split(word)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from canwire import BadText, BadValue, Frame, parse_frame
+from canwire.commands.databases.chosen import add_database_argument
 
 if TYPE_CHECKING:
     from canwire import Database
@@ -16,7 +17,7 @@ Value = int | float | str
 
 def add_database_arguments(parser: argparse._ActionsContainer, what: str) -> None:
     """--db and --fill."""
-    parser.add_argument("--db", metavar="FILE", help=f"a DBC, ARXML, KCD or SYM file: {what}")
+    add_database_argument(parser, what)
     parser.add_argument(
         "--fill",
         type=float,
@@ -25,13 +26,10 @@ def add_database_arguments(parser: argparse._ActionsContainer, what: str) -> Non
     )
 
 
-def frames_of(words: Sequence[str], path: str | None, fill: float | None) -> list[Frame]:
+def frames_of(words: Sequence[str], database: Database | None, fill: float | None) -> list[Frame]:
     """Frames in text form, and by a description also messages with their signals; raises BadText, BadValue."""
-    if path is None:
+    if database is None:
         return [_parsed(word) for word in words]
-    from canwire import load_database  # who sends frames as text does without
-
-    database = load_database(path)
     frames: list[Frame] = []
     for group in _groups(words):
         frames.append(parse_frame(group[0]) if "#" in group[0] else _encoded(database, group, fill))

@@ -118,6 +118,8 @@ def tree(found: list[Found]) -> list[str]:
             padded[_STATE] = painted(padded[_STATE], colour_of(status))
             shown.append(f"  {'  '.join(padded).rstrip()}")
             shown.append(f"      {counters_text(status)}; {holders_text(status)}")
+            if not isinstance(status, LinUse) and status.obstacle:
+                shown.append(painted(f"      ! {status.obstacle}", RED))
     return shown
 
 

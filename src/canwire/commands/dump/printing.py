@@ -119,7 +119,9 @@ class Printer:
         content = BusEvent.from_record(packed) if record[2] & TYPE_MASK else frame_of_record(packed)
         if not self._capture.accepts(content):
             return ""
-        message = self._decode(content) if self._decode is not None and isinstance(content, Frame) else None
+        message = (
+            self._decode(content, name) if self._decode is not None and isinstance(content, Frame) else None
+        )
         line = LogLine(self._epoch_ns + record[0], name, content)
         if self._style == JSON:
             from canwire.commands.dump.as_json import format_json

@@ -25,12 +25,12 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, HubError, epoch_ns
 from canwire.commands.can_line import wanted_by
+from canwire.commands.databases.chosen import Databases, add_database_argument, databases_of
 from canwire.commands.dump.filters import KINDS as FILTER_KINDS
 from canwire.commands.dump.filters import Capture, Masked, parse_capture
 from canwire.commands.dump.output import Lines, Output
 from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
 from canwire.commands.dump.stamps import ABSOLUTE, KINDS, Stamps
-from canwire.commands.live.decoding import decoder, ids_of_messages
 from canwire.commands.live.listening import (
     Listening,
     Source,
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
     )
     _add_capture(parser)
-    parser.add_argument("--db", metavar="FILE", help="names and signals by a DBC, KCD, SYM or ARXML file")
+    add_database_argument(parser, "names and signals", several=True)
     parser.add_argument(
         "--message",
         action="append",
@@ -102,10 +102,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Print lines until COUNT, silence or Ctrl-C; BadValue, NoSuchBoard, HubError for what cannot be."""
     _check(arguments)
     capture = parse_capture(arguments.filter, arguments.kind, arguments.errors)
-    if arguments.message:
-        named = tuple(
-            Masked(*found, inverted=False) for found in ids_of_messages(arguments.db, arguments.message)
-        )
+    databases = databases_of(arguments)
+    if arguments.message and databases is not None:
+        named = tuple(Masked(*found, inverted=False) for found in databases.ids_of(arguments.message))
         capture = capture._replace(filters=(*capture.filters, *named))
     with ExitStack() as closing:
         hub = connected(arguments, "dump", closing)
@@ -115,7 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
         events = tuple(int(kind) for kind in capture.events)
         listening = closing.enter_context(Listening(hub, places, wanted_by(arguments), events=events))
         complain_each(listening.told)
-        dump = Dump(arguments, hub, listening, capture)
+        dump = Dump(arguments, hub, listening, capture, databases)
         try:
             try:
                 dump.run()
@@ -152,7 +151,12 @@ class Dump:
     """Lines of what is listened to on stdout."""
 
     def __init__(
-        self, arguments: argparse.Namespace, hub: Hub, listening: Listening, capture: Capture
+        self,
+        arguments: argparse.Namespace,
+        hub: Hub,
+        listening: Listening,
+        capture: Capture,
+        databases: Databases | None = None,
     ) -> None:
         self._hub = hub
         self._listening = listening
@@ -160,7 +164,7 @@ class Dump:
         self._timeout_s: float | None = arguments.timeout
         self._end_s = None if arguments.seconds is None else self._now_s() + arguments.seconds
         self._shown: dict[str, int] = {}
-        self._output = _output(arguments, hub, listening.sources, capture)
+        self._output = _output(arguments, hub, listening.sources, capture, databases)
 
     def run(self) -> None:
         """Until enough was shown, the time is over, or nothing came in time."""
@@ -204,27 +208,36 @@ class Dump:
         return self._hub.now_ns() / 1e9 if self._hub.virtual else time.monotonic()
 
 
-def _output(arguments: argparse.Namespace, hub: Hub, sources: list[Source], capture: Capture) -> Output:
+def _output(
+    arguments: argparse.Namespace,
+    hub: Hub,
+    sources: list[Source],
+    capture: Capture,
+    databases: Databases | None,
+) -> Output:
     if arguments.pcapng:
         from canwire.commands.dump.packets import Packets
 
         return Packets(arguments.pcapng, capture, [source.name for source in sources], epoch_ns(hub))
-    return Lines(_printer(arguments, hub, sources, capture))
+    return Lines(_printer(arguments, hub, sources, capture, databases))
 
 
-def _printer(arguments: argparse.Namespace, hub: Hub, sources: list[Source], capture: Capture) -> Printer:
+def _printer(
+    arguments: argparse.Namespace,
+    hub: Hub,
+    sources: list[Source],
+    capture: Capture,
+    databases: Databases | None,
+) -> Printer:
     style = LOG if arguments.log else JSON if arguments.json else SCREEN
     absolute = style != SCREEN
     epoch = epoch_ns(hub) if absolute or arguments.stamps in ABSOLUTE else 0
-    decode = None
-    if arguments.db:
-        decode = decoder(arguments.db)
     return Printer(
         style,
         capture,
         stamps=Stamps(arguments.stamps, epoch) if arguments.stamps else None,
         epoch_ns=epoch if absolute else 0,
-        decode=decode,
+        decode=None if databases is None else databases.decode,
         coloured=not absolute and has_colours(),
         several=len(sources) > 1,
     )

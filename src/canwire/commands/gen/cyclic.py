@@ -23,8 +23,10 @@ class CyclicMessages:
     ExtraMissing, BadValue for names that are not there and where no message has a cycle time.
     """
 
-    def __init__(self, path: str, names: Sequence[str], usual_s: float | None, chance: random.Random) -> None:
-        self._database = load_database(path)
+    def __init__(
+        self, source: Database | str, names: Sequence[str], usual_s: float | None, chance: random.Random
+    ) -> None:
+        self._database = load_database(source) if isinstance(source, str) else source
         messages = [_named(self._database, name) for name in names] or list(self._database.messages.values())
         self._chance = chance
         single = [message for message in messages if _fits(message)]
@@ -33,7 +35,9 @@ class CyclicMessages:
         self.too_long = [message.name for message in messages if not _fits(message)]
         self._cycles = [(message, cycle_s) for message, cycle_s in cycles if cycle_s is not None]
         if not self._cycles:
-            raise BadValue(f"--db {path}: no message has a cycle time there; --gap gives all the same")
+            raise BadValue(
+                f"--db {self._database.path}: no message has a cycle time there; --gap gives all the same"
+            )
 
     def __len__(self) -> int:
         return len(self._cycles)

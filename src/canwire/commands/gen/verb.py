@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 from canwire import BadValue, Frame
 from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.databases.chosen import add_database_argument, database_of
 from canwire.commands.gen.pace import Gap, by_load, every
 from canwire.commands.gen.patterns import Kind, frames
 from canwire.commands.gen.sending import Generator
@@ -44,9 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_line_arguments(parser)
     _add_frames(parser.add_argument_group("frames"))
     _add_times(parser.add_argument_group("times"))
-    parser.add_argument(
-        "--db", metavar="FILE", help="messages of a DBC, KCD, SYM or ARXML file, by cycle time"
-    )
+    add_database_argument(parser, "messages by cycle time")
     parser.add_argument(
         "--message",
         action="append",
@@ -158,7 +157,9 @@ def _paced(source: Iterable[Frame], gap: Gap) -> Iterator[tuple[float, Frame]]:
 def _database(arguments: argparse.Namespace, chance: random.Random) -> Iterator[tuple[float, Frame]]:
     from canwire.commands.gen.cyclic import CyclicMessages
 
-    messages = CyclicMessages(arguments.db, arguments.message, arguments.gap, chance)
+    database = database_of(arguments)
+    assert database is not None  # or this is not called
+    messages = CyclicMessages(database, arguments.message, arguments.gap, chance)
     if messages.without:
         complain(
             f"{len(messages.without)} messages have no cycle time and are left out ({messages.without[0]}, ...); "

@@ -28,6 +28,7 @@ import canwire
 from canwire import BadValue, HubError, Recorder, RecordTriggers
 from canwire.commands.can_line import add_line_arguments
 from canwire.commands.console import complain
+from canwire.commands.databases.chosen import add_database_argument, database_of
 from canwire.commands.logs.conditions import any_of
 from canwire.commands.shell.ending import signals_call
 
@@ -60,9 +61,7 @@ def _add_triggers(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--before", metavar="TIME", help="and this long before a start: 10s, 2m")
     parser.add_argument("--after", metavar="TIME", help="and this long after a stop")
     parser.add_argument("--once", action="store_true", help="end after the first stop")
-    parser.add_argument(
-        "--db", metavar="FILE", help="a DBC, KCD, SYM, ARXML or LDF file: signals in conditions"
-    )
+    add_database_argument(parser, "signals in conditions")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -73,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
         else int(_number("--rotate-size", arguments.rotate_size, _SIZES))
     )
     span = None if arguments.rotate_time is None else _number("--rotate-time", arguments.rotate_time, _SPANS)
-    end_s = None if arguments.span is None else time.monotonic() + _number("--for", arguments.span, _SPANS)
+    seconds = None if arguments.span is None else _number("--for", arguments.span, _SPANS)
     triggers = _triggers(arguments)
     _refuse_private(arguments)
     stop = threading.Event()
@@ -90,6 +89,10 @@ def run(arguments: argparse.Namespace) -> int:
             data_bit_rate=arguments.data_bit_rate,
             triggers=triggers,
         )
+        end_s = None
+        if seconds is not None:
+            recorder.end_after(seconds)
+            end_s = time.monotonic() + seconds
         complain(f"recording {arguments.line} to {recorder.files[0]}")
         try:
             while not stop.wait(_TURN_S) and not recorder.wait(0):
@@ -104,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _triggers(arguments: argparse.Namespace) -> RecordTriggers | None:
-    database = None if arguments.db is None else canwire.load_database(arguments.db)
+    database = database_of(arguments)
     start = any_of(arguments.start_on, "--start-on", database)
     stop = any_of(arguments.stop_on, "--stop-on", database)
     before, after = (

@@ -18,8 +18,9 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, WantedMode, load_database
+from canwire import BadValue, WantedMode
 from canwire.commands.console import complain
+from canwire.commands.databases.chosen import add_database_argument, database_of
 from canwire.commands.plot.choosing import Chosen, choose_signals
 from canwire.commands.plot.tracks import Tracks
 from canwire.commands.shared_hub import add_hub_argument, add_rate_argument
@@ -38,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "signals", nargs="+", metavar="SIGNAL", help="Message.Signal, Signal, or Message: all of it"
     )
-    parser.add_argument("--db", metavar="FILE", required=True, help="a DBC, KCD, SYM, ARXML or LDF file")
+    add_database_argument(parser, "signals by name", required=True)
     parser.add_argument(
         "-o", "--out", metavar="OUT", required=True, help=f"the picture: {', '.join(SUFFIXES)}"
     )
@@ -57,7 +58,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Draw; 1 for faults in the log. BadValue for names that are not there and where there is nothing to draw."""
     write = _writer(arguments.out)
-    chosen = choose_signals(load_database(arguments.db), arguments.signals)
+    database = database_of(arguments)
+    assert database is not None  # argparse asks for it
+    chosen = choose_signals(database, arguments.signals)
     is_log = arguments.source == "-" or os.path.exists(arguments.source)
     _check(arguments, is_log)
     tracks = Tracks(chosen.labels)

@@ -22,10 +22,11 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import BadValue, Log, log_statistics, open_log
+from canwire.commands.databases.chosen import add_database_argument, database_of
 from canwire.commands.logs.faults import tell_faults
 
 if TYPE_CHECKING:
-    from canwire import LogStatistics
+    from canwire import Database, LogStatistics
     from canwire.commands.stats.expected import Expected
 
 
@@ -37,9 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("data-bit-rate", "likewise, behind the bit-rate switch"),
     ):
         parser.add_argument(f"--{name}", action="append", default=[], metavar="[CHANNEL=]BIT/S", help=what)
-    parser.add_argument(
-        "--db", metavar="FILE", help="names and cycle times by a DBC, KCD, SYM, ARXML or LDF file"
-    )
+    add_database_argument(parser, "names and cycle times")
     parser.add_argument("--together", action="store_true", help="all logs are one that goes on")
     parser.add_argument(
         "--from", dest="form", metavar="FORMAT", help="what LOG is, if its first bytes do not tell"
@@ -50,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print numbers; 1 for faults in a log. BadLog for a file that is none, BadValue, BadDescription, OSError."""
     rates = [_rates(name, getattr(arguments, name)) for name in ("bit_rate", "data_bit_rate")]
-    expected = _expected(arguments.db)
+    expected = _expected(database_of(arguments))
     faults = 0
     for names in [arguments.logs] if arguments.together else [[name] for name in arguments.logs]:
         with ExitStack() as closing:
@@ -79,13 +78,12 @@ def _show(
             print(line)
 
 
-def _expected(path: str | None) -> Expected | None:
-    if path is None:
+def _expected(database: Database | None) -> Expected | None:
+    if database is None:
         return None
-    from canwire import load_database
     from canwire.commands.stats.expected import Expected
 
-    return Expected(load_database(path))
+    return Expected(database)
 
 
 def _rates(name: str, texts: Sequence[str]) -> dict[str, int]:

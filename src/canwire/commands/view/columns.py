@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from canwire import BadValue, Frame
+from canwire import BadValue
 from canwire.commands.dump.filters import Capture, parse_capture
 from canwire.commands.live.decoding import Decode
 from canwire.commands.view.table import Row
@@ -34,7 +34,7 @@ TITLES = Texts("line", "id", "len", "data", "count", "period ms", "min", "max", 
 def texts_of(row: Row, decode: Decode | None) -> Texts:
     """The columns of a row; `decode` gives names and signals."""
     frame = row.frame
-    message = None if decode is None else decode(frame)
+    message = None if decode is None else decode(frame, row.key.line)
     return Texts(
         row.key.line,
         f"{frame.id:08X}" if frame.extended else f"{frame.id:03X}",
@@ -80,10 +80,10 @@ class Wanted:
         if not self._text:
             return True
         frame = row.frame
-        return (self._capture is not None and self._capture.accepts(frame)) or self._text in self._name(frame)
+        return (self._capture is not None and self._capture.accepts(frame)) or self._text in self._name(row)
 
-    def _name(self, frame: Frame) -> str:
-        message = None if self._decode is None else self._decode(frame)
+    def _name(self, row: Row) -> str:
+        message = None if self._decode is None else self._decode(row.frame, row.key.line)
         return "" if message is None else message.name.lower()
 
 

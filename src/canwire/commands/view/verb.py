@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 from canwire import BadValue, EventKind, ExtraMissing
 from canwire.commands.can_line import wanted_by
 from canwire.commands.console import complain
-from canwire.commands.live.decoding import Decode, decoder
+from canwire.commands.databases.chosen import add_database_argument, databases_of
+from canwire.commands.live.decoding import Decode
 from canwire.commands.live.listening import (
     Listening,
     add_listening_arguments,
@@ -41,7 +42,7 @@ _AT_ONCE = 4096
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_listening_arguments(parser)
-    parser.add_argument("--db", metavar="FILE", help="names and signals by a DBC, KCD, SYM or ARXML file")
+    add_database_argument(parser, "names and signals", several=True)
     parser.add_argument("--plain", action="store_true", help="lines in place of the window")
     parser.add_argument(
         "--interval", type=float, default=1.0, metavar="SECONDS", help="plain: between two looks (1)"
@@ -55,7 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValue(f"--interval {arguments.interval}: 0.05 seconds or more")
     if arguments.seconds is not None and not arguments.seconds >= 0:
         raise BadValue(f"--seconds {arguments.seconds}: 0 or more")
-    decode = decoder(arguments.db) if arguments.db else None
+    databases = databases_of(arguments)
+    decode = None if databases is None else databases.decode
     plain = (
         arguments.plain or arguments.seconds is not None or not (sys.stdout.isatty() and sys.stdin.isatty())
     )

@@ -10,17 +10,18 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
+from canwire.drivers.obstacles import text_of
 from canwire.drivers.outside import Reactor
-from canwire.drivers.python_can.backends import PASSIVE, backend
+from canwire.drivers.python_can.backends import backend
+from canwire.drivers.python_can.opening import Setup, load_can, open_bus
 from canwire.drivers.python_can.port import Port
+from canwire.drivers.python_can.reasons import missing, reason
 from canwire.errors import CanwireError, ExtraMissing
 from canwire.values.event import ErrorState
 from canwire.values.frame import Frame, record_of_frame
-from canwire.values.timing.bit_timing import BitTiming
 
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.1, 5.0
 _LOOK_S = 0.1  # how long a reader waits before it looks whether it is still wanted
@@ -32,22 +33,17 @@ _BATCH, _BATCHES = 256, 8
 monotonic_ns = time.monotonic_ns
 
 
-@dataclass(frozen=True, slots=True)
-class Setup:
-    """How the bus is to be opened."""
-
-    timing: BitTiming
-    data_timing: BitTiming | None
-    listen_only: bool
-
-
 class Heard(NamedTuple):
-    """A message as the hub's thread takes it: `error` (identifier, data) instead of a record for error frames."""
+    """A message as the hub's thread takes it: `error` (identifier, data) instead of a record for error frames.
+
+    `own`: the adapter says that it sent this frame itself.
+    """
 
     record: bytes
     error: tuple[int, bytes] | None
     stamp_ns: int
     arrived_ns: int
+    own: bool = False
 
 
 class User:
@@ -71,6 +67,7 @@ class Adapter:
         self._user = user
         self._room = threading.Semaphore(_BATCHES)
         self._closed = threading.Event()
+        self._open = threading.Event()
         self._outgoing: queue.SimpleQueue[Frame | None] = queue.SimpleQueue()
         self._kind = backend(port.interface)
         threading.Thread(target=self._run, name="canwire-python-can", daemon=True).start()
@@ -96,7 +93,7 @@ class Adapter:
             try:
                 bus = open_bus(self._port, self._setup)
             except Exception as error:  # somebody else's code: anything may come
-                self._tell(partial(self._user.failed, self, _text_of(error)))
+                self._tell(partial(self._user.failed, self, reason(self._port, error)))
                 if isinstance(error, ExtraMissing):
                     return
                 self._closed.wait(wait_s)
@@ -109,15 +106,18 @@ class Adapter:
         sender = threading.Thread(
             target=self._send, args=(bus, self._outgoing), name="canwire-python-can", daemon=True
         )
+        self._open.set()
         sender.start()
         self._tell(partial(self._user.opened, self, str(getattr(bus, "channel_info", ""))))
         try:
             self._read(bus)
         except Exception as error:
-            self._tell(partial(self._user.lost, self, _text_of(error)))
+            why = f"the adapter was unplugged, or has failed ({text_of(error)})"
+            self._tell(partial(self._user.lost, self, why))
             self._closed.wait(FIRST_RETRY_S)
         finally:
             outgoing, self._outgoing = self._outgoing, queue.SimpleQueue()
+            self._open.clear()
             outgoing.put(None)
             sender.join(_SEND_S)
             with contextlib.suppress(Exception):
@@ -148,10 +148,20 @@ class Adapter:
         self._user.heard(self, batch)
 
     def _send(self, bus: Any, outgoing: queue.SimpleQueue[Frame | None]) -> None:
-        can = load_can()
+        can = None if self._kind.ours else load_can()
         while (frame := outgoing.get()) is not None:
-            why_not = _attempt(bus, _message(can, frame), self._closed)
+            message = frame if can is None else _message(can, frame)
+            why_not = _attempt(bus, message, self._closed)
+            if self._kind.ours and not why_not:
+                why_not = self._confirmed(bus)
             self._tell(partial(self._user.sent, self, why_not))
+
+    def _confirmed(self, bus: Any) -> str:
+        """Wait until the bus has taken the frame, as long as there is an adapter; why it has not."""
+        while not bus.sent(_LOOK_S):
+            if self._closed.is_set() or not self._open.is_set():
+                return "the adapter was closed before the bus took the frame"
+        return ""
 
 
 _STATES = {
@@ -161,48 +171,15 @@ _STATES = {
 }
 
 
-def open_bus(port: Port, setup: Setup) -> Any:
-    """can.Bus as the line is set up; raises whatever that raises, ExtraMissing without python-can."""
-    can = load_can()
-    known = backend(port.interface)
-    arguments: dict[str, Any] = {"bitrate": setup.timing.bit_rate}
-    if setup.data_timing is not None:
-        arguments.update(known.fd or {})
-        if known.timing:
-            arguments["timing"] = _timing(can, setup.timing, setup.data_timing)
-            del arguments["bitrate"]
-        else:
-            arguments["data_bitrate"] = setup.data_timing.bit_rate
-    if setup.listen_only:
-        arguments.update(known.listen_only or {})
-    arguments = {
-        name: can.BusState.PASSIVE if value == PASSIVE else value for name, value in arguments.items()
-    }
-    arguments.update(port.options)
-    return can.Bus(channel=port.channel, interface=port.interface, ignore_config=True, **arguments)
+def look(port: Port, reactor: Reactor, tell: Callable[[str], object]) -> None:
+    """Tell, in the hub's thread, why this adapter cannot be opened; "" where nothing shows beforehand."""
 
+    def find() -> None:
+        why = missing(port)
+        with contextlib.suppress(CanwireError):  # the hub has ended
+            reactor.post(partial(tell, why))
 
-def load_can() -> Any:
-    """python-can, or one clear line that names the extra."""
-    try:
-        import can
-    except ModuleNotFoundError:
-        raise ExtraMissing("python-can", "hardware") from None
-    return can
-
-
-def _timing(can: Any, nominal: BitTiming, data: BitTiming) -> Any:
-    return can.BitTimingFd(
-        f_clock=nominal.clock_hz,
-        nom_brp=nominal.prescaler,
-        nom_tseg1=nominal.tseg1,
-        nom_tseg2=nominal.tseg2,
-        nom_sjw=nominal.sjw,
-        data_brp=data.prescaler,
-        data_tseg1=data.tseg1,
-        data_tseg2=data.tseg2,
-        data_sjw=data.sjw,
-    )
+    threading.Thread(target=find, name="canwire-python-can", daemon=True).start()
 
 
 def _heard(message: Any) -> Heard | None:
@@ -225,7 +202,7 @@ def _heard(message: Any) -> Heard | None:
         )
     except (CanwireError, TypeError, ValueError):
         return None
-    return Heard(record_of_frame(frame), None, max(0, stamp_ns), arrived_ns)
+    return Heard(record_of_frame(frame), None, max(0, stamp_ns), arrived_ns, not message.is_rx)
 
 
 def _message(can: Any, frame: Frame) -> Any:
@@ -248,13 +225,9 @@ def _attempt(bus: Any, message: Any, closed: threading.Event) -> str:
         try:
             bus.send(message, _SEND_S)
         except Exception as error:
-            why_not = _text_of(error)
+            why_not = text_of(error)
             if closed.wait(pause_s):
                 break
         else:
             return ""
     return why_not
-
-
-def _text_of(error: Exception) -> str:
-    return str(error) or type(error).__name__

@@ -15,7 +15,8 @@ class Backend:
 
     `listen_only`, `fd`: arguments for it, None where it cannot. With `timing` it takes CAN FD's bit rates as a
     can.BitTimingFd. `state`: its `state` is the controller's. `classes`: its error frames are in
-    SocketCAN's form; of others no more is known than that they are some. `echoes`: it receives what it sends.
+    SocketCAN's form; of others no more is known than that they are some. `echoes`: it receives what it sends, and
+    does not say which that is. `ours`: canwire drives it itself, and a frame is sent once the bus has taken it.
     """
 
     listen_only: Mapping[str, Any] | None = None
@@ -24,6 +25,7 @@ class Backend:
     state: bool = False
     classes: bool = False
     echoes: bool = False
+    ours: bool = False
 
 
 _UNKNOWN = Backend()
@@ -32,7 +34,7 @@ BACKENDS = {
     "virtual": Backend(listen_only={}, fd={}),
     "udp_multicast": Backend(listen_only={}, fd={"fd": True}, echoes=True),
     "socketcan": Backend(fd={"fd": True}, classes=True),
-    "gs_usb": Backend(classes=True),
+    "gs_usb": Backend(listen_only={}, fd={}, classes=True, ours=True),
     "socketcand": Backend(classes=True),
     "canwire": Backend(fd={"fd": True}, state=True, classes=True),
     "pcan": Backend(listen_only={"state": PASSIVE}, fd={"fd": True}, timing=True),

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire.bus.can.node import Mailbox
 from canwire.drivers.driver import LineSettings
 from canwire.drivers.outside import AdapterClock, Identity, OutsideDriver, Reactor, Trouble
-from canwire.drivers.python_can.adapter import Adapter, Heard, Setup, User, monotonic_ns
+from canwire.drivers.python_can.adapter import Adapter, Heard, User, look, monotonic_ns
 from canwire.drivers.python_can.backends import backend
+from canwire.drivers.python_can.opening import Setup
 from canwire.drivers.python_can.port import parse_port
 from canwire.errors import BadText, Unsupported
 from canwire.timeline import Timeline
@@ -43,6 +45,7 @@ class PythonCanDriver(OutsideDriver, User):
         self._clock = AdapterClock()
         self._echoes: deque[bytes] = deque(maxlen=_ECHOES)  # what it was given to send and will receive
         reactor.when_closed(self.close)
+        look(self._port, reactor, self._looked)
 
     # settings
 
@@ -122,26 +125,40 @@ class PythonCanDriver(OutsideDriver, User):
         if adapter is not self._adapter:
             return
         self._complained = False
-        facts = [("Interface", self._port.interface), ("Channel", self._port.channel or "")]
-        if what:
-            facts.append(("Adapter", what))
-        if self.on_identified is not None:
-            self.on_identified(Identity(tuple(facts)))
+        self._identify(what)
         self._clock = AdapterClock()
         self.joined()
         if self.normal.occupied:
             self.transmit(self.normal, self.timeline.now_ns)
 
+    def _looked(self, why: str) -> None:
+        """What shows without opening it, for a line that nobody has started yet."""
+        if self._adapter is None and why:
+            self.hindered(why)
+        elif self._adapter is None:
+            self._identify("")
+
+    def _identify(self, what: str) -> None:
+        facts = [
+            ("Port", self.port),
+            ("Interface", self._port.interface),
+            ("Channel", self._port.channel or ""),
+        ]
+        if what:
+            facts.append(("Adapter", what))
+        if self.on_identified is not None:
+            self.on_identified(Identity(tuple(facts)))
+
     def failed(self, adapter: Adapter, why: str) -> None:
         """One event until it is open."""
-        self.text = why
+        self.hindered(why)
         if adapter is self._adapter and not self._complained:
             self._complained = True
             self.trouble(Trouble.REFUSED, why)
 
     def lost(self, adapter: Adapter, why: str) -> None:
         if adapter is self._adapter:
-            self.text = why
+            self.hindered(why)
             self._complained = True  # STATE tells
             self.left()
             if self._sending:
@@ -170,8 +187,9 @@ class PythonCanDriver(OutsideDriver, User):
             if heard.error is not None:
                 self._error(*heard.error)
                 continue
-            if heard.record in self._echoes:
-                self._echoes.remove(heard.record)
+            if heard.own or heard.record in self._echoes:
+                with suppress(ValueError):
+                    self._echoes.remove(heard.record)
                 continue
             self._received += 1
             at_ns = heard.arrived_ns

@@ -67,7 +67,7 @@ class SlcanDriver(OutsideDriver):
             rates={self._port.s7: b"7"} if self._port.s7 else None,
         )
         answer_ns = int(self._port.answer_s * 1e9)
-        self._link = Link(self._port, reactor, self._came, self._took, self._gone, self._poke)
+        self._link = Link(self._port, reactor, self._came, self._took, self._gone, self._poke, self.hindered)
         self._conversation = Conversation(self._link.write, self._frames, answer_ns)
         reactor.when_closed(self.close)
         self._link.open()
@@ -159,6 +159,7 @@ class SlcanDriver(OutsideDriver):
                 self.trouble(Trouble.STRANGER, f"adapter {number} is where {self._number} was")
             return False
         self._number, self._strange = number, False
+        self.text = ""
         facts = [("Port", self._link.where), ("Version", adapter.version)]
         if number:
             facts.append(("Serial number", number))
@@ -231,7 +232,7 @@ class SlcanDriver(OutsideDriver):
         self._lose(why)
 
     def _lose(self, why: str) -> None:
-        self.text = why
+        self.hindered(why)
         self._connected = False
         self.left()
         self._conversation.end()

@@ -17,7 +17,7 @@ from typing import Any
 
 from canwire.drivers.outside import Reactor
 from canwire.drivers.slcan_dongle.port import Port
-from canwire.drivers.slcan_dongle.ports import listed_ports, open_port, usb_serial_of, watchable
+from canwire.drivers.slcan_dongle.ports import listed_ports, open_port, reason, usb_serial_of, watchable
 from canwire.errors import CanwireError, ExtraMissing
 
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.05, 1.0
@@ -32,7 +32,10 @@ monotonic_ns = time.monotonic_ns
 
 
 class Link:
-    """One port, opened now and again and again. `opened()`, `received(bytes)`, `lost(why)`, `drained()` are told."""
+    """One port, opened now and again and again. `opened()`, `received(bytes)`, `lost(why)`, `drained()` are told.
+
+    `failed(why)` is told each time that it cannot be opened.
+    """
 
     def __init__(
         self,
@@ -42,9 +45,11 @@ class Link:
         received: Callable[[bytes], object],
         lost: Callable[[str], object],
         drained: Callable[[], object],
+        failed: Callable[[str], object],
     ) -> None:
         self.where = port.url
         self.why = ""  # why it is not open
+        self._failed = failed
         self._port = port
         self._reactor = reactor
         self._opened, self._received, self._lost, self._drained = opened, received, lost, drained
@@ -96,10 +101,10 @@ class Link:
                 where = self._find()
                 source = open_port(where, self._port.baudrate)
             except ExtraMissing as error:
-                self.why = str(error)
+                self._fail(str(error))
                 return
             except (OSError, ValueError) as error:  # pyserial's errors are OSErrors, its bad URLs ValueErrors
-                self.why = str(error)
+                self._fail(reason(self._port.url or f"?serial={self._port.serial}", error))
                 self._closed.wait(wait_s)
                 wait_s = min(2 * wait_s, LONGEST_RETRY_S)
                 continue
@@ -108,6 +113,11 @@ class Link:
             with contextlib.suppress(CanwireError):
                 self._reactor.post(partial(self._begin, where, source))
             return
+
+    def _fail(self, why: str) -> None:
+        self.why = why
+        with contextlib.suppress(CanwireError):  # the hub has ended
+            self._reactor.post(lambda: None if self._closed.is_set() else self._failed(why))
 
     def _find(self) -> str:
         """Where it is now: where the system shows its serial number, else at its old place."""

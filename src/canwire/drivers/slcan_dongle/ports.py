@@ -7,6 +7,7 @@ import socket
 import sys
 from typing import Any
 
+from canwire.drivers.obstacles import absent, busy, denied, is_absent, is_busy, is_denied, text_of
 from canwire.errors import ExtraMissing
 
 CONNECT_S = 5.0
@@ -43,10 +44,15 @@ def watchable(source: Any) -> bool:
 
 def listed_ports() -> list[tuple[str, str]]:
     """Serial ports of this machine and their USB serial numbers; raises ExtraMissing."""
+    return [(device, number) for device, number, _ in described_ports()]
+
+
+def described_ports() -> list[tuple[str, str, str]]:
+    """Device, USB serial number and description of each serial port; raises ExtraMissing."""
     load_serial()
     from serial.tools import list_ports  # type: ignore[import-untyped]
 
-    return [(port.device, port.serial_number or "") for port in list_ports.comports()]
+    return [(port.device, port.serial_number or "", port.description or "") for port in list_ports.comports()]
 
 
 def usb_serial_of(where: str) -> str:
@@ -57,6 +63,18 @@ def usb_serial_of(where: str) -> str:
         return next((number for device, number in listed_ports() if device == where), "")
     except (ExtraMissing, OSError):
         return ""
+
+
+def reason(where: str, error: Exception) -> str:
+    """Why this port cannot be opened, in a sentence that says what to do; the library's own words come last."""
+    found = ""
+    if is_denied(error):
+        found = denied(where, usb=False)
+    elif is_busy(error):
+        found = busy(where)
+    elif is_absent(error):
+        found = absent(f"port {where}", (device for device, _ in listed_ports()))
+    return f"{found} ({text_of(error)})" if found else f"{where} cannot be opened: {text_of(error)}"
 
 
 def load_serial() -> Any:

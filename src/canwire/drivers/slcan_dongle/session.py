@@ -80,7 +80,7 @@ class Session:
             except (NoAnswer, WrongAnswer) as error:
                 self._failed(error)
                 if self._failures >= _ATTEMPTS or (met and not (yield from self._recover())):
-                    self._user.hopeless(str(error))
+                    self._user.hopeless(_said(error))
                     return
 
     def _failed(self, error: NoAnswer | WrongAnswer) -> None:
@@ -88,10 +88,8 @@ class Session:
         self._failures += 1
         if not self._told:
             self._told = True
-            if isinstance(error, WrongAnswer):
-                self._user.trouble(Trouble.WRONG_ANSWER, f"wrong answer: {error}")
-            else:
-                self._user.trouble(Trouble.NO_ANSWER, f"no answer to {error}")
+            wrong = isinstance(error, WrongAnswer)
+            self._user.trouble(Trouble.WRONG_ANSWER if wrong else Trouble.NO_ANSWER, _said(error))
 
     def _went_well(self) -> None:
         self._failures, self._told = 0, False
@@ -295,3 +293,7 @@ class Session:
         self._unsure = False
         self._user.flags(flags)
         return flags
+
+
+def _said(error: NoAnswer | WrongAnswer) -> str:
+    return f"wrong answer: {error}" if isinstance(error, WrongAnswer) else f"no answer to {error}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire.boards import catalogue
@@ -13,7 +14,7 @@ from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BusConfig
 from canwire.boards.description import BoardInfo
 from canwire.boards.isa import IsaBus, IsaPlace
-from canwire.boards.outside import check_unused, identified, when_identified
+from canwire.boards.outside import check_unused, identified, when_heard_of
 from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.medium import one_way_delay_ps
@@ -67,7 +68,7 @@ class World:
         rates = {bus.name: bus.usual_rate for bus in config.bus}
         self.faults = FaultBook(self.timeline, self.buses, self.boards, self.slots, rates, self._bench.faults)
         self.pipes = Pipes()
-        self.warn: Callable[[str], object] | None = None  # gets what people should know, in sentences
+        self.warn: Callable[[str], object] = lambda text: None  # gets what people should know, in sentences
         # how many ns bus time is behind the clock, and how many were left out; the pace knows
         self.lateness: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self.bells: Bells | None = None  # of an engine that rings them
@@ -157,7 +158,7 @@ class World:
                 if isinstance(slot, BoardLinLine)
                 else CanSlot(built.info.id, CanLine(slot))
             )
-        when_identified(built, lambda identity: self._identified(built.info.id, identity))
+        when_heard_of(built, partial(self._identified, built.info.id), lambda text: self.warn(text))
         self._changed()
         return built.info
 
@@ -228,8 +229,7 @@ class World:
             slot for slot in self.slots.values() if isinstance(slot, CanSlot) and slot.can.info.bus == bus
         )
         for text in self._rates.news(bus, slots):
-            if self.warn is not None:
-                self.warn(text)
+            self.warn(text)
 
     def next_luid(self) -> int:
         """A number never given out before."""
@@ -289,8 +289,7 @@ class World:
 
     def _identified(self, board_id: int, identity: Identity) -> None:
         """An adapter has told what it is."""
-        if board_id in self.boards:
-            board = self.boards[board_id]
+        if (board := self.boards.get(board_id)) is not None:
             self.boards[board_id] = replace(board, info=identified(board.info, identity))
             self._changed()
 

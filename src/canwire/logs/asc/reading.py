@@ -107,9 +107,13 @@ class _Parser:
         return time_ns
 
     def _frame(self, time_ns: int, found: re.Match[str]) -> LogEntry:
-        dlc_text, *rest = found[6].split()
-        dlc = int(dlc_text, 16)
         remote = found[5].lower() == "r"
+        dlc_text, *rest = found[6].split() or ["0"]
+        if not re.fullmatch("[0-9A-Fa-f]", dlc_text):  # "r" alone, or "r Length = 0 BitCount = 64"
+            if not remote:
+                raise BadText(f"{dlc_text!r} in the place of the data length code")
+            dlc_text = "0"
+        dlc = int(dlc_text, 16)
         count = 0 if remote else min(dlc, 8)
         data = bytes(int(byte, self._base) for byte in rest[:count])
         if len(data) < count:
@@ -131,7 +135,7 @@ class _Parser:
         if not (words[0] in "01" and words[1] in "01" and len(words[2]) == 1):  # a symbolic name stands there
             words = words[1:]
         brs, esi, dlc, count = words[0] == "1", words[1] == "1", int(words[2], 16), int(words[3])
-        data = bytes(int(byte, 16) for byte in words[4 : 4 + count])
+        data = bytes(int(byte, self._base) for byte in words[4 : 4 + count])
         behind = words[4 + count :]
         flags = int(behind[2], 16) if len(behind) > 2 else _FD_FLAGS_EDL
         fd = bool(flags & _FD_FLAGS_EDL) or count > 8 or brs

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _AT_ONCE = 20_000
 _MOST = 1 << 26  # bytes of a container: larger ones are torn
+_CONTAINER_HEAD = 16
 _FEW = 8  # equal objects that are not worth numpy
 _CAN_SIZE = b.TIMED.size + b.CAN.size
 _WRONG = (BadText, BadFrame, BadValue, struct.error, ValueError, IndexError, KeyError)
@@ -47,7 +48,9 @@ def read(source: Source) -> Iterator[LogBatch]:
         source.file.read(size % 4)
         if len(body) < size - b.BASE.size:
             source.fault(f"byte {at}", "the file ends in the middle of an object")
-            break
+            if kind == b.CONTAINER and len(body) > _CONTAINER_HEAD:
+                yield from reader.objects(_unpacked(source, at, body), at)
+            return  # the object that is cut is said already
         content = _unpacked(source, at, body) if kind == b.CONTAINER else base + body
         yield from reader.objects(content, at)
         at += size + size % 4
@@ -57,7 +60,7 @@ def read(source: Source) -> Iterator[LogBatch]:
 def _unpacked(source: Source, at: int, body: bytes) -> bytes:
     """What a container holds; what can be unpacked of a damaged one."""
     method = int.from_bytes(body[:2], "little")
-    packed = body[16:]
+    packed = body[_CONTAINER_HEAD:]
     if method == b.NO_COMPRESSION:
         return packed
     if method != b.ZLIB:

@@ -97,6 +97,8 @@ class Writer(FormWriter):
     def _start(self, first_ns: int) -> None:
         begin_ns = first_ns if self.start_ns is None else min(first_ns, self.start_ns)
         self._zero_ns = begin_ns // _MS * _MS if self.dated else 0  # the head's date has milliseconds
+        if self._waiting and self._waiting[0][0].startswith(b.MAGIC):
+            self._waiting[0] = self._head(), 0  # a pipe or a packed file cannot be rewound for its date
         if self.clock:
             self._text(self._zero_ns, f"clock {self.clock}", 0)
 

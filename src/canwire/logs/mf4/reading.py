@@ -79,11 +79,16 @@ def _column(samples: Any, name: str, column: str, usual: int = 0) -> Any:
     return (values == b"Tx").astype("u1") if values.dtype.kind == "S" else values
 
 
+def _identifiers(samples: Any, name: str) -> Any:
+    """29 bits of each; where all have 11, some loggers (CANedge) have a column of 16 bits."""
+    return _column(samples, name, "ID").astype("u4") & 0x1FFF_FFFF
+
+
 def _can_records(source: Source, name: str, samples: Any, times_ns: Any) -> numpy.ndarray:
     numpy = load_numpy()
     found = _begun(source, name, samples, times_ns, "can")
     found["kind"] = LogKind.CAN_FRAME
-    found["id"] = _column(samples, name, "ID") & 0x1FFF_FFFF
+    found["id"] = _identifiers(samples, name)
     info = numpy.where(_column(samples, name, "IDE"), EXTENDED, 0).astype("u4")
     fd = _column(samples, name, "EDL") != 0
     info |= numpy.where(fd, EXTENDED_DATA_LENGTH, 0).astype("u4")
@@ -115,9 +120,9 @@ def _fit(source: Source, found: numpy.ndarray) -> numpy.ndarray:
 def _error_records(source: Source, name: str, samples: Any, times_ns: Any) -> numpy.ndarray:
     entries = []
     begun = _begun(source, name, samples, times_ns, "can")
-    ids = _column(samples, name, "ID")
+    ids = _identifiers(samples, name)
     for number, time_ns in enumerate(times_ns.tolist()):
-        classes = int(ids[number]) & 0x1FFF_FFFF
+        classes = int(ids[number])
         has_data = f"{name}.DataBytes" in samples.dtype.names
         data = bytes(samples[f"{name}.DataBytes"][number].tolist())[:8] if has_data else b""
         if classes or any(data):

@@ -16,6 +16,7 @@ from canwire.logs.batch import LogBatch
 from canwire.logs.formats import format_to_write, load_format
 from canwire.logs.journal import SUFFIX
 from canwire.logs.log import open_log
+from canwire.logs.packing import packing_of, unpacked_name
 from canwire.logs.writer import LogWriter, create_log
 
 _LOOK_AT_S = 0.25  # how often a file's size is asked for, and what is written flushed
@@ -100,7 +101,9 @@ class RecordingFiles:
         if not (self._rotate_bytes or self._rotate_s) or self._format == "trace":
             return self._path
         path = Path(self._path)
-        return str(path.with_name(f"{path.stem}-{len(self.files) + 1:04d}{path.suffix}"))
+        packed = packing_of(path.name)
+        plain = Path(unpacked_name(path.name))
+        return str(path.with_name(f"{plain.stem}-{len(self.files) + 1:04d}{plain.suffix}{packed}"))
 
     def _end_file(self) -> None:
         writer, self._writer = self._writer, None

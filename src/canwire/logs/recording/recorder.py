@@ -8,6 +8,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Protocol
 
+from canwire.errors import BadValue
 from canwire.logs.batch import LogBatch, batch_of
 from canwire.logs.entry import LogEntry, LogMark, MarkKind
 from canwire.logs.recording.files import RecordingFiles
@@ -66,7 +67,12 @@ class Recorder:
         self._stop = threading.Event()
         self._over = threading.Event()
         self._closed = False
-        entries = [LogEntry(mark.timestamp_ns, source.channel, mark) for mark in source.marks()]
+        self._begin_ns = time.time_ns()
+        self._until_ns: int | None = None
+        marks = source.marks()
+        if marks:
+            self._begin_ns = marks[0].timestamp_ns
+        entries = [LogEntry(mark.timestamp_ns, source.channel, mark) for mark in marks]
         if entries:
             files.write(batch_of(entries, self._channels))
         self._thread: threading.Thread | None = None
@@ -103,6 +109,15 @@ class Recorder:
     def starts(self) -> int:
         """How often a trigger has begun to keep what came."""
         return 0 if self._gate is None else self._gate.starts
+
+    def end_after(self, span_s: float) -> None:
+        """Keep nothing that comes more than so many seconds after the beginning, by its stamps; `wait` ends then.
+
+        Raises BadValue for what is no number above 0.
+        """
+        if not isinstance(span_s, int | float) or not 0 < span_s < 1e9:
+            raise BadValue(f"span_s {span_s!r}: a number of seconds above 0")
+        self._until_ns = self._begin_ns + round(span_s * 1e9)
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until the recording ends by itself, `timeout` seconds at most; whether it did: an error, a last stop."""
@@ -150,7 +165,7 @@ class Recorder:
     def _turn(self, timeout_s: float) -> None:
         """Take what there is, and write it; an error ends the recording and is kept for `close`."""
         try:
-            records = self._source.take(timeout_s)
+            records = self._wanted(self._source.take(timeout_s))
             if len(records):
                 self._latest_ns = int(records["time_ns"][-1])
                 self._write(records)
@@ -161,6 +176,15 @@ class Recorder:
         except Exception as error:  # kept and raised again: close() tells it, wait() ends
             self._error = error
             self._over.set()
+
+    def _wanted(self, records: numpy.ndarray) -> numpy.ndarray:
+        """Those before the recording's end."""
+        if self._until_ns is None:
+            return records
+        late = records["time_ns"] > self._until_ns
+        if late.any():
+            self._over.set()
+        return records[~late]
 
     def _write(self, records: numpy.ndarray) -> None:
         for piece in [records] if self._gate is None else self._gate.passed(records):

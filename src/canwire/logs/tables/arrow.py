@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadFrame, BadText, ExtraMissing
@@ -13,6 +14,15 @@ from canwire.values.record import DLC_SHIFT, EXTENDED_DATA_LENGTH, load_numpy
 
 if TYPE_CHECKING:
     import numpy
+
+# pandas makes floating-point numbers of integers that may be missing, unless it is told which integers these are
+_COLUMNS = [
+    {"name": name, "field_name": name, "pandas_type": kind.lower(), "numpy_type": kind, "metadata": None}
+    for name, kind in (("id", "UInt32"), ("dlc", "UInt8"))
+]
+_ABOUT = {"index_columns": [], "column_indexes": [], "columns": _COLUMNS, "pandas_version": "2.0"}
+FOR_PANDAS = {b"pandas": json.dumps(_ABOUT).encode()}
+"""Metadata of a file of these columns."""
 
 _TYPES = tuple(LogKind.__members__)
 

@@ -11,7 +11,7 @@ from canwire.logs.batch import LogBatch
 from canwire.logs.entry import LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.source import DATED_NS, Source
-from canwire.logs.tables.arrow import batch_of_table, load_pyarrow, schema_of_log, table_of
+from canwire.logs.tables.arrow import FOR_PANDAS, batch_of_table, load_pyarrow, schema_of_log, table_of
 from canwire.logs.tables.columns import COLUMNS
 from canwire.logs.tables.order import ROW, in_order
 from canwire.values.record import load_numpy
@@ -42,7 +42,7 @@ class Writer(FormWriter):
     def begin(self) -> None:
         self._arrow = load_pyarrow()
         about = {"version": 1, "dated": self.dated, "start_ns": self.start_ns, "clock": self.clock}
-        schema = schema_of_log(self._arrow).with_metadata({ABOUT: json.dumps(about).encode()})
+        schema = schema_of_log(self._arrow).with_metadata({ABOUT: json.dumps(about).encode(), **FOR_PANDAS})
         self._sink = self._arrow.parquet.ParquetWriter(self.file, schema, **PACKING)
         self._schema = schema
         self._parts: list[Any] = []

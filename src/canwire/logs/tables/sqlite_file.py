@@ -15,7 +15,7 @@ from canwire.logs.entry import LogEntry, LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.source import Source
 from canwire.logs.tables.columns import COLUMNS, Row, rows_of
-from canwire.values.error_frame import decode_error_frame
+from canwire.logs.tables.csv.rows import error_of_python_can
 from canwire.values.frame import Frame
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ def _of_python_can(values: list[object]) -> LogEntry:
     content = bytes(data or b"")  # type: ignore[call-overload]
     number = int(id)  # type: ignore[call-overload]
     if error:
-        return LogEntry(time_ns, "can0", decode_error_frame(number | 0x2000_0000, content[:8], time_ns))
+        return LogEntry(time_ns, "can0", error_of_python_can(number, content, time_ns))
     fd = len(content) > 8
     frame = Frame(number, b"" if remote else content, extended=bool(extended), remote=bool(remote), fd=fd,
                   dlc=None if fd else dlc, timestamp_ns=time_ns)  # type: ignore[arg-type]  # fmt: skip

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from canwire.logs import journal
-from canwire.logs.tables.arrow import load_pyarrow, schema_of_log, table_of
+from canwire.logs.tables.arrow import FOR_PANDAS, load_pyarrow, schema_of_log, table_of
 from canwire.logs.tables.order import ROW, by_identifier, rows_among
 from canwire.logs.tables.parquet_file import ABOUT, PACKING, ROW_GROUP
 
@@ -59,7 +59,9 @@ class Packing:
         arrow = load_pyarrow()
         table = table_of(arrow, schema_of_log(arrow), self.records[places], self._channels)
         table = table.append_column(ROW, arrow.array(rows[places]))
-        table = table.replace_schema_metadata({ABOUT: json.dumps({**self._about, "order": order}).encode()})
+        table = table.replace_schema_metadata(
+            {ABOUT: json.dumps({**self._about, "order": order}).encode(), **FOR_PANDAS}
+        )
         made = f"{self._path}.new"
         try:
             with open(made, "wb") as file:

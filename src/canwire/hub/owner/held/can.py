@@ -8,6 +8,7 @@ from canwire.boards.can.connector import CanLine, Done
 from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.boards.can.rates import format_rates, format_setter, same_rates
 from canwire.boards.can.scheduler import CyclicList
+from canwire.boards.outside import obstacle_of
 from canwire.boards.sharing import Share, Sharing
 from canwire.bus.medium import delay_of
 from canwire.errors import CanwireError
@@ -100,6 +101,7 @@ class CanSlot(LineSlot):
             set_by_left=self.setter is not None and not self.used_by(self.setter),
             delay_ps=delay_of(can.bus),
             drift_ppm=can.crystal.drift_ppm,
+            obstacle=obstacle_of(can.line),
         )
 
 

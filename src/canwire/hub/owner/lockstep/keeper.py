@@ -28,7 +28,7 @@ _THREADS = 4096  # of one program that take part
 class Looked(Protocol):
     """The hub's world: it looks at a session's transmit queues, and `warn` tells people what they should know."""
 
-    warn: Callable[[str], object] | None
+    warn: Callable[[str], object]
 
     def kick(self, session: Session) -> None: ...
 
@@ -283,8 +283,7 @@ class Lockstep:
         return self._of_session[session]
 
     def _say(self, text: str) -> None:
-        if self._world.warn is not None:
-            self._world.warn(text)
+        self._world.warn(text)
 
 
 def _settled(answer: Answer) -> Turn:

@@ -9,6 +9,7 @@ from canwire.errors import BadText
 from canwire.logs.entry import LogEntry
 from canwire.logs.tables.columns import FLAGS, Row
 from canwire.values.error_frame import decode_error_frame
+from canwire.values.event import BusEvent, ErrorKind, EventKind
 from canwire.values.frame import Frame
 from canwire.values.text import parse_time
 
@@ -54,7 +55,7 @@ def _of_python_can(row: list[str]) -> LogEntry:
     time_ns = round(float(time_s) * 1e9)
     content = base64.b64decode(data)
     if error == "1":
-        return LogEntry(time_ns, "can0", decode_error_frame(int(id, 16) | 0x2000_0000, content[:8], time_ns))
+        return LogEntry(time_ns, "can0", error_of_python_can(int(id, 16), content, time_ns))
     is_remote, fd = remote == "1", len(content) > 8
     frame = Frame(
         int(id, 16),
@@ -66,6 +67,14 @@ def _of_python_can(row: list[str]) -> LogEntry:
         timestamp_ns=time_ns,
     )
     return LogEntry(time_ns, "can0", frame)
+
+
+def error_of_python_can(id: int, data: bytes, time_ns: int) -> BusEvent:
+    """An error frame's event; one without SocketCAN's classes, as most interfaces have them, is some error."""
+    try:
+        return decode_error_frame(id | 0x2000_0000, data[:8], time_ns)
+    except BadText:
+        return BusEvent(EventKind.ERROR, time_ns, error=ErrorKind.OTHER)
 
 
 def _of_gvret(row: list[str]) -> LogEntry:

@@ -1,0 +1,64 @@
+"""The real adapters of this machine: what python-can and pyserial find, each with the text that shares it."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from importlib.util import find_spec
+from urllib.parse import quote
+
+from canwire.drivers.python_can.gs_usb import devices
+from canwire.drivers.python_can.reasons import detected_configs, known_interfaces
+from canwire.drivers.slcan_dongle.ports import described_ports
+from canwire.errors import ExtraMissing
+from canwire.values.frozen import dataclass
+
+# gs_usb is looked for by our own driver, serial ports by pyserial; the others are no adapters, or are found by anybody
+_LEFT_OUT = {"virtual", "udp_multicast", "canwire", "gs_usb", "serial", "slcan", "seeedstudio", "robotell"}
+
+
+@dataclass(frozen=True, slots=True)
+class FoundAdapter:
+    """One: `spec` is what `canwire share` and `Hub.plug` take, `description` says what it is."""
+
+    spec: str
+    description: str
+
+
+def find_adapters() -> list[FoundAdapter]:
+    """All that are found, with serial ports; looking may take seconds. Raises ExtraMissing without both libraries."""
+    found = [*_serial(), *_usb(), *_of_python_can()]
+    if not found and find_spec("serial") is None and find_spec("can") is None:
+        raise ExtraMissing("pyserial", "hardware")
+    return found
+
+
+def _serial() -> list[FoundAdapter]:
+    if find_spec("serial") is None:
+        return []
+    return [
+        FoundAdapter(f"?serial={quote(number)}" if number else device, f"{device}, {description}")
+        for device, number, description in described_ports()
+    ]
+
+
+def _usb() -> list[FoundAdapter]:
+    with suppress(Exception):  # no pyusb, no libusb, or no right to look
+        there = devices.find_devices()
+        return [
+            FoundAdapter(f"python-can:{name}", devices.name_of(device) or "gs_usb")
+            for name, device in zip(devices.names_of(there), there, strict=True)
+        ]
+    return []
+
+
+def _of_python_can() -> list[FoundAdapter]:
+    if find_spec("can") is None:
+        return []
+    wanted = [name for name in known_interfaces() if name not in _LEFT_OUT]
+    return [
+        FoundAdapter(
+            f"python-can:{one['interface']}/{quote(str(one.get('channel', '')))}",
+            str(one.get("device_name") or one.get("name") or one["interface"]),
+        )
+        for one in detected_configs(wanted)
+    ]

@@ -1,0 +1,112 @@
+"""`--db FILE`, and how the file is read; for some verbs several files, each for a channel."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from canwire import Frame
+
+if TYPE_CHECKING:
+    from canwire import Database, DecodedMessage
+
+KINDS = "DBC, KCD, SYM, ARXML or LDF file"
+_OF_CHANNEL = re.compile(r"([A-Za-z0-9_.:-]{2,})=(.+)")  # two letters: C:\car.dbc is no channel
+
+
+class _Once(argparse.Action):
+    """A second --db is a mistake rather than another first one."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option: Any = None) -> None:
+        if getattr(namespace, self.dest) is not None:
+            parser.error(
+                f"{option}: one file only for this verb, not {getattr(namespace, self.dest)} and {values}"
+            )
+        setattr(namespace, self.dest, values)
+
+
+def add_database_argument(
+    parser: argparse._ActionsContainer, what: str, *, several: bool = False, required: bool = False
+) -> None:
+    """--db, --no-strict and --encoding; with `several` --db may come again, and as CHANNEL=FILE."""
+    if several:
+        parser.add_argument(
+            "--db",
+            metavar="[CHANNEL=]FILE",
+            action="append",
+            default=[],
+            required=required,
+            help=f"a {KINDS}: {what}; again: several, for all channels or for one: can0=car.dbc",
+        )
+    else:
+        parser.add_argument(
+            "--db", metavar="FILE", action=_Once, required=required, help=f"a {KINDS}: {what}"
+        )
+    add_reading_arguments(parser)
+
+
+def add_reading_arguments(parser: argparse._ActionsContainer) -> None:
+    """--no-strict and --encoding."""
+    parser.add_argument(
+        "--no-strict", action="store_true", help="take a file with signals that overlap or do not fit, too"
+    )
+    parser.add_argument("--encoding", metavar="NAME", help="of the file's text: cp1252, utf-8, gbk")
+
+
+def database_of(arguments: argparse.Namespace) -> Database | None:
+    """The file of --db, None without; raises BadDescription, ExtraMissing."""
+    return None if arguments.db is None else loaded(arguments.db, arguments)
+
+
+def databases_of(arguments: argparse.Namespace) -> Databases | None:
+    """Those of all --db, None without any; raises BadDescription, ExtraMissing, BadValue."""
+    if not arguments.db:
+        return None
+    found = []
+    for text in arguments.db:
+        told = _OF_CHANNEL.fullmatch(text)
+        channel, path = (told[1], told[2]) if told else ("", text)
+        found.append((channel, loaded(path, arguments)))
+    return Databases(found)
+
+
+class Databases:
+    """Several, each for the channel of that name or, with "", for every one."""
+
+    def __init__(self, found: Sequence[tuple[str, Database]]) -> None:
+        self._found = list(found)
+
+    def of(self, channel: str) -> list[Database]:
+        """Those for this channel: its own come first."""
+        own = [database for name, database in self._found if name == channel and name]
+        return own + [database for name, database in self._found if not name]
+
+    @property
+    def all(self) -> list[Database]:
+        """Every one, in the order of the command line."""
+        return [database for _, database in self._found]
+
+    def decode(self, frame: Frame, channel: str = "") -> DecodedMessage | None:
+        """By the first of the channel's files that knows the frame; None where none does."""
+        for database in self.of(channel):
+            message = database.decode(frame)
+            if message is not None:
+                return message
+        return None
+
+    def ids_of(self, names: Sequence[str]) -> list[tuple[int, int, bool]]:
+        """Identifier, mask and whether it has 29 bits, of these messages; raises BadValue with near names."""
+        found: list[tuple[int, int, bool]] = []
+        for name in names:
+            those = [database for database in self.all if name in database.messages] or self.all[:1]
+            found += [one for database in those for one in database.id_masks(name)]
+        return found
+
+
+def loaded(path: str, arguments: argparse.Namespace) -> Database:
+    """This file, read as the arguments say; raises BadDescription, ExtraMissing."""
+    from canwire import load_database
+
+    return load_database(path, encoding=arguments.encoding, strict=not arguments.no_strict)

@@ -1,0 +1,107 @@
+"""`canwire decode`: a log by a database, signals with names and units.
+
+canwire decode drive.log --db car.dbc                  a line for each frame that the file knows
+canwire decode drive.log --db can0=car.dbc --db can1=engine.dbc    a database for each channel
+canwire decode drive.log --db car.dbc --all            frames without a name, too
+canwire decode drive.log --db car.dbc --filter 100-1FF  these frames only
+canwire decode drive.log --db car.dbc --form columns   a row for each signal, columns by tabs
+canwire decode drive.log --db car.dbc --form json      an object a line, for programs
+
+The log is of any format, told by its first bytes; - is standard input. Status 1 if some of it could not be read.
+Signals as a table for SQL and as Parquet are `canwire query`'s: select * from signals, with -o signals.parquet.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from canwire import Frame, open_log
+from canwire.commands.databases.chosen import add_database_argument, databases_of
+from canwire.commands.dump.filters import parse_capture
+from canwire.commands.logs.faults import tell_faults
+
+if TYPE_CHECKING:
+    from canwire import DecodedMessage, LogEntry
+
+FORMS = ("text", "columns", "json")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument("log", metavar="LOG", help="a log of any format; - is standard input")
+    add_database_argument(parser, "names and signals", several=True, required=True)
+    parser.add_argument(
+        "--from", dest="source", metavar="FORMAT", help="what LOG is, if its first bytes do not tell"
+    )
+    parser.add_argument(
+        "--filter", action="append", default=[], metavar="IDS", help="as `canwire dump --filter` has it"
+    )
+    parser.add_argument("--form", choices=FORMS, default="text", help="what is printed (text)")
+    parser.add_argument("--all", action="store_true", help="frames that no file knows, too")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the log; 1 for faults in it. BadLog, BadDescription, BadValue, OSError for what cannot be."""
+    databases = databases_of(arguments)
+    assert databases is not None  # argparse asks for one
+    capture = parse_capture(arguments.filter, [], False)
+    written = {"text": text_of, "columns": rows_of, "json": json_of}[arguments.form]
+    if arguments.form == "columns":
+        print("time_s", "channel", "message", "signal", "value", "unit", "text", sep="\t")
+    with open_log(arguments.log, format=arguments.source) as log:
+        try:
+            for entry in log:
+                frame = entry.content
+                if not isinstance(frame, Frame) or not capture.accepts(frame):
+                    continue
+                message = databases.decode(frame, entry.channel)
+                if (message is not None or arguments.all) and (text := written(entry, frame, message)):
+                    print(text)
+        finally:
+            tell_faults(log)
+        return 1 if log.fault_count else 0
+
+
+def text_of(entry: LogEntry, frame: Frame, message: DecodedMessage | None) -> str:
+    """`(1.000000) can0 100 EngineData(EngineSpeed: 1500 rpm)`."""
+    told = frame.data.hex(" ").upper() if message is None else str(message)
+    return f"({_seconds(entry)}) {entry.channel} {_id(frame)} {told}"
+
+
+def rows_of(entry: LogEntry, frame: Frame, message: DecodedMessage | None) -> str:
+    """A row for each signal; nothing for a frame without."""
+    if message is None:
+        return ""
+    rows = []
+    for name, number in message.numbers.items():
+        value = message.signals[name]
+        text = value if isinstance(value, str) else ""
+        unit = message.description.signals[name].unit
+        rows.append("\t".join((_seconds(entry), entry.channel, message.name, name, str(number), unit, text)))
+    return "\n".join(rows)
+
+
+def json_of(entry: LogEntry, frame: Frame, message: DecodedMessage | None) -> str:
+    """One object: time_s, channel, id, data, and with a name message, signals (texts) and numbers."""
+    told: dict[str, object] = {
+        "time_s": float(_seconds(entry)),
+        "channel": entry.channel,
+        "id": _id(frame),
+        "data": frame.data.hex(),
+    }
+    if message is not None:
+        told |= {"message": message.name, "signals": dict(message.signals), "numbers": dict(message.numbers)}
+        if message.problem:
+            told["problem"] = message.problem
+    return json.dumps(told)
+
+
+def _seconds(entry: LogEntry) -> str:
+    seconds, rest = divmod(entry.timestamp_ns, 10**9)
+    return f"{seconds}.{rest // 1000:06d}"
+
+
+def _id(frame: Frame) -> str:
+    return f"{frame.id:08X}" if frame.extended else f"{frame.id:03X}"

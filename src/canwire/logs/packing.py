@@ -1,0 +1,225 @@
+"""Logs in gzip's or Zstandard's packing: `drive.log.gz`, `drive.blf.zst`. gzip is Python's own, Zstandard pyarrow's."""
+
+from __future__ import annotations
+
+import io
+import zlib
+from contextlib import suppress
+from typing import Any, BinaryIO, cast
+
+from canwire.errors import BadLog
+
+GZIP, ZSTD = ".gz", ".zst"
+SUFFIXES = (GZIP, ZSTD)
+NEEDS_PATH = ("mf4", "sqlite", "parquet", "trace", "journal")
+"""Formats that are read or written by a library, by the file's name, or from its end: they cannot be packed."""
+_MAGIC = {GZIP: b"\x1f\x8b", ZSTD: b"\x28\xb5\x2f\xfd"}
+_READ = 1 << 18
+_MEMBER = 16 + zlib.MAX_WBITS  # zlib's way to say gzip
+
+
+def packing_of(path: str) -> str:
+    """ ".gz", ".zst" or "" by a file's name."""
+    return next((suffix for suffix in SUFFIXES if path.lower().endswith(suffix)), "")
+
+
+def unpacked_name(path: str) -> str:
+    """The name without that ending, which tells the format."""
+    return path[: len(path) - len(packing_of(path))]
+
+
+def unpacked(path: str, file: BinaryIO, head: bytes) -> tuple[BinaryIO, Unpacking | None]:
+    """The file's content, and what unpacks it; the file itself where it is not packed, by its first bytes."""
+    suffix = next((suffix for suffix, magic in _MAGIC.items() if head.startswith(magic)), "")
+    if not suffix:
+        return file, None
+    unpacking = _Gzip(path, file) if suffix == GZIP else _Zstd(path, file)
+    return cast(BinaryIO, io.BufferedReader(unpacking, _READ)), unpacking
+
+
+class Unpacking(io.RawIOBase):
+    """A packed file as it was; it may be rewound. `problem` says why it ended before its end, "" if it did not."""
+
+    def __init__(self, path: str, file: BinaryIO) -> None:
+        self.problem = ""
+        self._path = path
+        self._packed = file
+        self._left = b""
+        self._at = 0
+        self._begin()
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return self._packed.seekable()
+
+    def tell(self) -> int:
+        return self._at
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """To the beginning, and nowhere else."""
+        if (offset, whence) == (0, io.SEEK_CUR):
+            return self._at
+        if (offset, whence) != (0, io.SEEK_SET):
+            raise io.UnsupportedOperation(f"{self._path}: a packed log is read from its beginning")
+        self._packed.seek(0)
+        self.problem, self._left, self._at = "", b"", 0
+        self._begin()
+        return 0
+
+    def readinto(self, buffer: Any) -> int:
+        while not self._left and not self.problem:
+            piece = self._more()
+            if piece is None:
+                break
+            self._left = piece  # perhaps the last one, with a problem behind it
+        count = min(len(buffer), len(self._left))
+        buffer[:count], self._left = self._left[:count], self._left[count:]
+        self._at += count
+        return count
+
+    def _begin(self) -> None:
+        raise NotImplementedError
+
+    def _more(self) -> bytes | None:
+        """What comes next, perhaps nothing; None at the end. A file that is cut or damaged is a `problem`."""
+        raise NotImplementedError
+
+
+class _Gzip(Unpacking):
+    """One member of gzip's after the other, as `cat a.gz b.gz` makes them."""
+
+    def _begin(self) -> None:
+        self._member = zlib.decompressobj(_MEMBER)
+        self._rest = b""
+
+    def _more(self) -> bytes | None:
+        packed = self._rest or self._packed.read(_READ)
+        self._rest = b""
+        if not packed:
+            if not self._member.eof:
+                self.problem = "the packed file is cut, or still grows"
+            return None
+        if self._member.eof:
+            self._member = zlib.decompressobj(_MEMBER)
+        try:
+            found = self._member.decompress(packed)
+        except zlib.error as error:
+            self.problem = f"the packed file is damaged: {error}"
+            return None
+        self._rest = self._member.unused_data
+        return found
+
+
+class _Zstd(Unpacking):
+    """By pyarrow; raises ExtraMissing without it."""
+
+    def _begin(self) -> None:
+        from canwire.logs.tables.arrow import load_pyarrow
+
+        arrow = load_pyarrow()
+        self._given = 0
+        self._stream = arrow.CompressedInputStream(arrow.PythonFile(_Borrowed(self._packed), "r"), "zstd")
+
+    def _more(self) -> bytes | None:
+        try:
+            found = bytes(self._stream.read(_READ))
+        except OSError as error:
+            found = self._last() if self._packed.seekable() else b""
+            self.problem = f"the packed file is cut, damaged, or still grows: {error}"
+        self._given += len(found)
+        return found or None
+
+    def _last(self) -> bytes:
+        """What there is before the place where it is cut: pyarrow gives nothing of a read that it cannot end."""
+        before = self._given
+        self._packed.seek(0)
+        self._begin()
+        for at in range(0, before, _READ):
+            self._stream.read(min(_READ, before - at))
+        self._given = before
+        found = bytearray()
+        with suppress(OSError):
+            while byte := self._stream.read(1):
+                found += byte
+        return bytes(found)
+
+
+class _Borrowed(io.RawIOBase):
+    """A file that stays open when pyarrow closes what it was given."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def readable(self) -> bool:
+        return True
+
+    def writable(self) -> bool:
+        return True
+
+    def read(self, size: int = -1) -> bytes:
+        return self._file.read(size)
+
+    def write(self, data: Any) -> int:
+        return self._file.write(data)
+
+
+class Packing(io.RawIOBase):
+    """A file that is packed while it grows; what was flushed can be read, whatever comes after."""
+
+    def __init__(self, path: str, file: BinaryIO) -> None:
+        self._file = file
+        self._ended = False
+        if packing_of(path) == GZIP:
+            self._gzip: Any = zlib.compressobj(6, zlib.DEFLATED, _MEMBER)
+        else:
+            from canwire.logs.tables.arrow import load_pyarrow
+
+            arrow = load_pyarrow()
+            self._gzip = None
+            self._zstd = arrow.CompressedOutputStream(arrow.PythonFile(_Borrowed(file), "w"), "zstd")
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        if self._gzip is None:
+            self._zstd.write(bytes(data))
+        else:
+            self._put(self._gzip.compress(data))
+        return len(data)
+
+    def flush(self) -> None:
+        if self._ended:
+            return
+        if self._gzip is None:
+            self._zstd.flush()
+        else:
+            self._put(self._gzip.flush(zlib.Z_SYNC_FLUSH))
+
+    def close(self) -> None:
+        if self._ended:
+            return
+        self._ended = True
+        try:
+            if self._gzip is None:
+                self._zstd.close()
+            else:
+                self._put(self._gzip.flush())
+        finally:
+            self._file.close()
+            super().close()
+
+    def _put(self, packed: bytes) -> None:
+        left = memoryview(packed)
+        while left:
+            left = left[self._file.write(left) :]
+
+
+def refuse_packed(path: str, format: str) -> None:
+    """Raise BadLog for a format that cannot be packed."""
+    if format in NEEDS_PATH:
+        raise BadLog(
+            f"{path}: {format} cannot be read or written packed; unpack it, or choose another format"
+        )

@@ -1,0 +1,1 @@
+"""What other packages ship for their own tests, read by us and by them."""
