@@ -1,6 +1,6 @@
 """What setuptools asks about the Python that it compiles for: CPython 3.11 for Windows, by mingw-w64 on Linux.
 
-_PYTHON_SYSCONFIGDATA_NAME names this module; CROSS is the folder of the headers, PYTHON_DLL is what extensions link with.
+_PYTHON_SYSCONFIGDATA_NAME names this module; CROSS is the folder of the headers, PYTHON_DLL what is linked with.
 """
 
 import os

@@ -196,10 +196,10 @@ def _trouble(status: LineStatus) -> str:
 
 
 def _descriptors() -> tuple[int, int] | None:
-    if sys.platform == "win32":
+    try:
+        import resource
+    except ImportError:  # Windows
         return None
-    import resource
-
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = sys.maxsize
     return (
