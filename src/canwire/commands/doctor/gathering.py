@@ -104,6 +104,8 @@ def _ports() -> tuple[Port, ...] | None:
         from serial.tools import list_ports  # type: ignore[import-untyped]
     except ModuleNotFoundError:
         return None
+    except AttributeError:  # a Windows whose libraries lack what it asks for, as Wine's do: none can be listed
+        return ()
     return tuple(
         Port(port.device, "" if port.description == "n/a" else port.description, *_rights(port.device))
         for port in sorted(list_ports.comports())
