@@ -104,7 +104,7 @@ def _ports() -> tuple[Port, ...] | None:
         from serial.tools import list_ports  # type: ignore[import-untyped]
     except ModuleNotFoundError:
         return None
-    except AttributeError:  # a Windows whose libraries lack what it asks for, as Wine's do: none can be listed
+    except AttributeError:  # a Windows that lacks what it asks for, as Wine does: no port can be listed
         return ()
     return tuple(
         Port(port.device, "" if port.description == "n/a" else port.description, *_rights(port.device))
