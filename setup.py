@@ -6,6 +6,7 @@ compiles, "require" fails where compiling fails. `canwire --version` says which 
 
 import os
 import sys
+import sysconfig
 from pathlib import Path
 
 from setuptools import Extension, setup
@@ -111,7 +112,7 @@ def compiled_core() -> list[Extension]:
 
 def socketcan_shim() -> list[Extension]:
     """What `canwire run` preloads: plain C without Python, in the shape of an extension so that it is built as one."""
-    if sys.platform != "linux":
+    if not sysconfig.get_platform().startswith("linux"):  # what is built for, which another system may do
         return []
     folder = Path("src/canwire/socketcan/shim")
     return [

@@ -28,7 +28,6 @@ from canwire.hub.links.answering import Server
 from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
-from canwire.platform import PORTABLE
 from tests import warm
 
 WAYS = ("embedded", "process", "network")
@@ -175,7 +174,7 @@ def runs(item: pytest.Item) -> bool:
     callspec = getattr(item, "callspec", None)
     if callspec is None or callspec.params.get("connect") != "network":
         return True
-    if PORTABLE or item.name.startswith(_SHARED_MEMORY):
+    if item.name.startswith(_SHARED_MEMORY):
         return False
     return NETWORK == "all" or zlib.crc32(item.nodeid.encode()) % _ONE_OF == 0
 

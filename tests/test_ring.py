@@ -19,7 +19,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 import canwire
 from canwire.errors import BadValue, CanwireError
-from canwire.platform import EventDescriptor, close_descriptors, create_memory, map_memory
+from canwire.platform import PORTABLE, EventDescriptor, close_descriptors, create_memory, map_memory
 from canwire.ring import HEADER_SIZE, MAGIC, Ring, ring_size, rounded_capacity
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
@@ -706,7 +706,7 @@ class TestArm:
         words = map_memory(memory).cast("Q")
         words[WORDS["head"]] = words[WORDS["tail"]] = start
         producer, consumer = Ring.over(memory, 8), Ring.over(memory, 8)
-        os.close(memory)
+        close_descriptors(memory)
         bell = Bell()
         producer.event = consumer.event = bell
         consumer.threshold = 2
@@ -834,7 +834,7 @@ class TestSharedMemory:
         one.put_bytes(record(1))
         one.put_bytes(record(2))
         other = Ring.over(memory, 5)
-        os.close(memory)
+        close_descriptors(memory)
         assert (other.capacity, other.fill()) == (8, 2)
         assert other.take_bytes() == record(1)
         assert one.fill() == 1
@@ -844,20 +844,21 @@ class TestSharedMemory:
         memory = create_memory(size)
         with pytest.raises(BadValue, match="buffer"):
             Ring.over(memory, 8)
-        os.close(memory)
+        close_descriptors(memory)
 
     def test_the_header_tells_what_it_is(self) -> None:
         memory = memory_for(5, 24)
         Ring.over(memory, 5, exact=True, record_size=24)
         words = map_memory(memory).cast("Q")
-        os.close(memory)
+        close_descriptors(memory)
         assert words[:4].tolist() == [MAGIC, 8, 24, 5]
 
     def test_it_is_zero_and_not_a_byte_larger_than_asked_for(self) -> None:
         memory = create_memory(1000)
         assert bytes(map_memory(memory)) == bytes(1000)
-        os.close(memory)
+        close_descriptors(memory)
 
+    @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     @pytest.mark.skipif(not hasattr(os, "memfd_create"), reason="only Linux can seal memory")
     @pytest.mark.parametrize("size", [0, 1, ring_size(8) - 1, ring_size(8) + 1, 1 << 30])
     def test_nobody_resizes_it(self, size: int) -> None:
@@ -873,6 +874,7 @@ class TestSharedMemory:
         assert ring.put_bytes(record(1))
         assert ring.take_bytes() == record(1)
 
+    @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     @pytest.mark.skipif(not hasattr(os, "memfd_create"), reason="only Linux can seal memory")
     def test_nobody_takes_the_seals_off(self) -> None:
         import fcntl
@@ -880,7 +882,7 @@ class TestSharedMemory:
         memory = memory_for(8)
         with pytest.raises(PermissionError):
             fcntl.fcntl(memory, fcntl.F_ADD_SEALS, 0)
-        os.close(memory)
+        close_descriptors(memory)
 
     def test_a_closed_end_leaves_the_other_alone(self) -> None:
         ends = Ends("shared", 4)
@@ -916,6 +918,7 @@ class TestSharedMemory:
         ring.close()
         assert ring.take_bytes() == record(1)
 
+    @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     def test_no_descriptor_is_left(self) -> None:
         gc.collect()  # that of earlier tests
         before = len(os.listdir("/proc/self/fd"))
@@ -1087,6 +1090,7 @@ class Watched(EventDescriptor):
         return woken
 
 
+@pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
 @pytest.mark.skipif(not hasattr(os, "eventfd"), reason="descriptors are passed by number: Linux")
 class TestTwoProcesses:
     """20,000 records through a small ring, both sides asleep whenever they cannot go on."""
@@ -1095,7 +1099,7 @@ class TestTwoProcesses:
     def memory(self) -> Iterator[int]:
         memory = memory_for(64)
         yield memory
-        os.close(memory)
+        close_descriptors(memory)
 
     @pytest.fixture
     def ring(self, memory: int) -> Iterator[Ring]:
@@ -1166,6 +1170,7 @@ class TestArmingRaces:
 
     ROUNDS = 3_000
 
+    @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     @pytest.mark.parametrize("burst", [1, 3])
     @pytest.mark.parametrize("way", ["arm", "sleep"])
     def test_no_write_is_slept_through(self, way: str, burst: int) -> None:
@@ -1188,7 +1193,7 @@ class TestArmingRaces:
             if way == "arm":
                 ring.arm()
         _, complaints = peer.communicate(timeout=60)
-        os.close(memory)
+        close_descriptors(memory)
         event.close()
         assert (complaints.decode(), taken) == ("", self.ROUNDS * burst)
         if canwire.core_mode() == "compiled":  # the interpreted form has no fence: a wake-up may be late
@@ -1228,6 +1233,7 @@ class TestArmingRaces:
 
 
 class TestEventDescriptor:
+    @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     def test_an_adopted_one_is_both_ends_of_the_same_event(self) -> None:
         own = EventDescriptor()
         adopted = EventDescriptor.adopt(os.dup(own.fileno()))
@@ -1242,6 +1248,7 @@ class TestEventDescriptor:
         assert own.wait(0)
         own.close()
 
+    @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     def test_an_adopted_one_owns_its_descriptor(self) -> None:
         own = EventDescriptor()
         copy = os.dup(own.fileno())
@@ -1423,7 +1430,7 @@ class TestHostilePeer:
     def test_through_shared_memory(self) -> None:
         memory = memory_for(8)
         ring, intruder = Ring.over(memory, 8), map_memory(memory)
-        os.close(memory)
+        close_descriptors(memory)
         for word in (WORDS["head"], WORDS["tail"]):
             intruder[8 * word : 8 * word + 8] = b"\xfe" * 7 + bytes([word])
         assert (ring.fill(), ring.free()) == (0, 0)

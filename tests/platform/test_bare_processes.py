@@ -236,3 +236,26 @@ def test_socketcand_runs_there(start: Start, place: Path) -> None:
             assert read.read(len(b"< hi >< ok >< ok >")) == b"< hi >< ok >< ok >"
         sender.sendall(b"< send 123 2 11 22 >")
         assert heard.read(len(b"< frame 123 ")) == b"< frame 123 "
+
+
+HELP = """
+import contextlib, io, sys
+from canwire.commands import VERBS, main
+for verb in VERBS:
+    if verb == "slcan":  # it asks sys.platform, which is Linux still, for pseudo terminals
+        continue
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+        main([verb, "--help"])
+print("all", flush=True)
+"""
+
+
+def test_every_verb_says_what_it_does(start: Start) -> None:
+    """None imports what only Linux has."""
+    assert stdout_of(start("-c", HELP)).readline() == "all\n"
+
+
+def test_the_doctor_looks_at_such_a_machine(start: Start, place: Path) -> None:
+    serve(start, place)
+    said, _ = start("doctor", "--hub", str(place / "hub")).communicate(timeout=AGES)
+    assert "a hub in another process" in said or str(place / "hub") in said

@@ -95,9 +95,23 @@ def test_a_thread_that_waits_is_woken(event: Any) -> None:
     assert woken == [True]
 
 
+def test_a_shared_event_wakes_whoever_waits_for_any_of_it(kind: ModuleType) -> None:
+    own = kind.EventDescriptor(shared=True)
+    other = kind.EventDescriptor.adopt(*own.copies())
+    for signalled, waits in ((own, other), (other, own)):
+        assert not waits.wait(0)
+        signalled.signal()
+        assert waits.wait(AGES)
+        signalled.clear()  # on Linux both are one
+    other.close()
+    own.signal()
+    assert own.wait(AGES)
+    own.close()
+
+
 def test_the_one_that_ever_takes_its_signals_rests_until_there_is_one(kind: ModuleType) -> None:
-    own = linux.EventDescriptor(shared=True) if kind is linux else kind.EventDescriptor()
-    other = linux.EventDescriptor.adopt(*own.copies()) if isinstance(own, linux.EventDescriptor) else own
+    own = kind.EventDescriptor(shared=True)
+    other = kind.EventDescriptor.adopt(*own.copies())
     for _ in range(3):
         resting = threading.Thread(target=other.rest)
         resting.start()

@@ -6,9 +6,7 @@ control are the program's own. The server is a grandchild in a session of its ow
 
 from __future__ import annotations
 
-import fcntl
 import os
-import resource
 import shutil
 import signal
 import sys
@@ -90,6 +88,8 @@ _READY = "ready"
 
 def _leave_to_kin(descriptor: int) -> None:
     """The program and what it starts have this open until they end."""
+    import fcntl  # Linux' own, as `resource` is; `shim` says the same everywhere
+
     try:
         fcntl.fcntl(descriptor, fcntl.F_DUPFD, _KIN_FROM)
     except OSError:  # so few are allowed: where it is, then
@@ -129,6 +129,8 @@ def _serve(directory: str, serving: Serving, program: tuple[int, int], writing: 
 
 def _allow_descriptors() -> None:
     """Every socket of a program takes one here."""
+    import resource
+
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 

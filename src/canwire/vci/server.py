@@ -6,8 +6,8 @@ Source: VCI V4 manual (seed 004) 6.1; rulings.md 2, 12 and 13.
 from __future__ import annotations
 
 import os
-import platform
 import re
+import sys
 from typing import TYPE_CHECKING
 from uuid import UUID
 
@@ -57,8 +57,10 @@ def get_version() -> VciVersionInfo:
     `vci_rev_number` is canwire's major * 100 + minor, `vci_build_number` its last number.
     """
     major, minor, build = _numbers(canwire.__version__)
-    system = _numbers(platform.version() if os.name == "nt" else platform.release())
-    windows = _VER_PLATFORM_WIN32_NT if os.name == "nt" else 0
+    if sys.platform == "win32":
+        system, windows = _numbers(".".join(map(str, sys.getwindowsversion()[:3]))), _VER_PLATFORM_WIN32_NT
+    else:
+        system, windows = _numbers(os.uname().release), 0
     return VciVersionInfo(*_MANUAL, major * 100 + minor, build, *system, windows)
 
 

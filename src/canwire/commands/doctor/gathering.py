@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import platform
 import re
 import sys
 import time
@@ -30,8 +29,8 @@ def gathered(hub: str | None) -> Facts:
 
     address, trouble = _usual_address()
     return Facts(
-        system=f"{platform.system()} {platform.release()}",
-        python=platform.python_version(),
+        system=_system(),
+        python=sys.version.split()[0],
         version=canwire.__version__,
         compiled=core_mode() == "compiled",
         shim=_shim(),
@@ -47,6 +46,15 @@ def gathered(hub: str | None) -> Facts:
         tick_s=time.get_clock_info("monotonic").resolution,
         pause_s=max(_pause_s() for _ in range(_PAUSES)),
     )
+
+
+def _system() -> str:
+    """Its name and version. On Windows the standard library's `platform` would ask a service that may not be there."""
+    if sys.platform == "win32":
+        version = sys.getwindowsversion()
+        return f"Windows {version.major}.{version.minor}.{version.build}"
+    found = os.uname()
+    return f"{found.sysname} {found.release}"
 
 
 def _usual_address() -> tuple[str, str]:
@@ -96,6 +104,8 @@ def _ports() -> tuple[Port, ...] | None:
         from serial.tools import list_ports  # type: ignore[import-untyped]
     except ModuleNotFoundError:
         return None
+    except AttributeError:  # a Windows that lacks what it asks for, as Wine does: no port can be listed
+        return ()
     return tuple(
         Port(port.device, "" if port.description == "n/a" else port.description, *_rights(port.device))
         for port in sorted(list_ports.comports())
@@ -188,10 +198,10 @@ def _trouble(status: LineStatus) -> str:
 
 
 def _descriptors() -> tuple[int, int] | None:
-    if sys.platform == "win32":
+    try:
+        import resource
+    except ImportError:  # Windows
         return None
-    import resource
-
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = sys.maxsize
     return (

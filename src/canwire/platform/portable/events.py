@@ -38,8 +38,8 @@ class Follower(Protocol):
 class EventDescriptor(Waiting):
     """A wake-up that threads and processes share: `signal` it, `wait` for it, select on `fileno()`."""
 
-    def __init__(self, beyond: Beyond | None = None) -> None:
-        self._beyond = beyond
+    def __init__(self, beyond: Beyond | None = None, *, shared: bool = False) -> None:
+        self._beyond = SharedEvent(both_ways=True).joined_by(self) if shared else beyond
         self._followers: tuple[Follower, ...] = ()
         self._lock = threading.Lock()  # while the pair is made and closed
         self._pair: tuple[socket, socket] | None = None
@@ -59,6 +59,11 @@ class EventDescriptor(Waiting):
     def __repr__(self) -> str:
         state = "closed" if self._closed else "idle" if self._pair is None else str(self._pair[0].fileno())
         return f"<event descriptor {state}>"
+
+    def copies(self) -> tuple[EventDescriptor, ...]:
+        """One more of this `shared` event, in this process; whoever asks owns it."""
+        assert isinstance(self._beyond, SharedEvent), "only a shared event is passed on"
+        return self._beyond.copies()
 
     def fileno(self) -> int:
         pair = self._pair
@@ -200,9 +205,14 @@ class SharedEvent:
     def copies(self) -> tuple[EventDescriptor, ...]:
         """One more for a client; whoever asks owns it."""
         copy = EventDescriptor(self)
+        self.joined_by(copy)
+        return (copy,)
+
+    def joined_by(self, copy: EventDescriptor) -> SharedEvent:
+        """This one is a copy from now on."""
         with self._lock:
             self._copies = (*self._copies, copy)
-        return (copy,)
+        return self
 
     @property
     def both_ways(self) -> bool:

@@ -97,7 +97,7 @@ def changing_places() -> Iterator[None]:
     No lock of files is the same everywhere; SQLite knows them all, and its locks end with the process.
     """
     path = os.path.join(runtime_directory(), "canwire.lock")
-    lock = sqlite3.connect(path, _LOCK_PATIENCE_S, isolation_level=None)
+    lock = sqlite3.connect(path, timeout=_LOCK_PATIENCE_S, isolation_level=None)
     try:
         lock.execute("BEGIN EXCLUSIVE")
     except sqlite3.Error as error:
