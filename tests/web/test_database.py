@@ -13,7 +13,7 @@ from canwire.web.database import Database
 from tests.hubs import LONG_S
 from tests.web.conftest import served_site, somebody, tab
 from tests.web.test_send import receiving
-from tests.web.test_trace import sender, tab_on_trace
+from tests.web.trace.watching import sender, tab_on_trace
 
 pytest.importorskip("cantools")
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ from websockets.sync.client import connect
 
 import canwire
 from canwire import HubLost
-from canwire.web.trace.history import GAP
+from canwire.web.trace.store.rows import GAP
 from tests.hubs import LONG_S, serving
 from tests.web.conftest import served_site, somebody, tab
-from tests.web.test_trace import Watching
+from tests.web.trace.watching import Watching
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -67,7 +67,7 @@ def test_the_trace_goes_on_with_a_mark_where_the_hub_was_away(tmp_path: Path) ->
         first.process.wait(LONG_S)
         viewer.until(lambda one: "the hub is away" in one.lines[0]["trouble"])
         with serving(tmp_path, time="real") as second, canwire.connect(second.address) as hub:
-            viewer.until(lambda one: any(row[12] == GAP for row in one.rows))
+            viewer.until(lambda one: (one.rows["record"]["info"] == GAP).any())
             viewer.until(lambda one: not one.lines[0]["trouble"])
             assert hub.board("HW000001").lines
             assert [gap.over for gap in site.link.gaps] == [True]

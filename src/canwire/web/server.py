@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 _GRACE_S = 1  # for answers that are under way when it ends
-_MESSAGE_BYTES = 65_536
+_MESSAGE_BYTES = 131_072
 
 
 class Site:

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 import re
+import shutil
+import tempfile
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+import numpy
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 
-from canwire import BadValue, HubLost
+from canwire import BadValue, create_log
 from canwire.web.actions import Call, action
 from canwire.web.desk import View
 from canwire.web.fields import BadFields
 from canwire.web.lines import look
 from canwire.web.trace.details import details_of
 from canwire.web.trace.feed import Feed
-from canwire.web.trace.history import History
-from canwire.web.trace.recording import Recording
-from canwire.web.trace.saving import log_lines
+from canwire.web.trace.look import Look
+from canwire.web.trace.recording import Recording, names_of
+from canwire.web.trace.saving import write_rows
+from canwire.web.trace.source import LiveSource, Source
+from canwire.web.trace.store.filtering import is_frame
+from canwire.web.trace.store.history import CHUNK, History
 from canwire.web.trace.taps import Taps
+from canwire.web.trace.viewing import Viewing
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -37,10 +46,11 @@ class Tracing:
         self._desk = desk
         self.database = desk.database
         self.history = History()
-        self.taps = Taps(desk.link, self.history)
-        desk.closing.callback(self.taps.close)
-        self.recording = Recording(self.history, self.taps, lambda: desk.epoch_ns(desk.link.hub))
-        desk.closing.callback(self.recording.close)
+        self.taps = Taps(desk.link, self.history, desk.epoch_ns)
+        self.live = LiveSource(self.history, self.taps)
+        self.recording = Recording(self.history, self.taps)
+        for close in (self.history.close, self.taps.close, self.recording.close):
+            desk.closing.callback(close)
         desk.kept[VIEW.name] = self
 
     def routes(self) -> list[BaseRoute]:
@@ -55,6 +65,12 @@ class Tracing:
             WebSocketRoute("/trace/live", self._live),
         ]
 
+    def source(self, name: str) -> Source:
+        """Raises BadValue for one that is not there."""
+        if name:
+            raise BadValue(f"{name}: there is no such log open")
+        return self.live
+
     def _page(self, request: Request) -> Response:
         return self._desk.page(request, VIEW, database=self.database.name)
 
@@ -66,6 +82,7 @@ class Tracing:
                 "bus": line.place.info.bus,
                 "kind": line.place.info.bus_type,
                 "running": line.running,
+                "state": line.state,
             }
             for line in look(self._desk.link.hub)
         ]
@@ -75,36 +92,54 @@ class Tracing:
     def _row(self, request: Request) -> Response:
         query, word = request.query_params, self._desk.words(request)
         try:
-            details = details_of(query.get("record", ""), query.get("following", ""), self.database, word)
+            record = query.get("record", "")
+            following = self._following(query.get("source", ""), query.get("number", ""))
+            details = details_of(record, following, self.database, word)
         except BadFields as bad:
             return JSONResponse({"message": word("trace.no-record"), "faults": bad.faults}, 422)
         return self._desk.part(request, "trace/details.jinja", details=details)
+
+    def _following(self, source: str, number: str) -> str:
+        """In hex, the first frame on the same line after the row of this number; "" where there is none near."""
+        history = self.source(source).history
+        first = int(number) if number.isdecimal() else history.total
+        rows = history.read(first, first + 4 * CHUNK)
+        if len(rows) < 2:
+            return ""
+        places = numpy.flatnonzero((rows["line"] == rows["line"][0]) & is_frame(rows))
+        later = places[places > 0]
+        return str(rows[later[0]]["record"].tobytes().hex()) if len(later) else ""
 
     def _log(self, request: Request) -> Response:
         """The history of the lines asked for, as a file."""
         chosen = _addresses(request.query_params.get("lines", ""))
         if not chosen:
             return JSONResponse({"message": self._desk.words(request)("trace.no-lines")}, 422)
-        watched = [line for line in self.taps.watched() if line.address in chosen]
-        try:
-            epoch_ns = self._desk.epoch_ns(self._desk.link.hub)
-        except HubLost:
-            epoch_ns = 0
-        names = {line.number: line.bus or line.address for line in watched}
+        self.taps.settle()
+        watched = self.taps.watched(chosen)
+        names = names_of(self.taps, chosen)
+        folder = tempfile.mkdtemp(prefix="canwire-web-")
+        path = Path(folder, "trace.log")
         errors = request.query_params.get("errors") == "true"
-        headers = {
-            "content-disposition": f'attachment; filename="{_file_name()}"',
-            "x-canwire-lost": str(sum(line.lost for line in watched)),
-        }
-        lines = log_lines(self.history, names, epoch_ns, errors=errors)
-        return StreamingResponse(lines, media_type="text/plain", headers=headers)
+        with create_log(path, format="candump") as log:
+            for rows in self.history.blocks(self.history.first, self.history.total):
+                write_rows(log, rows, names, self.history.eras, errors=errors)
+        return FileResponse(
+            path,
+            media_type="text/plain",
+            filename=_file_name(),
+            headers={"x-canwire-lost": str(sum(line.lost for line in watched))},
+            background=BackgroundTask(shutil.rmtree, folder),
+        )
 
-    def _recording(self, _: Request) -> Response:
-        """The recording that runs or ran last, as a file."""
+    def _recording(self, request: Request) -> Response:
+        """A recording that runs or ran, the last one unless its number is given, as a file."""
+        number = request.query_params.get("number", "0")
         try:
-            return FileResponse(self.recording.path, media_type="text/plain", filename=_file_name())
+            path = self.recording.path(int(number) if number.isdecimal() else -1)
         except BadValue as error:
             return JSONResponse({"message": str(error)}, 404)
+        return FileResponse(path, media_type="text/plain", filename=_file_name())
 
     def _record(self, call: Call) -> str:
         chosen = _addresses(call.fields.text("lines", longest=4000))
@@ -120,7 +155,10 @@ class Tracing:
         return call.word("trace.recorded", rows=progress.rows, missed=progress.missed)
 
     async def _live(self, socket: WebSocket) -> None:
-        await Feed(socket, self.history, self.taps).run()
+        def viewing(wanted: Look, viewer: object, before: Viewing | None) -> Viewing:
+            return Viewing(wanted, self.source(wanted.source), self.database, viewer, before)
+
+        await Feed(socket, viewing).run()
 
 
 def _addresses(text: str) -> list[str]:

@@ -1,5 +1,5 @@
 // Which lines are watched: those that were chosen, else one of each bus, one that runs if there is one.
-import { remember, remembered } from "/static/base/base.js";
+import { remember, remembered, word } from "/static/base/base.js";
 
 const LOOK_MS = 2000;
 
@@ -74,16 +74,12 @@ export class LinesChosen {
     this.place.querySelector(`input[value="${focused}"]`)?.focus();
   }
 
-  /** What the server says of the watched lines. */
-  told(lines, labels, draw) {
-    for (const line of lines) {
-      labels[line.number] = line.bus ? `${line.bus} ${line.address}` : line.address;
-    }
+  /** What the server says of the lines that this viewer asked for. */
+  told(lines) {
     const open = lines.length > 0 && lines.every((line) => this.watched.includes(line.address) && line.bus && !line.trouble);
     document.body.dataset.listening = open && lines.length === this.watched.length ? "yes" : "no";
-    const troubles = lines.filter((line) => line.trouble).map((line) => line.trouble);
+    const troubles = lines.filter((line) => line.trouble).map(({ trouble, address }) => (trouble.startsWith("trace.") ? word(trouble, { address }) : trouble));
     document.getElementById("live").textContent = [...new Set(troubles)].join("; ");
-    draw();
   }
 }
 
