@@ -9,7 +9,7 @@ keeps the token; it is not sent along with what another site asks for.
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, urlencode
@@ -29,12 +29,23 @@ _POLICY = (
 
 
 class Gate:
-    """Wraps an application; `request.scope["writer"]` tells it whether the asker has the token."""
+    """Wraps an application; `request.scope["writer"]` tells it whether the asker has the token.
 
-    def __init__(self, app: ASGIApp, token: str, hosts: Iterable[str], port: int) -> None:
+    `uploads` are paths with the bytes that may be sent there; elsewhere it is BODY_BYTES.
+    """
+
+    def __init__(
+        self,
+        app: ASGIApp,
+        token: str,
+        hosts: Iterable[str],
+        port: int,
+        uploads: Mapping[str, int] | None = None,
+    ) -> None:
         self._app = app
         self._token = token
         self._hosts = frozenset(hosts)
+        self._uploads = uploads or {}
         self.cookie = f"canwire-token-{port}"  # cookies do not tell ports apart
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -44,7 +55,7 @@ class Gate:
         headers = Headers(scope=scope)
         answer = self._refused(scope, headers) or self._let_in(scope, headers)
         if answer is None:
-            limited = _Limited(receive) if scope["type"] == "http" else receive
+            limited = _Limited(receive, self._most(scope)) if scope["type"] == "http" else receive
             await self._app(scope, limited, _guarded(send))
         elif scope["type"] == "websocket":
             await receive()
@@ -59,10 +70,13 @@ class Gate:
         origin = headers.get("origin")
         if origin is not None and origin.partition("://")[::2] not in (("http", host),):
             return PlainTextResponse(f"pages of {origin} may not ask here", 403)
-        length = headers.get("content-length", "0")
-        if not length.isdecimal() or int(length) > BODY_BYTES:
-            return PlainTextResponse(f"at most {BODY_BYTES} bytes", 413)
+        length, most = headers.get("content-length", "0"), self._most(scope)
+        if not length.isdecimal() or int(length) > most:
+            return PlainTextResponse(f"at most {most} bytes", 413)
         return None
+
+    def _most(self, scope: Scope) -> int:
+        return self._uploads.get(scope["path"], BODY_BYTES)
 
     def _let_in(self, scope: Scope, headers: Headers) -> Response | None:
         """None for whoever may ask; `scope["writer"]` is set then."""
@@ -99,9 +113,9 @@ class Gate:
 class _Limited:
     """A body without a Content-Length is counted as it comes; too much of it is a disconnection."""
 
-    def __init__(self, receive: Receive) -> None:
+    def __init__(self, receive: Receive, most: int) -> None:
         self._receive = receive
-        self._left = BODY_BYTES
+        self._left = most
 
     async def __call__(self) -> Message:
         message = await self._receive()

@@ -12,9 +12,9 @@ from canwire.web.trace.store.filtering import Test
 
 if TYPE_CHECKING:
     from canwire.web.database import Database
-    from canwire.web.trace.store.identifiers import Page
     from canwire.web.trace.look import Look
     from canwire.web.trace.source import Source
+    from canwire.web.trace.store.identifiers import Page
     from canwire.web.trace.store.selection import Selection
 
 EXTRA = numpy.dtype(

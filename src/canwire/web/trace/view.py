@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import re
-import shutil
-import tempfile
-import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy
-from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 
-from canwire import BadValue, create_log
+from canwire import BadValue
 from canwire.web.actions import Call, action
 from canwire.web.desk import View
 from canwire.web.fields import BadFields
-from canwire.web.lines import look
+from canwire.web.lines import Line, look
 from canwire.web.trace.details import details_of
 from canwire.web.trace.feed import Feed
+from canwire.web.trace.logs import Logs, file_name, writable_formats
 from canwire.web.trace.look import Look
-from canwire.web.trace.recording import Recording, names_of
-from canwire.web.trace.saving import write_rows
+from canwire.web.trace.opened import OpenedLogs
+from canwire.web.trace.recording import Recording
 from canwire.web.trace.source import LiveSource, Source
 from canwire.web.trace.store.filtering import is_frame
 from canwire.web.trace.store.history import CHUNK, History
@@ -49,7 +45,8 @@ class Tracing:
         self.taps = Taps(desk.link, self.history, desk.epoch_ns)
         self.live = LiveSource(self.history, self.taps)
         self.recording = Recording(self.history, self.taps)
-        for close in (self.history.close, self.taps.close, self.recording.close):
+        self.opened = OpenedLogs()
+        for close in (self.history.close, self.opened.close_all, self.taps.close, self.recording.close):
             desk.closing.callback(close)
         desk.kept[VIEW.name] = self
 
@@ -58,7 +55,7 @@ class Tracing:
             Route("/trace", self._page),
             Route("/trace/lines", self._lines),
             Route("/trace/row", self._row),
-            Route("/trace/log", self._log),
+            *Logs(self._desk, self.source, self.opened, self.taps).routes(),
             Route("/trace/recording", self._recording),
             Route("/trace/record", action(self._desk, self._record), methods=["POST"]),
             Route("/trace/record-stop", action(self._desk, self._record_stop), methods=["POST"]),
@@ -67,27 +64,23 @@ class Tracing:
 
     def source(self, name: str) -> Source:
         """Raises BadValue for one that is not there."""
-        if name:
-            raise BadValue(f"{name}: there is no such log open")
-        return self.live
+        return self.opened.find(name) if name else self.live
 
     def _page(self, request: Request) -> Response:
-        return self._desk.page(request, VIEW, database=self.database.name)
+        return self._desk.page(request, VIEW, database=self.database.name, formats=writable_formats())
 
-    def _lines(self, _: Request) -> Response:
-        """Every line, its kind of bus, whether it runs; the names of messages; how far the recording is."""
-        lines = [
-            {
-                "address": line.place.address,
-                "bus": line.place.info.bus,
-                "kind": line.place.info.bus_type,
-                "running": line.running,
-                "state": line.state,
-            }
-            for line in look(self._desk.link.hub)
+    def _lines(self, request: Request) -> Response:
+        """Every line, its kind of bus, its state; logs that are open; names of messages; how far the recording is."""
+        name = request.query_params.get("source", "")
+        if name in self.opened.logs:
+            lines = [_channel(one) for one in self.opened.find(name).channels]
+        else:
+            lines = [_line(one) for one in look(self._desk.link.hub)]
+        logs = [
+            {"key": key, "name": log.name, "reading": log.reading} for key, log in self.opened.logs.items()
         ]
-        recording = self.recording.progress._asdict()
-        return JSONResponse({"lines": lines, "names": self.database.names, "recording": recording})
+        told = {"lines": lines, "logs": logs, "names": self.database.names}
+        return JSONResponse(told | {"recording": self.recording.progress._asdict()})
 
     def _row(self, request: Request) -> Response:
         query, word = request.query_params, self._desk.words(request)
@@ -110,28 +103,6 @@ class Tracing:
         later = places[places > 0]
         return str(rows[later[0]]["record"].tobytes().hex()) if len(later) else ""
 
-    def _log(self, request: Request) -> Response:
-        """The history of the lines asked for, as a file."""
-        chosen = _addresses(request.query_params.get("lines", ""))
-        if not chosen:
-            return JSONResponse({"message": self._desk.words(request)("trace.no-lines")}, 422)
-        self.taps.settle()
-        watched = self.taps.watched(chosen)
-        names = names_of(self.taps, chosen)
-        folder = tempfile.mkdtemp(prefix="canwire-web-")
-        path = Path(folder, "trace.log")
-        errors = request.query_params.get("errors") == "true"
-        with create_log(path, format="candump") as log:
-            for rows in self.history.blocks(self.history.first, self.history.total):
-                write_rows(log, rows, names, self.history.eras, errors=errors)
-        return FileResponse(
-            path,
-            media_type="text/plain",
-            filename=_file_name(),
-            headers={"x-canwire-lost": str(sum(line.lost for line in watched))},
-            background=BackgroundTask(shutil.rmtree, folder),
-        )
-
     def _recording(self, request: Request) -> Response:
         """A recording that runs or ran, the last one unless its number is given, as a file."""
         number = request.query_params.get("number", "0")
@@ -139,7 +110,7 @@ class Tracing:
             path = self.recording.path(int(number) if number.isdecimal() else -1)
         except BadValue as error:
             return JSONResponse({"message": str(error)}, 404)
-        return FileResponse(path, media_type="text/plain", filename=_file_name())
+        return FileResponse(path, media_type="text/plain", filename=file_name("log"))
 
     def _record(self, call: Call) -> str:
         chosen = _addresses(call.fields.text("lines", longest=4000))
@@ -161,14 +132,25 @@ class Tracing:
         await Feed(socket, viewing).run()
 
 
+def _line(line: Line) -> dict[str, object]:
+    return {
+        "address": line.place.address,
+        "bus": line.place.info.bus,
+        "kind": line.place.info.bus_type,
+        "running": line.running,
+        "state": line.state,
+    }
+
+
+def _channel(name: str) -> dict[str, object]:
+    """Of a log; which kind of bus it is the log tells row by row."""
+    return {"address": name, "bus": name, "kind": "LIN", "running": True, "state": ""}
+
+
 def _addresses(text: str) -> list[str]:
     """Addresses with commas between them; none if one of them is none."""
     chosen = [one for one in text.split(",") if one]
     return chosen if all(map(_ADDRESS.fullmatch, chosen)) else []
-
-
-def _file_name() -> str:
-    return time.strftime("canwire-%Y%m%d-%H%M%S.log")
 
 
 VIEW = View(

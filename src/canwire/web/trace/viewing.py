@@ -117,11 +117,7 @@ class Viewing:
         self.source.want(self._viewer, ())
 
     def _language(self) -> Language:
-        known: dict[str, list[int]] = {}
-        for line in self.source.lines(self.look.lines):
-            for name in {line.address.lower(), line.bus.lower()} - {""}:
-                known.setdefault(name, []).append(line.number)
-        return Language(self._database, known)
+        return language_of(self.look, self.source, self._database)
 
     def _compile(self) -> None:
         language = self._language()
@@ -144,3 +140,24 @@ class Viewing:
             if test is not None:
                 rules.append((test, colour))
         self._answers.rules = rules
+
+
+def language_of(look: Look, source: Source, database: Database) -> Language:
+    """Filters there know these lines."""
+    known: dict[str, list[int]] = {}
+    for line in source.lines(look.lines):
+        for name in {line.address.lower(), line.bus.lower()} - {""}:
+            known.setdefault(name, []).append(line.number)
+    return Language(database, known)
+
+
+def selected(look: Look, source: Source, database: Database) -> Selection:
+    """All rows of a look as they are now; raises BadFilter."""
+    test = language_of(look, source, database).compile(look.filter)
+    if look.direction:
+        test = directed(test, sent=look.direction == "T")
+    selection = Selection(source.history, source.indices(look.lines), test, look.since)
+    selection.stop(source.history.total if look.until is None else look.until)
+    while selection.extend():
+        pass
+    return selection

@@ -11,20 +11,29 @@ export class LinesChosen {
     this.chosen = remembered("trace.lines", null);
     this.known = "";
     this.onLin = new Set();
+    this.source = "";
     this.named = named;
     this.look();
     setInterval(() => this.look(), LOOK_MS);
     place.addEventListener("change", () => {
       this.chosen = [...place.querySelectorAll("input:checked")].map((box) => box.value);
-      remember("trace.lines", this.chosen);
+      if (!this.source) remember("trace.lines", this.chosen);
       this.set(this.chosen);
     });
+  }
+
+  /** Lines of another source from now on. */
+  forget(source) {
+    this.source = source;
+    this.watched = [];
+    this.chosen = source ? null : remembered("trace.lines", null);
+    this.look();
   }
 
   async look() {
     let told;
     try {
-      const answer = await fetch("/trace/lines");
+      const answer = await fetch(`/trace/lines?${new URLSearchParams({ source: this.source })}`);
       if (!answer.ok) return; // the page's head says that the hub is away
       told = await answer.json();
     } catch {
@@ -35,10 +44,11 @@ export class LinesChosen {
       this.named = null;
     }
     document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
+    document.dispatchEvent(new CustomEvent("logs", { detail: told.logs }));
     this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN").map((line) => line.address));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
-    this.set(chosen?.length ? chosen : usual(told.lines));
+    this.set(chosen?.length ? chosen : this.source ? there : usual(told.lines));
     this.show(told.lines);
   }
 

@@ -6,6 +6,7 @@ import { LinesChosen } from "/static/trace/lines.js";
 import { List } from "/static/trace/list.js";
 import { Marks } from "/static/trace/marks.js";
 import { menu } from "/static/trace/menu.js";
+import { save, sources } from "/static/trace/logs.js";
 import { record } from "/static/trace/recording.js";
 import { frameText, isSilent, makeTexts, markBytes, markSignals } from "/static/trace/texts.js";
 import { Viewing } from "/static/trace/viewing.js";
@@ -226,9 +227,9 @@ element("search").addEventListener("keydown", (event) => {
 });
 element("next-error").addEventListener("click", () => search("error", 1));
 element("next-mark").addEventListener("click", () => nextMark(1));
-element("save").addEventListener("click", () => {
+element("save-now").addEventListener("click", () => {
   if (!lines.watched.length) say(word("trace.no-lines"), true);
-  else location.assign(`/trace/log?${new URLSearchParams({ lines: lines.watched.join(","), errors: "true" })}`);
+  else save(viewing.look, new FormData(element("saving-form")));
 });
 element("record").addEventListener("click", async () => {
   await record(lines.watched);
@@ -299,5 +300,13 @@ const lines = new LinesChosen(element("lines"), (addresses) => {
 }, (names) => {
   state.names = names;
   draw();
+});
+sources(viewing.look, (source) => {
+  kept = { source, since: 0, until: null };
+  showPaused(false);
+  sessionStorage.setItem("canwire.trace.kept", JSON.stringify(kept));
+  lines.forget(source);
+  list.setFollow(!byFrame() && !source);
+  element("body").scrollTop = 0;
 });
 setMode(state.mode);
