@@ -12,6 +12,7 @@ from starlette.staticfiles import StaticFiles
 
 from canwire import HubLost
 from canwire.web.gate import Gate
+from canwire.web.send.files import MOST_BYTES as LIST_BYTES
 from canwire.web.trace.logs import OPEN_PATH
 from canwire.web.trace.opened import MOST_BYTES
 from canwire.web.words import HERE
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from canwire.web.desk import Desk
 
 
-UPLOADS = {OPEN_PATH: MOST_BYTES}
+UPLOADS = {OPEN_PATH: MOST_BYTES, "/send/load": 4 * LIST_BYTES}
 
 
 def make_app(desk: Desk, token: str, hosts: list[str], port: int) -> Gate:
