@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 UPLOADS = {OPEN_PATH: MOST_BYTES, "/send/load": 4 * LIST_BYTES}
 
 
-def make_app(desk: Desk, token: str, hosts: list[str], port: int) -> Gate:
+def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bool) -> Gate:
     """`hosts` are the names and ports it answers to ("127.0.0.1:8080")."""
     routes: list[BaseRoute] = [
         Route("/", lambda request: RedirectResponse(f"/{desk.views[0].name}")),
@@ -38,7 +38,9 @@ def make_app(desk: Desk, token: str, hosts: list[str], port: int) -> Gate:
     for view in desk.views:
         routes += view.routes(desk)
     handlers: Any = {HubLost: _away, ClientDisconnect: _too_long}
-    return Gate(Starlette(routes=routes, exception_handlers=handlers), token, hosts, port, UPLOADS)
+    return Gate(
+        Starlette(routes=routes, exception_handlers=handlers), token, hosts, port, UPLOADS, viewers=viewers
+    )
 
 
 def _link(desk: Desk, request: Request) -> Response:

@@ -2,25 +2,28 @@
 
 The server listens on the loopback address, where every user and every web page of this machine can reach it. So:
 only requests to its own names pass (a foreign name that resolves to 127.0.0.1 does not), only its own pages may
-send (Origin), and whoever wants to change anything needs the token of the address that was printed. A cookie
-keeps the token; it is not sent along with what another site asks for.
+send (Origin), and whoever wants to look or to change anything needs the token of the address that was printed; with
+`viewers` others may look. A cookie keeps the token; it is not sent along with what another site asks for.
 """
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from collections.abc import Iterable, Mapping
+from html import escape
 from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, urlencode
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, PlainTextResponse, RedirectResponse, Response
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 BODY_BYTES = 65_536
+BODY_S = 30.0  # between two pieces of a body
 READS = ("GET", "HEAD")
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
@@ -41,11 +44,14 @@ class Gate:
         hosts: Iterable[str],
         port: int,
         uploads: Mapping[str, int] | None = None,
+        *,
+        viewers: bool = False,
     ) -> None:
         self._app = app
         self._token = token
         self._hosts = frozenset(hosts)
         self._uploads = uploads or {}
+        self._viewers = viewers
         self.cookie = f"canwire-token-{port}"  # cookies do not tell ports apart
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -86,16 +92,26 @@ class Gate:
             if not self._right(given):
                 return PlainTextResponse("wrong token: take the address that `canwire web` printed", 403)
             if scope["type"] == "http":
-                return self._welcome(scope["path"], [pair for pair in query if pair[0] != "token"])
+                elsewhere = headers.get("sec-fetch-site") == "cross-site"
+                return self._welcome(scope["path"], [pair for pair in query if pair[0] != "token"], elsewhere)
         scope["writer"] = given is not None or self._right(self._kept(headers))
+        if not scope["writer"] and not self._viewers:
+            return PlainTextResponse("only who has the address that “canwire web” printed may look here", 403)
         if scope["type"] == "http" and scope["method"] not in READS and not scope["writer"]:
             return PlainTextResponse("only viewers with the token may change anything", 403)
         return None
 
-    def _welcome(self, path: str, query: list[tuple[str, str]]) -> Response:
-        """Keep the token, and take it out of the address: histories and pictures of the screen have it no more."""
+    def _welcome(self, path: str, query: list[tuple[str, str]], elsewhere: bool) -> Response:
+        """Keep the token, and take it out of the address: histories and pictures of the screen have it no more.
+
+        A browser that comes from `elsewhere`, as from the file of `--open`, does not send a strict cookie along with
+        where it is redirected to; with what a page of this server's own leads to it does.
+        """
         path = "/" + path.lstrip("/")  # //other.example would lead elsewhere
-        answer = RedirectResponse(path + (f"?{urlencode(query)}" if query else ""), 303)
+        target = path + (f"?{urlencode(query)}" if query else "")
+        answer: Response = RedirectResponse(target, 303)
+        if elsewhere:
+            answer = HTMLResponse(f'<meta http-equiv="refresh" content="0;url={escape(target)}">')
         answer.set_cookie(self.cookie, self._token, httponly=True, samesite="strict")
         return answer
 
@@ -111,14 +127,21 @@ class Gate:
 
 
 class _Limited:
-    """A body without a Content-Length is counted as it comes; too much of it is a disconnection."""
+    """A body without a Content-Length is counted as it comes; too much of it, or a pause, is a disconnection."""
 
     def __init__(self, receive: Receive, most: int) -> None:
         self._receive = receive
         self._left = most
+        self._whole = False
 
     async def __call__(self) -> Message:
-        message = await self._receive()
+        if self._whole:
+            return await self._receive()
+        try:
+            message = await asyncio.wait_for(self._receive(), BODY_S)
+        except TimeoutError:
+            return {"type": "http.disconnect"}
+        self._whole = not message.get("more_body", False)
         self._left -= len(message.get("body", b""))
         return {"type": "http.disconnect"} if self._left < 0 else message
 

@@ -15,6 +15,7 @@ from canwire.web.app import make_app
 from canwire.web.database import Database
 from canwire.web.desk import Desk
 from canwire.web.link import HubLink, connect_again
+from canwire.web.patience import PatientProtocol
 from canwire.web.views import VIEWS
 
 if TYPE_CHECKING:
@@ -26,10 +27,19 @@ _MESSAGE_BYTES = 131_072
 
 
 class Site:
-    """A page that can be served: `address` has the token, `run` blocks until `stop`."""
+    """A page that can be served: `address` has the token, `run` blocks until `stop`.
+
+    With `viewers` everybody on this machine may look, without the token.
+    """
 
     def __init__(
-        self, hub: Hub, epoch_ns: Callable[[Hub], int], *, port: int = 0, database: str = ""
+        self,
+        hub: Hub,
+        epoch_ns: Callable[[Hub], int],
+        *,
+        port: int = 0,
+        database: str = "",
+        viewers: bool = False,
     ) -> None:
         description = Database(database)
         self._socket = _listening(port)
@@ -39,7 +49,7 @@ class Site:
         self.desk = Desk(self.link, VIEWS, epoch_ns, description)
         hosts = [f"{name}:{self.port}" for name in (LOOPBACK, "localhost")]
         try:
-            self.app = make_app(self.desk, self.token, hosts, self.port)
+            self.app = make_app(self.desk, self.token, hosts, self.port, viewers=viewers)
         except BaseException:
             self.close()
             raise
@@ -48,6 +58,7 @@ class Site:
                 self.app,
                 log_level="warning",
                 access_log=False,
+                http=PatientProtocol,
                 ws="websockets-sansio",
                 ws_max_size=_MESSAGE_BYTES,
                 ws_per_message_deflate=False,  # on the loopback address it costs and saves nothing

@@ -67,6 +67,8 @@ async function watchLink() {
     const hub = link.querySelector("[data-hub]")?.dataset.hub ?? "";
     if (hub !== document.body.dataset.hub) {
       document.body.dataset.hub = hub;
+      // a page that was made while the hub was away knows no lines
+      if (hub === "there" && document.body.dataset.rendered === "away") location.reload();
       document.dispatchEvent(new CustomEvent("hub", { detail: hub }));
     }
     await new Promise((done) => { setTimeout(done, LOOK_MS); });

@@ -2,6 +2,7 @@
 import { remember, remembered, word } from "/static/base/base.js";
 
 const LOOK_MS = 2000;
+const MANY = 24; // lines; they are searched and ordered by bus then
 
 export class LinesChosen {
   constructor(place, watch, named) {
@@ -11,11 +12,17 @@ export class LinesChosen {
     this.chosen = remembered("trace.lines", null);
     this.known = "";
     this.onLin = new Set();
+    this.search = document.createElement("input");
+    this.search.type = "search";
+    this.search.setAttribute("aria-label", word("trace.search-lines"));
+    this.search.placeholder = word("trace.search-lines");
+    this.search.addEventListener("input", () => this.narrow());
     this.source = "";
     this.named = named;
     this.look();
     setInterval(() => this.look(), LOOK_MS);
-    place.addEventListener("change", () => {
+    place.addEventListener("change", (event) => {
+      if (event.target === this.search) return;
       this.chosen = [...place.querySelectorAll("input:checked")].map((box) => box.value);
       if (!this.source) remember("trace.lines", this.chosen);
       this.set(this.chosen);
@@ -69,7 +76,10 @@ export class LinesChosen {
     this.known = known;
     const focused = document.activeElement?.value;
     const legend = this.place.querySelector("legend");
-    this.place.replaceChildren(legend, ...lines.map((line) => {
+    const many = lines.length > MANY;
+    this.search.hidden = !many;
+    const byBus = (one, other) => one.bus.localeCompare(other.bus, "en", { numeric: true });
+    this.place.replaceChildren(legend, this.search, ...(many ? [...lines].sort(byBus) : lines).map((line) => {
       const label = document.createElement("label");
       label.className = `check chip-choice${line.running ? " running" : ""}`;
       const box = document.createElement("input");
@@ -81,7 +91,27 @@ export class LinesChosen {
       label.append(box, name);
       return label;
     }));
-    this.place.querySelector(`input[value="${focused}"]`)?.focus();
+    if (focused) this.place.querySelector(`input[value="${CSS.escape(focused)}"]`)?.focus();
+    this.narrow();
+    this.explain(lines);
+  }
+
+  /** Of many lines those that are searched for, and those that are chosen. */
+  narrow() {
+    const words = this.search.value.toLowerCase().split(/\s+/);
+    for (const label of this.place.querySelectorAll("label")) {
+      const text = label.textContent.toLowerCase();
+      label.hidden = !label.control.checked && !words.every((one) => text.includes(one));
+    }
+  }
+
+  /** Why nothing comes from the chosen lines, as far as it is known. */
+  explain(lines) {
+    const said = lines.filter((line) => this.watched.includes(line.address)).map(({ address, state, running }) => {
+      if (state === "bus-off") return word("trace.bus-off-line", { address });
+      return running ? "" : word("trace.still-line", { address });
+    });
+    document.getElementById("empty").textContent = [...said.filter(Boolean), word("trace.empty")].join(" ");
   }
 
   /** What the server says of the lines that this viewer asked for. */
