@@ -100,6 +100,18 @@ class Database:
                 there = slice(None) if present is None else present
                 yield columns.rows[there], (values[there], self.parsed(name, text))
 
+    def curve(self, records: numpy.ndarray, name: str) -> tuple[numpy.ndarray, numpy.ndarray]:
+        """Times (ns) and physical values of a signal in these records, which are of one message."""
+        import numpy
+
+        if self._database is not None:
+            for columns in self._database.decode_arrays(records).values():
+                if name in columns.signals:
+                    present = columns.present[name]
+                    there = slice(None) if present is None else present
+                    return columns.time_ns[there], columns.signals[name][there].astype(float)
+        return numpy.zeros(0), numpy.zeros(0)
+
     def inputs(self, name: str) -> list[Input]:
         """The signals of a message that can be given; none for a message that is not there."""
         message = self._messages.get(name)

@@ -54,7 +54,7 @@ class Ask:
     """Rows to be shown: `rows` of them from place `at` on; -1: the newest ones. `by_frame`: one for each identifier.
 
     With a text to `find` it is the rows about the nearest one that has it, after place `begin` (`step` -1: before it);
-    `near` the row of that number.
+    `near` the row of that number, `time_ns` the first one that is not before it.
     """
 
     at: int
@@ -64,6 +64,7 @@ class Ask:
     begin: int = -1
     step: int = 1
     near: int | None = None
+    time_ns: int | None = None
 
     @classmethod
     def parse(cls, told: dict[str, Any]) -> Ask:
@@ -79,6 +80,7 @@ class Ask:
             -1 if begin == -1 else _whole(begin),
             1 if told.get("step", 1) == 1 else -1,
             None if told.get("near") is None else _whole(told["near"]),
+            None if told.get("time") is None else _whole(told["time"]),
         )
 
 

@@ -19,6 +19,7 @@ from canwire.web.trace.feed import Feed
 from canwire.web.trace.logs import Logs, file_name, writable_formats
 from canwire.web.trace.look import Look
 from canwire.web.trace.opened import OpenedLogs
+from canwire.web.trace.plotting import MOST_PLOTTED, Wanted, curve
 from canwire.web.trace.recording import Recording
 from canwire.web.trace.source import LiveSource, Source
 from canwire.web.trace.store.filtering import is_frame
@@ -55,6 +56,7 @@ class Tracing:
             Route("/trace", self._page),
             Route("/trace/lines", self._lines),
             Route("/trace/row", self._row),
+            Route("/trace/plot", self._plot),
             *Logs(self._desk, self.source, self.opened, self.taps).routes(),
             Route("/trace/recording", self._recording),
             Route("/trace/record", action(self._desk, self._record), methods=["POST"]),
@@ -91,6 +93,20 @@ class Tracing:
         except BadFields as bad:
             return JSONResponse({"message": word("trace.no-record"), "faults": bad.faults}, 422)
         return self._desk.part(request, "trace/details.jinja", details=details)
+
+    def _plot(self, request: Request) -> Response:
+        """A signal's times (seconds) and values in the rows from number `from` on, and where to go on."""
+        query = request.query_params
+        try:
+            history = self.source(query.get("source", "")).history
+            wanted = Wanted(int(query["line"]), int(query["id"], 16), len(query["id"]) == 8, query["signal"])
+            begin = int(query.get("from", 0))
+        except (ValueError, KeyError, BadValue) as error:
+            return JSONResponse({"message": str(error)}, 422)
+        end = history.total
+        begin = max(begin, end - MOST_PLOTTED)
+        times, values = curve(history, self.database, wanted, begin, end)
+        return JSONResponse({"t": times, "v": values, "next": end})
 
     def _following(self, source: str, number: str) -> str:
         """In hex, the first frame on the same line after the row of this number; "" where there is none near."""
@@ -157,5 +173,6 @@ VIEW = View(
     "trace",
     lambda desk: Tracing(desk).routes(),
     scripts=("trace.js",),
-    styles=("trace.css",),
+    styles=("trace.css", "base/vendor/uPlot-1.6.32.min.css"),
+    vendored=("uPlot-1.6.32.iife.min.js",),
 )

@@ -87,19 +87,24 @@ class Viewing:
         if ask.by_frame:
             page = self._table.page(self._indices, self._test, self._before, max(ask.at, 0), ask.rows)
             return self._answers.by_frame(shown, page, self._table.left_out)
-        found = self._find(ask) if ask.near is None else self.selection.place_of(ask.near)
+        found = self._find(ask)
         if found is not None:
             at = found - ask.rows // 2
             return self._answers.by_time(shown, max(at, self.selection.gone), ask.rows, found)
         at = self.selection.count - ask.rows if ask.at < 0 else ask.at
         at = max(at, self.selection.gone, 0)
-        return self._answers.by_time(shown, at, ask.rows, -1 if ask.find else None)
+        return self._answers.by_time(shown, at, ask.rows, None)
 
     def _find(self, ask: Ask) -> int | None:
-        """The nearest row with this text."""
-        return (
-            self.selection.find(self._language().search(ask.find), ask.begin, ask.step) if ask.find else None
-        )
+        """The place that was asked for, -1 for none; None if none was asked for."""
+        if ask.near is not None:
+            return self.selection.place_of(ask.near)
+        if ask.time_ns is not None:
+            return self.selection.place_at(ask.time_ns)
+        if not ask.find:
+            return None
+        found = self.selection.find(self._language().search(ask.find), ask.begin, ask.step)
+        return -1 if found is None else found
 
     def listen(self, grown: Callable[[], None]) -> None:
         """Call this whenever there are new rows."""

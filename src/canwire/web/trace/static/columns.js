@@ -33,7 +33,7 @@ export function chooseColumns({ lin, byFrame, database }) {
   const kept = remembered(slot(), narrow() ? NARROW : USUAL);
   return ALL.filter((key) => {
     const column = COLUMNS[key];
-    if (key === "delta" && byFrame) return false;
+    if (byFrame && (key === "delta" || (narrow() && ["time", "dir"].includes(key)))) return false;
     return kept.includes(key) && (lin || !column.lin) && (byFrame || !column.frame) && (database || !column.database);
   });
 }

@@ -52,7 +52,7 @@ export class LinesChosen {
     }
     document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
     document.dispatchEvent(new CustomEvent("logs", { detail: told.logs }));
-    this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN").map((line) => line.address));
+    this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN" && line.running).map((line) => line.address));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
     this.set(chosen?.length ? chosen : this.source ? there : usual(told.lines));

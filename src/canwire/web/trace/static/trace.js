@@ -6,6 +6,7 @@ import { LinesChosen } from "/static/trace/lines.js";
 import { List } from "/static/trace/list.js";
 import { Marks } from "/static/trace/marks.js";
 import { menu } from "/static/trace/menu.js";
+import { Plots } from "/static/trace/plots.js";
 import { save, sources } from "/static/trace/logs.js";
 import { record } from "/static/trace/recording.js";
 import { frameText, isSilent, makeTexts, markBytes, markSignals } from "/static/trace/texts.js";
@@ -169,6 +170,7 @@ async function open(index) {
   const query = new URLSearchParams({ record: rows.hex(place), source: viewing.look.source });
   if (rows.kind(place) === 2 && !byFrame()) query.set("number", rows.number(place));
   state.opened = query;
+  state.frame = rows.frame(place) ? { line: rows.line(place), id: rows.idText(place) } : null;
   const answer = await fetch(`/trace/row?${query}`);
   if (state.opened !== query) return; // another one was opened meanwhile
   if (!answer.ok) {
@@ -242,6 +244,23 @@ element("close-details").addEventListener("click", () => {
 document.addEventListener("columns", columns);
 document.addEventListener("colours", () => viewing.change({ rules: rules() }));
 widen(element("head"), () => { widths(); draw(); });
+
+const plots = new Plots(() => viewing.look.source, () => state.paused, (time) => {
+  if (byFrame()) setMode("time");
+  list.setFollow(false);
+  viewing.jump({ time });
+});
+element("body").addEventListener("click", (event) => {
+  const signal = event.target.closest("[data-signal]");
+  const place = signal && placeOf(Number(signal.closest(".trace-row").dataset.index));
+  if (!signal || !rows.has(place)) return;
+  plots.add({ line: rows.line(place), id: rows.idText(place), signal: signal.dataset.signal });
+  event.stopPropagation();
+}, { capture: true });
+element("opened").addEventListener("click", (event) => {
+  const signal = event.target.closest("[data-signal]");
+  if (signal && state.frame) plots.add({ ...state.frame, signal: signal.dataset.signal });
+});
 
 function toggleMark(index) {
   const place = placeOf(index);

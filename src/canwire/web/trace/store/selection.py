@@ -75,6 +75,18 @@ class Selection:
         """Of the first row whose number is not less."""
         return int(numpy.searchsorted(self._numbers[: self.count], number))
 
+    def place_at(self, time_ns: int) -> int:
+        """Of the first row whose time is not less; times of different hubs are not told apart."""
+        low, high = self.gone, self.count
+        while low < high:
+            middle = (low + high) // 2
+            rows = self.rows(middle, 1)
+            if len(rows) and int(rows["record"]["time_ns"][0]) >= time_ns:
+                high = middle
+            else:
+                low = middle + 1
+        return min(low, self.count - 1)
+
     def find(self, test: Test, place: int, step: int) -> int | None:
         """The nearest place after (step 1) or before (step -1) this one whose row passes, going round at the end."""
         forwards = [(place + 1, self.count), (self.gone, place)]
