@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from canwire import Hub
 
 LOOPBACK = "127.0.0.1"
+USUAL_PORT = 7457
 _GRACE_S = 1  # for answers that are under way when it ends
 _MESSAGE_BYTES = 131_072
 
@@ -29,6 +30,7 @@ _MESSAGE_BYTES = 131_072
 class Site:
     """A page that can be served: `address` has the token, `run` blocks until `stop`.
 
+    `port` 0 is any free one, None the usual one where that is free (a browser remembers by ports).
     With `viewers` everybody on this machine may look, without the token.
     """
 
@@ -37,12 +39,12 @@ class Site:
         hub: Hub,
         epoch_ns: Callable[[Hub], int],
         *,
-        port: int = 0,
+        port: int | None = 0,
         database: str = "",
         viewers: bool = False,
     ) -> None:
         description = Database(database)
-        self._socket = _listening(port)
+        self._socket = _usual() if port is None else _listening(port)
         self.port = int(self._socket.getsockname()[1])
         self.token = secrets.token_urlsafe(18)
         self.link = HubLink(connect_again(hub))
@@ -94,6 +96,13 @@ class Site:
         self._socket.close()
         self.desk.closing.close()
         self.link.close()
+
+
+def _usual() -> socket.socket:
+    try:
+        return _listening(USUAL_PORT)
+    except BadValue:  # somebody has it
+        return _listening(0)
 
 
 def _listening(port: int) -> socket.socket:

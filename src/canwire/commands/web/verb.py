@@ -28,7 +28,11 @@ from canwire.commands.shell.ending import signals_call
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument(
-        "--port", type=int, default=0, metavar="N", help="listen there (default: any free one)"
+        "--port",
+        type=int,
+        default=None,
+        metavar="N",
+        help="listen there; 0 for any free one (default: 7457, or any free one where that is taken)",
     )
     parser.add_argument("--viewers", action="store_true", help="let others on this machine look")
     parser.add_argument("--open", action="store_true", help="open the page in the browser")
@@ -49,7 +53,7 @@ def leading_to(address: str) -> Iterator[str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM or SIGINT; BadValue for a port or file that will not do, HubError without a hub."""
-    if not 0 <= arguments.port <= 65_535:
+    if arguments.port is not None and not 0 <= arguments.port <= 65_535:
         raise BadValue(f"--port {arguments.port}: 0 to 65535")
     if arguments.db and not os.path.isfile(arguments.db):
         raise BadValue(f"--db {arguments.db}: there is no such file")
