@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import httpx2 as httpx
     from playwright.sync_api import Browser
 
-pytestmark = pytest.mark.conforms("PG-05", "N-53")
+pytestmark = pytest.mark.conforms("N-53")
 
 SECOND = 1_000_000_000
 ENTRIES = [

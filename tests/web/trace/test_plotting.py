@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from playwright.sync_api import Browser
 
-pytestmark = pytest.mark.conforms("PG-05", "N-54")
+pytestmark = pytest.mark.conforms("PG-05")
 
 
 @examples(40)
