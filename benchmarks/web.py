@@ -31,8 +31,10 @@ BIT_RATE = 1_000_000
 BATCH_S = 0.004  # frames are queued so often
 WATCH = """() => {
   window.ages = [];
-  document.addEventListener("drawn", ({ detail: { rows, total } }) => {
-    const at = rows.at(total - 1) + 16;
+  document.addEventListener("drawn", ({ detail: { rows, last } }) => {
+    if (!rows.has(last) || rows.number(last) === window.newest || !rows.frame(last)) return;
+    window.newest = rows.number(last);
+    const at = rows.at(last) + 16;
     const stamp = rows.view.getUint32(at, true) * 1e-6 + rows.view.getUint32(at + 4, true);
     window.ages.push((performance.timeOrigin + performance.now()) / 1000 - stamp);
   });
@@ -81,6 +83,7 @@ def main() -> None:
     parser.add_argument(
         "--seconds", type=float, default=20.0, help="with, and as long without a viewer (%(default)s)"
     )
+    parser.add_argument("--viewers", type=int, default=1, help="tabs that look at once (%(default)s)")
     arguments = parser.parse_args()
     with (
         tempfile.TemporaryDirectory() as home,
@@ -116,18 +119,21 @@ def measure(
         )
         page.evaluate(WATCH)
         hub_before, server_before = processor_s(pid), processor_s(server.pid)
+        others = [browser.new_page() for _ in range(arguments.viewers - 1)]
+        for other in others:
+            other.goto(page.url)
         sent = drive(channel, arguments.rate, arguments.seconds)
         hub_s, server_s = processor_s(pid) - hub_before, processor_s(server.pid) - server_before
         page.wait_for_timeout(1000)
         ages = sorted(age * 1000 for age in page.evaluate("window.ages"))
-        lost, skipped = (int(page.locator(f"#{name}").inner_text()) for name in ("lost", "skipped"))
+        lost, late = (int(page.locator(f"#{name}").inner_text()) for name in ("lost", "late"))
         log = page.request.get(page.url + "/log?lines=HW000001:0").text().count("\n")
         heap = page.evaluate("performance.memory.usedJSHeapSize") / 1e6
         browser.close()
     print(
-        f"{sent} frames in {arguments.seconds:g} s ({sent / arguments.seconds:.0f}/s), lost {lost}, skipped {skipped}"
+        f"{sent} frames in {arguments.seconds:g} s ({sent / arguments.seconds:.0f}/s), lost {lost}, late {late}"
     )
-    print(f"rows in the log: {log} (the last 131,072 are kept)")
+    print(f"rows in the log: {log}")
     print(f"pictures drawn: {len(ages) / arguments.seconds:.0f}/s")
     middle, late = statistics.median(ages), ages[int(len(ages) * 0.95)]
     print(f"newest row's age when drawn: p50 {middle:.0f} ms, p95 {late:.0f} ms")

@@ -75,3 +75,32 @@ def test_a_description_that_means_nothing_is_refused(
     broken.write_text("BO_ what\n")
     assert main(["web", "--hub", hub_address, "--db", str(broken)]) == 2
     assert f"canwire: {broken}: " in capsys.readouterr().err
+
+
+def test_the_token_is_handed_to_a_browser_in_a_file_of_the_users_own() -> None:
+    """Everybody can read a program's arguments."""
+    from canwire.commands.web.verb import leading_to
+
+    with leading_to("http://127.0.0.1:1/?token=secret") as url:
+        assert "secret" not in url
+        path = Path(url.removeprefix("file://"))
+        assert path.stat().st_mode & 0o777 == 0o600
+        assert 'url=http://127.0.0.1:1/?token=secret"' in path.read_text()
+    assert not path.exists()
+
+
+def test_the_usual_port_is_taken_where_it_is_free(hub_address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    import canwire
+    from canwire.web import server
+
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        monkeypatch.setattr(server, "USUAL_PORT", port)
+        with canwire.connect(hub_address, name="web") as hub:
+            site = server.Site(hub, canwire.epoch_ns, port=None)
+            assert site.port != port
+            site.close()
+    with canwire.connect(hub_address, name="web") as hub:
+        site = server.Site(hub, canwire.epoch_ns, port=None)
+        assert site.port == port
+        site.close()

@@ -41,10 +41,10 @@ SCREEN: ViewportSize = {"width": 1280, "height": 720}
 
 
 @contextmanager
-def served_site(address: str, database: str = "") -> Iterator[Site]:
-    """The page of the hub at this address, served by a thread of this process."""
+def served_site(address: str, database: str = "", *, viewers: bool = True) -> Iterator[Site]:
+    """The page of the hub at this address, served by a thread of this process; everybody may look."""
     with canwire.connect(address, name=NAME) as hub:
-        site = Site(hub, epoch_ns, database=database)
+        site = Site(hub, epoch_ns, database=database, viewers=viewers)
         thread = threading.Thread(target=site.run)
         thread.start()
         try:

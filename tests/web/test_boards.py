@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,8 +13,9 @@ import pytest
 import canwire
 from canwire.web.boards.leds import Leds, leds_of
 from canwire.web.lines import Line, lateness_of, look
-from tests.hubs import LONG_S
-from tests.web.conftest import counts
+from tests.hubs import LONG_S, served_here
+from tests.web.conftest import counts, served_site, somebody
+from tests.web.trace.watching import watching
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -206,3 +208,25 @@ def test_changed_register_bits_are_marked(page: Page, hub: canwire.Hub) -> None:
         control.stop()
         chip.locator('tr[data-register="MOD"] b.changed').first.wait_for()
     assert chip.get_attribute("open") is not None
+
+
+def test_two_hundred_boards_are_a_compact_list_that_is_searched(home: Path) -> None:
+    boards = "".join(
+        f'[[board]]\nkind = "usb-to-can-fd"\nserial = "HW{number:06}"\nbuses = ["can{number % 70}", "", ""]\n'
+        for number in range(200)
+    )
+    buses = "".join(f'[[bus]]\nname = "can{number}"\n' for number in range(70))
+    with (
+        served_here(home, buses + boards, time="real") as address,
+        served_site(address) as site,
+        somebody(site) as client,
+    ):
+        shown = client.get("/boards/tree").text
+        assert shown.count("<section") == 40
+        assert "40 of 200 boards are shown" in shown
+        assert 'class="compact"' in shown
+        found = client.get("/boards/tree", params={"q": "hw000123"}).text
+        assert found.count("<section") == 1
+        assert client.get("/boards/tree", params={"q": "can69 usb"}).text.count("<section") == 2
+        with watching(site, [f"HW{number:06}:0" for number in range(200)]) as viewer:
+            assert len({line["bus"] for line in viewer.lines}) == 70

@@ -11,9 +11,9 @@ import canwire
 from canwire import BadDescription, BadSignals, Frame
 from canwire.web.database import Database
 from tests.hubs import LONG_S
-from tests.web.conftest import served_site, somebody, tab
+from tests.web.conftest import holds, served_site, somebody, tab
 from tests.web.test_send import receiving
-from tests.web.test_trace import sender, tab_on_trace
+from tests.web.trace.watching import sender, tab_on_trace
 
 pytest.importorskip("cantools")
 if TYPE_CHECKING:
@@ -131,6 +131,8 @@ def test_a_row_by_its_signals_in_the_browser(
         page.get_by_role("button", name="Keep").click()
         page.get_by_role("button", name="Send 1").click()
         assert channel.receive(LONG_S) == Frame(0x123, bytes.fromhex("A00F010000000000"))
+        page.get_by_role("button", name="Edit 1").click()
+        holds(page.get_by_label("Speed, rpm"), "1000")  # it opens as what it was made of
 
 
 def test_names_in_the_page_s_rows_and_filter(

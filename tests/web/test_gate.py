@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,10 +13,16 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from canwire.web import patience
 from canwire.web.gate import BODY_BYTES, Gate
+from tests.hubs import LONG_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    import httpx2 as httpx
+
+    from canwire.web.server import Site
 
 TOKEN = "right-token"
 HOST = "127.0.0.1:8080"
@@ -40,7 +47,9 @@ APP = Gate(
     TOKEN,
     [HOST],
     8080,
+    viewers=True,
 )
+CLOSED = Gate(Starlette(routes=[Route("/look", _look), WebSocketRoute("/talk", _talk)]), TOKEN, [HOST], 8080)
 
 
 @pytest.fixture
@@ -51,6 +60,21 @@ def asking() -> Iterator[TestClient]:
 
 def test_without_a_token_one_may_look(asking: TestClient) -> None:
     assert asking.get("/look").text == "writer: False"
+
+
+def test_where_viewers_are_not_let_in_nobody_looks_without_the_token() -> None:
+    with TestClient(CLOSED, base_url=f"http://{HOST}") as asking:
+        assert asking.get("/look").status_code == 403
+        with pytest.raises(WebSocketDisconnect), asking.websocket_connect(f"ws://{HOST}/talk"):
+            pass
+        assert asking.get(f"/look?token={TOKEN}").text == "writer: True"
+
+
+def test_who_comes_from_elsewhere_is_led_on_by_a_page_of_our_own(asking: TestClient) -> None:
+    """A strict cookie is not sent along where a redirection of another site's leads to."""
+    answer = asking.get(f"/look?a=%3C&token={TOKEN}", headers={"sec-fetch-site": "cross-site"})
+    assert answer.text == '<meta http-equiv="refresh" content="0;url=/look?a=%3C">'
+    assert "set-cookie" in answer.headers
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS"])
@@ -129,3 +153,22 @@ def test_every_answer_forbids_what_is_not_the_page_s_own(asking: TestClient) -> 
         assert "default-src 'none'" in answer.headers["content-security-policy"]
         assert answer.headers["referrer-policy"] == "no-referrer"
         assert answer.headers["x-content-type-options"] == "nosniff"
+
+
+def test_a_body_of_unknown_length_that_is_too_long_is_told(asker: httpx.Client) -> None:
+    def pieces() -> Iterator[bytes]:
+        for _ in range(40):
+            yield b"x" * 4096
+
+    assert asker.post("/send/put", content=pieces()).status_code == 413
+
+
+@pytest.mark.parametrize(
+    "sent", [b"", b"GET / HTTP/1.1\r\nHost: 127", b"GET /link HTTP/1.1\r\nHost: {host}\r\n\r\nGET /"]
+)
+def test_half_a_request_is_let_go(steady: Site, monkeypatch: pytest.MonkeyPatch, sent: bytes) -> None:
+    monkeypatch.setattr(patience, "HEAD_S", 0.05)
+    with socket.create_connection(("127.0.0.1", steady.port), LONG_S) as half:
+        half.sendall(sent.replace(b"{host}", f"127.0.0.1:{steady.port}".encode()))
+        while half.recv(65_536):
+            pass

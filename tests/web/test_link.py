@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,13 +11,15 @@ from websockets.sync.client import connect
 
 import canwire
 from canwire import HubLost
-from canwire.web.trace.history import GAP
+from canwire.web.trace.store.rows import GAP
 from tests.hubs import LONG_S, serving
 from tests.web.conftest import served_site, somebody, tab
-from tests.web.test_trace import Watching
+from tests.web.trace.watching import Watching, sender, watching
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
+
+    from canwire.web.server import Site
 
 pytestmark = pytest.mark.conforms("PG-01")
 
@@ -67,7 +70,7 @@ def test_the_trace_goes_on_with_a_mark_where_the_hub_was_away(tmp_path: Path) ->
         first.process.wait(LONG_S)
         viewer.until(lambda one: "the hub is away" in one.lines[0]["trouble"])
         with serving(tmp_path, time="real") as second, canwire.connect(second.address) as hub:
-            viewer.until(lambda one: any(row[12] == GAP for row in one.rows))
+            viewer.until(lambda one: (one.rows["record"]["info"] == GAP).any())
             viewer.until(lambda one: not one.lines[0]["trouble"])
             assert hub.board("HW000001").lines
             assert [gap.over for gap in site.link.gaps] == [True]
@@ -79,3 +82,65 @@ def test_who_asks_without_a_hub_is_told(tmp_path: Path) -> None:
         first.process.wait(LONG_S)
         with pytest.raises(HubLost, match="the hub is away"):
             site.link.hub  # noqa: B018
+
+
+@pytest.mark.conforms("N-53")
+def test_a_server_that_is_dead_or_hangs_is_said(browser: Browser, site: Site) -> None:
+    """Its answers are kept back by the browser, as those of a process that is stopped are."""
+    with tab(browser, site.address) as page:
+        page.get_by_text("Hub connected").wait_for()
+        page.route("**/link", lambda route: None)
+        page.locator("#link", has_text="The server does not answer.").wait_for()
+        page.locator("body.unreachable").wait_for()
+        page.unroute_all(behavior="ignoreErrors")
+        page.get_by_text("Hub connected").wait_for()
+
+
+def test_a_page_that_was_made_without_a_hub_has_its_lines_when_it_is_back(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        serving(tmp_path, time="real") as first,
+        served_site(first.address) as site,
+        tab(browser, site.address) as page,
+    ):
+        first.process.terminate()
+        first.process.wait(LONG_S)
+        page.goto(f"{site.url}send")
+        page.locator("#link").get_by_text("Hub lost").wait_for()
+        with serving(tmp_path, time="real"):
+            page.locator('#row-form option[value="HW000001:0"]').wait_for(state="attached")
+
+
+@pytest.mark.conforms("N-53")
+def test_after_another_hub_began_old_rows_keep_their_time_in_a_log(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, time="real") as first,
+        served_site(first.address) as site,
+        somebody(site) as client,
+    ):
+        with (
+            canwire.connect(first.address) as hub,
+            watching(site, ["HW000001:0"]) as viewer,
+            sender(hub) as channel,
+        ):
+            channel.send(canwire.Frame(1), timeout=LONG_S)
+            viewer.until(lambda one: len(one.frames) == 1)
+        first.process.terminate()
+        first.process.wait(LONG_S)
+        with (
+            serving(tmp_path, time="real") as second,
+            canwire.connect(second.address) as hub,
+            watching(site, ["HW000001:0"]) as viewer,
+            sender(hub) as channel,
+        ):
+            channel.send(canwire.Frame(2), timeout=LONG_S)
+            viewer.until(lambda one: len(one.frames) == 2)
+            log = client.get("/trace/log", params={"lines": "HW000001:0"}).text
+            recent = time.time_ns()
+    lines = [canwire.parse_log_line(line) for line in log.splitlines()]
+    frames = [line for line in lines if isinstance(line.content, canwire.Frame)]
+    assert [line.content.id for line in frames if isinstance(line.content, canwire.Frame)] == [1, 2]
+    assert frames[0].timestamp_ns < frames[1].timestamp_ns <= recent
+    gaps = [line for line in lines if isinstance(line.content, canwire.BusEvent)]
+    assert gaps, "where the hub was away the log has an error frame, receive overflow"

@@ -27,10 +27,11 @@ class Bench:
         self.now_s = 0.0
         self.sent: list[tuple[float, str, int]] = []
         self.full = False
-        self.list = TransmitList(self._send, lambda: self.now_s)
+        self.dropped: list[int] = []
+        self.list = TransmitList(self._send, self.dropped.append, lambda: self.now_s)
         self.list.close()
 
-    def _send(self, line: str, frame: Frame) -> None:
+    def _send(self, _: int, line: str, frame: Frame) -> None:
         if self.full:
             raise QueueFull("channel", 256)
         self.sent.append((self.now_s, line, frame.id))
@@ -50,7 +51,7 @@ def test_a_cycle_begins_at_once_and_keeps_its_pace(bench: Bench) -> None:
     bench.list.start(row.number)
     bench.run_until(0.035)
     assert [round(time_s * 1000) for time_s, _, _ in bench.sent] == [0, 10, 20, 30]
-    assert bench.list.rows[0].sent == 4
+    assert bench.list.rows[0].queued == 4
 
 
 def test_a_count_ends_the_cycle(bench: Bench) -> None:
@@ -87,17 +88,25 @@ def test_what_cannot_be_queued_is_counted_and_told(bench: Bench) -> None:
     bench.list.start(row.number)
     bench.list.fire()
     (now,) = bench.list.rows
-    assert (now.sent, now.failed) == (0, 2)
+    assert (now.queued, now.failed) == (0, 2)
     assert "full" in now.trouble
 
 
-def test_changing_a_row_stops_it_and_keeps_its_count(bench: Bench) -> None:
+def test_changing_a_row_keeps_its_cycle_and_its_count(bench: Bench) -> None:
     row = bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10))
     bench.list.start(row.number)
     bench.list.fire()
     bench.list.put(Row(row.number, "HW1:1", Frame(0x200), cycle_ms=20))
     (now,) = bench.list.rows
-    assert (now.running, now.sent, now.line, now.frame.id) == (False, 1, "HW1:1", 0x200)
+    assert (now.running, now.queued, now.line, now.frame.id) == (True, 1, "HW1:1", 0x200)
+
+
+def test_a_row_that_is_stopped_or_removed_takes_back_what_waits(bench: Bench) -> None:
+    for _ in range(2):
+        bench.list.start(bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10)).number)
+    bench.list.stop(1)
+    bench.list.remove(2)
+    assert bench.dropped == [1, 2]
 
 
 @pytest.mark.parametrize(
@@ -207,3 +216,49 @@ def test_in_the_browser_by_hand_by_key_and_in_a_cycle(page: Page, hub: canwire.H
         page.get_by_role("button", name="Cycle 1").click()
         assert [channel.receive(LONG_S) for _ in range(5)] == [Frame(0x321, b"\xab")] * 5
         page.get_by_role("cell", name="7", exact=True).wait_for()
+
+
+def test_alone_on_the_bus_nothing_counts_as_sent_and_nothing_stale_goes_out(
+    client: httpx.Client, hub: canwire.Hub
+) -> None:
+    first, second = canwire.find_lines(hub, "can0")[:2]
+    with canwire.start_line(hub, first, WantedMode(500_000).mode(first.info.capabilities)):
+        client.post("/send/put", data={**GOOD, "cycle": "1"})
+        client.post("/send/start", data={"number": "1"})
+        while "nobody has acknowledged" not in (listed := client.get("/send/list").text):
+            pass
+        assert '<td class="number bad" data-label="Sent">0' in listed.replace("\n", "")
+        assert client.post("/send/stop", data={"number": "1"}).status_code == 200
+        with (
+            hub.open_channel(second.board.id, second.line) as channel,
+            hub.open_channel(first.board.id, first.line) as sending,
+        ):
+            channel.set_up(ChannelMode(receive=256, transmit=0))
+            channel.activate()
+            sending.set_up(ChannelMode(receive=1, transmit=8))
+            sending.activate()
+            with canwire.start_line(hub, second, WantedMode(500_000).mode(second.info.capabilities)):
+                sending.send(Frame(0x7FF))
+                came = [channel.receive(LONG_S)]
+                while came[-1] is not None and came[-1].id != 0x7FF:
+                    came.append(channel.receive(LONG_S))
+    assert len(came) <= 2  # the one that the controller had, at most
+
+
+def test_a_list_is_saved_and_loaded(client: httpx.Client) -> None:
+    client.post("/send/put", data={**GOOD, "cycle": "10", "key": "q", "comment": "ä"})
+    client.post("/send/put", data={**GOOD, "format": "remote", "dlc": "4"})
+    saved = client.get("/send/file").text
+    for number in ("1", "2"):
+        client.post("/send/remove", data={"number": number})
+    answer = client.post("/send/load", data={"list": saved})
+    assert answer.json()["message"] == "2 rows were added."
+    assert client.get("/send/file").text == saved
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[]", '{"what": "canwire transmit list", "rows": [{"id": "1"}]}', "x" * 70_000]
+)
+def test_a_file_that_is_no_list_adds_nothing(client: httpx.Client, text: str) -> None:
+    assert client.post("/send/load", data={"list": text}).status_code in (409, 422)
+    assert "data-row" not in client.get("/send/list").text

@@ -21,11 +21,12 @@ How a view is added. A view is a folder here, `web/NAME/`, and a row in `views.p
   fields) are sent by base/static/forms.js; `data-writes` disables them for viewers without the token. After a success
   the event "changed" goes to document.body.
 - A part that the server draws anew now and then: htmx, `hx-get="/NAME/part" hx-trigger="every 1s, changed from:body"`.
-- What comes often goes through a web socket: live.py's `converse`. Keep no queue for a viewer: read what there is at
-  its pace, and count what it missed (trace/feed.py).
+- What comes often goes through a web socket: live.py's `converse`. Keep no queue for a viewer: answer what it asks for
+  (trace/feed.py).
 - Choices that are remembered: `data-remember="NAME.key"` on a field, or `remembered(key, fallback)` of base.js.
 - gate.py has refused strangers before a view is asked: foreign hosts and origins, wrong tokens, bodies over 64 KiB,
-  and everything but GET without the token. `request.scope["writer"]` tells a web socket's view the same.
+  and everybody without the token, where viewers are let in everything but their GETs. `request.scope["writer"]` tells a
+  web socket's view the same.
 
 Tests: `tests/web/` has the fixtures `site` (a server on a hub of its own), `client` (with the token), `viewer`
 (without) and `page` (a Chromium tab). Nothing there waits by the clock: elements are waited for.

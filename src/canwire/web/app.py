@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from starlette.applications import Starlette
+from starlette.requests import ClientDisconnect
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from canwire import HubLost
 from canwire.web.gate import Gate
+from canwire.web.send.files import MOST_BYTES as LIST_BYTES
+from canwire.web.trace.logs import OPEN_PATH
+from canwire.web.trace.opened import MOST_BYTES
 from canwire.web.words import HERE
 
 if TYPE_CHECKING:
@@ -19,7 +23,10 @@ if TYPE_CHECKING:
     from canwire.web.desk import Desk
 
 
-def make_app(desk: Desk, token: str, hosts: list[str], port: int) -> Gate:
+UPLOADS = {OPEN_PATH: MOST_BYTES, "/send/load": 4 * LIST_BYTES}
+
+
+def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bool) -> Gate:
     """`hosts` are the names and ports it answers to ("127.0.0.1:8080")."""
     routes: list[BaseRoute] = [
         Route("/", lambda request: RedirectResponse(f"/{desk.views[0].name}")),
@@ -30,7 +37,10 @@ def make_app(desk: Desk, token: str, hosts: list[str], port: int) -> Gate:
             routes.append(Mount(f"/static/{folder}", StaticFiles(directory=HERE / folder / "static")))
     for view in desk.views:
         routes += view.routes(desk)
-    return Gate(Starlette(routes=routes, exception_handlers={HubLost: _away}), token, hosts, port)
+    handlers: Any = {HubLost: _away, ClientDisconnect: _too_long}
+    return Gate(
+        Starlette(routes=routes, exception_handlers=handlers), token, hosts, port, UPLOADS, viewers=viewers
+    )
 
 
 def _link(desk: Desk, request: Request) -> Response:
@@ -43,6 +53,11 @@ def _link(desk: Desk, request: Request) -> Response:
         gaps=len(gaps),
         seconds=sum(gap.seconds for gap in gaps),
     )
+
+
+def _too_long(_: Request, __: Exception) -> Response:
+    """The gate let no more of a body pass; who has really gone does not read this."""
+    return PlainTextResponse("the body is too long", 413)
 
 
 def _away(_: Request, error: Exception) -> Response:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import BadSignals, BadValue, Frame, load_database
 
 if TYPE_CHECKING:
+    import numpy
+
     from canwire import MessageDescription, SignalDescription
 
 
@@ -63,6 +65,52 @@ class Database:
             Signal(name, _shown(value), told[name].unit, told[name].comment)
             for name, value in decoded.signals.items()
         ]
+
+    def ids_with(self, name: str) -> list[int]:
+        """Identifiers of the messages with a signal of this name, 1 << 31 added where they have 29 bits."""
+        return [
+            message.id | (1 << 31 if message.extended else 0)
+            for message in self._messages.values()
+            if name in message.signals
+        ]
+
+    def parsed(self, name: str, text: str) -> float:
+        """A physical value of a signal as it was typed, a number or a text of the file's; raises ValueError."""
+        for message in self._messages.values():
+            if name in message.signals:
+                signal = message.signals[name]
+                value = signal.parse(_typed(signal, text))
+                if isinstance(value, str):
+                    raw = next((raw for raw, said in signal.choices.items() if said == value), None)
+                    if raw is None:
+                        break
+                    value = raw * signal.scale + signal.offset
+                return float(value)
+        raise ValueError(f"{name}: {text}")
+
+    def values_of(
+        self, records: numpy.ndarray, name: str, text: str
+    ) -> Iterator[tuple[numpy.ndarray, tuple[numpy.ndarray, float]]]:
+        """Places of the records that have this signal, with its values, and beside them the value that was typed."""
+        if self._database is None:
+            return
+        for columns in self._database.decode_arrays(records).values():
+            if name in columns.signals:
+                present, values = columns.present[name], columns.signals[name]
+                there = slice(None) if present is None else present
+                yield columns.rows[there], (values[there], self.parsed(name, text))
+
+    def curve(self, records: numpy.ndarray, name: str) -> tuple[numpy.ndarray, numpy.ndarray]:
+        """Times (ns) and physical values of a signal in these records, which are of one message."""
+        import numpy
+
+        if self._database is not None:
+            for columns in self._database.decode_arrays(records).values():
+                if name in columns.signals:
+                    present = columns.present[name]
+                    there = slice(None) if present is None else present
+                    return columns.time_ns[there], columns.signals[name][there].astype(float)
+        return numpy.zeros(0), numpy.zeros(0)
 
     def inputs(self, name: str) -> list[Input]:
         """The signals of a message that can be given; none for a message that is not there."""

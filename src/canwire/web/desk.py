@@ -78,6 +78,7 @@ class Desk:
             "t": words,
             "writer": bool(request.scope.get("writer")),
             "views": self.views,
+            "hub_there": self.link.there,
             "languages": LANGUAGES,
             "version": canwire.__version__,
             "words_json": Markup(json.dumps(words.texts).replace("<", "\\u003c")),

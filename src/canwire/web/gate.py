@@ -2,25 +2,28 @@
 
 The server listens on the loopback address, where every user and every web page of this machine can reach it. So:
 only requests to its own names pass (a foreign name that resolves to 127.0.0.1 does not), only its own pages may
-send (Origin), and whoever wants to change anything needs the token of the address that was printed. A cookie
-keeps the token; it is not sent along with what another site asks for.
+send (Origin), and whoever wants to look or to change anything needs the token of the address that was printed; with
+`viewers` others may look. A cookie keeps the token; it is not sent along with what another site asks for.
 """
 
 from __future__ import annotations
 
+import asyncio
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from html import escape
 from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, urlencode
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, PlainTextResponse, RedirectResponse, Response
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 BODY_BYTES = 65_536
+BODY_S = 30.0  # between two pieces of a body
 READS = ("GET", "HEAD")
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
@@ -29,12 +32,26 @@ _POLICY = (
 
 
 class Gate:
-    """Wraps an application; `request.scope["writer"]` tells it whether the asker has the token."""
+    """Wraps an application; `request.scope["writer"]` tells it whether the asker has the token.
 
-    def __init__(self, app: ASGIApp, token: str, hosts: Iterable[str], port: int) -> None:
+    `uploads` are paths with the bytes that may be sent there; elsewhere it is BODY_BYTES.
+    """
+
+    def __init__(
+        self,
+        app: ASGIApp,
+        token: str,
+        hosts: Iterable[str],
+        port: int,
+        uploads: Mapping[str, int] | None = None,
+        *,
+        viewers: bool = False,
+    ) -> None:
         self._app = app
         self._token = token
         self._hosts = frozenset(hosts)
+        self._uploads = uploads or {}
+        self._viewers = viewers
         self.cookie = f"canwire-token-{port}"  # cookies do not tell ports apart
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -44,7 +61,7 @@ class Gate:
         headers = Headers(scope=scope)
         answer = self._refused(scope, headers) or self._let_in(scope, headers)
         if answer is None:
-            limited = _Limited(receive) if scope["type"] == "http" else receive
+            limited = _Limited(receive, self._most(scope)) if scope["type"] == "http" else receive
             await self._app(scope, limited, _guarded(send))
         elif scope["type"] == "websocket":
             await receive()
@@ -59,10 +76,13 @@ class Gate:
         origin = headers.get("origin")
         if origin is not None and origin.partition("://")[::2] not in (("http", host),):
             return PlainTextResponse(f"pages of {origin} may not ask here", 403)
-        length = headers.get("content-length", "0")
-        if not length.isdecimal() or int(length) > BODY_BYTES:
-            return PlainTextResponse(f"at most {BODY_BYTES} bytes", 413)
+        length, most = headers.get("content-length", "0"), self._most(scope)
+        if not length.isdecimal() or int(length) > most:
+            return PlainTextResponse(f"at most {most} bytes", 413)
         return None
+
+    def _most(self, scope: Scope) -> int:
+        return self._uploads.get(scope["path"], BODY_BYTES)
 
     def _let_in(self, scope: Scope, headers: Headers) -> Response | None:
         """None for whoever may ask; `scope["writer"]` is set then."""
@@ -72,16 +92,26 @@ class Gate:
             if not self._right(given):
                 return PlainTextResponse("wrong token: take the address that `canwire web` printed", 403)
             if scope["type"] == "http":
-                return self._welcome(scope["path"], [pair for pair in query if pair[0] != "token"])
+                elsewhere = headers.get("sec-fetch-site") == "cross-site"
+                return self._welcome(scope["path"], [pair for pair in query if pair[0] != "token"], elsewhere)
         scope["writer"] = given is not None or self._right(self._kept(headers))
+        if not scope["writer"] and not self._viewers:
+            return PlainTextResponse("only who has the address that “canwire web” printed may look here", 403)
         if scope["type"] == "http" and scope["method"] not in READS and not scope["writer"]:
             return PlainTextResponse("only viewers with the token may change anything", 403)
         return None
 
-    def _welcome(self, path: str, query: list[tuple[str, str]]) -> Response:
-        """Keep the token, and take it out of the address: histories and pictures of the screen have it no more."""
+    def _welcome(self, path: str, query: list[tuple[str, str]], elsewhere: bool) -> Response:
+        """Keep the token, and take it out of the address: histories and pictures of the screen have it no more.
+
+        A browser that comes from `elsewhere`, as from the file of `--open`, does not send a strict cookie along with
+        where it is redirected to; with what a page of this server's own leads to it does.
+        """
         path = "/" + path.lstrip("/")  # //other.example would lead elsewhere
-        answer = RedirectResponse(path + (f"?{urlencode(query)}" if query else ""), 303)
+        target = path + (f"?{urlencode(query)}" if query else "")
+        answer: Response = RedirectResponse(target, 303)
+        if elsewhere:
+            answer = HTMLResponse(f'<meta http-equiv="refresh" content="0;url={escape(target)}">')
         answer.set_cookie(self.cookie, self._token, httponly=True, samesite="strict")
         return answer
 
@@ -97,14 +127,21 @@ class Gate:
 
 
 class _Limited:
-    """A body without a Content-Length is counted as it comes; too much of it is a disconnection."""
+    """A body without a Content-Length is counted as it comes; too much of it, or a pause, is a disconnection."""
 
-    def __init__(self, receive: Receive) -> None:
+    def __init__(self, receive: Receive, most: int) -> None:
         self._receive = receive
-        self._left = BODY_BYTES
+        self._left = most
+        self._whole = False
 
     async def __call__(self) -> Message:
-        message = await self._receive()
+        if self._whole:
+            return await self._receive()
+        try:
+            message = await asyncio.wait_for(self._receive(), BODY_S)
+        except TimeoutError:
+            return {"type": "http.disconnect"}
+        self._whole = not message.get("more_body", False)
         self._left -= len(message.get("body", b""))
         return {"type": "http.disconnect"} if self._left < 0 else message
 

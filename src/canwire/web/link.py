@@ -53,6 +53,12 @@ class HubLink:
         return hub
 
     @property
+    def there(self) -> bool:
+        """Whether the hub is there now."""
+        hub = self._hub
+        return hub is not None and not hub.lost
+
+    @property
     def gaps(self) -> list[Gap]:
         """Every time the hub was away, the present one last."""
         with self._lock:

@@ -12,7 +12,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-MESSAGE_BYTES = 16_384  # a viewer says little
+MESSAGE_BYTES = 65_536  # a thousand lines and their filter
 TOO_BIG, MALFORMED = 1009, 1003  # RFC 6455 7.4.1
 
 

@@ -15,31 +15,43 @@ from canwire.web.app import make_app
 from canwire.web.database import Database
 from canwire.web.desk import Desk
 from canwire.web.link import HubLink, connect_again
+from canwire.web.patience import PatientProtocol
 from canwire.web.views import VIEWS
 
 if TYPE_CHECKING:
     from canwire import Hub
 
 LOOPBACK = "127.0.0.1"
+USUAL_PORT = 7457
 _GRACE_S = 1  # for answers that are under way when it ends
-_MESSAGE_BYTES = 65_536
+_MESSAGE_BYTES = 131_072
 
 
 class Site:
-    """A page that can be served: `address` has the token, `run` blocks until `stop`."""
+    """A page that can be served: `address` has the token, `run` blocks until `stop`.
+
+    `port` 0 is any free one, None the usual one where that is free (a browser remembers by ports).
+    With `viewers` everybody on this machine may look, without the token.
+    """
 
     def __init__(
-        self, hub: Hub, epoch_ns: Callable[[Hub], int], *, port: int = 0, database: str = ""
+        self,
+        hub: Hub,
+        epoch_ns: Callable[[Hub], int],
+        *,
+        port: int | None = 0,
+        database: str = "",
+        viewers: bool = False,
     ) -> None:
         description = Database(database)
-        self._socket = _listening(port)
+        self._socket = _usual() if port is None else _listening(port)
         self.port = int(self._socket.getsockname()[1])
         self.token = secrets.token_urlsafe(18)
         self.link = HubLink(connect_again(hub))
         self.desk = Desk(self.link, VIEWS, epoch_ns, description)
         hosts = [f"{name}:{self.port}" for name in (LOOPBACK, "localhost")]
         try:
-            self.app = make_app(self.desk, self.token, hosts, self.port)
+            self.app = make_app(self.desk, self.token, hosts, self.port, viewers=viewers)
         except BaseException:
             self.close()
             raise
@@ -48,6 +60,7 @@ class Site:
                 self.app,
                 log_level="warning",
                 access_log=False,
+                http=PatientProtocol,
                 ws="websockets-sansio",
                 ws_max_size=_MESSAGE_BYTES,
                 ws_per_message_deflate=False,  # on the loopback address it costs and saves nothing
@@ -83,6 +96,13 @@ class Site:
         self._socket.close()
         self.desk.closing.close()
         self.link.close()
+
+
+def _usual() -> socket.socket:
+    try:
+        return _listening(USUAL_PORT)
+    except BadValue:  # somebody has it
+        return _listening(0)
 
 
 def _listening(port: int) -> socket.socket:

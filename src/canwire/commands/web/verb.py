@@ -1,6 +1,7 @@
 """`canwire web`: the hub's boards in a browser: boards, trace, sending, statistics and faults.
 
-canwire web                      prints an address; whoever has it may change things, others on this machine may look
+canwire web                      prints an address; whoever has it may look and change things, nobody else
+canwire web --viewers            others on this machine may look, too
 canwire web --open               and opens it in the browser
 canwire web --port 8080 --db car.dbc     at a fixed port; frames are decoded by this description
 
@@ -12,8 +13,12 @@ from __future__ import annotations
 
 import argparse
 import os
+import tempfile
 import webbrowser
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from html import escape
+from pathlib import Path
 
 from canwire import BadValue, ExtraMissing, epoch_ns
 from canwire.commands.shared_hub import add_hub_argument, connected
@@ -23,8 +28,13 @@ from canwire.commands.shell.ending import signals_call
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument(
-        "--port", type=int, default=0, metavar="N", help="listen there (default: any free one)"
+        "--port",
+        type=int,
+        default=None,
+        metavar="N",
+        help="listen there; 0 for any free one (default: 7457, or any free one where that is taken)",
     )
+    parser.add_argument("--viewers", action="store_true", help="let others on this machine look")
     parser.add_argument("--open", action="store_true", help="open the page in the browser")
     parser.add_argument(
         "--db", default="", metavar="FILE", help="decode frames by this description (DBC, ...)"
@@ -32,9 +42,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_hub_argument(parser)
 
 
+@contextmanager
+def leading_to(address: str) -> Iterator[str]:
+    """The URL of a file that leads there, for this user alone: everybody can read a program's arguments."""
+    with tempfile.NamedTemporaryFile("w", suffix=".html") as file:  # mode 0600
+        file.write(f'<meta http-equiv="refresh" content="0;url={escape(address)}">')
+        file.flush()
+        yield Path(file.name).as_uri()
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM or SIGINT; BadValue for a port or file that will not do, HubError without a hub."""
-    if not 0 <= arguments.port <= 65_535:
+    if arguments.port is not None and not 0 <= arguments.port <= 65_535:
         raise BadValue(f"--port {arguments.port}: 0 to 65535")
     if arguments.db and not os.path.isfile(arguments.db):
         raise BadValue(f"--db {arguments.db}: there is no such file")
@@ -44,11 +63,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise ExtraMissing(str(error.name), "web") from None
     with ExitStack() as closing:
         hub = connected(arguments, "web", closing)
-        site = Site(hub, epoch_ns, port=arguments.port, database=arguments.db)
+        site = Site(hub, epoch_ns, port=arguments.port, database=arguments.db, viewers=arguments.viewers)
         closing.callback(site.close)
         closing.enter_context(signals_call(site.stop))
         print(f"canwire web: {site.address}", flush=True)
         if arguments.open:
-            webbrowser.open(site.address)
+            webbrowser.open(closing.enter_context(leading_to(site.address)))
         site.run()
     return 0

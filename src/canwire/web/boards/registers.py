@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from canwire import LinePlace, NoSuchBoard, RegisterValue, Unplugged, every_line
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from canwire import Hub
 
 
@@ -17,10 +19,12 @@ class Chip(NamedTuple):
     registers: tuple[RegisterValue, ...]
 
 
-def registers_of(hub: Hub) -> list[Chip]:
-    """Of all CAN lines whose controller has registers."""
+def registers_of(hub: Hub, boards: Collection[int]) -> list[Chip]:
+    """Of the CAN lines of these boards (their numbers at the hub) whose controller has registers."""
     found = []
     for place in every_line(hub, "CAN"):
+        if place.board.id not in boards:
+            continue
         try:
             values = hub.registers(place.board.id, place.line)
         except (NoSuchBoard, Unplugged):

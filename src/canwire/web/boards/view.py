@@ -12,14 +12,16 @@ from canwire.web.boards import changes
 from canwire.web.boards.leds import leds_of
 from canwire.web.boards.registers import registers_of
 from canwire.web.desk import View
-from canwire.web.lines import by_board, lateness_of, look
+from canwire.web.lines import Line, by_board, lateness_of, look
 
 if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
 
+    from canwire import BoardInfo
     from canwire.web.desk import Desk
 
+MOST_SHOWN = 40  # boards; more are found by the search
 RATES = (1_000_000, 800_000, 500_000, 250_000, 125_000, 100_000, 50_000, 20_000, 10_000)
 
 
@@ -46,17 +48,29 @@ def _tree(desk: Desk, request: Request) -> Response:
     try:
         hub = desk.link.hub
         lines = look(hub)
-        boards = by_board(lines, hub.boards())
+        found = [one for one in by_board(lines, hub.boards()) if _fits(one, request)]
+        boards, more = found[:MOST_SHOWN], max(0, len(found) - MOST_SHOWN)
+        shown = [line for _, of_board in boards for line in of_board]
         notices = [*map(str, conflicts_on(hub)), *lateness_of(lines)]
-        leds = {line.place.address: leds_of(hub, line) for line in lines if line.can is not None}
+        leds = {line.place.address: leds_of(hub, line) for line in shown if line.can is not None}
     except HubLost as error:
         return desk.part(request, "boards/away.jinja", error=str(error))
-    return desk.part(request, "boards/tree.jinja", boards=boards, notices=notices, leds=leds)
+    return desk.part(request, "boards/tree.jinja", boards=boards, more=more, notices=notices, leds=leds)
+
+
+def _fits(board: tuple[BoardInfo, list[Line]], request: Request) -> bool:
+    """Whether it has every word that is searched for: of its name, its kind, its buses."""
+    info, lines = board
+    buses = " ".join(line.place.info.bus for line in lines)
+    text = f"{info.hardware_id} {info.description} {info.kind} {buses}".lower()
+    return all(word in text for word in request.query_params.get("q", "").lower().split())
 
 
 def _registers(desk: Desk, request: Request) -> Response:
     try:
-        chips = registers_of(desk.link.hub)
+        hub = desk.link.hub
+        found = [one for one in by_board(look(hub), hub.boards()) if _fits(one, request)]
+        chips = registers_of(hub, {info.id for info, _ in found[:MOST_SHOWN]})
     except HubLost as error:
         return desk.part(request, "boards/away.jinja", error=str(error))
     return desk.part(request, "boards/registers.jinja", chips=chips)

@@ -1,9 +1,13 @@
-"""A channel to send from on each line that something is sent on; made when it is first needed."""
+"""A channel to send from for each row that is sent; made when it is first needed, given back when the row is stopped.
+
+A channel of its own lets the bus count what it has seen of a row, and takes with it what still waits when it is closed.
+"""
 
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+from contextlib import suppress
+from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import CanwireError, ChannelMode, Frame, HubChannel, WrongState
 from canwire.web.lines import find_can_line
@@ -12,7 +16,12 @@ if TYPE_CHECKING:
     from canwire import Hub
     from canwire.web.link import HubLink
 
-_QUEUE = 256  # frames
+_QUEUE = 2  # frames: a row waits until its last one was acknowledged
+
+
+class _Outlet(NamedTuple):
+    address: str
+    channel: HubChannel
 
 
 class Outlets:
@@ -21,29 +30,58 @@ class Outlets:
     def __init__(self, link: HubLink) -> None:
         self._link = link
         self._lock = threading.Lock()
-        self._channels: dict[str, HubChannel] = {}
+        self._outlets: dict[int, _Outlet] = {}
+        self._before: dict[int, int] = {}  # frames that channels have sent that are closed
         link.subscribe(lambda _: None, self.close)
 
-    def send(self, address: str, frame: Frame) -> None:
-        """Queue it on that line; raises QueueFull, WrongState for a line that does not run, NoSuchBoard, HubLost."""
+    def send(self, row: int, address: str, frame: Frame) -> None:
+        """Queue it on that line.
+
+        Raises WrongState for a line that does not run, or while the row's last frame still waits to be acknowledged;
+        NoSuchBoard, HubLost.
+        """
         with self._lock:
-            channel = self._channels.get(address)
-            if channel is not None and channel.over:
-                self._channels.pop(address).close()
-                channel = None
-            if channel is None:
-                channel = self._channels[address] = _opened(self._link.hub, address)
+            outlet = self._outlets.get(row)
+            if outlet is not None and (outlet.channel.over or outlet.address != address):
+                self._close(row)
+                outlet = None
+            if outlet is None:
+                outlet = self._outlets[row] = _Outlet(address, _opened(self._link.hub, address))
+            channel = outlet.channel
             if not channel.hub.line_status(channel.board, channel.line).running:
-                self._channels.pop(address).close()  # it keeps nobody's line from being reset
+                self._close(row)  # it keeps nobody's line from being reset
                 raise WrongState(f"{address} does not run: nothing can be sent there until it is started")
+            if channel.status().pending:
+                raise WrongState(f"{address}: the last frame still waits, since nobody has acknowledged it")
             channel.send(frame)
+
+    def delivered(self, row: int) -> int:
+        """How many frames of this row were on the bus, acknowledged."""
+        with self._lock:
+            count = self._before.get(row, 0)
+            outlet = self._outlets.get(row)
+            if outlet is not None:
+                with suppress(CanwireError):  # it has just gone: what it had sent last is not known
+                    count += outlet.channel.status().delivered
+        return count
+
+    def drop(self, row: int) -> None:
+        """Nothing of this row goes out any more."""
+        with self._lock:
+            self._close(row)
 
     def close(self) -> None:
         """Give all channels back; what is still queued goes with them."""
         with self._lock:
-            channels, self._channels = self._channels, {}
-        for channel in channels.values():
-            channel.close()
+            for row in list(self._outlets):
+                self._close(row)
+
+    def _close(self, row: int) -> None:
+        outlet = self._outlets.pop(row, None)
+        if outlet is not None:
+            with suppress(CanwireError):  # as above
+                self._before[row] = self._before.get(row, 0) + outlet.channel.status().delivered
+            outlet.channel.close()
 
 
 def _opened(hub: Hub, address: str) -> HubChannel:

@@ -16,8 +16,9 @@ MOST_ROWS = 200
 class Row:
     """One frame for one line (its address). `cycle_ms` 0: by hand alone; `most` 0: without end, else so often.
 
-    `running`: it is sent in its cycle now; `sent` counts the frames queued since it was made, `failed` those that
-    could not be, and `trouble` says why the last one could not.
+    `message` and `signals` are what the frame was made of, where it was. `running`: it is sent in its cycle now;
+    `queued` counts the frames since it was made, `failed` those that could not be, and `trouble` says why the last
+    one could not.
     """
 
     number: int
@@ -27,20 +28,29 @@ class Row:
     key: str = ""
     most: int = 0
     comment: str = ""
+    message: str = ""
+    signals: tuple[tuple[str, str], ...] = ()
     running: bool = False
-    sent: int = 0
+    queued: int = 0
     left: int = 0
     failed: int = 0
     trouble: str = ""
 
 
 class TransmitList:
-    """`send(line, frame)` queues a frame or raises CanwireError. Cycles run in a thread of its own until `close`."""
+    """`send(row, line, frame)` queues a frame or raises CanwireError; `drop(row)` takes back what still waits.
+
+    Cycles run in a thread of its own until `close`.
+    """
 
     def __init__(
-        self, send: Callable[[str, Frame], None], clock_s: Callable[[], float] = time.monotonic
+        self,
+        send: Callable[[int, str, Frame], None],
+        drop: Callable[[int], None],
+        clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._send = send
+        self._drop = drop
         self._clock_s = clock_s
         self._changed = threading.Condition()
         self._rows: dict[int, Row] = {}
@@ -57,7 +67,7 @@ class TransmitList:
             return list(self._rows.values())
 
     def put(self, row: Row) -> Row:
-        """Add a row (number 0), or change one, whose cycle stops then; raises BadValue where the list is full."""
+        """Add a row (number 0), or change one, whose cycle goes on; raises BadValue where the list is full."""
         with self._changed:
             if row.number == 0:
                 if len(self._rows) >= MOST_ROWS:
@@ -65,9 +75,16 @@ class TransmitList:
                 row, self._next = replace(row, number=self._next), self._next + 1
             else:
                 before = self._row(row.number)
-                row = replace(row, sent=before.sent, failed=before.failed)
-            self._due_s.pop(row.number, None)
-            self._rows[row.number] = replace(row, running=False)
+                running = before.running and row.cycle_ms > 0
+                row = replace(row, queued=before.queued, failed=before.failed, running=running, left=row.most)
+                if running:
+                    self._due_s[row.number] = min(
+                        self._due_s[row.number], self._clock_s() + row.cycle_ms / 1000
+                    )
+                    self._changed.notify()
+                else:
+                    self._due_s.pop(row.number, None)
+            self._rows[row.number] = row
             return self._rows[row.number]
 
     def remove(self, number: int) -> None:
@@ -76,17 +93,18 @@ class TransmitList:
             self._row(number)
             del self._rows[number]
             self._due_s.pop(number, None)
+            self._drop(number)
 
     def send_now(self, number: int) -> None:
         """Once; raises what keeps the frame from being queued, and counts it."""
         with self._changed:
             row = self._row(number)
             try:
-                self._send(row.line, row.frame)
+                self._send(row.number, row.line, row.frame)
             except CanwireError as error:
                 self._rows[number] = replace(row, failed=row.failed + 1, trouble=str(error))
                 raise
-            self._rows[number] = replace(row, sent=row.sent + 1, trouble="")
+            self._rows[number] = replace(row, queued=row.queued + 1, trouble="")
 
     def start(self, number: int) -> None:
         """Begin its cycle, with a frame at once; raises BadValue for a row without one."""
@@ -99,9 +117,11 @@ class TransmitList:
             self._changed.notify()
 
     def stop(self, number: int) -> None:
+        """End its cycle; nothing that still waits goes out. Raises BadValue for a row that is not there."""
         with self._changed:
             self._rows[number] = replace(self._row(number), running=False)
             self._due_s.pop(number, None)
+            self._drop(number)
 
     def stop_all(self) -> None:
         for row in self.rows:
@@ -125,8 +145,8 @@ class TransmitList:
     def _fire(self, number: int, now_s: float) -> None:
         row = self._rows[number]
         try:
-            self._send(row.line, row.frame)
-            row = replace(row, sent=row.sent + 1, trouble="")
+            self._send(row.number, row.line, row.frame)
+            row = replace(row, queued=row.queued + 1, trouble="")
         except CanwireError as error:
             row = replace(row, failed=row.failed + 1, trouble=str(error))
         if row.most and row.left == 1:

@@ -33,7 +33,8 @@ def typed_row(fields: Fields, word: Words, database: Database) -> Row:
     message = fields.text("message", longest=200)
     frame = _by_signals(fields, word, database, message) if message else _typed_frame(fields, word)
     fields.check()
-    return Row(number, line, frame, cycle_ms, key, most, comment)
+    signals = tuple((one.name, fields.text(f"signal.{one.name}")) for one in database.inputs(message))
+    return Row(number, line, frame, cycle_ms, key, most, comment, message, signals)
 
 
 def _typed_frame(fields: Fields, word: Words) -> Frame:

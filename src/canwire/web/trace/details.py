@@ -22,14 +22,15 @@ from canwire import (
 )
 from canwire.web.fields import BadFields
 from canwire.web.trace.drawing import BITS, HEIGHT, WIDTH, Bit, Row, bits_of, rows_of
-from canwire.web.trace.history import GAP, LOST
-from canwire.web.trace.lin import is_lin, lin_message
+from canwire.web.trace.store.lin import is_lin, lin_message
+from canwire.web.trace.store.rows import GAP, GONE, LOST, UNHEARD
 
 if TYPE_CHECKING:
     from canwire.web.database import Database, Signal
     from canwire.web.words import Words
 
 RECORD_BYTES = 80
+_MARKS = {GAP: "trace.gap", LOST: "trace.lost-row", UNHEARD: "trace.unheard", GONE: "trace.gone-row"}
 _INFO_AT, _DATA_AT = 12, 16
 
 
@@ -56,7 +57,7 @@ def details_of(record: str, following: str, database: Database, word: Words) -> 
         return _lin_event_details(content, word)
     if isinstance(content, int):
         raw = int.from_bytes(bytes.fromhex(record)[_DATA_AT : _DATA_AT + 8], "little")
-        name = "trace.gap" if content == GAP else "trace.lost-row"
+        name = _MARKS[content]
         return Details(word(name, count=raw, seconds=f"{raw / 1000:.1f}"), [])
     repeated = _content(following, word) if following else None
     return _event_details(content, repeated if isinstance(repeated, Frame) else None, word)
@@ -68,7 +69,7 @@ def _content(record: str, word: Words) -> Frame | BusEvent | LinFrame | LinEvent
         if len(octets) != RECORD_BYTES:
             raise ValueError
         kind = octets[_INFO_AT]
-        if kind in (GAP, LOST):
+        if kind in _MARKS:
             return kind
         if is_lin(kind):
             return lin_message(octets)

@@ -1,112 +1,95 @@
-"""Rows to one viewer: it reads the history at its own pace, and what it was too slow for is skipped and counted.
+"""Rows to one viewer, which asks for what it shows: nothing is queued for it, so it can neither miss a row nor be late.
 
-The viewer says {"watch": [addresses], "backlog": rows}. It gets, as text, {"lines": [...]} whenever something of them
-changes, and, as bytes, passages: a head of 32 bytes (version 1, count, both 32 bits; skipped, lost and total as
-64-bit floats; little-endian) and `count` rows of 88 bytes.
+The viewer says {"look": ...} (look.py) whenever it wants to see something else, and {"ask": ...} for the rows on its
+screen; each ask has one answer, as soon as there is something new, and after TOLD_S at the latest: a viewer that hears
+nothing for longer knows that the server is gone. An answer is a head in JSON, its length before it (32 bits,
+little-endian), `rows` rows of 88 bytes, and by identifier as many extras (answers.py).
 """
 
 from __future__ import annotations
 
 import asyncio
-import json
-import struct
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from starlette.concurrency import run_in_threadpool
 
 from canwire.web.live import converse
+from canwire.web.trace.look import Ask, Look
+from canwire.web.trace.viewing import Viewing
 
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
-    from canwire.web.trace.history import History
-    from canwire.web.trace.taps import Taps
-
-HEAD = struct.Struct("<IIddd")
-VERSION = 1
-MOST_ROWS = 4096  # in a message
-BEHIND = 65_536  # rows: who is further behind goes on with the newest ones
-PACE_S = 0.02
-TOLD_S = 1.0  # between two looks at what is lost
-MOST_LINES = 64
+PACE_S = 0.012
+TOLD_S = 0.5  # the longest that an answer takes
 
 
 class Feed:
-    """One viewer's."""
+    """One viewer's. `viewing(look, viewer, before)` is what it looks at; raises BadValue for a source that is gone."""
 
-    def __init__(self, socket: WebSocket, history: History, taps: Taps) -> None:
+    def __init__(self, socket: WebSocket, viewing: Callable[[Look, object, Viewing | None], Viewing]) -> None:
         self._socket = socket
-        self._history = history
-        self._taps = taps
-        self._grown = asyncio.Event()
-        self._watch: list[str] = []
-        self._cursor = history.total
-        self._skipped = 0
-        self._told: list[Any] = []
+        self._open = viewing
+        self._news = asyncio.Event()
+        self._look: Look | None = None
+        self._ask: Ask | None = None
+        self._viewing: Viewing | None = None
+        self._answered: object = None
 
     async def run(self) -> None:
         """Until the viewer has gone."""
-        loop = asyncio.get_running_loop()
-
-        def grown() -> None:
-            loop.call_soon_threadsafe(self._grown.set)
-
-        self._history.listen(grown)
+        self._loop = asyncio.get_running_loop()
         try:
             await converse(self._socket, self._speak, self._hear)
         finally:
-            self._history.unlisten(grown)
-            self._taps.want(self, ())
+            if self._viewing is not None:
+                self._viewing.leave()
 
     def _hear(self, told: dict[str, Any]) -> None:
-        """What the viewer watches; ValueError for anything else."""
-        watch, backlog = told["watch"], told.get("backlog", 0)
-        if not isinstance(watch, list) or len(watch) > MOST_LINES:
-            raise ValueError("watch")
-        if not all(isinstance(one, str) and 0 < len(one) <= 80 for one in watch):
-            raise ValueError("watch")
-        if not isinstance(backlog, int) or not 0 <= backlog <= BEHIND:
-            raise ValueError("backlog")
-        self._watch = watch
-        if backlog:
-            self._cursor = max(0, self._history.total - backlog)
-        self._taps.want(self, watch)
-        self._told = []
-        self._grown.set()
+        """ValueError for what means nothing."""
+        if not told.keys() & {"look", "ask"}:
+            raise ValueError("look or ask")
+        look = Look.parse(told["look"]) if "look" in told else self._look
+        self._ask = Ask.parse(told["ask"]) if "ask" in told else self._ask
+        self._look = look
+        self._news.set()
+
+    def _grown(self) -> None:
+        """Called in the writer's thread."""
+        self._loop.call_soon_threadsafe(self._news.set)
 
     async def _speak(self) -> None:
         while True:
-            await self._tell()
-            try:
-                await asyncio.wait_for(self._grown.wait(), TOLD_S)
-            except TimeoutError:
+            waited = await self._waited()
+            if self._look is not None and (self._viewing is None or self._viewing.look is not self._look):
+                await self._change(self._look)
+            viewing, ask = self._viewing, self._ask
+            if viewing is None or ask is None:
                 continue
-            self._grown.clear()
-            while await self._send_passage():
-                pass
-            await asyncio.sleep(PACE_S)  # what comes meanwhile goes in one message
+            await run_in_threadpool(viewing.extend)
+            state = ask, viewing.look, viewing.state
+            if state == self._answered and waited < TOLD_S:
+                continue
+            self._ask, self._answered = None, state
+            await self._socket.send_bytes(await run_in_threadpool(viewing.answer, ask))
+            await asyncio.sleep(PACE_S)
 
-    async def _tell(self) -> None:
-        """About the lines, if it is new."""
-        lines = await run_in_threadpool(self._taps.watched)
-        told = [line._asdict() for line in lines if line.address in self._watch]
-        if told != self._told:
-            self._told = told
-            await self._socket.send_text(json.dumps({"lines": told}))
+    async def _change(self, look: Look) -> None:
+        before, self._viewing = self._viewing, None
+        self._viewing = await run_in_threadpool(self._open, look, self, before)
+        if before is not None:
+            before.unlisten()
+        self._viewing.listen(self._grown)
+        self._news.set()
 
-    async def _send_passage(self) -> bool:
-        """The next rows; was that all it could take at once?"""
-        total = self._history.total
-        if total - self._cursor > BEHIND:
-            self._skipped += total - MOST_ROWS - self._cursor
-            self._cursor = total - MOST_ROWS
-        lines = [*self._taps.indices(self._watch), 0xFFFF]
-        rows, skipped, after = self._history.since(self._cursor, MOST_ROWS, lines)
-        self._skipped += skipped
-        more = after - self._cursor == MOST_ROWS
-        self._cursor = after
-        lost = sum(line["lost"] for line in self._told)
-        if len(rows):
-            head = HEAD.pack(VERSION, len(rows), self._skipped, lost, total)
-            await self._socket.send_bytes(head + rows.tobytes())
-        return more
+    async def _waited(self) -> float:
+        """Until there may be something to say; seconds, TOLD_S if there was nothing for so long."""
+        if self._ask is not None and self._viewing is not None and self._viewing.more:
+            return 0.0
+        try:
+            await asyncio.wait_for(self._news.wait(), TOLD_S)
+        except TimeoutError:
+            return TOLD_S
+        self._news.clear()
+        return 0.0

@@ -1,70 +1,81 @@
-"""Rows of the history as lines of a log file, in candump's form."""
+"""Rows of a trace as a log of any format: what is missing is a mark there, as it is a row on the screen."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from canwire import (
-    BadFrame,
-    BusEvent,
-    EventKind,
-    Frame,
-    LinEvent,
-    LinFrame,
-    LinLogLine,
-    LogLine,
-    format_lin_log_line,
-    format_log_line,
-    frame_of_record,
-)
-from canwire.web.trace.history import GAP, LOST, History
-from canwire.web.trace.lin import is_lin, lin_message
+import numpy
+
+from canwire import LogBatch, LogEntry, LogKind, LogMark, LogWriter, MarkKind, log_dtype
+from canwire.web.trace.store.filtering import is_frame, is_lin, is_mark, is_sent
+from canwire.web.trace.store.history import Era
+from canwire.web.trace.store.lin import plain_lin
+from canwire.web.trace.store.rows import EVERY_LINE, LOST
 
 if TYPE_CHECKING:
-    import numpy
-
-_AT_ONCE = 4096
-_SELF_RECEIVED = 1 << 21  # of the info word: sent by the line itself
+    from collections.abc import Mapping
 
 
-def log_lines(history: History, names: Mapping[int, str], epoch_ns: int, *, errors: bool) -> Iterator[str]:
-    """Text of up to 4,096 lines at a time: what the history has of the lines in `names`, when this is called."""
-    cursor, end = 0, history.total
-    while cursor < end:
-        rows, _, cursor = history.since(cursor, min(_AT_ONCE, end - cursor), names)
-        yield "".join(f"{line}\n" for line in format_rows(rows, names, epoch_ns, errors=errors))
+def write_rows(
+    writer: LogWriter, rows: numpy.ndarray, names: Mapping[int, str], eras: Sequence[Era], *, errors: bool
+) -> int:
+    """Rows of the lines in `names`, their channels by number; returns how many.
+
+    Without `errors` frames and marks alone. Raises OSError where the disk is full.
+    """
+    wanted = is_frame(rows) | is_mark(rows)
+    if errors:
+        wanted |= numpy.isin(rows["record"]["info"] & 0x1F, (2, 3))
+    wanted &= numpy.isin(rows["line"], [*names, EVERY_LINE])
+    rows = rows[wanted]
+    epochs = _epochs(rows, eras)
+    marks = is_mark(rows)
+    for part in numpy.split(numpy.arange(len(rows)), numpy.flatnonzero(numpy.diff(marks)) + 1):
+        if not len(part):
+            continue
+        if marks[part[0]]:
+            writer.write_many(_marks(rows[part], epochs[part], names, writer.format))
+        else:
+            writer.write_batch(_batch(rows[part], epochs[part], names))
+    return len(rows)
 
 
-def format_rows(rows: numpy.ndarray, names: Mapping[int, str], epoch_ns: int, *, errors: bool) -> list[str]:
-    """Frames, with `errors` error frames and changes of state too; `names` are the interfaces by line number."""
-    found = []
-    for row in rows:
-        content = _content(row["record"].tobytes(), errors)
-        if content is not None:
-            stamp_ns, name = epoch_ns + content.timestamp_ns, names[int(row["line"])]
-            if isinstance(content, LinFrame | LinEvent):
-                found.append(format_lin_log_line(LinLogLine(stamp_ns, name, content, _direction(content))))
-            else:
-                direction = "T" if int(row["record"]["info"]) & _SELF_RECEIVED else "R"
-                found.append(format_log_line(LogLine(stamp_ns, name, content, direction)))
-    return found
+def _epochs(rows: numpy.ndarray, eras: Sequence[Era]) -> numpy.ndarray:
+    """What to add to each row's time: that of the hub that it came from."""
+    firsts = numpy.array([era.first for era in eras], numpy.uint64)
+    places = numpy.searchsorted(firsts, rows["number"].astype(numpy.uint64), "right") - 1
+    return numpy.array([era.epoch_ns for era in eras], numpy.uint64)[numpy.maximum(places, 0)]
 
 
-def _direction(content: LinFrame | LinEvent) -> str | None:
-    if isinstance(content, LinEvent):
-        return None
-    return "T" if content.sent else "R"
+def _batch(rows: numpy.ndarray, epochs: numpy.ndarray, names: Mapping[int, str]) -> LogBatch:
+    channels = list(dict.fromkeys(names.values()))
+    table = numpy.zeros(EVERY_LINE + 1, numpy.uint16)
+    for number, name in names.items():
+        table[number] = channels.index(name)
+    records = numpy.zeros(len(rows), log_dtype())
+    lin, frames = is_lin(rows), is_frame(rows)
+    record = rows["record"].copy()
+    record[lin] = plain_lin(record[lin])
+    for field in ("id", "info", "data"):
+        records[field] = record[field]
+    records["time_ns"] = record["time_ns"] + epochs
+    records["channel"] = table[rows["line"]]
+    kinds = numpy.where(frames, LogKind.CAN_FRAME, LogKind.CAN_EVENT)
+    records["kind"] = numpy.where(lin, numpy.where(frames, LogKind.LIN_FRAME, LogKind.LIN_EVENT), kinds)
+    records["direction"] = numpy.where(frames, numpy.where(is_sent(rows), 2, 1), 0)
+    return LogBatch(records, channels)
 
 
-def _content(record: bytes, errors: bool) -> Frame | BusEvent | LinFrame | LinEvent | None:
-    kind = record[12]
-    if is_lin(kind):
-        message = lin_message(record)
-        return message if errors or isinstance(message, LinFrame) else None
-    if kind in (GAP, LOST) or (kind and not (errors and kind in (EventKind.ERROR, EventKind.STATE))):
-        return None
-    try:
-        return BusEvent.from_record(record) if kind else frame_of_record(record)
-    except BadFrame:
-        return None
+def _marks(
+    rows: numpy.ndarray, epochs: numpy.ndarray, names: Mapping[int, str], form: str
+) -> Iterable[LogEntry]:
+    """candump knows no gaps: there each is an error frame, receive overflow, as lost records are."""
+    every = next(iter(names.values()), "can0")
+    for row, epoch in zip(rows, epochs, strict=True):
+        count = int.from_bytes(row["record"]["data"][:8].tobytes(), "little")
+        stamp_ns = int(row["record"]["time_ns"]) + int(epoch)
+        lost = int(row["record"]["info"]) == LOST
+        kind = MarkKind.LOST if lost or form == "candump" else MarkKind.GAP
+        count = count if lost else 0 if kind is MarkKind.LOST else count * 1_000_000
+        yield LogEntry(stamp_ns, names.get(int(row["line"]), every), LogMark(kind, stamp_ns, count))

@@ -1,8 +1,7 @@
-"""One line listened to: a channel or a monitor whose records go to the history, a batch at a time."""
+"""One line listened to: a channel or a monitor, whose queue is emptied from time to time."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -17,8 +16,7 @@ from canwire import (
     Monitor,
     Siblings,
 )
-from canwire.web.trace.history import LOST, History
-from canwire.web.trace.lin import rows_of_lin
+from canwire.web.trace.store.lin import rows_of_lin
 
 if TYPE_CHECKING:
     import numpy
@@ -26,57 +24,41 @@ if TYPE_CHECKING:
     from canwire import Hub
 
 QUEUE = 65_536  # records: some seconds of the busiest bus
-PAUSE_S = 0.02  # between two batches: each wakes this process and takes the hub a signal
 LIN_QUEUE = 4096  # many seconds of any LIN bus
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN)
 _LIN_EVENTS = (LinEventKind.ERROR, LinEventKind.STATE, LinEventKind.WAKEUP, LinEventKind.SLEEP)
 
 
 class Tap:
-    """Everything that one line hears and sends, from now until `close` or until its board or hub is gone."""
+    """Everything that one line hears and sends, from now until `close`, or until board or hub are gone: `over` then.
 
-    def __init__(self, hub: Hub, place: LinePlace, history: History, index: int) -> None:
+    `lost` counts records that found the queue full, as far as the hub was asked.
+    """
+
+    def __init__(self, hub: Hub, place: LinePlace, number: int) -> None:
         self.place = place
-        self._history = history
-        self._index = index
-        self._lost = 0
-        self._closing = threading.Event()
+        self.number = number
+        self.lost = 0
+        self.over = False
         self._queue: _Queue = (_CanQueue if place.info.lin is None else _LinQueue)(hub, place)
-        self._thread = threading.Thread(target=self._run, name=f"tap on {place.address}")
-        self._thread.start()
 
-    @property
-    def lost(self) -> int:
-        """Records that found the queue full since it was opened."""
-        return self._lost
+    def take(self) -> numpy.ndarray | None:
+        """What has come; None if nothing has."""
+        try:
+            records = self._queue.take()
+        except CanwireError:  # unplugged, or the hub is gone
+            self.over = True
+            return None
+        return records if len(records) else None
 
-    @property
-    def over(self) -> bool:
-        """Board or hub are gone."""
-        return not self._thread.is_alive()
-
-    def count_lost(self) -> None:
-        """Ask the hub, and mark in the history what is missing since the last time; raises Unplugged, HubLost."""
-        lost = self._queue.held.status().lost
-        if lost > self._lost:
-            self._history.mark(LOST, self._index, lost - self._lost)
-            self._lost = lost
+    def newly_lost(self) -> int:
+        """Ask the hub how many records were lost since it was asked last; raises Unplugged, HubLost."""
+        before, self.lost = self.lost, self._queue.held.status().lost
+        return self.lost - before
 
     def close(self) -> None:
-        """No more rows; a second time does nothing."""
-        self._closing.set()
+        """A second time does nothing."""
         self._queue.held.close()
-        self._thread.join()
-
-    def _run(self) -> None:
-        while not self._closing.is_set():
-            try:
-                records = self._queue.take()
-            except CanwireError:  # closed, unplugged, or the hub is gone
-                return
-            if len(records):
-                self._history.append(records, self._index)
-            self._closing.wait(PAUSE_S)
 
 
 class _CanQueue:
@@ -90,8 +72,8 @@ class _CanQueue:
         _begin(self.held, lambda: self.held.set_up(mode))
 
     def take(self) -> numpy.ndarray:
-        """What has come, waiting for the first; raises CanwireError once the line or the hub is gone."""
-        return self.held.receive_array(None, timeout=None)
+        """What has come; raises CanwireError once the line or the hub is gone."""
+        return self.held.receive_array()
 
 
 class _LinQueue:
@@ -107,7 +89,6 @@ class _LinQueue:
         end = self.held.reading
         if not end.ring.fill():
             self.held.check()
-            end.wait(None)
         records = end.ring.take_array(end.ring.capacity)
         end.touched()
         return rows_of_lin(records)

@@ -1,13 +1,20 @@
-"""Which lines are listened to: those that some viewer watches, each once, and again when hub or board are back."""
+"""Which lines are listened to: those that somebody watches or watched of late, and again when hub or board are back.
+
+One thread sweeps over all their queues and is the history's only writer, by way of the merger.
+"""
 
 from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import CanwireError, every_line
-from canwire.web.trace.history import GAP, History
+from canwire.web.trace.store.history import History
+from canwire.web.trace.store.merging import Merger
+from canwire.web.trace.store.rows import EVERY_LINE, GAP, LOST, UNHEARD
 from canwire.web.trace.tap import Tap
 
 if TYPE_CHECKING:
@@ -16,11 +23,17 @@ if TYPE_CHECKING:
     from canwire import Hub
     from canwire.web.link import HubLink
 
-_LOOK_S = 0.5  # between two looks at what is lost, and at boards that were away
+SWEEP_S = 0.008  # between two looks into the queues
+LOOK_S = 0.5  # between two looks at what is lost, and at boards that were away
+LINGER_S = (
+    600.0  # a line that nobody watches any more is listened to for so long: whoever comes back misses nothing
+)
+_NOT_PLUGGED_IN = "trace.not-plugged-in"
 
 
 class Watched(NamedTuple):
-    """A line in the trace, `number` in its rows. `trouble`: why nothing comes from it now, "" if nothing is wrong."""
+    """A line in the trace, `number` in its rows, -1 before it was listened to. `trouble`: why nothing comes from it
+    now, a word's key or a message of the hub's, "" if nothing is wrong."""
 
     number: int
     address: str
@@ -30,19 +43,32 @@ class Watched(NamedTuple):
 
 
 class Taps:
-    """Opens and closes taps in a thread of its own; viewers say what they watch by `want`."""
+    """Viewers say what they watch by `want`. `epoch_ns(hub)` is what to add to its time for the wall clock's."""
 
-    def __init__(self, link: HubLink, history: History) -> None:
+    def __init__(
+        self,
+        link: HubLink,
+        history: History,
+        epoch_ns: Callable[[Hub], int] = lambda _: 0,
+        linger_s: float = LINGER_S,
+    ) -> None:
         self._link = link
-        self._history = history
+        self._merger = Merger(history)
+        self._epoch_ns = epoch_ns
+        self._linger_s = linger_s
         self._changed = threading.Condition()
         self._wanted: dict[object, frozenset[str]] = {}
+        self._left_s: dict[str, float] = {}  # when the last viewer of a line has gone
         self._indices: dict[str, int] = {}
         self._taps: dict[str, Tap] = {}
+        self._unheard_s: dict[str, float] = {}  # since when a line is not listened to, by choice
         self._buses: dict[str, str] = {}
         self._lost: dict[str, int] = {}
         self._troubles: dict[str, str] = {}
         self._away_since_s: float | None = None
+        self._new_hub: Hub | None = None
+        self._dirty = False
+        self._sweeps = 0
         self._ends = False
         link.subscribe(self._began, self._ended)
         self._thread = threading.Thread(target=self._run, name="taps")
@@ -51,95 +77,160 @@ class Taps:
     def want(self, viewer: object, addresses: Collection[str]) -> None:
         """This viewer watches these lines from now on; none: it has gone."""
         with self._changed:
+            before = self._wanted.pop(viewer, frozenset())
             if addresses:
                 self._wanted[viewer] = frozenset(addresses)
-                for address in sorted(addresses):
-                    self._indices.setdefault(address, len(self._indices))
-            else:
-                self._wanted.pop(viewer, None)
-            self._changed.notify()
+            still = frozenset().union(*self._wanted.values())
+            now_s = time.monotonic()
+            self._left_s = {one: at for one, at in self._left_s.items() if one not in still}
+            self._left_s |= {one: now_s for one in before - still if one in self._indices}
+            self._dirty = True
+            self._changed.notify_all()
 
     def indices(self, addresses: Collection[str]) -> list[int]:
-        """What the rows of these lines are marked with."""
+        """What the rows of these lines are marked with; only lines that were listened to have one."""
         with self._changed:
             return [self._indices[address] for address in addresses if address in self._indices]
 
-    def watched(self) -> list[Watched]:
-        """Every line that was watched since the server runs."""
+    def watched(self, addresses: Collection[str] | None = None) -> list[Watched]:
+        """These lines as they are now; without `addresses` every line that was listened to since the server runs."""
         with self._changed:
             return [
                 Watched(
-                    index,
+                    self._indices.get(address, -1),
                     address,
                     self._buses.get(address, ""),
                     self._lost.get(address, 0) + (tap.lost if (tap := self._taps.get(address)) else 0),
                     self._troubles.get(address, ""),
                 )
-                for address, index in self._indices.items()
+                for address in (self._indices if addresses is None else addresses)
             ]
+
+    def listening(self, addresses: Collection[str]) -> bool:
+        """Whether every one of these lines is heard now."""
+        with self._changed:
+            return all(one in self._taps and not self._taps[one].over for one in addresses)
+
+    def settle(self) -> None:
+        """Wait until what the lines' queues hold now has its numbers."""
+        with self._changed:
+            enough = self._sweeps + 4
+            self._changed.wait_for(lambda: self._ends or not self._taps or self._sweeps >= enough)
 
     def close(self) -> None:
         """Listen to nothing any more; a second time does nothing."""
         with self._changed:
             self._ends = True
-            self._changed.notify()
+            self._changed.notify_all()
         self._thread.join()
 
-    def _began(self, _: Hub) -> None:
+    def _began(self, hub: Hub) -> None:
         with self._changed:
-            if self._away_since_s is not None:
-                self._history.mark(GAP, 0xFFFF, round((time.monotonic() - self._away_since_s) * 1000))
-                self._away_since_s = None
-            self._changed.notify()
+            self._new_hub = hub
+            self._dirty = True
+            self._changed.notify_all()
 
     def _ended(self) -> None:
         with self._changed:
             self._away_since_s = time.monotonic()
-            self._changed.notify()
+            self._changed.notify_all()
 
     def _run(self) -> None:
+        due_s, asked = 0.0, 0
         while not self._ends:
+            now_s = time.monotonic()
+            if self._dirty or now_s >= due_s:
+                self._adopt()
+                self._arrange(now_s)
+                due_s, asked = now_s + LOOK_S, 0
+            asked = self._sweep(asked)
             with self._changed:
-                wanted = frozenset().union(*self._wanted.values())
-            self._close_all_but(wanted)
-            if wanted:
-                self._open(wanted)
-            with self._changed:
-                if not self._ends and frozenset().union(*self._wanted.values()) == wanted:
-                    self._changed.wait(_LOOK_S)
-        self._close_all_but(frozenset())
+                self._sweeps += 1
+                self._changed.notify_all()
+                if not self._ends and not self._dirty:
+                    self._changed.wait(SWEEP_S if self._taps else LOOK_S)
+        for tap in self._taps.values():
+            tap.close()
 
-    def _close_all_but(self, wanted: frozenset[str]) -> None:
+    def _sweep(self, asked: int) -> int:
+        """Empty all queues, and ask the hub what one line has lost: `asked` of them were since the last look."""
+        taps = list(self._taps.values())
+        for tap in taps:
+            records = tap.take()
+            if records is not None:
+                self._merger.take(records, tap.number)
+        if asked < len(taps):
+            with suppress(CanwireError):  # the next look finds it over
+                self._count_lost(taps[asked])
+            asked += 1
+        self._merger.release()
+        return asked
+
+    def _count_lost(self, tap: Tap) -> None:
+        count = tap.newly_lost()
+        if count:
+            self._merger.mark(LOST, tap.number, count)
+
+    def _adopt(self) -> None:
+        """A hub that was connected: its time is another one, and how long there was none is a row."""
+        with self._changed:
+            self._dirty = False
+            hub, self._new_hub = self._new_hub, None
+            away_since_s, self._away_since_s = self._away_since_s, None if hub else self._away_since_s
+        if hub is None:
+            return
+        epoch_ns = 0
+        with suppress(CanwireError):  # gone again: the next connection tells
+            epoch_ns = self._epoch_ns(hub)
+        self._merger.restart(epoch_ns)
+        if away_since_s is not None:
+            self._merger.mark(GAP, EVERY_LINE, round((time.monotonic() - away_since_s) * 1000))
+
+    def _arrange(self, now_s: float) -> None:
+        with self._changed:
+            viewed = frozenset().union(*self._wanted.values())
+            left = {one for one, at in self._left_s.items() if now_s < at + self._linger_s}
+        wanted = viewed | left
+        self._close_all_but(wanted, now_s)
+        if wanted:
+            self._open(wanted, viewed, now_s)
+
+    def _close_all_but(self, wanted: frozenset[str], now_s: float) -> None:
         for address, tap in list(self._taps.items()):
-            if address not in wanted or tap.over:
-                tap.close()
-                with self._changed:
-                    del self._taps[address]
-                    self._lost[address] = self._lost.get(address, 0) + tap.lost
+            if address in wanted and not tap.over:
+                continue
+            if not tap.over:
+                self._unheard_s[address] = now_s
+            tap.close()
+            with self._changed:
+                del self._taps[address]
+                self._lost[address] = self._lost.get(address, 0) + tap.lost
 
-    def _open(self, wanted: frozenset[str]) -> None:
+    def _open(self, wanted: frozenset[str], viewed: frozenset[str], now_s: float) -> None:
+        if wanted <= self._taps.keys():
+            return
+        troubles: dict[str, str] = {}
         try:
             hub = self._link.hub
             places = {place.address: place for place in every_line(hub)}
-        except CanwireError as error:
-            self._tell(dict.fromkeys(wanted, str(error)))
-            return
-        troubles: dict[str, str] = {}
-        for address in sorted(wanted):
-            try:
+            for address in sorted(wanted - self._taps.keys()):
                 if address not in places:
-                    troubles[address] = f"{address} is not plugged in"
-                elif address in self._taps:
-                    self._taps[address].count_lost()
-                else:
-                    tap = Tap(hub, places[address], self._history, self._indices[address])
-                    with self._changed:
-                        self._taps[address] = tap
-                        self._buses[address] = places[address].info.bus
-            except CanwireError as error:
-                troubles[address] = str(error)
-        self._tell(troubles)
-
-    def _tell(self, troubles: dict[str, str]) -> None:
+                    troubles[address] = _NOT_PLUGGED_IN
+                    continue
+                with self._changed:  # only lines that there are have a number: made-up names cost nothing
+                    number = self._indices.setdefault(address, len(self._indices))
+                try:
+                    tap = Tap(hub, places[address], number)
+                except CanwireError as error:
+                    troubles[address] = str(error)
+                    continue
+                with self._changed:
+                    self._taps[address] = tap
+                    self._buses[address] = places[address].info.bus
+                since_s = self._unheard_s.pop(address, None)
+                if since_s is not None:
+                    self._merger.mark(UNHEARD, number, round((now_s - since_s) * 1000))
+        except CanwireError as error:
+            troubles = dict.fromkeys(wanted - self._taps.keys(), str(error))
         with self._changed:
-            self._troubles = troubles
+            self._troubles = {one: said for one, said in troubles.items() if one in viewed}

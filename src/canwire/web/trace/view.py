@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import re
-import time
 from typing import TYPE_CHECKING
 
-from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+import numpy
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 
-from canwire import BadValue, HubLost
+from canwire import BadValue
 from canwire.web.actions import Call, action
 from canwire.web.desk import View
 from canwire.web.fields import BadFields
-from canwire.web.lines import look
+from canwire.web.lines import Line, look
 from canwire.web.trace.details import details_of
 from canwire.web.trace.feed import Feed
-from canwire.web.trace.history import History
+from canwire.web.trace.logs import Logs, file_name, writable_formats
+from canwire.web.trace.look import Look
+from canwire.web.trace.opened import OpenedLogs
+from canwire.web.trace.plotting import MOST_PLOTTED, Wanted, curve
 from canwire.web.trace.recording import Recording
-from canwire.web.trace.saving import log_lines
+from canwire.web.trace.source import LiveSource, Source
+from canwire.web.trace.store.filtering import is_frame
+from canwire.web.trace.store.history import CHUNK, History
 from canwire.web.trace.taps import Taps
+from canwire.web.trace.viewing import Viewing
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -37,10 +43,12 @@ class Tracing:
         self._desk = desk
         self.database = desk.database
         self.history = History()
-        self.taps = Taps(desk.link, self.history)
-        desk.closing.callback(self.taps.close)
-        self.recording = Recording(self.history, self.taps, lambda: desk.epoch_ns(desk.link.hub))
-        desk.closing.callback(self.recording.close)
+        self.taps = Taps(desk.link, self.history, desk.epoch_ns)
+        self.live = LiveSource(self.history, self.taps)
+        self.recording = Recording(self.history, self.taps)
+        self.opened = OpenedLogs()
+        for close in (self.history.close, self.opened.close_all, self.taps.close, self.recording.close):
+            desk.closing.callback(close)
         desk.kept[VIEW.name] = self
 
     def routes(self) -> list[BaseRoute]:
@@ -48,63 +56,77 @@ class Tracing:
             Route("/trace", self._page),
             Route("/trace/lines", self._lines),
             Route("/trace/row", self._row),
-            Route("/trace/log", self._log),
+            Route("/trace/plot", self._plot),
+            *Logs(self._desk, self.source, self.opened, self.taps).routes(),
             Route("/trace/recording", self._recording),
             Route("/trace/record", action(self._desk, self._record), methods=["POST"]),
             Route("/trace/record-stop", action(self._desk, self._record_stop), methods=["POST"]),
             WebSocketRoute("/trace/live", self._live),
         ]
 
-    def _page(self, request: Request) -> Response:
-        return self._desk.page(request, VIEW, database=self.database.name)
+    def source(self, name: str) -> Source:
+        """Raises BadValue for one that is not there."""
+        return self.opened.find(name) if name else self.live
 
-    def _lines(self, _: Request) -> Response:
-        """Every line, its kind of bus, whether it runs; the names of messages; how far the recording is."""
-        lines = [
-            {
-                "address": line.place.address,
-                "bus": line.place.info.bus,
-                "kind": line.place.info.bus_type,
-                "running": line.running,
-            }
-            for line in look(self._desk.link.hub)
+    def _page(self, request: Request) -> Response:
+        return self._desk.page(request, VIEW, database=self.database.name, formats=writable_formats())
+
+    def _lines(self, request: Request) -> Response:
+        """Every line, its kind of bus, its state; logs that are open; names of messages; how far the recording is."""
+        name = request.query_params.get("source", "")
+        if name in self.opened.logs:
+            lines = [_channel(one) for one in self.opened.find(name).channels]
+        else:
+            lines = [_line(one) for one in look(self._desk.link.hub)]
+        logs = [
+            {"key": key, "name": log.name, "reading": log.reading} for key, log in self.opened.logs.items()
         ]
-        recording = self.recording.progress._asdict()
-        return JSONResponse({"lines": lines, "names": self.database.names, "recording": recording})
+        told = {"lines": lines, "logs": logs, "names": self.database.names}
+        return JSONResponse(told | {"recording": self.recording.progress._asdict()})
 
     def _row(self, request: Request) -> Response:
         query, word = request.query_params, self._desk.words(request)
         try:
-            details = details_of(query.get("record", ""), query.get("following", ""), self.database, word)
+            record = query.get("record", "")
+            following = self._following(query.get("source", ""), query.get("number", ""))
+            details = details_of(record, following, self.database, word)
         except BadFields as bad:
             return JSONResponse({"message": word("trace.no-record"), "faults": bad.faults}, 422)
         return self._desk.part(request, "trace/details.jinja", details=details)
 
-    def _log(self, request: Request) -> Response:
-        """The history of the lines asked for, as a file."""
-        chosen = _addresses(request.query_params.get("lines", ""))
-        if not chosen:
-            return JSONResponse({"message": self._desk.words(request)("trace.no-lines")}, 422)
-        watched = [line for line in self.taps.watched() if line.address in chosen]
+    def _plot(self, request: Request) -> Response:
+        """A signal's times (seconds) and values in the rows from number `from` on, and where to go on."""
+        query = request.query_params
         try:
-            epoch_ns = self._desk.epoch_ns(self._desk.link.hub)
-        except HubLost:
-            epoch_ns = 0
-        names = {line.number: line.bus or line.address for line in watched}
-        errors = request.query_params.get("errors") == "true"
-        headers = {
-            "content-disposition": f'attachment; filename="{_file_name()}"',
-            "x-canwire-lost": str(sum(line.lost for line in watched)),
-        }
-        lines = log_lines(self.history, names, epoch_ns, errors=errors)
-        return StreamingResponse(lines, media_type="text/plain", headers=headers)
+            history = self.source(query.get("source", "")).history
+            wanted = Wanted(int(query["line"]), int(query["id"], 16), len(query["id"]) == 8, query["signal"])
+            begin = int(query.get("from", 0))
+        except (ValueError, KeyError, BadValue) as error:
+            return JSONResponse({"message": str(error)}, 422)
+        end = history.total
+        begin = max(begin, end - MOST_PLOTTED)
+        times, values = curve(history, self.database, wanted, begin, end)
+        return JSONResponse({"t": times, "v": values, "next": end})
 
-    def _recording(self, _: Request) -> Response:
-        """The recording that runs or ran last, as a file."""
+    def _following(self, source: str, number: str) -> str:
+        """In hex, the first frame on the same line after the row of this number; "" where there is none near."""
+        history = self.source(source).history
+        first = int(number) if number.isdecimal() else history.total
+        rows = history.read(first, first + 4 * CHUNK)
+        if len(rows) < 2:
+            return ""
+        places = numpy.flatnonzero((rows["line"] == rows["line"][0]) & is_frame(rows))
+        later = places[places > 0]
+        return str(rows[later[0]]["record"].tobytes().hex()) if len(later) else ""
+
+    def _recording(self, request: Request) -> Response:
+        """A recording that runs or ran, the last one unless its number is given, as a file."""
+        number = request.query_params.get("number", "0")
         try:
-            return FileResponse(self.recording.path, media_type="text/plain", filename=_file_name())
+            path = self.recording.path(int(number) if number.isdecimal() else -1)
         except BadValue as error:
             return JSONResponse({"message": str(error)}, 404)
+        return FileResponse(path, media_type="text/plain", filename=file_name("log"))
 
     def _record(self, call: Call) -> str:
         chosen = _addresses(call.fields.text("lines", longest=4000))
@@ -120,7 +142,25 @@ class Tracing:
         return call.word("trace.recorded", rows=progress.rows, missed=progress.missed)
 
     async def _live(self, socket: WebSocket) -> None:
-        await Feed(socket, self.history, self.taps).run()
+        def viewing(wanted: Look, viewer: object, before: Viewing | None) -> Viewing:
+            return Viewing(wanted, self.source(wanted.source), self.database, viewer, before)
+
+        await Feed(socket, viewing).run()
+
+
+def _line(line: Line) -> dict[str, object]:
+    return {
+        "address": line.place.address,
+        "bus": line.place.info.bus,
+        "kind": line.place.info.bus_type,
+        "running": line.running,
+        "state": line.state,
+    }
+
+
+def _channel(name: str) -> dict[str, object]:
+    """Of a log; which kind of bus it is the log tells row by row."""
+    return {"address": name, "bus": name, "kind": "LIN", "running": True, "state": ""}
 
 
 def _addresses(text: str) -> list[str]:
@@ -129,13 +169,10 @@ def _addresses(text: str) -> list[str]:
     return chosen if all(map(_ADDRESS.fullmatch, chosen)) else []
 
 
-def _file_name() -> str:
-    return time.strftime("canwire-%Y%m%d-%H%M%S.log")
-
-
 VIEW = View(
     "trace",
     lambda desk: Tracing(desk).routes(),
     scripts=("trace.js",),
-    styles=("trace.css",),
+    styles=("trace.css", "base/vendor/uPlot-1.6.32.min.css"),
+    vendored=("uPlot-1.6.32.iife.min.js",),
 )

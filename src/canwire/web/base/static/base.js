@@ -6,6 +6,14 @@ export function word(key, values = {}) {
   return texts[key].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
 }
 
+const language = document.documentElement.lang;
+
+/** A number with the point or comma of the page's language. */
+export function decimal(number, digits) {
+  const text = number.toFixed(digits);
+  return language === "de" ? text.replace(".", ",") : text;
+}
+
 export const writer = document.body.dataset.writer === "yes";
 
 /** A kept choice, or the fallback. */
@@ -33,6 +41,38 @@ export function say(text, bad = false) {
 /** True while somebody types, when single keys mean letters. */
 export function typing(event) {
   return event.target.closest("input:not([type=checkbox]):not([type=radio]), select, textarea, dialog") !== null;
+}
+
+const LOOK_MS = 1000;
+const PATIENCE_MS = 900; // for an answer: a server that ended or hangs is said within two seconds
+
+/** The head's dot: is the server there, and the hub. What a dead server has shown is greyed out. */
+async function watchLink() {
+  const link = document.getElementById("link");
+  for (;;) {
+    let text = null;
+    try {
+      const answer = await fetch("/link", { signal: AbortSignal.timeout(PATIENCE_MS) });
+      if (answer.ok) text = await answer.text();
+    } catch {
+      // the server is away: said below
+    }
+    document.body.classList.toggle("unreachable", text === null);
+    if (text === null) {
+      const dot = document.createElement("span");
+      dot.className = "dot bad";
+      link.replaceChildren(dot, word("base.unreachable"));
+    } else if (link.dataset.told !== text) link.innerHTML = text;
+    link.dataset.told = text ?? "";
+    const hub = link.querySelector("[data-hub]")?.dataset.hub ?? "";
+    if (hub !== document.body.dataset.hub) {
+      document.body.dataset.hub = hub;
+      // a page that was made while the hub was away knows no lines
+      if (hub === "there" && document.body.dataset.rendered === "away") location.reload();
+      document.dispatchEvent(new CustomEvent("hub", { detail: hub }));
+    }
+    await new Promise((done) => { setTimeout(done, LOOK_MS); });
+  }
 }
 
 /** A web socket that comes back by itself: `hear(event.data)`, `state(open)`. Returns {send(object)}. */
@@ -81,6 +121,7 @@ function themeSwitch() {
 
 keepChoices();
 themeSwitch();
+watchLink();
 document.getElementById("language").addEventListener("change", (event) => {
   const address = new URL(location.href);
   address.searchParams.set("lang", event.target.value);

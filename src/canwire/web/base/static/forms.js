@@ -15,6 +15,7 @@ export async function post(path, fields, form = null) {
   }
   say(told.message, !answer.ok);
   if (form) show(form, told, answer.ok);
+  if (form && !answer.ok) form.dispatchEvent(new CustomEvent("refused", { detail: told }));
   if (answer.ok) document.body.dispatchEvent(new CustomEvent("changed", { detail: { path } }));
   return answer.ok;
 }

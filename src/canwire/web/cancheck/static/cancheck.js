@@ -59,6 +59,9 @@ for (const field of document.querySelectorAll("[data-chooses]")) {
     field.value = main[name]; // a refused setting leaves what is shown; an accepted one comes by the socket
   });
 }
+one("rate-form").addEventListener("refused", ({ detail: told }) => {
+  if (!Object.keys(told.faults).length) one("rate-form").elements.rate.value = main.rate; // what the port has
+});
 one("restart").addEventListener("click", () => post("/cancheck/restart", { port: one("start-form").elements.port.value }));
 one("set-registry").addEventListener("click", async () => {
   const answer = await fetch("/cancheck/entries");

@@ -5,15 +5,15 @@ import { post } from "/static/base/forms.js";
 const dialog = document.getElementById("row-dialog");
 const form = document.getElementById("row-form");
 
-function show(row) {
+async function show(row) {
   if (form.elements.message) {
-    form.elements.message.value = "";
-    document.getElementById("signals").replaceChildren();
+    form.elements.message.value = row.message ?? "";
+    await signals();
   }
   for (const [name, value] of Object.entries(row)) {
     const field = form.elements.namedItem(name);
-    if (field.type === "checkbox") field.checked = Boolean(value);
-    else if (value !== null) field.value = value;
+    if (field?.type === "checkbox") field.checked = Boolean(value);
+    else if (field && value !== null) field.value = value;
   }
   fit();
   dialog.showModal();
@@ -46,9 +46,15 @@ document.getElementById("new").addEventListener("click", () => {
   if (line) form.elements.line.value = line;
   show({});
 });
+document.getElementById("load").addEventListener("click", () => document.getElementById("list-file").click());
+document.getElementById("list-file").addEventListener("change", async (event) => {
+  const [file] = event.target.files;
+  if (file) await post("/send/load", { list: await file.text() });
+  event.target.value = "";
+});
 document.addEventListener("click", (event) => {
   const button = event.target.closest("button.edit");
-  if (button) show(JSON.parse(button.dataset.row));
+  if (button) show(JSON.parse(button.dataset.fields));
 });
 document.addEventListener("keydown", (event) => {
   if (typing(event) || event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;

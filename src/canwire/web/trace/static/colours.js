@@ -1,32 +1,12 @@
-// Colour rules: the first filter that a row passes gives its colour.
+// Colour rules: the first filter that a row passes gives its colour; the server, which knows filters, applies them.
 import { remember, remembered, word } from "/static/base/base.js";
-import { compile } from "/static/trace/filter.js";
 
 const COLOURS = 6;
 const place = document.getElementById("rules");
 let kept = remembered("trace.rules", [{ text: "error", colour: 1 }]);
-let names = {};
-let tests = [];
-
-function compiled() {
-  tests = [];
-  kept.forEach((rule, k) => {
-    const field = place.querySelectorAll("input")[k];
-    try {
-      const test = compile(rule.text, names);
-      if (test) tests.push([test, rule.colour]);
-      field?.removeAttribute("aria-invalid");
-    } catch (part) {
-      if (typeof part !== "string") throw part;
-      field?.setAttribute("aria-invalid", "true");
-    }
-  });
-  document.dispatchEvent(new CustomEvent("colours"));
-}
-
 function changed() {
   remember("trace.rules", kept);
-  compiled();
+  document.dispatchEvent(new CustomEvent("colours"));
 }
 
 function show() {
@@ -66,16 +46,17 @@ document.getElementById("add-rule").addEventListener("click", () => {
   place.querySelector(".rule:last-child input").focus();
 });
 
-export const rules = {
-  colourOf(rows, at) {
-    for (const [test, colour] of tests) if (test(rows, at)) return colour;
-    return 0;
-  },
-  named(found) {
-    names = found;
-    compiled();
-  },
-};
+/** For the server, which colours rows: filters with their colours. */
+export function rules() {
+  return kept.map(({ text, colour }) => ({ text, colour }));
+}
+
+/** The rules at these places mean nothing. */
+export function refused(places) {
+  place.querySelectorAll("input").forEach((field, k) => {
+    if (places.includes(k)) field.setAttribute("aria-invalid", "true");
+    else field.removeAttribute("aria-invalid");
+  });
+}
 
 show();
-compiled();

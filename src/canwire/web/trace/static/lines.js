@@ -1,7 +1,8 @@
 // Which lines are watched: those that were chosen, else one of each bus, one that runs if there is one.
-import { remember, remembered } from "/static/base/base.js";
+import { remember, remembered, word } from "/static/base/base.js";
 
 const LOOK_MS = 2000;
+const MANY = 24; // lines; they are searched and ordered by bus then
 
 export class LinesChosen {
   constructor(place, watch, named) {
@@ -11,20 +12,35 @@ export class LinesChosen {
     this.chosen = remembered("trace.lines", null);
     this.known = "";
     this.onLin = new Set();
+    this.search = document.createElement("input");
+    this.search.type = "search";
+    this.search.setAttribute("aria-label", word("trace.search-lines"));
+    this.search.placeholder = word("trace.search-lines");
+    this.search.addEventListener("input", () => this.narrow());
+    this.source = "";
     this.named = named;
     this.look();
     setInterval(() => this.look(), LOOK_MS);
-    place.addEventListener("change", () => {
+    place.addEventListener("change", (event) => {
+      if (event.target === this.search) return;
       this.chosen = [...place.querySelectorAll("input:checked")].map((box) => box.value);
-      remember("trace.lines", this.chosen);
+      if (!this.source) remember("trace.lines", this.chosen);
       this.set(this.chosen);
     });
+  }
+
+  /** Lines of another source from now on. */
+  forget(source) {
+    this.source = source;
+    this.watched = [];
+    this.chosen = source ? null : remembered("trace.lines", null);
+    this.look();
   }
 
   async look() {
     let told;
     try {
-      const answer = await fetch("/trace/lines");
+      const answer = await fetch(`/trace/lines?${new URLSearchParams({ source: this.source })}`);
       if (!answer.ok) return; // the page's head says that the hub is away
       told = await answer.json();
     } catch {
@@ -35,10 +51,11 @@ export class LinesChosen {
       this.named = null;
     }
     document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
-    this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN").map((line) => line.address));
+    document.dispatchEvent(new CustomEvent("logs", { detail: told.logs }));
+    this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN" && line.running).map((line) => line.address));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
-    this.set(chosen?.length ? chosen : usual(told.lines));
+    this.set(chosen?.length ? chosen : this.source ? there : usual(told.lines));
     this.show(told.lines);
   }
 
@@ -59,7 +76,10 @@ export class LinesChosen {
     this.known = known;
     const focused = document.activeElement?.value;
     const legend = this.place.querySelector("legend");
-    this.place.replaceChildren(legend, ...lines.map((line) => {
+    const many = lines.length > MANY;
+    this.search.hidden = !many;
+    const byBus = (one, other) => one.bus.localeCompare(other.bus, "en", { numeric: true });
+    this.place.replaceChildren(legend, this.search, ...(many ? [...lines].sort(byBus) : lines).map((line) => {
       const label = document.createElement("label");
       label.className = `check chip-choice${line.running ? " running" : ""}`;
       const box = document.createElement("input");
@@ -71,19 +91,35 @@ export class LinesChosen {
       label.append(box, name);
       return label;
     }));
-    this.place.querySelector(`input[value="${focused}"]`)?.focus();
+    if (focused) this.place.querySelector(`input[value="${CSS.escape(focused)}"]`)?.focus();
+    this.narrow();
+    this.explain(lines);
   }
 
-  /** What the server says of the watched lines. */
-  told(lines, labels, draw) {
-    for (const line of lines) {
-      labels[line.number] = line.bus ? `${line.bus} ${line.address}` : line.address;
+  /** Of many lines those that are searched for, and those that are chosen. */
+  narrow() {
+    const words = this.search.value.toLowerCase().split(/\s+/);
+    for (const label of this.place.querySelectorAll("label")) {
+      const text = label.textContent.toLowerCase();
+      label.hidden = !label.control.checked && !words.every((one) => text.includes(one));
     }
+  }
+
+  /** Why nothing comes from the chosen lines, as far as it is known. */
+  explain(lines) {
+    const said = lines.filter((line) => this.watched.includes(line.address)).map(({ address, state, running }) => {
+      if (state === "bus-off") return word("trace.bus-off-line", { address });
+      return running ? "" : word("trace.still-line", { address });
+    });
+    document.getElementById("empty").textContent = [...said.filter(Boolean), word("trace.empty")].join(" ");
+  }
+
+  /** What the server says of the lines that this viewer asked for. */
+  told(lines) {
     const open = lines.length > 0 && lines.every((line) => this.watched.includes(line.address) && line.bus && !line.trouble);
     document.body.dataset.listening = open && lines.length === this.watched.length ? "yes" : "no";
-    const troubles = lines.filter((line) => line.trouble).map((line) => line.trouble);
+    const troubles = lines.filter((line) => line.trouble).map(({ trouble, address }) => (trouble.startsWith("trace.") ? word(trouble, { address }) : trouble));
     document.getElementById("live").textContent = [...new Set(troubles)].join("; ");
-    draw();
   }
 }
 

@@ -3,14 +3,23 @@ import { say, word } from "/static/base/base.js";
 import { post } from "/static/base/forms.js";
 
 const button = document.getElementById("record");
-const file = document.getElementById("recording");
+const files = document.getElementById("recordings");
 
 document.addEventListener("recording", ({ detail: now }) => {
   button.setAttribute("aria-pressed", String(now.running));
   button.textContent = now.running
     ? word("trace.stop-record", { rows: now.rows, missed: now.missed })
     : word("trace.record");
-  file.hidden = now.running || !now.there;
+  const whole = now.running ? now.files.slice(0, -1) : now.files;
+  if (files.children.length !== whole.length) {
+    files.replaceChildren(...whole.map((number) => {
+      const link = document.createElement("a");
+      link.href = `/trace/recording?number=${number}`;
+      link.download = "";
+      link.textContent = word("trace.recording-file", { number });
+      return link;
+    }));
+  }
   if (now.trouble) say(now.trouble, true);
 });
 

@@ -1,47 +1,67 @@
-// The rows that this page keeps: a ring of the server's 88-byte rows, and what a row says in words.
+// Rows of 88 bytes as the server sends them, and what a row says in words.
+
+import { decimal, word } from "/static/base/base.js";
 
 export const ROW_BYTES = 88;
-export const HEAD_BYTES = 32;
+const EXTRA_BYTES = 96;
+const GAP = 0xf0, LOST = 0xf1, UNHEARD = 0xf2;
 const DLC_LENGTHS = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
 const LIN = 0x20; // in the kind of a row of a LIN line: trace/lin.py
-const KINDS = { 2: "ERR", 3: "STATE", 0x10: "ARB", 0x12: "OVR", 0xf0: "GAP", 0xf1: "LOST",
+const KINDS = { 2: "ERR", 3: "STATE", 0x10: "ARB", 0x12: "OVR", [GAP]: "GAP", [LOST]: "LOST", [UNHEARD]: "GAP",
   0x21: "INFO", 0x22: "ERR", 0x23: "STATE", 0x24: "WAKE", 0x25: "SLEEP", 0x26: "OVR" };
-const ERRORS = ["", "stuff", "form", "ack", "bit", "fast bit", "crc", "dlc", "other"];
-const STATES = ["error active", "error warning", "error passive", "bus-off", "stopped"];
-const LIN_ERRORS = ["", "bit error", "checksum error", "parity error", "no response", "sync error", "no bus", "other error", "no header after three wake-ups"];
+const ERRORS = ["", "stuff", "form", "ack", "bit", "fast-bit", "crc", "dlc", "other"];
+const STATES = ["error-active", "error-warning", "error-passive", "bus-off", "stopped"];
+const LIN_ERRORS = ["none", "bit", "chksum", "parity", "slnore", "sync", "nobus", "other", "wakeup"];
 const LIN_STATES = { 0: "operational", 1: "initialising", 2: "asleep", 4: "stopped" };
 const HEX = Array.from({ length: 256 }, (_, value) => value.toString(16).toUpperCase().padStart(2, "0"));
 
-/** A ring of `capacity` rows. Rows are named by their place since the beginning: first <= place < total. */
+function seconds(milliseconds) {
+  return decimal(milliseconds / 1000, 1);
+}
+
+/** The rows that an answer brought: places `first` to `end` of what the viewer shows, and by identifier their extras. */
 export class Rows {
-  constructor(capacity) {
-    this.capacity = capacity;
-    this.octets = new Uint8Array(capacity * ROW_BYTES);
-    this.view = new DataView(this.octets.buffer);
-    this.total = 0;
+  constructor() {
+    this.set(new ArrayBuffer(0), 0, 0, 0);
   }
 
-  get first() {
-    return Math.max(0, this.total - this.capacity);
+  /** Take `count` rows that begin at `at` of a buffer and are at place `first`. */
+  set(buffer, at, count, first) {
+    this.octets = new Uint8Array(buffer, at);
+    this.view = new DataView(buffer, at);
+    this.first = first;
+    this.end = first + count;
+    this.extras = count * ROW_BYTES;
   }
 
-  /** Take `count` rows that begin at `at` of a buffer. */
-  push(buffer, at, count) {
-    for (let done = 0; done < count;) {
-      const place = this.total % this.capacity;
-      const some = Math.min(count - done, this.capacity - place);
-      this.octets.set(new Uint8Array(buffer, at + done * ROW_BYTES, some * ROW_BYTES), place * ROW_BYTES);
-      this.total += some;
-      done += some;
-    }
-  }
-
-  clear() {
-    this.total = 0;
+  has(place) {
+    return place >= this.first && place < this.end;
   }
 
   at(place) {
-    return (place % this.capacity) * ROW_BYTES;
+    return (place - this.first) * ROW_BYTES;
+  }
+
+  flags(place) {
+    return this.octets[this.at(place) + 82];
+  }
+
+  colour(place) {
+    return this.octets[this.at(place) + 83];
+  }
+
+  number(place) {
+    return this.view.getUint32(this.at(place) + 84, true);
+  }
+
+  /** Of a row by identifier: answers.py's EXTRA. */
+  extra(place) {
+    const at = this.extras + (place - this.first) * EXTRA_BYTES;
+    const real = (offset) => this.view.getFloat32(at + offset, true);
+    return {
+      count: this.view.getFloat64(at, true), cycle: real(8), least: real(12), most: real(16), mean: real(20),
+      silent: real(24), changed: this.octets.subarray(at + 32, at + EXTRA_BYTES),
+    };
   }
 
   kind(place) {
@@ -92,12 +112,6 @@ export class Rows {
     return (this.info(place) & (1 << (this.lin(place) ? 25 : 21))) !== 0;
   }
 
-  /** What rows of the same frame have in common. */
-  key(place) {
-    const info = this.info(place);
-    return `${this.line(place)} ${this.id(place)} ${info & (this.lin(place) ? 0x080000ff : 0x00e004ff)}`;
-  }
-
   length(place) {
     const info = this.info(place);
     if (this.lin(place)) return this.header(place) ? 0 : Math.min((info >>> 16) & 0xff, 8);
@@ -140,26 +154,32 @@ export class Rows {
   dataText(place) {
     const at = this.at(place) + 16;
     const kind = this.kind(place);
-    if (kind >= 0xf0) return String(this.view.getUint32(at, true));
+    if (kind >= GAP) return this.markText(kind, this.view.getUint32(at, true));
     if (!this.frame(place)) return this.lin(place) ? this.linEventText(at, kind) : this.eventText(place, at, kind);
     let text = "";
     for (let k = 0, count = this.length(place); k < count; k += 1) text += (k ? " " : "") + HEX[this.octets[at + k]];
     return text;
   }
 
+  markText(kind, count) {
+    if (kind === GAP) return word("trace.gap", { seconds: seconds(count) });
+    if (kind === UNHEARD) return word("trace.unheard", { seconds: seconds(count) });
+    return word("trace.lost-row", { count });
+  }
+
   eventText(place, at, kind) {
     const bit = this.view.getInt16(at + 6, true);
     const counters = `TEC ${this.view.getUint16(at + 4, true)} REC ${this.octets[at + 3]}`;
-    const where = bit >= 0 ? ` at bit ${bit}` : "";
-    if (kind === 2) return `${ERRORS[this.octets[at]] || "?"} error${where}, ${counters}`;
-    if (kind === 3) return `${STATES[this.octets[at + 2] & 0x7f] || "?"}, ${counters}`;
-    return `${kind === 0x10 ? "arbitration lost" : "overrun"}${where}`;
+    const where = bit >= 0 ? ` ${word("trace.where", { bit })}` : "";
+    if (kind === 2) return `${word(`trace.error-${ERRORS[this.octets[at]] || "other"}`)}${where}, ${counters}`;
+    if (kind === 3) return `${word(`boards.state-${STATES[this.octets[at + 2] & 0x7f] || "stopped"}`)}, ${counters}`;
+    return word(kind === 0x10 ? "trace.arbitration-lost" : "trace.overrun") + where;
   }
 
   linEventText(at, kind) {
-    if (kind === 0x22) return LIN_ERRORS[this.octets[at]] || "?";
-    if (kind === 0x23) return LIN_STATES[this.octets[at + 8] & 0x7f] || "?";
-    return { 0x24: "wake-up", 0x25: "go to sleep" }[kind] || "";
+    if (kind === 0x22) return word(`trace.lin-error-${LIN_ERRORS[this.octets[at]] || "other"}`);
+    if (kind === 0x23) return word(`boards.state-lin-${LIN_STATES[this.octets[at + 8] & 0x7f] || "stopped"}`);
+    return { 0x24: word("trace.wake-up"), 0x25: word("trace.go-to-sleep") }[kind] || "";
   }
 
   /** The record in hex, as the server wants it. */

@@ -1,117 +1,105 @@
-// The trace: rows from the server into a ring, what passes the filter into a list, forty row elements on the screen.
-import { live, remember, remembered, say, typing, word } from "/static/base/base.js";
-import { ByFrame } from "/static/trace/byframe.js";
-import { COLUMNS, chooseColumns, templateOf } from "/static/trace/columns.js";
-import { rules } from "/static/trace/colours.js";
-import { compile } from "/static/trace/filter.js";
+// The trace: what the server has of it is shown as far as it fits on the screen, by time or by identifier.
+import { remember, remembered, say, typing, word } from "/static/base/base.js";
+import { refused, rules } from "/static/trace/colours.js";
+import { COLUMNS, chooseColumns, leastWidth, templateOf, widen } from "/static/trace/columns.js";
 import { LinesChosen } from "/static/trace/lines.js";
 import { List } from "/static/trace/list.js";
+import { Marks } from "/static/trace/marks.js";
+import { menu } from "/static/trace/menu.js";
+import { Plots } from "/static/trace/plots.js";
+import { save, sources } from "/static/trace/logs.js";
 import { record } from "/static/trace/recording.js";
-import { HEAD_BYTES, Rows } from "/static/trace/rows.js";
-
-const KEPT = 100_000; // rows in this page: 9 MB
-const BACKLOG = 5_000; // rows of the past, when the page is opened
+import { frameText, isSilent, makeTexts, markBytes, markSignals } from "/static/trace/texts.js";
+import { Viewing } from "/static/trace/viewing.js";
 
 const element = (id) => document.getElementById(id);
-const rows = new Rows(KEPT);
-const state = {
-  mode: remembered("trace.mode", "time"), filter: null, names: {}, labels: [], places: [], start: 0,
-  paused: null, columns: chooseColumns(false), lin: false, dirty: false,
-};
-const byFrame = new ByFrame(rows);
+const state = { mode: remembered("trace.mode", "time"), names: {}, columns: [], gone: 0, dirty: false, pausedHead: null };
+const database = document.body.querySelector("main [data-database]") !== null;
+const marks = new Marks();
+let kept = JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}");
 
-const list = new List(element("head"), element("body"), element("spacer"), [], fill, open);
+const list = new List(element("head"), element("body"), element("spacer"), fill, open, () => viewing.send());
+const viewing = new Viewing(answered, wanted, (there) => {
+  element("live").textContent = there ? "" : word("base.unreachable");
+});
+const { rows } = viewing;
+const texts = makeTexts(viewing, () => state.names);
+const byFrame = () => state.mode === "id";
 
-function passes(from, place) {
-  const direction = element("direction").value;
-  if (direction && from.frame(place) && (direction === "T") !== from.sent(place)) return false;
-  return !state.filter || state.filter(from, place);
+/** Which rows the screen needs; -1: the newest. */
+function wanted() {
+  const room = Math.ceil(element("body").clientHeight / 22) + 2;
+  if (!byFrame() && list.follow) return { at: -1, rows: room, byFrame: false };
+  return { at: Math.floor(list.first) + (byFrame() ? 0 : state.gone), rows: room, byFrame: byFrame() };
 }
 
-function count() {
-  if (state.mode === "id") return byFrame.shown.length;
-  if (state.paused === null) return state.places.length - state.start;
-  return Math.max(0, state.paused - state.start);
+function answered(head) {
+  const field = element("filter");
+  element("filter-fault").textContent = head.fault ? word("trace.bad-filter", { part: head.fault }) : "";
+  if (head.fault) field.setAttribute("aria-invalid", "true");
+  else field.removeAttribute("aria-invalid");
+  refused(head.badRules);
+  element("grid").dataset.filter = viewing.look.filter; // what the rows on the screen have passed
+  const counts = { lost: head.lost, late: head.late, gone: head.first };
+  for (const [id, count] of Object.entries(counts)) {
+    element(id).textContent = count;
+    element(id).parentElement.classList.toggle("bad", count > 0);
+    element(id).parentElement.hidden = count === 0 && id !== "lost";
+  }
+  if (head.lines) lines.told(head.lines);
+  element("trouble").textContent = head.trouble;
+  element("left-out").hidden = !head.leftOut;
+  element("left-out").textContent = head.leftOut ? word("trace.left-out", { count: head.leftOut }) : "";
+  const scanned = head.end - head.cursor > 100_000 ? Math.floor((100 * head.cursor) / head.end) : 100;
+  element("scanning").textContent = scanned < 100 ? word("trace.scanning", { percent: scanned }) : "";
+  if (!byFrame() && head.gone > state.gone) list.dropped(head.gone - state.gone);
+  state.gone = head.gone;
+  if (head.found !== undefined) found(head.found);
+  draw();
+  if (state.opening != null && rows.has(placeOf(state.opening))) open(state.opening);
 }
 
-/** The rows to look at and the place there of the index-th one that is shown. */
-function placeOf(index) {
-  return state.mode === "id" ? [byFrame.latest, byFrame.shown[index].slot] : [rows, state.places[state.start + index]];
-}
-
-const TEXTS = {
-  no: (from, place) => String(from.view.getUint32(from.at(place) + 84, true)),
-  time: (from, place) => (from.kind(place) >= 0xf0 ? "" : from.time(place).toFixed(6)),
-  line: (from, place) => state.labels[from.line(place)] || "",
-  dir: (from, place) => (!from.frame(place) ? "" : from.sent(place) ? "Tx" : "Rx"),
-  type: (from, place) => from.typeText(place),
-  id: (from, place) => from.idText(place),
-  pid: (from, place) => from.pidText(place),
-  name: (from, place) => (!from.frame(place) ? "" : state.names[from.idText(place)] || ""),
-  len: (from, place) => from.dlcText(place),
-  sum: (from, place) => from.checksumText(place),
-  data: (from, place) => from.dataText(place),
-};
-
-function fill(row, index) {
-  const [from, place] = placeOf(index);
-  const kind = from.kind(place);
-  const event = !from.frame(place);
-  const colour = rules.colourOf(from, place);
-  row.className = `trace-row${event ? ` event kind-${kind}` : ""}${colour ? ` tint-${colour}` : ""}`;
-  const entry = state.mode === "id" ? byFrame.shown[index] : null;
-  state.columns.forEach((key, at) => {
-    const cell = row.children[at];
-    if (entry && key === "count") cell.textContent = entry.count;
-    else if (entry && key === "cycle") cell.textContent = entry.cycle === null ? "" : (entry.cycle * 1000).toFixed(1);
-    else if (entry && key === "data" && !event) mark(cell, TEXTS.data(from, place), entry.before);
-    else cell.textContent = key in TEXTS ? TEXTS[key](from, place) : "";
-  });
-}
-
-/** The bytes that differ from those before stand out. */
-function mark(cell, text, before) {
-  if (before === null || before === text) {
-    cell.textContent = text;
+function found(place) {
+  if (place < 0 || place < state.gone) {
+    say(word("trace.not-found", { text: element("search").value }), true);
     return;
   }
-  const old = before.split(" ");
-  cell.replaceChildren(...text.split(" ").flatMap((octet, k) => {
-    const shown = document.createElement(octet === old[k] ? "span" : "b");
-    shown.textContent = octet;
-    return k ? [" ", shown] : [shown];
-  }));
+  list.setFollow(false);
+  list.count = Math.max(list.count, viewing.head.count - state.gone);
+  list.select(place - state.gone, false);
 }
 
-function take(buffer) {
-  const head = new DataView(buffer);
-  const arrived = head.getUint32(4, true);
-  element("skipped").textContent = head.getFloat64(8, true);
-  element("lost").textContent = head.getFloat64(16, true);
-  for (const id of ["skipped", "lost"]) element(id).parentElement.classList.toggle("bad", element(id).textContent !== "0");
-  const from = rows.total;
-  rows.push(buffer, HEAD_BYTES, arrived);
-  for (let place = from; place < rows.total; place += 1) {
-    byFrame.take(place, passes);
-    if (passes(rows, place)) state.places.push(place);
-  }
-  drop();
-  draw();
+/** The place of the index-th row of the list. */
+function placeOf(index) {
+  return byFrame() ? index : index + state.gone;
 }
 
-/** Forget places whose rows were overwritten. */
-function drop() {
-  let gone = 0;
-  while (state.start < state.places.length && state.places[state.start] < rows.first) {
-    state.start += 1;
-    gone += 1;
+function fill(row, index) {
+  const place = placeOf(index);
+  if (!rows.has(place)) {
+    row.className = "trace-row coming";
+    for (const cell of row.children) cell.textContent = cell.marked = "";
+    return;
   }
-  if (gone && state.mode === "time") list.dropped(gone);
-  if (state.start > KEPT) {
-    state.places.splice(0, state.start);
-    if (state.paused !== null) state.paused -= state.start;
-    state.start = 0;
-  }
+  const event = !rows.frame(place);
+  const colour = rows.colour(place);
+  const marked = marks.has(rows.number(place));
+  row.className = `trace-row${event ? ` event kind-${rows.kind(place)}` : ""}${colour ? ` tint-${colour}` : ""}`
+    + `${marked ? " marked" : ""}${rows.flags(place) & 1 ? " late" : ""}`;
+  row.dataset.number = rows.number(place);
+  const extra = byFrame() ? rows.extra(place) : null;
+  const age = state.paused ? 0 : (performance.now() - viewing.at) / 1000;
+  if (extra && isSilent(extra, age)) row.classList.add("silent");
+  state.columns.forEach((key, at) => {
+    const cell = row.children[at];
+    if (extra && key === "data" && !event) markBytes(cell, texts.data(place), extra.changed, age);
+    else if (extra && key === "signals") markSignals(cell, `${rows.line(place)} ${rows.idText(place)}`, viewing.head.signals[place - rows.first]);
+    else {
+      const text = key in texts ? texts[key](place) : frameText(key, extra, age);
+      if (cell.marked) cell.marked = "";
+      if (cell.textContent !== text) cell.textContent = text;
+    }
+  });
 }
 
 function draw() {
@@ -119,32 +107,27 @@ function draw() {
   state.dirty = true;
   requestAnimationFrame(() => {
     state.dirty = false;
-    const shown = count();
+    const { head } = viewing;
+    if (!head) return;
+    const shown = byFrame() ? head.count : head.count - head.gone;
     element("shown").textContent = shown;
-    element("kept").textContent = rows.total - rows.first;
+    element("kept").textContent = head.total - head.first;
     element("empty").hidden = shown > 0;
-    if (state.paused !== null && state.mode === "id") return;
     list.show(shown);
-    document.dispatchEvent(new CustomEvent("drawn", { detail: { rows, total: rows.total } }));
+    document.dispatchEvent(new CustomEvent("drawn", { detail: { rows, last: rows.end - 1 } }));
   });
 }
 
-function again() {
-  state.places = [];
-  state.start = 0;
-  if (state.paused !== null) pause();
-  for (let place = rows.first; place < rows.total; place += 1) if (passes(rows, place)) state.places.push(place);
-  byFrame.filter(passes);
-  list.setFollow(state.mode === "time");
+function columns() {
+  state.columns = chooseColumns({ lin: lines.lin, byFrame: byFrame(), database });
+  widths();
+  list.label(state.columns.map((key) => ({ key, label: word(`trace.column-${key}`), number: COLUMNS[key].number })));
   draw();
 }
 
-function columns() {
-  state.columns = chooseColumns(state.lin);
-  const shown = state.columns.filter((key) => state.mode === "id" || !["count", "cycle"].includes(key));
-  state.columns = shown;
-  element("grid").style.setProperty("--columns", templateOf(shown));
-  list.label(shown.map((key) => ({ key, label: word(`trace.column-${key}`), number: COLUMNS[key].number })));
+function widths() {
+  element("grid").style.setProperty("--columns", templateOf(state.columns));
+  element("grid").style.setProperty("--least", leastWidth(state.columns));
 }
 
 function setMode(mode) {
@@ -154,25 +137,42 @@ function setMode(mode) {
   element("mode-id").setAttribute("aria-pressed", String(mode === "id"));
   list.selected = -1;
   element("body").scrollTop = 0;
+  list.setFollow(mode === "time" && !state.paused);
+  rows.set(new ArrayBuffer(0), 0, 0, 0);
   columns();
-  again();
+  viewing.send();
 }
 
-function pause() {
-  state.paused = state.paused === null ? state.places.length : null;
-  const on = state.paused !== null;
+/** A snapshot: rows that come are kept by the server, and not shown before it goes on. */
+function pause(on = !state.paused) {
+  showPaused(on);
+  list.setFollow(!on && !byFrame());
+  keep({ until: on ? viewing.head?.total ?? 0 : null });
+}
+
+function showPaused(on) {
+  state.paused = on;
   element("pause").setAttribute("aria-pressed", String(on));
   element("pause").textContent = word(on ? "trace.go-on" : "trace.pause");
-  list.setFollow(!on && state.mode === "time");
-  draw();
+}
+
+/** What this tab looks at stays when another view is visited meanwhile. */
+function keep(look) {
+  kept = { ...kept, ...look };
+  sessionStorage.setItem("canwire.trace.kept", JSON.stringify(kept));
+  viewing.change(kept);
 }
 
 async function open(index) {
-  const [from, place] = placeOf(index);
-  const query = new URLSearchParams({ record: from.hex(place) });
-  const following = from.kind(place) === 2 && from === rows ? nextFrame(place) : null;
-  if (following !== null) query.set("following", rows.hex(following));
+  const place = placeOf(index);
+  state.opening = rows.has(place) ? null : index; // it is opened when its row has come
+  if (state.opening !== null) return;
+  const query = new URLSearchParams({ record: rows.hex(place), source: viewing.look.source });
+  if (rows.kind(place) === 2 && !byFrame()) query.set("number", rows.number(place));
+  state.opened = query;
+  state.frame = rows.frame(place) ? { line: rows.line(place), id: rows.idText(place) } : null;
   const answer = await fetch(`/trace/row?${query}`);
+  if (state.opened !== query) return; // another one was opened meanwhile
   if (!answer.ok) {
     say((await answer.json()).message, true);
     return;
@@ -180,71 +180,58 @@ async function open(index) {
   element("opened").innerHTML = await answer.text();
   element("details").hidden = false;
   list.setFollow(false);
-  list.select(index, false); // which may have got out of sight: the list is lower now
+  list.select(index, false); // which may have got out of sight: the list may be lower now
 }
 
-/** The frame that was repeated after an error: the next one of the same line. */
-function nextFrame(place) {
-  for (let next = place + 1; next < rows.total; next += 1) {
-    if (rows.frame(next) && rows.line(next) === rows.line(place)) return next;
-  }
-  return null;
+function search(text, step) {
+  if (!text.trim()) return;
+  if (byFrame()) setMode("time");
+  list.setFollow(false);
+  const begin = list.selected < 0 ? (step > 0 ? -1 : viewing.head.count) : placeOf(list.selected);
+  viewing.jump({ find: text, begin: Math.max(begin, -1), step });
 }
 
-function search(step) {
-  const wanted = element("search").value.replace(/\s+/g, "").toLowerCase();
-  const total = count();
-  if (!wanted || !total) return;
-  const begin = list.selected < 0 ? (step > 0 ? -1 : total) : list.selected;
-  for (let k = 1; k <= total; k += 1) {
-    const index = (((begin + step * k) % total) + total) % total;
-    const [from, place] = placeOf(index);
-    const text = `${TEXTS.id(from, place)} ${TEXTS.name(from, place)} ${TEXTS.data(from, place).replace(/ /g, "")}`;
-    if (text.toLowerCase().includes(wanted)) {
-      list.setFollow(false);
-      list.select(index, false);
-      return;
-    }
-  }
-  say(word("trace.not-found", { text: element("search").value }), true);
-}
-
-function setFilter() {
-  const field = element("filter");
-  try {
-    state.filter = compile(field.value, state.names);
-    field.removeAttribute("aria-invalid");
-    element("filter-fault").textContent = "";
-    remember("trace.filter", field.value);
-    again();
-  } catch (part) {
-    if (typeof part !== "string") throw part;
-    field.setAttribute("aria-invalid", "true");
-    element("filter-fault").textContent = word("trace.bad-filter", { part });
-  }
+let typed = 0;
+function setFilter(text, now = false) {
+  if (element("filter").value !== text) element("filter").value = text;
+  clearTimeout(typed);
+  typed = setTimeout(() => {
+    remember("trace.filter", text);
+    const direction = element("direction").value;
+    list.selected = -1;
+    list.setFollow(!byFrame() && !state.paused);
+    viewing.change({ filter: text, direction });
+  }, now ? 0 : 120);
 }
 
 element("mode-time").addEventListener("click", () => setMode("time"));
 element("mode-id").addEventListener("click", () => setMode("id"));
-element("pause").addEventListener("click", pause);
+element("pause").addEventListener("click", () => pause());
 element("clear").addEventListener("click", () => {
-  rows.clear();
-  byFrame.clear();
-  again();
+  marks.clear();
+  showPaused(false);
+  list.setFollow(!byFrame());
+  keep({ since: viewing.head?.total ?? 0, until: null });
 });
 element("direction").value = remembered("trace.direction", "");
 element("direction").addEventListener("change", (event) => {
   remember("trace.direction", event.target.value);
-  again();
+  setFilter(element("filter").value, true);
 });
 element("filter").value = remembered("trace.filter", "");
-element("filter").addEventListener("change", setFilter);
-element("search").addEventListener("keydown", (event) => {
-  if (event.key === "Enter") search(event.shiftKey ? -1 : 1);
+element("filter").addEventListener("input", (event) => setFilter(event.target.value));
+element("filter").addEventListener("keydown", (event) => {
+  if (event.key === "Escape") setFilter("", true);
+  else if (event.key === "Enter") setFilter(event.target.value, true);
 });
-element("save").addEventListener("click", () => {
+element("search").addEventListener("keydown", (event) => {
+  if (event.key === "Enter") search(event.target.value, event.shiftKey ? -1 : 1);
+});
+element("next-error").addEventListener("click", () => search("error", 1));
+element("next-mark").addEventListener("click", () => nextMark(1));
+element("save-now").addEventListener("click", () => {
   if (!lines.watched.length) say(word("trace.no-lines"), true);
-  else location.assign(`/trace/log?${new URLSearchParams({ lines: lines.watched.join(","), errors: "true" })}`);
+  else save(viewing.look, new FormData(element("saving-form")));
 });
 element("record").addEventListener("click", async () => {
   await record(lines.watched);
@@ -254,44 +241,91 @@ element("close-details").addEventListener("click", () => {
   element("details").hidden = true;
   element("body").focus();
 });
-document.addEventListener("columns", () => { columns(); draw(); });
-document.addEventListener("colours", draw);
+document.addEventListener("columns", columns);
+document.addEventListener("colours", () => viewing.change({ rules: rules() }));
+widen(element("head"), () => { widths(); draw(); });
+
+const plots = new Plots(() => viewing.look.source, () => state.paused, (time) => {
+  if (byFrame()) setMode("time");
+  list.setFollow(false);
+  viewing.jump({ time });
+});
+element("body").addEventListener("click", (event) => {
+  const signal = event.target.closest("[data-signal]");
+  const place = signal && placeOf(Number(signal.closest(".trace-row").dataset.index));
+  if (!signal || !rows.has(place)) return;
+  plots.add({ line: rows.line(place), id: rows.idText(place), signal: signal.dataset.signal });
+  event.stopPropagation();
+}, { capture: true });
+element("opened").addEventListener("click", (event) => {
+  const signal = event.target.closest("[data-signal]");
+  if (signal && state.frame) plots.add({ ...state.frame, signal: signal.dataset.signal });
+});
+
+function toggleMark(index) {
+  const place = placeOf(index);
+  if (!rows.has(place)) return;
+  marks.toggle(rows.number(place));
+  draw();
+}
+
+function nextMark(step) {
+  const place = list.selected < 0 ? -1 : placeOf(list.selected);
+  const near = marks.next(rows.has(place) ? rows.number(place) : -1, step);
+  if (near === null) say(word("trace.no-marks"), true);
+  else {
+    list.setFollow(false);
+    viewing.jump({ near });
+  }
+}
+
+menu(element("body"), element("row-menu"), (index) => list.select(index, false), (what, index) => {
+  const place = placeOf(index);
+  if (!rows.has(place)) return;
+  if (what === "mark") toggleMark(index);
+  else if (what === "open") open(index);
+  else if (rows.idText(place)) {
+    const part = `id:${rows.idText(place)}`;
+    const before = element("filter").value.trim();
+    setFilter(what === "only" ? part : [before, `!${part}`].filter(Boolean).join(", "), true);
+  }
+}, () => list.selected);
+
+const KEYS = {
+  " ": () => pause(),
+  "/": () => element("search").focus(),
+  f: () => element("filter").focus(),
+  o: () => setMode(byFrame() ? "time" : "id"),
+  m: () => { if (list.selected >= 0) toggleMark(list.selected); },
+  n: () => nextMark(1),
+  N: () => nextMark(-1),
+  e: () => search("error", 1),
+  E: () => search("error", -1),
+};
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && !element("details").hidden) element("close-details").click();
   if (typing(event) || event.ctrlKey || event.altKey || event.metaKey) return;
-  if (event.key === " " && event.target.closest("button, a")) return; // presses it
-  if (event.key === " ") pause();
-  else if (event.key === "/") element("search").focus();
-  else if (event.key === "o") setMode(state.mode === "time" ? "id" : "time");
-  else return;
+  if (event.key === " " && event.target.closest("button, a, input")) return; // presses it
+  if (!(event.key in KEYS)) return;
+  KEYS[event.key]();
   event.preventDefault();
 });
+setInterval(() => { if (byFrame()) draw(); }, 100); // what changed fades, and who is silent is told
 
-let backlog = BACKLOG;
-const socket = live(
-  "/trace/live",
-  (data) => {
-    if (data instanceof ArrayBuffer) take(data);
-    else lines.told(JSON.parse(data).lines, state.labels, draw);
-  },
-  (there) => { element("live").textContent = there ? "" : word("base.unreachable"); },
-  () => watch(lines.watched),
-);
-
-function watch(addresses) {
-  if (lines.lin !== state.lin) {
-    state.lin = lines.lin;
-    columns();
-    draw();
-  }
-  socket.send({ watch: addresses, backlog });
-  if (addresses.length) backlog = 0;
-}
-
-const lines = new LinesChosen(element("lines"), watch, (names) => {
+if (kept.until !== undefined && kept.until !== null) showPaused(true);
+const lines = new LinesChosen(element("lines"), (addresses) => {
+  columns();
+  viewing.change({ lines: addresses, filter: element("filter").value, direction: element("direction").value, rules: rules(), ...kept });
+}, (names) => {
   state.names = names;
-  rules.named(names);
-  setFilter();
+  draw();
+});
+sources(viewing.look, (source) => {
+  kept = { source, since: 0, until: null };
+  showPaused(false);
+  sessionStorage.setItem("canwire.trace.kept", JSON.stringify(kept));
+  lines.forget(source);
+  list.setFollow(!byFrame() && !source);
+  element("body").scrollTop = 0;
 });
 setMode(state.mode);
-setFilter();

@@ -38,3 +38,11 @@ def lin_message(record: bytes) -> LinFrame | LinEvent:
     kind, pid = record[_PID_AT] & _TYPE, record[_TYPE_AT]
     plain = record[:_PID_AT] + bytes((pid, kind)) + record[_TYPE_AT + 1 :]
     return LinEvent.from_record(plain) if kind else lin_frame_of_record(plain)
+
+
+def plain_lin(records: numpy.ndarray) -> numpy.ndarray:
+    """Records as a monitor had them, from rows of LIN lines."""
+    octets: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), records.itemsize).copy()
+    octets[:, _PID_AT] &= _TYPE
+    octets[:, [_PID_AT, _TYPE_AT]] = octets[:, [_TYPE_AT, _PID_AT]]
+    return octets.view(record_dtype()).reshape(-1)

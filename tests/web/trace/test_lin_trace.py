@@ -26,11 +26,11 @@ from canwire import (
 )
 from canwire.values.lin.record import record_of_lin_frame
 from canwire.web.server import Site
-from canwire.web.trace.history import GAP, LOST
-from canwire.web.trace.lin import is_lin, lin_message, rows_of_lin
+from canwire.web.trace.store.lin import is_lin, lin_message, rows_of_lin
+from canwire.web.trace.store.rows import GAP, LOST
 from tests.hubs import served_here
 from tests.web.conftest import tab
-from tests.web.test_trace import sender
+from tests.web.trace.watching import sender
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -41,7 +41,7 @@ CONFIG = '[[bus]]\nname = "can0"\n[[bus]]\nname = "lin0"\ntype = "lin"\n' + 2 * 
 HEARD = [  # type, ID, PID, length, checksum, data
     ["LIN", "10", "50", "2", "AC E", "01 02"],
     ["LIN", "3C", "3C", "8", "00 C", "00 FF FF FF FF FF FF FF"],
-    ["ERR", "12", "", "", "", "no response"],
+    ["ERR", "12", "", "", "", "no response to this header"],
     ["ERR", "10", "", "", "", "checksum error"],
     ["WAKE", "", "", "", "", "wake-up"],
 ]
@@ -216,8 +216,8 @@ def test_a_header_that_was_recorded_alone(steady: Site, asker: httpx.Client, bro
         said = page.evaluate(
             """async (octets) => {
                 const { Rows } = await import("/static/trace/rows.js");
-                const rows = new Rows(1);
-                rows.push(new Uint8Array(octets).buffer, 0, 1);
+                const rows = new Rows();
+                rows.set(new Uint8Array(octets).buffer, 0, 1, 0);
                 const texts = ["type", "id", "pid", "dlc", "checksum", "data"];
                 return texts.map((text) => rows[`${text}Text`](0));
             }""",

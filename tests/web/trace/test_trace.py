@@ -2,81 +2,24 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
-from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from websockets.exceptions import ConnectionClosedError
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
 
 import canwire
 from canwire import ChannelMode, Frame, WantedMode
 from canwire.web.server import Site
-from canwire.web.trace.feed import HEAD
-from canwire.web.trace.history import ROW_BYTES
-from tests.hubs import LONG_S
-from tests.web.conftest import holds, tab
+from canwire.web.trace.store.rows import rows_of
+from tests.hubs import LONG_S, served_here
+from tests.web.conftest import holds, served_site
+from tests.web.trace.watching import Watching, sender, tab_on_trace, watching
 
 if TYPE_CHECKING:
     import httpx2 as httpx
-    from playwright.sync_api import Browser, Page
-
-
-@contextmanager
-def sender(hub: canwire.Hub) -> Iterator[canwire.HubChannel]:
-    """Two lines of can0 run; this channel sends from the first of them."""
-    first, second = canwire.find_lines(hub, "can0")[:2]
-    with (
-        canwire.start_line(hub, first, WantedMode(500_000).mode(first.info.capabilities)),
-        canwire.start_line(hub, second, WantedMode(500_000).mode(second.info.capabilities)),
-        hub.open_channel(first.board.id, first.line) as channel,
-    ):
-        channel.set_up(ChannelMode(receive=8, transmit=256))
-        channel.activate()
-        yield channel
-
-
-class Watching:
-    """A viewer without a browser."""
-
-    def __init__(self, socket: ClientConnection, lines: list[str], backlog: int = 0) -> None:
-        self.socket = socket
-        self.rows: list[bytes] = []
-        self.skipped = self.lost = 0
-        self.lines: list[dict[str, Any]] = []
-        self.socket.send(json.dumps({"watch": lines, "backlog": backlog}))
-
-    def until(self, enough: Any) -> None:
-        while not enough(self):
-            self.take(self.socket.recv(LONG_S))
-
-    def take(self, message: str | bytes) -> None:
-        if isinstance(message, str):
-            self.lines = json.loads(message)["lines"]
-            return
-        version, count, skipped, lost, _ = HEAD.unpack_from(message)
-        assert version == 1
-        assert len(message) == HEAD.size + count * ROW_BYTES
-        self.skipped, self.lost = int(skipped), int(lost)
-        self.rows += [
-            message[HEAD.size + k * ROW_BYTES : HEAD.size + (k + 1) * ROW_BYTES] for k in range(count)
-        ]
-
-    @property
-    def frames(self) -> list[Frame]:
-        return [canwire.frame_of_record(row[:80]) for row in self.rows if row[12] == 0]
-
-
-@contextmanager
-def watching(site: Site, lines: list[str], backlog: int = 0) -> Iterator[Watching]:
-    with connect(f"ws://127.0.0.1:{site.port}/trace/live", max_size=None) as socket:
-        made = Watching(socket, lines, backlog)
-        made.until(
-            lambda one: [line["bus"] for line in one.lines] == ["can0"] * len(lines)
-        )  # its taps are open
-        yield made
+    from playwright.sync_api import Browser
 
 
 @pytest.mark.conforms("PG-01", "PG-02")
@@ -89,17 +32,118 @@ def test_two_viewers_see_every_frame_once(site: Site, hub: canwire.Hub) -> None:
         for viewer in (one, other):
             viewer.until(lambda one: len(one.frames) >= len(frames))
             assert viewer.frames == frames
-            assert (viewer.lost, viewer.skipped) == (0, 0)
+            assert (viewer.head["lost"], viewer.head["late"]) == (0, 0)
 
 
-def test_a_late_viewer_gets_the_past_it_asks_for(site: Site, hub: canwire.Hub) -> None:
+def test_a_late_viewer_has_the_same_rows_from_the_beginning(site: Site, hub: canwire.Hub) -> None:
     address = canwire.find_lines(hub, "can0")[0].address
     with watching(site, [address]) as first, sender(hub) as channel:
         for number in range(20):
             channel.send(Frame(number), timeout=LONG_S)
         first.until(lambda one: len(one.frames) == 20)
-        with watching(site, [address], backlog=1000) as late:
+        with watching(site, [address]) as late:
             late.until(lambda one: len(one.frames) == 20)
+            assert late.rows.tobytes() == first.rows.tobytes()
+
+
+@pytest.mark.conforms("N-53")
+def test_a_viewer_that_was_cut_off_has_the_rows_of_one_that_was_not(site: Site, hub: canwire.Hub) -> None:
+    """And frames that came while nobody watched are there, too."""
+    address = canwire.find_lines(hub, "can0")[0].address
+    with watching(site, [address]) as steady, sender(hub) as channel:
+        with watching(site, [address]) as cut:
+            channel.send(Frame(1), timeout=LONG_S)
+            cut.until(lambda one: len(one.frames) == 1)
+        for number in range(2, 500):
+            channel.send(Frame(number), timeout=LONG_S)
+        steady.until(lambda one: len(one.frames) == 499)
+    with sender(hub) as channel:
+        channel.send(Frame(500), timeout=LONG_S)
+        with watching(site, [address]) as back:
+            back.until(lambda one: len(one.frames) == 500)
+    assert [frame.id for frame in back.frames] == list(range(1, 501))
+
+
+@pytest.mark.conforms("N-53")
+def test_rows_of_two_buses_are_in_the_order_of_their_stamps(home: Path) -> None:
+    buses = '[[bus]]\nname = "can0"\n[[bus]]\nname = "can1"\n'
+    boards = 2 * '[[board]]\nkind = "usb-to-can-fd"\nbuses = ["can0", "can1", ""]\n'
+    with (
+        served_here(home, buses + boards, time="real") as made,
+        canwire.connect(made, name="test") as hub,
+        served_site(made) as site,
+    ):
+        in_order(site, hub)
+
+
+def in_order(site: Site, hub: canwire.Hub) -> None:
+    one, other = canwire.find_lines(hub, "can0")[0], canwire.find_lines(hub, "can1")[0]
+    with (
+        watching(site, [one.address, other.address]) as viewer,
+        sender(hub, "can0") as first,
+        sender(hub, "can1") as second,
+    ):
+        for number in range(500):
+            first.send(Frame(number), timeout=LONG_S)
+            second.send(Frame(number), timeout=LONG_S)
+        viewer.until(lambda one: len(one.frames) == 1000)
+        stamps = viewer.rows["record"]["time_ns"]
+        assert (stamps[1:] >= stamps[:-1]).all()
+        assert viewer.head["late"] == 0
+
+
+@pytest.mark.conforms("N-53")
+def test_a_snapshot_does_not_drain_and_takes_another_filter(site: Site, hub: canwire.Hub) -> None:
+    address = canwire.find_lines(hub, "can0")[0].address
+    with watching(site, [address]) as viewer, sender(hub) as channel:
+        for number in range(10):
+            channel.send(Frame(number), timeout=LONG_S)
+        viewer.until(lambda one: len(one.frames) == 10)
+        until = viewer.head["total"]
+        for number in range(10, 20):
+            channel.send(Frame(number), timeout=LONG_S)
+        viewer.until(lambda one: len(one.frames) == 20)
+        viewer.look([address], until=until, number=2)
+        viewer.until(lambda one: one.head["look"] == 2 and len(one.frames) == 10)
+        assert viewer.head["count"] == len(viewer.rows)
+        viewer.look([address], until=until, filter="5-F", number=3)
+        viewer.until(lambda one: one.head["look"] == 3 and len(one.frames) == 5)
+        assert [frame.id for frame in viewer.frames] == [5, 6, 7, 8, 9]
+
+
+@pytest.mark.conforms("PG-01")
+def test_made_up_names_cost_nothing(site: Site, hub: canwire.Hub) -> None:
+    address = canwire.find_lines(hub, "can0")[0].address
+    with connect(f"ws://127.0.0.1:{site.port}/trace/live", max_size=None) as socket:
+        viewer = Watching(socket, [f"XX{number:06}:0" for number in range(1024)])
+        viewer.until(lambda one: one.lines and all(line["trouble"] for line in one.lines))
+        assert {line["number"] for line in viewer.lines} == {-1}
+    with watching(site, [address]) as viewer:
+        assert [line["number"] for line in viewer.lines] == [0]
+
+
+def test_a_text_is_found_forwards_and_back(site: Site, hub: canwire.Hub) -> None:
+    address = canwire.find_lines(hub, "can0")[0].address
+    with watching(site, [address]) as viewer, sender(hub) as channel:
+        for number in (1, 2, 1, 3):
+            channel.send(Frame(0x100 + number, b"\xde\xad"), timeout=LONG_S)
+        viewer.until(lambda one: len(one.frames) == 4)
+        numbers = [int(row["number"]) for row in viewer.rows if row["record"]["info"] & 0xFF == 0]
+        places = {}
+        asked: tuple[dict[str, Any], ...] = (
+            {"find": "101"},
+            {"find": "101", "begin": numbers[0]},
+            {"find": "dead", "step": -1, "begin": numbers[1]},
+            {"find": "777"},
+            {"near": numbers[2]},
+        )
+        for wanted in asked:
+            viewer.ask(**wanted)
+            viewer.head = {}
+            while "found" not in viewer.head:
+                viewer.take(viewer.socket.recv(LONG_S))
+            places[str(wanted)] = viewer.head["found"]
+        assert list(places.values()) == [numbers[0], numbers[2], numbers[0], -1, numbers[2]]
 
 
 @pytest.mark.parametrize(
@@ -108,11 +152,12 @@ def test_a_late_viewer_gets_the_past_it_asks_for(site: Site, hub: canwire.Hub) -
         "",
         "[]",
         "{}",
-        '{"watch": 7}',
-        '{"watch": [7]}',
-        '{"watch": [], "backlog": -1}',
+        '{"look": 7}',
+        '{"look": {"number": 1, "lines": [7]}}',
+        '{"look": {"number": 1, "lines": [], "since": -1}}',
+        '{"ask": {"at": 0, "rows": 99999}}',
         "{" * 5000,
-        "x" * 20_000,
+        "x" * 65_537,
     ],
 )
 @pytest.mark.conforms("PG-01")
@@ -129,7 +174,9 @@ def test_a_board_that_is_not_there_is_named(site: Site) -> None:
     with connect(f"ws://127.0.0.1:{site.port}/trace/live") as socket:
         viewer = Watching(socket, ["HW999999:0"])
         viewer.until(lambda one: one.lines and one.lines[0]["trouble"])
-    assert "HW999999:0" in viewer.lines[0]["trouble"]
+    assert (
+        viewer.lines[0]["trouble"] == "trace.not-plugged-in"
+    )  # a word's key: the page says it in its language
 
 
 def test_the_log_has_every_frame_as_candump_writes_it(
@@ -157,21 +204,6 @@ def test_a_log_of_no_line_is_refused(asker: httpx.Client, lines: str) -> None:
 @pytest.mark.parametrize("record", ["", "00", "zz" * 80, "ff" * 80, "00" * 81])
 def test_a_row_that_is_no_record_is_refused(asker: httpx.Client, record: str) -> None:
     assert asker.get("/trace/row", params={"record": record}).status_code == 422
-
-
-@contextmanager
-def tab_on_trace(browser: Browser, site: Site, address: str) -> Iterator[Page]:
-    """A tab that hears this line alone already."""
-    with tab(browser, site.address) as page:
-        page.goto(f"{site.url}trace")
-        box = page.get_by_label(address)
-        box.wait_for()
-        for other in page.locator("#lines input:checked").all():
-            if other.input_value() != address:
-                other.uncheck()
-        box.check()
-        page.locator("body[data-listening=yes]").wait_for()
-        yield page
 
 
 def test_rows_open_to_their_bits(browser: Browser, site: Site, hub: canwire.Hub) -> None:
@@ -204,7 +236,7 @@ def test_an_error_opens_to_the_frame_that_was_destroyed_and_its_flag(
         page.locator("#body .trace-row", has_text="ack error").first.wait_for()
         with canwire.start_line(hub, second, WantedMode(500_000).mode(second.info.capabilities)):
             page.locator("#filter").fill("error")
-            page.locator("#filter").press("Enter")
+            page.locator("#grid[data-filter=error]").wait_for()
             page.locator("#body").focus()
             page.keyboard.press("Home")
             page.keyboard.press("Enter")
@@ -213,7 +245,7 @@ def test_an_error_opens_to_the_frame_that_was_destroyed_and_its_flag(
             page.locator("#filter").press("Enter")
             page.locator("#body .trace-row:not([hidden])", has_text="55").wait_for()
             page.locator("#filter").fill("error")
-            page.locator("#filter").press("Enter")
+            page.locator("#grid[data-filter=error]").wait_for()
             page.locator("#body").focus()
             page.keyboard.press("Home")
             page.keyboard.press("Enter")
@@ -260,7 +292,7 @@ def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: 
         page.get_by_text("is nowhere in these rows").wait_for()
         page.locator("#filter").fill("zzz")
         page.locator("#filter").press("Enter")
-        page.get_by_text("“zzz” is no identifier, range or word of a filter.").wait_for()
+        page.get_by_text("“zzz” is no identifier, range, name, signal or word of a filter.").wait_for()
         page.locator("#filter").fill("!102")
         page.locator("#filter").press("Enter")
         page.locator("#shown", has_text="2").wait_for()
@@ -270,18 +302,15 @@ def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: 
 
 
 @pytest.mark.conforms("PG-04")
-def test_a_viewer_that_does_not_read_slows_nobody_and_learns_what_it_missed(
-    site: Site, hub: canwire.Hub
-) -> None:
-    """Rows are put into the history directly: more than any socket's buffer holds."""
+def test_a_viewer_that_does_not_read_slows_nobody_and_misses_nothing(site: Site, hub: canwire.Hub) -> None:
+    """Rows are put into the history directly: more than memory holds. What it does not ask for is not sent."""
     address = canwire.find_lines(hub, "can0")[0].address
     with watching(site, [address]) as reading, watching(site, [address]) as sleeping:
-        tracing = site.desk.kept["trace"]
-        total = 0
-        for _ in range(80):
-            tracing.history.append(canwire.frames_to_array([Frame(1, bytes(8))] * 4000), 0)
-            total += 4000
-            reading.until(lambda one, total=total: len(one.rows) + one.skipped >= total)
-        assert (len(reading.rows), reading.skipped) == (total, 0)
-        sleeping.until(lambda one: len(one.rows) + one.skipped >= total)
-        assert sleeping.skipped > 0
+        history = site.desk.kept["trace"].history
+        before = len(reading.rows)
+        records = canwire.frames_to_array([Frame(1, bytes(8))] * 4000)
+        for _ in range(40):
+            history.append(rows_of(records, 0))
+        reading.until(lambda one: len(one.rows) == before + 160_000)
+        sleeping.until(lambda one: len(one.rows) == before + 160_000)
+        assert sleeping.rows.tobytes() == reading.rows.tobytes()

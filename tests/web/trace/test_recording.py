@@ -10,7 +10,7 @@ import canwire
 from canwire import Frame
 from canwire.web.server import Site
 from tests.hubs import LONG_S
-from tests.web.test_trace import sender, tab_on_trace, watching
+from tests.web.trace.watching import sender, tab_on_trace, watching
 
 if TYPE_CHECKING:
     import httpx2 as httpx

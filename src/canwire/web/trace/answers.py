@@ -1,0 +1,118 @@
+"""Answers to viewers as bytes: a head in JSON, rows, and by identifier an extra for each of them."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy
+
+from canwire import BadFrame, frame_of_record
+from canwire.web.trace.store.filtering import Test
+
+if TYPE_CHECKING:
+    from canwire.web.database import Database
+    from canwire.web.trace.look import Look
+    from canwire.web.trace.source import Source
+    from canwire.web.trace.store.identifiers import Page
+    from canwire.web.trace.store.selection import Selection
+
+EXTRA = numpy.dtype(
+    [("count", "<f8"), ("cycle_ms", "<f4"), ("least_ms", "<f4"), ("most_ms", "<f4"), ("mean_ms", "<f4"),
+     ("silent_s", "<f4"), ("none", "<f4"), ("changed", "u1", 64)]
+)  # fmt: skip
+"""By identifier: `changed` is how many hundredths of a second ago each byte changed, 255 for longer or never."""
+_KEPT_TEXTS = 4096
+
+
+class Shown(NamedTuple):
+    """What a viewer sees now. `fault` is the part of its filter that means nothing, `bad_rules` rules that do."""
+
+    look: Look
+    source: Source
+    selection: Selection
+    fault: str
+    bad_rules: list[int]
+
+
+class Answers:
+    """To one viewer. `rules` are tests with the colours they give."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self._texts: dict[bytes, list[tuple[str, str]]] = {}
+        self._told: object = None
+        self.rules: list[tuple[Test, int]] | None = None
+
+    def by_time(self, shown: Shown, at: int, count: int, found: int | None) -> bytes:
+        """Rows from place `at` on; `found` is the place that was looked for, -1 where there is none."""
+        rows = shown.selection.rows(at, count)
+        head = self._head(shown)
+        head |= {"at": at, "rows": len(rows), "count": shown.selection.count}
+        if found is not None:
+            head["found"] = found
+        return _packed(head, self._coloured(rows).tobytes())
+
+    def by_frame(self, shown: Shown, page: Page, left_out: int) -> bytes:
+        """Rows of the table, with their signals."""
+        now_ns = shown.source.now_ns()
+        extra = numpy.zeros(len(page.rows), EXTRA)
+        extra["count"] = page.extra["count"]
+        for name in ("cycle", "least", "most", "mean"):
+            extra[f"{name}_ms"] = page.extra[name] / 1e6
+        extra["silent_s"] = (now_ns - page.rows["record"]["time_ns"].astype(float)) / 1e9
+        changed = page.extra["changed"].astype(float)
+        ages = numpy.where(changed > 0, (now_ns - changed) / 1e7, 255)
+        extra["changed"] = numpy.clip(ages, 0, 255)
+        head = self._head(shown)
+        head |= {"at": page.at, "rows": len(page.rows), "count": page.length, "leftOut": left_out}
+        head["signals"] = [self._signals(row["record"].tobytes()) for row in page.rows]
+        return _packed(head, self._coloured(page.rows).tobytes() + extra.tobytes())
+
+    def _head(self, shown: Shown) -> dict[str, Any]:
+        source, selection, history = shown.source, shown.selection, shown.source.history
+        lines = source.lines(shown.look.lines)
+        head = {
+            "look": shown.look.number,
+            "fault": shown.fault,
+            "badRules": shown.bad_rules,
+            "gone": selection.gone,
+            "cursor": selection.cursor,
+            "end": selection.end,
+            "total": history.total,
+            "first": history.first,
+            "late": history.late,
+            "lost": sum(line.lost for line in lines),
+            "trouble": source.trouble,
+        }
+        told = lines, history.eras
+        if told != self._told:
+            self._told = told
+            head["lines"] = [line._asdict() for line in lines]
+            head["eras"] = history.eras[-16:]
+        return head
+
+    def _coloured(self, rows: numpy.ndarray) -> numpy.ndarray:
+        rows = rows.copy()
+        for test, colour in reversed(self.rules or []):  # the first one that fits wins
+            rows["colour"][test(rows)] = colour
+        return rows
+
+    def _signals(self, record: bytes) -> list[tuple[str, str]]:
+        key = record[8:]
+        if key not in self._texts:
+            if len(self._texts) >= _KEPT_TEXTS:
+                self._texts.clear()
+            try:
+                frame = None if record[12] else frame_of_record(record)
+            except BadFrame:
+                frame = None
+            found = [] if frame is None else self._database.signals(frame)
+            self._texts[key] = [(one.name, f"{one.value} {one.unit}".strip()) for one in found]
+        return self._texts[key]
+
+
+def _packed(head: dict[str, Any], rows: bytes) -> bytes:
+    text = json.dumps(head).encode()
+    text += b" " * (-len(text) % 8)  # rows begin at whole words
+    return len(text).to_bytes(4, "little") + b"\0\0\0\0" + text + rows

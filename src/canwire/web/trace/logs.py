@@ -1,0 +1,132 @@
+"""Logs in and out: what is shown goes into a file of any format, and a file of any format is shown."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from starlette.background import BackgroundTask
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from canwire import BadValue, create_log, log_formats
+from canwire.web.actions import Call, action
+from canwire.web.trace.look import Look
+from canwire.web.trace.opened import OpenedLogs
+from canwire.web.trace.saving import write_rows
+from canwire.web.trace.store.filtering import BadFilter
+from canwire.web.trace.store.history import CHUNK
+from canwire.web.trace.viewing import selected
+
+if TYPE_CHECKING:
+    from starlette.requests import Request
+
+    from canwire.web.desk import Desk
+    from canwire.web.trace.source import Source
+    from canwire.web.trace.taps import Taps
+
+OPEN_PATH = "/trace/open"
+_FOLDERS = ("trace", "journal")  # formats that are no single file
+
+
+class Logs:
+    """Routes of the trace. `source` finds one by its name, raising BadValue."""
+
+    def __init__(self, desk: Desk, source: Callable[[str], Source], opened: OpenedLogs, taps: Taps) -> None:
+        self._desk = desk
+        self._source = source
+        self._opened = opened
+        self._taps = taps
+
+    def routes(self) -> list[BaseRoute]:
+        return [
+            Route("/trace/log", self._save),
+            Route(OPEN_PATH, self._open, methods=["POST"]),
+            Route("/trace/close", action(self._desk, self._close), methods=["POST"]),
+        ]
+
+    def _save(self, request: Request) -> Response:
+        """The rows that a viewer looks at, as a file of the format asked for."""
+        word = self._desk.words(request)
+        try:
+            look = _look(request.query_params)
+            source = self._source(look.source)
+            form = next(
+                one for one in writable_formats() if one == request.query_params.get("format", "candump")
+            )
+            if source.live:
+                self._taps.settle()
+            rows = selected(look, source, self._desk.database)
+        except (ValueError, BadFilter, BadValue, StopIteration) as error:
+            return JSONResponse({"message": str(error) or word("trace.no-lines")}, 422)
+        names = {one.number: one.bus or one.address for one in source.lines(look.lines) if one.number >= 0}
+        if not names:
+            return JSONResponse({"message": word("trace.no-lines")}, 422)
+        suffix = next(one.suffixes[0] for one in log_formats() if one.name == form)
+        folder = tempfile.mkdtemp(prefix="canwire-web-")
+        path = Path(folder, f"trace{suffix}")
+        errors = request.query_params.get("errors") == "true"
+        with create_log(path, format=form) as log:
+            for at in range(rows.gone, rows.count, CHUNK):
+                write_rows(log, rows.rows(at, CHUNK), names, source.history.eras, errors=errors)
+        headers = {"x-canwire-lost": str(sum(line.lost for line in source.lines(look.lines)))}
+        return FileResponse(
+            path,
+            media_type="text/plain" if form == "candump" else "application/octet-stream",
+            filename=file_name(suffix.removeprefix(".")),
+            headers=headers,
+            background=BackgroundTask(shutil.rmtree, folder),
+        )
+
+    async def _open(self, request: Request) -> Response:
+        """A log's bytes are the body, its name the query's `name`; the answer has the key by which it is found."""
+        name = Path(request.query_params.get("name", "")).name[:200]
+        if not name:
+            return JSONResponse({"message": self._desk.words(request)("base.needed")}, 422)
+        folder = tempfile.TemporaryDirectory(prefix="canwire-web-")
+        path = Path(folder.name, name)
+        try:
+            with path.open("wb") as file:
+                async for piece in request.stream():
+                    await run_in_threadpool(file.write, piece)
+            key = self._opened.open(name, folder, path)
+        except (OSError, BadValue) as error:
+            folder.cleanup()
+            return JSONResponse({"message": str(error)}, 409)
+        return JSONResponse({"message": self._desk.words(request)("trace.opened", name=name), "key": key})
+
+    def _close(self, call: Call) -> str:
+        key = call.fields.text("key")
+        name = self._opened.find(key).name
+        self._opened.close(key)
+        return call.word("trace.closed", name=name)
+
+
+def writable_formats() -> list[str]:
+    """Names of the formats that are one file each."""
+    return [one.name for one in log_formats() if one.writes and one.name not in _FOLDERS]
+
+
+def _look(query: Mapping[str, str]) -> Look:
+    until = query.get("until", "")
+    return Look.parse(
+        {
+            "number": 0,
+            "source": query.get("source", ""),
+            "lines": [one for one in query.get("lines", "").split(",") if one],
+            "filter": query.get("filter", ""),
+            "direction": query.get("direction", ""),
+            "since": int(query.get("since", 0)),
+            "until": int(until) if until else None,
+        }
+    )
+
+
+def file_name(suffix: str) -> str:
+    """Of a download, by the time of day."""
+    return time.strftime(f"canwire-%Y%m%d-%H%M%S.{suffix}")

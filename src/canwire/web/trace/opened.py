@@ -1,0 +1,172 @@
+"""Logs that were opened in the page: each is read into a history of its own, and looked at as if it were live."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Collection
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy
+
+from canwire import BadValue, CanwireError, LogBatch, LogKind, MarkKind, open_log
+from canwire.web.trace.source import newest_ns
+from canwire.web.trace.store.history import History
+from canwire.web.trace.store.lin import rows_of_lin
+from canwire.web.trace.store.rows import EVERY_LINE, GAP, LATE, LOST, mark_row, row_dtype, rows_of
+from canwire.web.trace.taps import Watched
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MOST_OPEN = 8
+MOST_BYTES = 8 << 30  # of a file
+_SENT, _LIN_SENT = 1 << 21, 1 << 25  # of the info word
+
+
+class OpenedLog:
+    """A source. It is read in a thread, and its rows can be seen meanwhile; `trouble` says what could not be read."""
+
+    live = False
+
+    def __init__(self, name: str, folder: tempfile.TemporaryDirectory[str], path: Path) -> None:
+        self.name = name
+        self.history = History()
+        self._trouble = ""
+        self._folder = folder
+        self._channels: list[str] = []
+        self._ends = threading.Event()
+        self._zero_ns: int | None = None
+        self._newest_ns = 0
+        self._thread = threading.Thread(target=self._run, args=(path,), name=f"reading {name}")
+        self._thread.start()
+
+    @property
+    def trouble(self) -> str:
+        return self._trouble or self.history.trouble
+
+    @property
+    def reading(self) -> bool:
+        return self._thread.is_alive()
+
+    @property
+    def channels(self) -> list[str]:
+        """The names of its channels so far."""
+        return list(self._channels)
+
+    def want(self, viewer: object, addresses: Collection[str]) -> None:
+        """All of it is read in any case."""
+
+    def indices(self, addresses: Collection[str]) -> list[int]:
+        channels = self.channels
+        return [channels.index(address) for address in addresses if address in channels]
+
+    def lines(self, addresses: Collection[str]) -> list[Watched]:
+        channels = self.channels
+        return [Watched(channels.index(one), one, one, 0, "") for one in addresses if one in channels]
+
+    def now_ns(self) -> int:
+        return newest_ns(self.history)
+
+    def close(self) -> None:
+        """Forget it; a second time does nothing."""
+        self._ends.set()
+        self._thread.join()
+        self.history.close()
+        self._folder.cleanup()
+
+    def _run(self, path: Path) -> None:
+        try:
+            with open_log(path) as log:
+                for batch in log.batches():
+                    if self._ends.is_set():
+                        return
+                    if self._zero_ns is None:
+                        self._zero_ns = int(batch.records["time_ns"].min()) if log.dated else 0
+                        self.history.begin_era(self._zero_ns)
+                    self._channels = list(batch.channels)
+                    self._append(_rows(batch))
+                if log.fault_count:
+                    self._trouble = f"{log.fault_count} places could not be read; first {log.faults[0]}"
+        except (CanwireError, OSError) as error:
+            self._trouble = str(error)
+
+    def _append(self, rows: numpy.ndarray) -> None:
+        stamps = numpy.maximum(rows["record"]["time_ns"], self._zero_ns or 0) - numpy.uint64(
+            self._zero_ns or 0
+        )
+        rows["record"]["time_ns"] = stamps
+        rows = rows[numpy.argsort(stamps, kind="stable")]
+        if len(rows):
+            rows["flags"] = numpy.where(rows["record"]["time_ns"] < self._newest_ns, LATE, 0)
+            self._newest_ns = max(self._newest_ns, int(rows["record"]["time_ns"][-1]))
+            self.history.append(rows)
+
+
+class OpenedLogs:
+    """Those of a server, by a name for each."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._logs: dict[str, OpenedLog] = {}
+        self._next = 1
+
+    @property
+    def logs(self) -> dict[str, OpenedLog]:
+        with self._lock:
+            return dict(self._logs)
+
+    def open(self, name: str, folder: tempfile.TemporaryDirectory[str], path: Path) -> str:
+        """Read this file, which goes with its folder; raises BadValue where too many are open."""
+        with self._lock:
+            if len(self._logs) >= MOST_OPEN:
+                raise BadValue(f"{MOST_OPEN} logs are open; close one first")
+            key = f"log-{self._next}"
+            self._next += 1
+            self._logs[key] = OpenedLog(name, folder, path)
+        return key
+
+    def find(self, key: str) -> OpenedLog:
+        """Raises BadValue for one that is not open."""
+        log = self.logs.get(key)
+        if log is None:
+            raise BadValue(f"{key}: this log is not open any more")
+        return log
+
+    def close(self, key: str) -> None:
+        log = self.find(key)
+        with self._lock:
+            self._logs.pop(key, None)
+        log.close()
+
+    def close_all(self) -> None:
+        for key in self.logs:
+            self.close(key)
+
+
+def _rows(batch: LogBatch) -> numpy.ndarray:
+    """A log's records as rows; marks that are no loss are left out."""
+    records = batch.records
+    plain: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), records.itemsize)[:, :80]
+    rows = rows_of(numpy.zeros(len(records), row_dtype()["record"]), 0)
+    rows["record"] = numpy.ascontiguousarray(plain).view(row_dtype()["record"]).reshape(-1)
+    rows["line"] = records["channel"]
+    lin = numpy.isin(records["kind"], (LogKind.LIN_FRAME, LogKind.LIN_EVENT))
+    if lin.any():
+        rows["record"][lin] = rows_of_lin(rows["record"][lin])
+    sent = records["direction"] == 2
+    rows["record"]["info"] |= numpy.where(sent, numpy.where(lin, _LIN_SENT, _SENT), 0).astype(numpy.uint32)
+    marks = records["kind"] == LogKind.MARK
+    if marks.any():
+        kept = ~marks
+        for at in numpy.flatnonzero(marks):
+            kind = {int(MarkKind.LOST): LOST, int(MarkKind.GAP): GAP}.get(int(records["id"][at]))
+            if kind is not None:
+                count = int.from_bytes(records["data"][at, :8].tobytes(), "little")
+                line = int(records["channel"][at]) if kind == LOST else EVERY_LINE
+                count = count if kind == LOST else count // 1_000_000
+                rows[at] = mark_row(kind, line, count, int(records["time_ns"][at]))[0]
+                kept[at] = True
+        rows = rows[kept]
+    return rows

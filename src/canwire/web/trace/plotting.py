@@ -1,0 +1,56 @@
+"""A signal's values over time, from the rows of a history: few enough to be drawn, with every peak."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy
+
+from canwire.web.trace.store.filtering import is_lin
+
+if TYPE_CHECKING:
+    from canwire.web.database import Database
+    from canwire.web.trace.store.history import History
+
+MOST_PLOTTED = 1_000_000  # rows that are looked at: the newest
+MOST_POINTS = 8000
+_KIND, _EXTENDED, _REMOTE = 0xFF, 1 << 23, 1 << 22
+
+
+class Wanted(NamedTuple):
+    """A signal of a frame on a line, by the line's number in rows."""
+
+    line: int
+    id: int
+    extended: bool
+    signal: str
+
+
+def curve(
+    history: History, database: Database, wanted: Wanted, begin: int, end: int
+) -> tuple[list[float], list[float]]:
+    """Seconds and physical values in the rows between two numbers; of many points those at the peaks."""
+    times, values = [numpy.zeros(0)], [numpy.zeros(0)]
+    for rows in history.blocks(begin, end):
+        info = rows["record"]["info"]
+        fits = (rows["line"] == wanted.line) & (rows["record"]["id"] == wanted.id) & ~is_lin(rows)
+        fits &= (info & (_KIND | _REMOTE) == 0) & ((info & _EXTENDED != 0) == wanted.extended)
+        if fits.any():
+            some_ns, some = database.curve(rows["record"][fits], wanted.signal)
+            times.append(some_ns / 1e9)
+            values.append(some)
+    return thinned(numpy.concatenate(times), numpy.concatenate(values))
+
+
+def thinned(times: numpy.ndarray, values: numpy.ndarray) -> tuple[list[float], list[float]]:
+    """Up to MOST_POINTS points: the least and the greatest value of each part."""
+    if len(times) > MOST_POINTS:
+        parts = MOST_POINTS // 2
+        size = -(-len(times) // parts)
+        whole = len(times) // size * size
+        shaped = values[:whole].reshape(-1, size)
+        begins = numpy.arange(0, whole, size)
+        kept = numpy.r_[begins + shaped.argmin(1), begins + shaped.argmax(1), numpy.arange(whole, len(times))]
+        kept = numpy.unique(kept)
+        times, values = times[kept], values[kept]
+    return times.tolist(), values.tolist()

@@ -1,0 +1,161 @@
+"""One row for each frame: how often it came, how far apart, and which of its bytes changed when."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Collection
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy
+
+from canwire.web.trace.store.filtering import Test, identifiers, is_frame, is_lin, is_mark
+from canwire.web.trace.store.rows import EVERY_LINE, row_dtype
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MOST = 65_536  # different frames; rows of others are counted in `left_out`
+_CAN_KEY, _LIN_KEY = 0x00E004FF, 0x080000FF  # bits of the info word that make a frame another one
+_EXTRA = numpy.dtype(
+    [("count", "<f8"), ("cycle", "<f8"), ("least", "<f8"), ("most", "<f8"), ("mean", "<f8"),
+     ("changed", "<u8", 64)]
+)  # fmt: skip
+
+
+class Page(NamedTuple):
+    """Some rows of the table from place `at` on, of `length` that there are to see."""
+
+    length: int
+    at: int
+    rows: numpy.ndarray
+    extra: numpy.ndarray
+
+
+class Identifiers:
+    """A table of a history's frames, kept by its writer; any thread may ask. Times are in nanoseconds of the hub.
+
+    Of each it has the latest row, their count, the last distance of two, the least, most and mean one (0 before there
+    are two), and when each byte changed last. `left_out` counts rows that found it full.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._places: dict[bytes, int] = {}
+        self._rows = numpy.zeros(64, row_dtype())
+        self._extra = numpy.zeros(64, _EXTRA)
+        self.left_out = 0
+
+    def counts(self) -> NDArray[numpy.float64]:
+        """How often each came, in the order in which they came first."""
+        with self._lock:
+            found: NDArray[numpy.float64] = self._extra["count"][: len(self._places)].copy()
+        return found
+
+    def page(
+        self, lines: Collection[int], test: Test | None, before: NDArray[numpy.float64], at: int, count: int
+    ) -> Page:
+        """Frames of these lines that pass and came since their counts were `before`, by line and identifier."""
+        with self._lock:
+            rows, extra = self._rows[: len(self._places)], self._extra[: len(self._places)]
+            base = numpy.zeros(len(rows))
+            base[: len(before)] = before
+            passed = numpy.isin(rows["line"], list(lines)) & (extra["count"] > base)
+            if test is not None:
+                passed &= test(rows)
+            order = numpy.flatnonzero(passed)
+            some = rows[order]
+            order = order[numpy.lexsort((identifiers(some), ~is_frame(some), some["line"]))]
+            at = max(0, min(at, len(order) - count))
+            shown = order[at : at + count]
+            found = Page(len(order), at, rows[shown], extra[shown])
+        found.extra["count"] -= base[shown]
+        return found
+
+    def restart(self) -> None:
+        """Time begins anew: distances to what was before mean nothing."""
+        with self._lock:
+            for name in ("cycle", "least", "most", "mean", "changed"):
+                self._extra[name] = 0
+            self._rows["record"]["time_ns"] = 0
+
+    def copy(self) -> Identifiers:
+        """As it is now."""
+        made = Identifiers()
+        with self._lock:
+            made._places, made._rows = dict(self._places), self._rows.copy()
+            made._extra, made.left_out = self._extra.copy(), self.left_out
+        return made
+
+    def add(self, rows: numpy.ndarray) -> None:
+        """Rows of the history, in its order."""
+        rows = rows[~is_mark(rows) & (rows["line"] != EVERY_LINE)]
+        if len(rows):
+            with self._lock:
+                self._take(rows)
+
+    def _take(self, rows: numpy.ndarray) -> None:
+        keys = _keys(rows)
+        found, first, inverse = numpy.unique(keys, return_index=True, return_inverse=True)
+        places = numpy.array(
+            [self._place(key.tobytes(), rows[at]) for key, at in zip(found, first, strict=True)]
+        )
+        every = places[inverse.reshape(-1)]
+        self.left_out += int((every < 0).sum())
+        rows, every = rows[every >= 0], every[every >= 0]
+        if len(rows):
+            order = numpy.argsort(every, kind="stable")
+            self._add(rows[order], every[order])
+
+    def _add(self, rows: numpy.ndarray, places: NDArray[numpy.intp]) -> None:
+        """Rows one frame after the other."""
+        begins = numpy.flatnonzero(numpy.r_[True, places[1:] != places[:-1]])
+        ends = numpy.r_[begins[1:], len(rows)] - 1
+        which = places[begins]
+        extra = self._extra[which]
+        before = rows[numpy.r_[0, : len(rows) - 1]]
+        before[begins] = self._rows[which]
+        stamps = rows["record"]["time_ns"].astype(numpy.int64)
+        apart = (stamps - before["record"]["time_ns"].astype(numpy.int64)).astype(float)
+        apart[before["record"]["time_ns"] == 0] = 0  # the first one
+        known = apart > 0
+        changed = (rows["record"]["data"] != before["record"]["data"]) & known[:, None]
+        changed_ns = numpy.where(changed, stamps[:, None].astype(numpy.uint64), 0)
+        extra["changed"] = numpy.maximum(extra["changed"], numpy.maximum.reduceat(changed_ns, begins))
+        least = numpy.minimum.reduceat(numpy.where(known, apart, numpy.inf), begins)
+        least = numpy.minimum(least, numpy.where(extra["least"] > 0, extra["least"], numpy.inf))
+        extra["least"] = numpy.where(numpy.isfinite(least), least, 0)
+        extra["most"] = numpy.maximum(extra["most"], numpy.maximum.reduceat(apart, begins))
+        extra["cycle"] = numpy.where(apart[ends] > 0, apart[ends], extra["cycle"])
+        count = numpy.add.reduceat(known, begins)
+        mean = numpy.add.reduceat(apart, begins) / numpy.maximum(count, 1)
+        # the mean of about the last hundred distances, so that it follows a change of the cycle
+        share = numpy.where(extra["mean"] > 0, numpy.minimum(count / 100, 1), 1)
+        extra["mean"] = numpy.where(count > 0, extra["mean"] + (mean - extra["mean"]) * share, extra["mean"])
+        extra["count"] += ends - begins + 1
+        self._extra[which] = extra
+        self._rows[which] = rows[ends]
+
+    def _place(self, key: bytes, row: numpy.ndarray) -> int:
+        place = self._places.get(key)
+        if place is None:
+            if len(self._places) >= MOST:
+                return -1
+            place = len(self._places)
+            if place == len(self._rows):
+                self._rows = numpy.concatenate((self._rows, numpy.zeros(place, row_dtype())))
+                self._extra = numpy.concatenate((self._extra, numpy.zeros(place, _EXTRA)))
+            self._rows[place] = row
+            self._rows[place]["record"]["time_ns"] = 0  # until it is added
+            self._extra[place] = 0
+            self._places[key] = place
+        return place
+
+
+def _keys(rows: numpy.ndarray) -> numpy.ndarray:
+    """What rows of the same frame have in common, as 16 bytes each."""
+    info = rows["record"]["info"]
+    keys = numpy.zeros(len(rows), [("line", "<u4"), ("id", "<u4"), ("info", "<u4"), ("none", "<u4")])
+    keys["line"] = rows["line"]
+    keys["id"] = identifiers(rows)
+    keys["info"] = info & numpy.where(is_lin(rows), numpy.uint32(_LIN_KEY), numpy.uint32(_CAN_KEY))
+    return keys.view("V16").reshape(-1)

@@ -1,0 +1,168 @@
+"""One look at a source: its rows that pass, and the answers to what a viewer asks of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy
+
+from canwire.web.trace.answers import Answers, Shown
+from canwire.web.trace.look import Ask, Look
+from canwire.web.trace.store.filtering import BadFilter, Language, Test, directed
+from canwire.web.trace.store.selection import Selection
+
+if TYPE_CHECKING:
+    from canwire.web.database import Database
+    from canwire.web.trace.source import Source
+
+
+class Viewing:
+    """What `look` says, as far as it can be: `fault` is the part of its filter that means nothing,
+    `bad_rules` are the places of rules that do.
+
+    `before` is what the same viewer looked at, None at first; what stays the same is taken over from it.
+    """
+
+    def __init__(
+        self, look: Look, source: Source, database: Database, viewer: object, before: Viewing | None
+    ) -> None:
+        same = before if before is not None and before.source is source else None
+        self.look = look
+        self.source: Source = source
+        self.fault = ""
+        self.bad_rules: list[int] = []
+        self._database = database
+        self._viewer = viewer
+        self._grown: Callable[[], None] | None = None
+        if before is not None and not same:
+            before.source.want(viewer, ())
+        source.want(viewer, look.lines)
+        identifiers = source.history.identifiers
+        self._table = identifiers
+        if look.until is not None:
+            paused = same is not None and same.look.until is not None
+            self._table = same._table if same is not None and paused else identifiers.copy()
+        self._before = numpy.zeros(0)
+        if look.since:
+            kept = same is not None and same.look.since == look.since
+            self._before = same._before if same is not None and kept else identifiers.counts()
+        self._answers = Answers(database)
+        self.selection: Selection
+        self._indices: list[int] = []
+        self._key: object = None
+        if same is not None and same._key is not None:
+            self._key, self._indices, self.selection = same._key, same._indices, same.selection
+        else:
+            self.selection = Selection(source.history, (), None, look.since)
+        self.extend()
+
+    @property
+    def more(self) -> bool:
+        """There are rows that it did not look at yet."""
+        return self.selection.cursor < self.selection.end
+
+    @property
+    def state(self) -> object:
+        """Equal while there is nothing new to be said."""
+        return self.selection.count, self.selection.cursor, self.source.history.total
+
+    def extend(self) -> None:
+        """Find more rows that pass, a part of them where there are many."""
+        indices = self.source.indices(self.look.lines)
+        key = indices, self.look.filter, self.look.direction, self.look.since
+        if key != self._key:
+            self._indices = indices
+            self._compile()
+            self.selection = Selection(self.source.history, indices, self._test, self.look.since)
+        elif self._answers.rules is None:
+            self._compile()
+        self._key = key
+        self.selection.stop(self.look.until)
+        self.selection.extend()
+
+    def answer(self, ask: Ask) -> bytes:
+        """The head and the rows."""
+        shown = Shown(self.look, self.source, self.selection, self.fault, self.bad_rules)
+        if ask.by_frame:
+            page = self._table.page(self._indices, self._test, self._before, max(ask.at, 0), ask.rows)
+            return self._answers.by_frame(shown, page, self._table.left_out)
+        found = self._find(ask)
+        if found is not None:
+            at = found - ask.rows // 2
+            return self._answers.by_time(shown, max(at, self.selection.gone), ask.rows, found)
+        at = self.selection.count - ask.rows if ask.at < 0 else ask.at
+        at = max(at, self.selection.gone, 0)
+        return self._answers.by_time(shown, at, ask.rows, None)
+
+    def _find(self, ask: Ask) -> int | None:
+        """The place that was asked for, -1 for none; None if none was asked for."""
+        if ask.near is not None:
+            return self.selection.place_of(ask.near)
+        if ask.time_ns is not None:
+            return self.selection.place_at(ask.time_ns)
+        if not ask.find:
+            return None
+        found = self.selection.find(self._language().search(ask.find), ask.begin, ask.step)
+        return -1 if found is None else found
+
+    def listen(self, grown: Callable[[], None]) -> None:
+        """Call this whenever there are new rows."""
+        self._grown = grown
+        self.source.history.listen(grown)
+
+    def unlisten(self) -> None:
+        if self._grown is not None:
+            self.source.history.unlisten(self._grown)
+            self._grown = None
+
+    def leave(self) -> None:
+        """The viewer has gone."""
+        self.unlisten()
+        self.source.want(self._viewer, ())
+
+    def _language(self) -> Language:
+        return language_of(self.look, self.source, self._database)
+
+    def _compile(self) -> None:
+        language = self._language()
+        self.fault = ""
+        self.bad_rules = []
+        self._test: Test | None = None
+        try:
+            self._test = language.compile(self.look.filter)
+        except BadFilter as bad:
+            self.fault = str(bad) or self.look.filter
+        if self.look.direction:
+            self._test = directed(self._test, sent=self.look.direction == "T")
+        rules = []
+        for place, (text, colour) in enumerate(self.look.rules):
+            try:
+                test = language.compile(text)
+            except BadFilter:
+                self.bad_rules.append(place)
+                continue
+            if test is not None:
+                rules.append((test, colour))
+        self._answers.rules = rules
+
+
+def language_of(look: Look, source: Source, database: Database) -> Language:
+    """Filters there know these lines."""
+    known: dict[str, list[int]] = {}
+    for line in source.lines(look.lines):
+        for name in {line.address.lower(), line.bus.lower()} - {""}:
+            known.setdefault(name, []).append(line.number)
+    return Language(database, known)
+
+
+def selected(look: Look, source: Source, database: Database) -> Selection:
+    """All rows of a look as they are now; raises BadFilter."""
+    test = language_of(look, source, database).compile(look.filter)
+    if look.direction:
+        test = directed(test, sent=look.direction == "T")
+    selection = Selection(source.history, source.indices(look.lines), test, look.since)
+    selection.stop(source.history.total if look.until is None else look.until)
+    while selection.extend():
+        pass
+    return selection

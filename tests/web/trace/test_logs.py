@@ -1,0 +1,134 @@
+"""Logs that are opened, looked at as if they were live, and saved in every format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from websockets.sync.client import connect
+
+import canwire
+from canwire import Frame, LogEntry, LogMark, MarkKind
+from canwire.web.server import Site
+from canwire.web.trace.logs import writable_formats
+from tests.web.conftest import tab
+from tests.web.trace.watching import Watching
+
+if TYPE_CHECKING:
+    import httpx2 as httpx
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.conforms("N-53")
+
+SECOND = 1_000_000_000
+ENTRIES = [
+    LogEntry(
+        1_700_000_000 * SECOND + number * 1_000_000,
+        f"can{number % 2}",
+        Frame(
+            0x100 + number, bytes([number, 0xAB]), timestamp_ns=1_700_000_000 * SECOND + number * 1_000_000
+        ),
+        "T" if number % 3 else "R",
+    )
+    for number in range(60)
+]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("log") / "drive.blf"
+    with canwire.create_log(path) as writer:
+        writer.write_many(ENTRIES)
+    return path
+
+
+def opened(client: httpx.Client, path: Path) -> str:
+    answer = client.post("/trace/open", params={"name": path.name}, content=path.read_bytes())
+    assert answer.status_code == 200, answer.text
+    return str(answer.json()["key"])
+
+
+def test_its_rows_are_those_of_the_file_filtered_and_numbered(
+    steady: Site, asker: httpx.Client, log: Path
+) -> None:
+    key = opened(asker, log)
+    try:
+        with connect(f"ws://127.0.0.1:{steady.port}/trace/live", max_size=None) as socket:
+            viewer = Watching(socket, ["can0", "can1"], source=key)
+            viewer.until(lambda one: len(one.frames) == len(ENTRIES))
+            assert [frame.id for frame in viewer.frames] == [0x100 + number for number in range(60)]
+            viewer.look(["can1"], source=key, filter="100-10F & tx", number=2)
+            viewer.until(lambda one: one.head.get("look") == 2 and len(one.frames) == 5)
+            assert [frame.id - 0x100 for frame in viewer.frames] == [1, 5, 7, 11, 13]
+    finally:
+        assert asker.post("/trace/close", data={"key": key}).status_code == 200
+
+
+@pytest.mark.parametrize("form", writable_formats())
+def test_what_is_shown_is_saved_and_opens_again(
+    steady: Site, asker: httpx.Client, log: Path, tmp_path: Path, form: str
+) -> None:
+    key = opened(asker, log)
+    query = {"source": key, "lines": "can0,can1", "filter": "110-11F", "format": form, "errors": "true"}
+    while asker.get("/trace/lines", params={"source": key}).json()["logs"][-1]["reading"]:
+        pass
+    answer = asker.get("/trace/log", params=query)
+    assert answer.status_code == 200, answer.text
+    path = tmp_path / "saved"
+    path.write_bytes(answer.content)
+    with canwire.open_log(path, format=form) as saved:
+        assert [one.frame.id for one in saved if one.frame is not None] == list(range(0x110, 0x120))
+    asker.post("/trace/close", data={"key": key})
+
+
+def test_what_a_log_says_is_missing_is_a_row(steady: Site, asker: httpx.Client, tmp_path: Path) -> None:
+    path = tmp_path / "gap.csv"
+    stamp = ENTRIES[0].timestamp_ns
+    with canwire.create_log(path) as writer:
+        writer.write_many([ENTRIES[0], LogEntry(stamp, "can0", LogMark(MarkKind.LOST, stamp, 7)), ENTRIES[2]])
+    key = opened(asker, path)
+    with connect(f"ws://127.0.0.1:{steady.port}/trace/live", max_size=None) as socket:
+        viewer = Watching(socket, ["can0"], source=key)
+        viewer.until(lambda one: len(one.rows) == 3)
+        assert viewer.rows["record"]["info"].tolist()[1] == 0xF1
+        assert viewer.rows["record"]["data"][1, 0] == 7
+    asker.post("/trace/close", data={"key": key})
+
+
+def test_a_file_that_is_no_log_is_told(steady: Site, asker: httpx.Client, tmp_path: Path) -> None:
+    path = tmp_path / "nonsense.log"
+    path.write_bytes(b"\x00\x01\x02" * 100)
+    key = opened(asker, path)
+    with connect(f"ws://127.0.0.1:{steady.port}/trace/live", max_size=None) as socket:
+        viewer = Watching(socket, ["can0"], source=key)
+        viewer.until(lambda one: one.head.get("trouble"))
+        assert "is no log that canwire knows" in viewer.head["trouble"]
+    asker.post("/trace/close", data={"key": key})
+
+
+@pytest.mark.parametrize(
+    "query", [{"source": "log-77", "lines": "can0"}, {"lines": ""}, {"lines": "HW1:0", "format": "x"}]
+)
+def test_what_is_not_there_cannot_be_saved(asker: httpx.Client, query: dict[str, str]) -> None:
+    assert asker.get("/trace/log", params=query).status_code == 422
+
+
+def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
+    """Two clicks to see a log, one to be back."""
+    with tab(browser, steady.address) as page:
+        page.goto(f"{steady.url}trace")
+        page.locator("#log-file").set_input_files(log)
+        rows = page.locator("#body .trace-row:not([hidden])")
+        rows.filter(has_text="101").wait_for()
+        page.locator("#shown", has_text="60").wait_for()
+        page.locator("#filter").press_sequentially("data: 0A")
+        page.locator("#shown", has_text="1").wait_for()
+        rows.filter(has_text="10A").wait_for()
+        page.locator("#save").click()
+        page.get_by_label("Format of the file").select_option("asc")
+        with page.expect_download() as downloading:
+            page.locator("#save-now").click()
+        assert " 10A " in downloading.value.path().read_text()
+        page.get_by_role("button", name="Close this log").click()
+        page.get_by_text("drive.blf is closed.").wait_for()
