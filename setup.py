@@ -53,8 +53,11 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
 }
 SHIM = "canwire.socketcan._shim"
 NATIVE = "canwire.native.lib."
-LIBRARIES = {  # for programs in C and C++: folders of native/ whose sources they are made of; the first is below all others
-    "libcanwire": ("core", "windows"),
+LIBRARIES = {  # for programs in C and C++: folders of native/ that they are made of, and what of these they need;
+    "libcanwire": (("core", "windows"), ()),  # the first one is below all others
+    "libvciapi": (("vciapi",), ("canwire",)),
+    "libvcinpl": (("flat", "vcinpl"), ("vciapi", "canwire")),
+    "libvcinpl2": (("flat", "vcinpl2"), ("vciapi", "canwire")),
 }
 DIRECTIVES = {
     "language_level": 3,
@@ -84,7 +87,7 @@ class BuildCore(build_ext):
         super().run()
 
     def build_extensions(self) -> None:
-        """Libraries that need the native core are linked once that is there."""
+        """Libraries that need others of ours are linked once these are there."""
         everything = self.extensions
         first = NATIVE + next(iter(LIBRARIES))
         late = [
@@ -156,30 +159,31 @@ def socketcan_shim() -> list[Extension]:
 
 def native_libraries() -> list[Extension]:
     """What programs in C and C++ are linked with: no Python in them either."""
-    return (
-        [native_library(name, folders) for name, folders in LIBRARIES.items()]
-        if sys.platform == "linux"
-        else []
-    )
+    return [native_library(name) for name in LIBRARIES] if sys.platform == "linux" else []
 
 
-def native_library(name: str, folders: tuple[str, ...]) -> Extension:
+def needs(extension: Extension) -> tuple[str, ...]:
+    """Other libraries of ours that have to be there first."""
+    return LIBRARIES.get(extension.name.removeprefix(NATIVE), ((), ()))[1]
+
+
+def native_library(name: str) -> Extension:
     home = Path("src/canwire/native")
+    folders, needed = LIBRARIES[name]
     sources = sorted(str(path) for folder in folders for path in (home / folder).glob("*.c*"))
     plus = any(source.endswith(".cpp") for source in sources)
-    below = next(iter(LIBRARIES))
     return Extension(
         NATIVE + name,
         sources,
         depends=sorted(str(path) for path in home.rglob("*.h")),
         include_dirs=[str(home / "core"), str(home / "include")],
-        libraries=["dl", "pthread"] if name == below else [below.removeprefix("lib")],
+        libraries=[*needed, "dl", "pthread"],
         language="c++" if plus else "c",
         extra_compile_args=[
             *(["-std=gnu++17", "-fno-exceptions", "-fno-rtti"] if plus else ["-std=gnu11"]),
             *["-O2", "-g0", "-Wall", "-Wextra", "-fvisibility=hidden"],
         ],
-        extra_link_args=[f"-Wl,-soname,{name}.so", "-Wl,-rpath,$ORIGIN"],
+        extra_link_args=[f"-Wl,-soname,{name}.so", "-Wl,-rpath,$ORIGIN", "-Wl,--as-needed"],
         optional=MODE != "require",
     )
 

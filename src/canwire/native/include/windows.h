@@ -119,6 +119,7 @@ typedef LPCSTR LPCTSTR;
 #define S_OK ((HRESULT)0)
 #define S_FALSE ((HRESULT)1)
 #define NOERROR 0
+#define E_UNEXPECTED ((HRESULT)0x8000FFFF)
 #define E_NOTIMPL ((HRESULT)0x80004001)
 #define E_NOINTERFACE ((HRESULT)0x80004002)
 #define E_POINTER ((HRESULT)0x80004003)
@@ -255,12 +256,16 @@ HMODULE LoadLibraryW(LPCWSTR name);
 FARPROC GetProcAddress(HMODULE library, LPCSTR name);
 BOOL FreeLibrary(HMODULE library);
 void OutputDebugStringA(LPCSTR text);
+int MessageBoxA(HWND above, LPCSTR text, LPCSTR caption, UINT kind); /* to stderr; IDOK */
 
 #pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif
 
+#define VK_RETURN 0x0D
+#define VK_ESCAPE 0x1B
+#define VK_SPACE 0x20
 #define THREAD_PRIORITY_NORMAL 0
 #define THREAD_PRIORITY_ABOVE_NORMAL 1
 #define THREAD_PRIORITY_HIGHEST 2
@@ -283,6 +288,12 @@ void OutputDebugStringA(LPCSTR text);
 #endif
 #define CreateSemaphore CreateSemaphoreA
 #define OutputDebugString OutputDebugStringA
+#define MessageBox MessageBoxA
+#define MB_OK 0
+#define MB_ICONSTOP 0x10
+#define MB_ICONERROR 0x10
+#define MB_ICONINFORMATION 0x40
+#define IDOK 1
 
 #include <objbase.h>
 #endif

@@ -45,6 +45,7 @@ class VciAnswers:
             if own is not None:
                 return own(self, number, data)
             if method in FUNCTIONS:
+                self.initialize(0, b"")  # public programs leave VciInitialize out: the vendor's library does without
                 return self._reply(getattr(vci, method)(*unpacked(FUNCTIONS[method], data)))
             kind, _, name = method.partition(".")
             found: Any = self._objects.get(number, getattr(vci, kind))
@@ -54,7 +55,7 @@ class VciAnswers:
 
     def initialize(self, number: int, data: bytes) -> Reply:
         """VciInitialize: this program's connection, a new one where the hub of the one before is gone."""
-        with self._connecting:
+        with self._connecting:  # objects of a connection that is gone say so themselves
             if self._hub is None or self._hub.lost:
                 self._hub = canwire.connect()
                 self._hub.lends = True

@@ -72,3 +72,10 @@ void OutputDebugStringA(LPCSTR text)
     if (text != NULL)
         fputs(text, stderr);
 }
+
+int MessageBoxA(HWND above, LPCSTR text, LPCSTR caption, UINT kind)
+{
+    (void)above, (void)kind;
+    fprintf(stderr, "%s: %s\n", caption != NULL ? caption : "Error", text != NULL ? text : "");
+    return IDOK;
+}
