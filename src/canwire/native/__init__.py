@@ -24,3 +24,13 @@ def library_directory() -> str:
             "the libraries for C and C++ are not here: they are built with canwire on Linux where compilers are found"
         )
     return os.path.join(_HERE, "lib")
+
+
+def cmake_directory() -> str:
+    """Where canwire-config.cmake is."""
+    return os.path.join(_HERE, "cmake")
+
+
+def pkg_config_directory() -> str:
+    """Where the files for pkg-config are."""
+    return os.path.join(_HERE, "pkgconfig")

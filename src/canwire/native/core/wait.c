@@ -47,7 +47,7 @@ static int wait_for(struct cw_object **objects, uint32_t count, int all, int64_t
 
     for (;;) {
         uint32_t polled = 0;
-        int one;
+        int one = 0;
 
         if (all ? take_all(objects, count, &missing) : (one = take_one(objects, count)) >= 0)
             return all ? 0 : one;

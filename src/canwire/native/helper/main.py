@@ -1,4 +1,4 @@
-"""What the native core starts, as process PID named NAME would have it; the socket is descriptor 3 (../core/start.c)."""
+"""What the native core starts for process PID of this NAME; the socket is descriptor 3 (../core/start.c)."""
 
 from __future__ import annotations
 

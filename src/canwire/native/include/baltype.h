@@ -12,7 +12,7 @@ typedef struct _BALFEATURES {
     UINT16 FwMajorVersion;
     UINT16 FwMinorVersion;
     UINT16 BusSocketCount;
-    UINT8 BusSocketType[64];
+    UINT16 BusSocketType[BAL_MAX_SOCKETS];
 } BALFEATURES, *PBALFEATURES;
 CANWIRE_SIZE(BALFEATURES, 70);
 

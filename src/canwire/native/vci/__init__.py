@@ -45,7 +45,9 @@ class VciAnswers:
             if own is not None:
                 return own(self, number, data)
             if method in FUNCTIONS:
-                self.initialize(0, b"")  # public programs leave VciInitialize out: the vendor's library does without
+                self.initialize(
+                    0, b""
+                )  # public programs leave VciInitialize out: the vendor's library does without
                 return self._reply(getattr(vci, method)(*unpacked(FUNCTIONS[method], data)))
             kind, _, name = method.partition(".")
             found: Any = self._objects.get(number, getattr(vci, kind))
