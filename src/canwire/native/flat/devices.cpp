@@ -3,7 +3,13 @@
 
 #include <vcinpl2.h>
 
+// python-can, and whoever else finds functions by name, takes these without their letter for narrow text
 #undef vciFormatError
+#undef vciDisplayError
+#pragma GCC visibility push(default)
+extern "C" void vciFormatError(HRESULT code, PCHAR into, UINT32 room) __attribute__((alias("vciFormatErrorA")));
+extern "C" void vciDisplayError(HWND above, PCHAR caption, HRESULT code) __attribute__((alias("vciDisplayErrorA")));
+#pragma GCC visibility pop
 
 struct Enumeration {
     IVciEnumDevice *devices;
