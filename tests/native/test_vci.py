@@ -14,7 +14,7 @@ from tests.hubs import LONG_S, Served
 from tests.native.conftest import Native
 
 
-@pytest.mark.conforms("N-39", "N-46")
+@pytest.mark.conforms("N-39")
 def test_the_manuals_listings_compile_as_printed_and_run(native: Native, hub: Served) -> None:
     assert "did what they say" in native.run(native.build("manual.cpp", "vciapi"), hub.address)
 
@@ -22,6 +22,11 @@ def test_the_manuals_listings_compile_as_printed_and_run(native: Native, hub: Se
 @pytest.mark.conforms("N-39", "N-45")
 def test_every_mistake_has_the_vendors_code(native: Native, hub: Served) -> None:
     assert "has its code" in native.run(native.build("errors.cpp", "vciapi"), hub.address)
+
+
+@pytest.mark.conforms("N-46")
+def test_frames_keep_their_order_and_losses_are_told(native: Native, hub: Served) -> None:
+    assert "2500 in order" in native.run(native.build("stream.cpp", "vciapi"), hub.address)
 
 
 @pytest.mark.conforms("N-40")
