@@ -1,11 +1,12 @@
 """`canwire native`: what a build needs to know for programs in C and C++ that are written for VCI.
 
-g++ sample.cpp $(canwire native --cflags --libs) -o sample        VCI V4 in C++ (vcisdk.h)
-gcc sample.c $(canwire native vcinpl2 --cflags --libs) -o sample  the flat interface with CAN FD (vcinpl2.h)
-cmake -Dcanwire_DIR=$(canwire native --cmake) .                   find_package(canwire), canwire::vciapi
-PKG_CONFIG_PATH=$(canwire native --pkg-config) pkg-config --libs vciapi
+canwire native --cflags --libs              options for g++, VCI V4 (vcisdk.h)
+canwire native vcinpl2 --cflags --libs      options for gcc or g++, the flat interface with CAN FD (vcinpl2.h)
+canwire native --cmake                      what cmake's -Dcanwire_DIR takes, for find_package(canwire)
+canwire native --pkg-config                 what PKG_CONFIG_PATH takes, for pkg-config vciapi
 
-The programs find the hub as every program does: CANWIRE_HUB, else the user's usual one. docs/native.md has the rest.
+As in g++ sample.cpp $(canwire native --cflags --libs) -o sample. The programs find the hub as every program does:
+CANWIRE_HUB, else the user's usual one. docs/native.md has the rest.
 """
 
 from __future__ import annotations
