@@ -12,6 +12,7 @@ import contextlib
 import gc
 import importlib
 import os
+import resource
 import select
 import socket
 import struct
@@ -91,6 +92,8 @@ def _send(connection: socket.socket, reply: Reply) -> None:
 
 def serve(channel: socket.socket, program: int) -> None:
     """Answer at the sockets that come on `channel`, until the program has closed it or ended, in whatever way."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))  # every queue of the program takes some here
     gc.disable()  # a program's objects are few, and each is given back by hand
     helper = Helper()
     ended = os.pidfd_open(program)
