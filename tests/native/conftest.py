@@ -37,7 +37,10 @@ class Native:
     def _compiled(self, source: str, libraries: tuple[str, ...], options: tuple[str, ...]) -> Path:
         compiler = find_program("g++" if source.endswith(".cpp") else "gcc")
         made = self.home / f"{Path(source).stem}{len(self._built)}"
-        lib = library_directory()
+        lib = (
+            os.environ.get("CANWIRE_TEST_LIBRARIES") or library_directory()
+        )  # .ci/native_sanitizers has others
+        options += tuple(os.environ.get("CANWIRE_TEST_OPTIONS", "").split())
         ended = subprocess.run(
             [compiler, "-O1", "-Wall", *options, f"-I{include_directory()}", f"-I{self.home}", str(self.home / source),
              "-o", str(made), f"-L{lib}", f"-Wl,-rpath,{lib}", *(f"-l{name}" for name in libraries), "-lcanwire"],
