@@ -96,7 +96,10 @@ def serve(channel: socket.socket, program: int) -> None:
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))  # every queue of the program takes some here
     gc.disable()  # a program's objects are few, and each is given back by hand
     helper = Helper()
-    ended = os.pidfd_open(program)
+    try:
+        ended = os.pidfd_open(program)
+    except ProcessLookupError:  # it was quicker
+        return
     while True:
         readable, _, _ = select.select([channel.fileno(), ended], [], [])
         if ended in readable:
