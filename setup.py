@@ -53,6 +53,13 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.hub.owner.loop": 1,
 }
 SHIM = "canwire.socketcan._shim"
+NATIVE = "canwire.native.lib."
+LIBRARIES = {  # for programs in C and C++: folders of native/ that they are made of, and what of these they need;
+    "libcanwire": (("core", "windows"), ()),  # the first one is below all others
+    "libvciapi": (("vciapi",), ("canwire",)),
+    "libvcinpl": (("flat", "vcinpl"), ("vciapi", "canwire")),
+    "libvcinpl2": (("flat", "vcinpl2"), ("vciapi", "canwire")),
+}
 DIRECTIVES = {
     "language_level": 3,
     "boundscheck": False,
@@ -73,12 +80,36 @@ class BuildCore(build_ext):
     command_name = "build_ext"  # what its warnings begin with
 
     def run(self) -> None:
-        shim = [extension for extension in self.extensions if extension.name == SHIM]
-        self.extensions = [extension for extension in self.extensions if extension.name != SHIM]
+        plain = [extension for extension in self.extensions if extension.name not in CORE]
+        self.extensions = [extension for extension in self.extensions if extension.name in CORE]
         if self.extensions:
             self.translate()
-        self.extensions += shim
+        self.extensions += plain
         super().run()
+
+    def build_extensions(self) -> None:
+        """Libraries that need others of ours are linked once these are there."""
+        everything = self.extensions
+        first = NATIVE + next(iter(LIBRARIES))
+        late = [
+            extension
+            for extension in everything
+            if extension.name.startswith(NATIVE) and extension.name != first
+        ]
+        self.extensions = [extension for extension in everything if extension not in late]
+        super().build_extensions()
+        self.extensions = late
+        for extension in late:
+            extension.library_dirs.append(os.path.dirname(self.get_ext_fullpath(first)))
+        if late:
+            super().build_extensions()
+        self.extensions = everything
+
+    def get_ext_filename(self, name: str) -> str:
+        """Libraries for C are no modules of Python, and have their own names."""
+        if name.rpartition(".")[2] in LIBRARIES:
+            return name.replace(".", os.sep) + ".so"
+        return str(super().get_ext_filename(name))
 
     def translate(self) -> None:
         """Python to C, in as many processes as there are processors; what takes a compiler longest goes first."""
@@ -127,6 +158,37 @@ def socketcan_shim() -> list[Extension]:
     ]
 
 
+def native_libraries() -> list[Extension]:
+    """What programs in C and C++ are linked with: no Python in them either."""
+    return [native_library(name) for name in LIBRARIES] if sys.platform == "linux" else []
+
+
+def needs(extension: Extension) -> tuple[str, ...]:
+    """Other libraries of ours that have to be there first."""
+    return LIBRARIES.get(extension.name.removeprefix(NATIVE), ((), ()))[1]
+
+
+def native_library(name: str) -> Extension:
+    home = Path("src/canwire/native")
+    folders, needed = LIBRARIES[name]
+    sources = sorted(str(path) for folder in folders for path in (home / folder).glob("*.c*"))
+    plus = any(source.endswith(".cpp") for source in sources)
+    return Extension(
+        NATIVE + name,
+        sources,
+        depends=sorted(str(path) for path in home.rglob("*.h")),
+        include_dirs=[str(home / "core"), str(home / "include")],
+        libraries=[*needed, "dl", "pthread"],
+        language="c++" if plus else "c",
+        extra_compile_args=[
+            *(["-std=gnu++17", "-fno-exceptions", "-fno-rtti"] if plus else ["-std=gnu11"]),
+            *["-O2", "-g0", "-Wall", "-Wextra", "-fvisibility=hidden"],
+        ],
+        extra_link_args=[f"-Wl,-soname,{name}.so", "-Wl,-rpath,$ORIGIN", "-Wl,--as-needed"],
+        optional=MODE != "require",
+    )
+
+
 def optimisation(level: int) -> list[str]:
     return [] if sys.platform == "win32" else [f"-O{level}", "-g0", "-fno-strict-aliasing"]
 
@@ -136,7 +198,7 @@ if __name__ == "__main__":  # processes that translate may import this file agai
         sys.exit(f"CANWIRE_BUILD={MODE!r}: choose auto, pure or require")
     os.chdir(Path(__file__).parent)
     setup(
-        ext_modules=[] if MODE == "pure" else [*compiled_core(), *socketcan_shim()],
+        ext_modules=[] if MODE == "pure" else [*compiled_core(), *socketcan_shim(), *native_libraries()],
         cmdclass={"build_ext": BuildCore},
         options={"build_ext": {"parallel": PROCESSES}},
     )

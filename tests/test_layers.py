@@ -56,6 +56,7 @@ OUTSIDE = [
     "socketcan",
     "pytest_plugin",
     "web",
+    "native",
     "commands",
     "__main__",
 ]
@@ -73,7 +74,8 @@ OUTSIDE_MAY = {
     "socketcan": set(),
     "pytest_plugin": set(),
     "web": {"candrv"},
-    "commands": {"acan", "candrv", "ldf", "slcan", "socketcan", "web"},
+    "native": {"acan", "candrv", "packed", "vci"},  # their forms in C
+    "commands": {"acan", "candrv", "ldf", "native", "slcan", "socketcan", "web"},
     "__main__": {"commands"},
 }
 
@@ -89,6 +91,7 @@ MAY_HAVE_CLOCKS = {
     "commands",
     "campaigns",
     "gateway",
+    "native",
     "pytest_plugin",
     "python_can",
     "socketcan",

@@ -25,6 +25,7 @@ pytestmark = pytest.mark.finding("newcomer F11")
 # what they speak in. They keep plain names because other files call them.
 SEAMS = {
     "CanBenchNode.begin", "Client.adopt", "Client.ask", "Client.call", "Client.forget",
+    "Client.lent", "Event.signals", "RingEnd.lend",
     "ClientTime.ask", "ClientTime.call", "ClientTime.keep_time", "ClientTime.keeper",
     "Lab.company", "Lab.kick", "LabTime.keeper", "LabTime.kick", "Event.bind",
     "Event.unbind", "BenchBus.forget", "LabBus.stalled", "LabFaults.islands", "LabTime.active", "LabTime.advance",

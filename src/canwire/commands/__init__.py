@@ -91,6 +91,7 @@ VERBS = {
         "canwire.commands.socketcan.socketcand",
         "serve buses of the hub to programs that speak socketcand's protocol",
     ),
+    "native": Verb("canwire.commands.native", "tell a build where headers and libraries for C and C++ are"),
     "slcan": Verb(
         "canwire.commands.slcan", "play a CANBUS dongle, for programs that use serial CAN adapters"
     ),

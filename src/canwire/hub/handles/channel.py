@@ -49,16 +49,17 @@ class HubChannel(Filtered):
         heard = EventDescriptor.adopt_each(tuple(events), 2 if reply.transmit else 1)
         try:
             queues = map_memory(memory)
+            lent = self.hub.lent(memory)
         finally:
             close_descriptors(memory)
         begin = transmit_offset(reply.receive)
         receive = Ring(reply.receive, exact=True, buffer=queues[:begin])
         receive.free_event = self.hub.doorbell
-        reading, writing = RingEnd(self, receive, heard[0], reads=True), None
+        reading, writing = RingEnd(self, receive, heard[0], reads=True, memory=lent), None
         if reply.transmit:
             transmit = Ring(reply.transmit, exact=True, buffer=queues[begin:])
             transmit.event = self.hub.doorbell
-            writing = RingEnd(self, transmit, heard[1], reads=False)
+            writing = RingEnd(self, transmit, heard[1], reads=False, memory=lent, begin=begin)
         self._drop_ends(reading, writing)
         if self._closed:  # meanwhile, by another thread
             self._drop_ends()

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
 from canwire.hub.handles.client_time import ClientTime
+from canwire.hub.handles.lent import LentMemory
 from canwire.hub.protocol import messages as m
+from canwire.platform import Descriptor
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -40,7 +42,12 @@ class Holding(Protocol):
 
 
 class Client(ClientTime):
-    """What leases need of their hub. Calls may come from any thread; once the hub is gone they raise HubLost."""
+    """What leases need of their hub. Calls may come from any thread; once the hub is gone they raise HubLost.
+
+    `lends`: the ends of queues that are set up from now on may be lent to another process (RingEnd.lend).
+    """
+
+    lends = False
 
     def __init__(self, link: Link) -> None:
         super().__init__(link)
@@ -112,6 +119,10 @@ class Client(ClientTime):
         """For leases: tell it when it ends, and close it with this."""
         with self._lock:
             self._holdings[holding.handle] = holding
+
+    def lent(self, memory: Descriptor) -> LentMemory | None:
+        """For leases: what keeps the memory of their rings for a process that they are lent to."""
+        return LentMemory(memory) if self.lends else None
 
     def forget(self, holding: Holding) -> None:
         """For leases: it was closed."""

@@ -6,7 +6,9 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from canwire.errors import WrongState
 from canwire.hub.handles.lease import Lease
+from canwire.hub.handles.lent import LentMemory, LentRing
 from canwire.platform import EventDescriptor
 from canwire.ring import Ring
 from canwire.values.checks import nanoseconds
@@ -24,7 +26,20 @@ class RingEnd:
     to the writing end by each take that leaves room for `threshold` (source: rulings 8).
     """
 
-    def __init__(self, lease: Lease, ring: Ring, descriptor: EventDescriptor, *, reads: bool) -> None:
+    def __init__(
+        self,
+        lease: Lease,
+        ring: Ring,
+        descriptor: EventDescriptor,
+        *,
+        reads: bool,
+        memory: LentMemory | None = None,
+        begin: int = 0,
+    ) -> None:
+        """`memory`: where the ring is, from byte `begin` on, for `lend`."""
+        self._memory = memory
+        self._begin = begin
+        self._over_told: Callable[[], object] | None = None
         self.lease = lease
         self.ring = ring
         self.reads = reads
@@ -115,8 +130,21 @@ class RingEnd:
             self.lease.check()
         return met
 
+    def lend(self, told: Callable[[], object]) -> LentRing:
+        """Let another process use this end in place of this one; `told` is called once the end or its lease is over.
+
+        Raises WrongState unless the connection was made to lend (Client.lends).
+        """
+        peer = self.ring.free_event if self.reads else self.ring.event
+        if self._memory is None or not isinstance(peer, EventDescriptor | None):
+            raise WrongState(f"{self.lease.name}: its connection does not lend queues to other processes")
+        self._over_told = told
+        return LentRing(self._memory, self._begin, self._own.fileno(), -1 if peer is None else peer.fileno())
+
     def wake(self) -> None:
         """The lease is over: let nobody wait on."""
+        if self._over_told is not None:
+            self._over_told()
         with self._lock:
             if not self._closed:
                 self._own.signal()
@@ -158,6 +186,9 @@ class RingEnd:
 
     def close(self) -> None:
         """Whoever waits wakes up; a second time does nothing."""
+        if self._over_told is not None and not self._closed:
+            self._over_told()
+            self._own.signal()
         self.assign(None)
         with self._lock:
             closed, self._closed = self._closed, True

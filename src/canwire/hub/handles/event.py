@@ -115,6 +115,11 @@ class Event:
         if hasattr(self, "_any"):  # made without failure
             self.close()
 
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """For whoever waits by other means: what this event is assigned to."""
+        return tuple(self._signals)
+
     def bind(self, signal: Signal) -> None:
         """For queues and lists: let this signal the event."""
         with self._lock:

@@ -46,6 +46,7 @@ class Fifo(Lease):
         self.element_size = opened.element_size
         memory, *events = descriptors
         ring = Ring.over(memory, opened.capacity, exact=True, record_size=opened.element_size)
+        lent = hub.lent(memory)
         close_descriptors(memory)
         reader, writer = EventDescriptor.adopt_each(tuple(events), 2)
         ring.event, ring.free_event = reader, writer
@@ -56,7 +57,7 @@ class Fifo(Lease):
                 ring.event = telling
             else:
                 ring.free_event = telling
-        self.end_of_ring = RingEnd(self, ring, own, reads=role != WRITER)
+        self.end_of_ring = RingEnd(self, ring, own, reads=role != WRITER, memory=lent)
 
     def reset(self) -> None:
         """Empty the FIFO; raises WrongState while a reader or writer is open."""

@@ -96,9 +96,10 @@ class Monitor(Lease):
         heard = EventDescriptor.adopt(*event)
         try:
             ring = Ring.over(memory, reply.receive, exact=True)
+            lent = self.hub.lent(memory)
         finally:
             close_descriptors(memory)
-        self._drop_end(RingEnd(self, ring, heard, reads=True))
+        self._drop_end(RingEnd(self, ring, heard, reads=True, memory=lent))
         if self._closed:  # meanwhile, by another thread
             self._drop_end()
 

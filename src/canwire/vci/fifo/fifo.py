@@ -55,6 +55,20 @@ class FifoEnd(Unknown, Generic[T]):
         self._event: Event | None = None
         self._cut = ""
 
+    @property
+    def end(self) -> RingEnd:
+        """For a program in C, which reads and writes by itself: the queue's end."""
+        return self._end
+
+    @property
+    def form(self) -> Elements[T]:
+        """Likewise: what lies in it, and how."""
+        return self._form
+
+    @vci_call
+    def check(self) -> None:
+        """Likewise: raise what keeps it from being used, if anything does."""
+
     @vci_call
     def query_interface(self, iid: UUID) -> Any:
         """QueryInterface: the FIFO by this one or another of its interfaces (Fifo.query_interface)."""

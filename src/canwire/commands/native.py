@@ -1,0 +1,56 @@
+"""`canwire native`: what a build needs to know for programs in C and C++ that are written for VCI.
+
+canwire native --cflags --libs              options for g++, VCI V4 (vcisdk.h)
+canwire native vcinpl2 --cflags --libs      options for gcc or g++, the flat interface with CAN FD (vcinpl2.h)
+canwire native --cmake                      what cmake's -Dcanwire_DIR takes, for find_package(canwire)
+canwire native --pkg-config                 what PKG_CONFIG_PATH takes, for pkg-config vciapi
+
+As in g++ sample.cpp $(canwire native --cflags --libs) -o sample. The programs find the hub as every program does:
+CANWIRE_HUB, else the user's usual one. docs/native.md has the rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+
+from canwire import BadValue
+from canwire.native import cmake_directory, include_directory, library_directory, pkg_config_directory
+
+INTERFACES = {"vciapi": ("vciapi",), "vcinpl": ("vcinpl", "vciapi"), "vcinpl2": ("vcinpl2", "vciapi")}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument(
+        "interface", nargs="?", default="vciapi", choices=INTERFACES, help="which one (default: vciapi)"
+    )
+    parser.add_argument("--cflags", action="store_true", help="print the compiler's options")
+    parser.add_argument("--libs", action="store_true", help="print the linker's options")
+    parser.add_argument("--includes", action="store_true", help="print where the headers are")
+    parser.add_argument("--libraries", action="store_true", help="print where the libraries are")
+    parser.add_argument("--cmake", action="store_true", help="print where canwire-config.cmake is")
+    parser.add_argument("--pkg-config", action="store_true", help="print where the files for pkg-config are")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what was asked for in one line; BadValue for nothing, Unsupported where no libraries were built."""
+    words: list[str] = []
+    if arguments.cflags:
+        words.append(f"-I{include_directory()}")
+    if arguments.libs:
+        home = library_directory()
+        names = [f"-l{name}" for name in (*INTERFACES[arguments.interface], "canwire")]
+        words += [f"-L{home}", f"-Wl,-rpath,{home}", *names]
+    if arguments.includes:
+        words.append(include_directory())
+    if arguments.libraries:
+        words.append(library_directory())
+    if arguments.cmake:
+        words.append(cmake_directory())
+    if arguments.pkg_config:
+        words.append(pkg_config_directory())
+    if not words:
+        raise BadValue("say what to print: canwire native --cflags --libs")
+    print(shlex.join(words))
+    return 0

@@ -1,0 +1,69 @@
+"""Rings that are lent to the program: where they are, and a word for each that says when it is over."""
+
+from __future__ import annotations
+
+import itertools
+import mmap
+import os
+import struct
+import threading
+from functools import partial
+from typing import TYPE_CHECKING
+
+from canwire.native.helper.answers import Reply
+
+if TYPE_CHECKING:
+    from canwire import RingEnd
+
+_PLACE = struct.Struct("<QIIII")  # struct cw_place of ../core/canwire.h
+_STATES = 1 << 16  # words; used anew after so many rings
+_WORD = 4
+_OVER = struct.pack("<I", 1)
+
+
+class States:
+    """The page of states, which the program reads: 0 while a ring can be used."""
+
+    def __init__(self) -> None:
+        self.descriptor = os.memfd_create("canwire-states", os.MFD_CLOEXEC)
+        os.ftruncate(self.descriptor, _STATES * _WORD)
+        self._page = mmap.mmap(self.descriptor, _STATES * _WORD)
+        self._numbers = itertools.count()
+        self._lock = threading.Lock()
+
+    def new(self) -> int:
+        with self._lock:
+            number = next(self._numbers) % _STATES
+        self._write(number, bytes(_WORD))
+        return number
+
+    def end(self, number: int) -> None:
+        """What this word is about is over."""
+        self._write(number, _OVER)
+
+    def lend(self, end: RingEnd, value: int = 0, data: bytes = b"") -> Reply:
+        """A reply that gives the program this end of a ring to use, which cw_ring_open takes; `data` follows."""
+        number = self.new()
+        lent = end.lend(partial(self.end, number))
+        if end.lease.over:
+            self.end(number)
+        ring = end.ring
+        place = _PLACE.pack(lent.begin, ring.capacity, ring.record_size, end.reads, number)
+        descriptors = (lent.memory.descriptor, lent.own, *((lent.peer,) if lent.peer >= 0 else ()))
+        return Reply(0, value, place + data, duplicates(*descriptors))
+
+    def _write(self, number: int, word: bytes) -> None:
+        self._page[number * _WORD : (number + 1) * _WORD] = word
+
+
+def duplicates(*descriptors: int) -> tuple[int, ...]:
+    """For a reply, whose descriptors are its own; all of them, or OSError and none."""
+    made: list[int] = []
+    try:
+        for descriptor in descriptors:
+            made.append(os.dup(descriptor))
+    except OSError:
+        for descriptor in made:
+            os.close(descriptor)
+        raise
+    return tuple(made)

@@ -1,0 +1,588 @@
+/* CAN: constants, timings and structures. Source: VCI V4 manual (seed 004) 7.3; values as reference/vci.md has them. */
+#ifndef CANWIRE_CANTYPE_H
+#define CANWIRE_CANTYPE_H
+#define _CANTYPE_H_
+#include <stdtype.h>
+
+#include <pshpack1.h>
+
+#define CAN_OPMODE_UNDEFINED 0
+#define CAN_OPMODE_STANDARD 1
+#define CAN_OPMODE_EXTENDED 2
+#define CAN_OPMODE_ERRFRAME 4
+#define CAN_OPMODE_LISTONLY 8
+#define CAN_OPMODE_LOWSPEED 0x10
+#define CAN_OPMODE_AUTOBAUD 0x20
+
+#define CAN_EXMODE_DISABLED 0
+#define CAN_EXMODE_EXTDATA 1
+#define CAN_EXMODE_FASTDATA 2
+#define CAN_EXMODE_NONISO 4
+
+#define CAN_BTMODE_RAW 1
+#define CAN_BTMODE_TSM 2
+
+#define CAN_BUSC_UNDEFINED 0
+#define CAN_BUSC_LOWSPEED 1
+#define CAN_BUSC_HIGHSPEED 2
+
+#define CAN_STATUS_TXPEND 1
+#define CAN_STATUS_OVRRUN 2
+#define CAN_STATUS_ERRLIM 4
+#define CAN_STATUS_BUSOFF 8
+#define CAN_STATUS_ININIT 0x10
+#define CAN_STATUS_BUSCERR 0x20
+
+#define CAN_FEATURE_STDOREXT 1
+#define CAN_FEATURE_STDANDEXT 2
+#define CAN_FEATURE_RMTFRAME 4
+#define CAN_FEATURE_ERRFRAME 8
+#define CAN_FEATURE_BUSLOAD 0x10
+#define CAN_FEATURE_IDFILTER 0x20
+#define CAN_FEATURE_LISTONLY 0x40
+#define CAN_FEATURE_SCHEDULER 0x80
+#define CAN_FEATURE_GENERRFRM 0x100
+#define CAN_FEATURE_DELAYEDTX 0x200
+#define CAN_FEATURE_SINGLESHOT 0x400
+#define CAN_FEATURE_HIGHPRIOR 0x800
+#define CAN_FEATURE_AUTOBAUD 0x1000
+#define CAN_FEATURE_EXTDATA 0x2000
+#define CAN_FEATURE_FASTDATA 0x4000
+#define CAN_FEATURE_ISOFRAME 0x8000
+#define CAN_FEATURE_NONISOFRM 0x10000
+#define CAN_FEATURE_64BITTSC 0x20000
+
+#define CAN_FILTER_STD 1
+#define CAN_FILTER_EXT 2
+#define CAN_FILTER_VOID 0
+#define CAN_FILTER_LOCK 1
+#define CAN_FILTER_PASS 2
+#define CAN_FILTER_INCL 3
+#define CAN_FILTER_EXCL 4
+#define CAN_FILTER_SRRA 0x80
+#define CAN_FILTER_SIZE_STD 2048
+#define CAN_FILTER_SIZE_EXT 2048
+
+#define CAN_ACC_MASK_ALL 0
+#define CAN_ACC_CODE_ALL 0
+#define CAN_ACC_MASK_NONE 0xFFFFFFFF
+#define CAN_ACC_CODE_NONE 0x80000000
+
+#define CAN_MSGTYPE_DATA 0
+#define CAN_MSGTYPE_INFO 1
+#define CAN_MSGTYPE_ERROR 2
+#define CAN_MSGTYPE_STATUS 3
+#define CAN_MSGTYPE_WAKEUP 4
+#define CAN_MSGTYPE_TIMEOVR 5
+#define CAN_MSGTYPE_TIMERST 6
+
+#define CAN_MSGID_MASK11 0x7FF
+#define CAN_MSGID_MASK29 0x1FFFFFFF
+#define CAN_MSGID_INVALID 0xE0000000
+#define CAN_MSGID_INFO 0xFFFFFFFF
+#define CAN_MSGID_ERROR 0xFFFFFFFF
+#define CAN_MSGID_STATUS 0xFFFFFFFF
+#define CAN_MSGID_WAKEUP 0xFFFFFFFF
+
+#define CAN_INFO_START 1
+#define CAN_INFO_STOP 2
+#define CAN_INFO_RESET 3
+
+#define CAN_ERROR_NONE 0
+#define CAN_ERROR_STUFF 1
+#define CAN_ERROR_FORM 2
+#define CAN_ERROR_ACK 3
+#define CAN_ERROR_BIT 4
+#define CAN_ERROR_FDB 5
+#define CAN_ERROR_CRC 6
+#define CAN_ERROR_DLC 7
+#define CAN_ERROR_OTHER 8
+
+#define CAN_ACCEPT_REJECT 0
+#define CAN_ACCEPT_FILTER_1 1
+#define CAN_ACCEPT_FILTER_2 2
+#define CAN_ACCEPT_PASSEXCL 3
+#define CAN_ACCEPT_ALWAYS 0xFF
+
+#define CAN_MSGFLAGS_DLC 0xF
+#define CAN_MSGFLAGS_OVR 0x10
+#define CAN_MSGFLAGS_SRR 0x20
+#define CAN_MSGFLAGS_RTR 0x40
+#define CAN_MSGFLAGS_EXT 0x80
+
+#define CAN_MSGFLAGS2_SSM 1
+#define CAN_MSGFLAGS2_HPM 2
+#define CAN_MSGFLAGS2_EDL 4
+#define CAN_MSGFLAGS2_FDR 8
+#define CAN_MSGFLAGS2_ESI 0x10
+#define CAN_MSGFLAGS2_RES 0xE0
+
+#define CAN_MAX_CTX_MSGS 16
+
+#define CAN_CTXMSG_INC_NO 0
+#define CAN_CTXMSG_INC_ID 1
+#define CAN_CTXMSG_INC_8 2
+#define CAN_CTXMSG_INC_16 3
+
+#define CAN_CTXTSK_STAT_STOPPED 0
+#define CAN_CTXTSK_STAT_RUNNING 1
+
+#define CAN_CTXMSG_STAT_EMPTY 0
+#define CAN_CTXMSG_STAT_BUSY 1
+#define CAN_CTXMSG_STAT_DONE 2
+
+#define CAN_RTI_LOCKSTAT_CTL 1
+#define CAN_RTI_LOCKSTAT_SHD 2
+#define CAN_RTI_LOCKSTAT_CHN 0x80000000
+
+#define CAN_SDLC_MAX 8
+
+#define CAN_SLEN_MAX 8
+
+#define CAN_EDLC_MAX 15
+
+#define CAN_ELEN_MAX 64
+
+#define CAN_BTR_TABLE_SIZE 64
+
+#define CAN_BTP_TABLE_SIZE 64
+
+#define CAN_BTR_TABEL_SIZE 64
+
+#define CAN_BTP_TABEL_SIZE 64
+
+#define CAN_BT0_5KB 0x3F
+
+#define CAN_BT1_5KB 0x7F
+
+#define CAN_BT0_10KB 0x31
+
+#define CAN_BT1_10KB 0x1C
+
+#define CAN_BT0_20KB 0x18
+
+#define CAN_BT1_20KB 0x1C
+
+#define CAN_BT0_50KB 9
+
+#define CAN_BT1_50KB 0x1C
+
+#define CAN_BT0_100KB 4
+
+#define CAN_BT1_100KB 0x1C
+
+#define CAN_BT0_125KB 3
+
+#define CAN_BT1_125KB 0x1C
+
+#define CAN_BT0_250KB 1
+
+#define CAN_BT1_250KB 0x1C
+
+#define CAN_BT0_500KB 0
+
+#define CAN_BT1_500KB 0x1C
+
+#define CAN_BT0_667KB 0
+
+#define CAN_BT1_667KB 0x18
+
+#define CAN_BT0_800KB 0
+
+#define CAN_BT1_800KB 0x16
+
+#define CAN_BT0_1000KB 0
+
+#define CAN_BT1_1000KB 0x14
+
+#define CAN_FEATURE_STDREXT 1
+#define CAN_FEATURE_STDANEXT 2
+#define CAN_FEATURE_SINGLESOT 0x400
+
+#define CAN_FILTER_SRR 0x80
+
+#define CAN_ACCEPT_FILTER1 1
+#define CAN_ACCEPT_FILTER2 2
+#define CAN_ACCEPT_EXCL 3
+
+#define DCAN_STATUS_BUSCERR 0x20
+
+#define CAN_CTRL_UNKNOWN 0
+#define CAN_CTRL_82527 1
+#define CAN_CTRL_82C200 2
+#define CAN_CTRL_81C90 3
+#define CAN_CTRL_81C92 4
+#define CAN_CTRL_SJA1000 5
+#define CAN_CTRL_82C900 6
+#define CAN_CTRL_TOUCAN 7
+#define CAN_CTRL_MSCAN 8
+#define CAN_CTRL_FLEXCAN 9
+#define CAN_CTRL_IFICAN 0xA
+#define CAN_CTRL_BCCAN 0xB
+#define CAN_CTRL_BXCAN 0xC
+#define CAN_CTRL_IFICFD 0xD
+#define CAN_CTRL_BMCAN 0xE
+#define CAN_CTRL_GENCFD 0x40
+#define CAN_CTRL_IFICFD2 0x41
+#define CAN_CTRL_BMCAN2 0x42
+#define CAN_CTRL_CANMIN 0
+#define CAN_CTRL_CANMAX 0x3F
+#define CAN_CTRL_CFDMIN 0x40
+#define CAN_CTRL_CFDMAX 0x7F
+#define CAN_CTRL_MAXVAL 0xFF
+
+#define CAN_TYPE_UNKNOWN 0
+#define CAN_TYPE_82527 1
+#define CAN_TYPE_82C200 2
+#define CAN_TYPE_81C90 3
+#define CAN_TYPE_81C92 4
+#define CAN_TYPE_SJA1000 5
+#define CAN_TYPE_82C900 6
+#define CAN_TYPE_TOUCAN 7
+#define CAN_TYPE_MSCAN 8
+#define CAN_TYPE_FLEXCAN 9
+#define CAN_TYPE_IFICAN 0xA
+#define CAN_TYPE_BCCAN 0xB
+#define CAN_TYPE_BXCAN 0xC
+#define CAN_TYPE_IFICFD 0xD
+#define CAN_TYPE_BMCAN 0xE
+#define CAN_TYPE_GENCFD 0x40
+#define CAN_TYPE_IFICFD2 0x41
+#define CAN_TYPE_BMCAN2 0x42
+#define CAN_TYPE_MAXVAL 0xFF
+#define CAN_CTRL_GENCAN CAN_CTRL_UNKNOWN
+#define CAN_CTRL_ISCANFD(type)                                                                                         \
+    ((type) == CAN_CTRL_IFICFD || ((type) >= CAN_CTRL_CFDMIN && (type) <= CAN_CTRL_CFDMAX))
+#define CAN_CTRL_ISCAN(type) ((type) != CAN_CTRL_IFICFD && (type) <= CAN_CTRL_CANMAX)
+
+/* both registers at once */
+#define CAN_BT01_5KB CAN_BT0_5KB, CAN_BT1_5KB
+#define CAN_BT01_10KB CAN_BT0_10KB, CAN_BT1_10KB
+#define CAN_BT01_20KB CAN_BT0_20KB, CAN_BT1_20KB
+#define CAN_BT01_50KB CAN_BT0_50KB, CAN_BT1_50KB
+#define CAN_BT01_100KB CAN_BT0_100KB, CAN_BT1_100KB
+#define CAN_BT01_125KB CAN_BT0_125KB, CAN_BT1_125KB
+#define CAN_BT01_250KB CAN_BT0_250KB, CAN_BT1_250KB
+#define CAN_BT01_500KB CAN_BT0_500KB, CAN_BT1_500KB
+#define CAN_BT01_800KB CAN_BT0_800KB, CAN_BT1_800KB
+#define CAN_BT01_1000KB CAN_BT0_1000KB, CAN_BT1_1000KB
+#define CAN_BT0_GET_BRP(bt0) (((bt0)&0x3F) + 1)
+#define CAN_BT0_GET_SJW(bt0) (((bt0) >> 6 & 3) + 1)
+#define CAN_BT1_GET_TS1(bt1) (((bt1)&0x0F) + 1)
+#define CAN_BT1_GET_TS2(bt1) (((bt1) >> 4 & 7) + 1)
+#define CAN_BT1_GET_SAM(bt1) ((bt1) >> 7 & 1)
+#define CAN_BT1_GET_TQS(bt1) (1 + CAN_BT1_GET_TS1(bt1) + CAN_BT1_GET_TS2(bt1))
+#define CAN_BT01_GET_BITRATE(bt0, bt1) (16000000 / (2 * CAN_BT1_GET_TQS(bt1) * CAN_BT0_GET_BRP(bt0)))
+
+typedef struct _CANBTP {
+    UINT32 dwMode;
+    UINT32 dwBPS;
+    UINT16 wTS1;
+    UINT16 wTS2;
+    UINT16 wSJW;
+    UINT16 wTDO;
+} CANBTP, *PCANBTP;
+CANWIRE_SIZE(CANBTP, 16);
+
+#define CAN_BTP_EMPTY {0, 0, 0, 0, 0, 0}
+#define CAN_BTP_5KB {0, 5000, 17, 8, 1, 0}
+#define CAN_BTP_10KB {0, 10000, 14, 2, 1, 0}
+#define CAN_BTP_20KB {0, 20000, 14, 2, 1, 0}
+#define CAN_BTP_50KB {0, 50000, 14, 2, 1, 0}
+#define CAN_BTP_100KB {0, 100000, 14, 2, 1, 0}
+#define CAN_BTP_125KB {0, 125000, 14, 2, 1, 0}
+#define CAN_BTP_250KB {0, 250000, 14, 2, 1, 0}
+#define CAN_BTP_500KB {0, 500000, 14, 2, 1, 0}
+#define CAN_BTP_800KB {0, 800000, 8, 2, 1, 0}
+#define CAN_BTP_1000KB {0, 1000000, 6, 2, 1, 0}
+#define CAN_BTP_ABR_SL_500KB {0, 500000, 6400, 1600, 1600, 0}
+#define CAN_BTP_DBR_SL_1000KB {0, 1000000, 1600, 400, 400, 1600}
+#define CAN_BTP_DBR_SL_2000KB {0, 2000000, 1600, 400, 400, 1600}
+#define CAN_BTP_DBR_SL_4000KB {0, 4000000, 800, 200, 200, 800}
+#define CAN_BTP_DBR_SL_5000KB {0, 5000000, 600, 200, 200, 600}
+#define CAN_BTP_DBR_SL_6667KB {0, 6666666, 400, 200, 200, 402}
+#define CAN_BTP_DBR_SL_8000KB {0, 8000000, 400, 100, 100, 250}
+#define CAN_BTP_DBR_SL_10000KB {0, 10000000, 300, 100, 100, 200}
+#define CAN_BTP_ABR_LL_250KB {0, 250000, 6400, 1600, 1600, 0}
+#define CAN_BTP_DBR_LL_500KB {0, 500000, 6400, 1600, 1600, 6400}
+#define CAN_BTP_DBR_LL_833KB {0, 833333, 1600, 400, 400, 1620}
+#define CAN_BTP_DBR_LL_1000KB {0, 1000000, 1600, 400, 400, 1600}
+#define CAN_BTP_DBR_LL_1538KB {0, 1538461, 1000, 300, 300, 1040}
+#define CAN_BTP_DBR_LL_2000KB {0, 2000000, 800, 200, 200, 770}
+#define CAN_BTP_DBR_LL_4000KB {0, 4000000, 800, 200, 200, 800}
+
+/* The same as constants; C has them with INIT_CAN_BITRATES in one of its files. */
+#if defined(__cplusplus) && !defined(INIT_CAN_BITRATES)
+#define INIT_CAN_BITRATES
+#endif
+#ifdef INIT_CAN_BITRATES
+#define CANWIRE_BITRATE(name, value) const CANBTP name __attribute__((unused)) = value
+#else
+#define CANWIRE_BITRATE(name, value) extern const CANBTP name
+#endif
+CANWIRE_BITRATE(CAN_BITRATE_NONE, CAN_BTP_EMPTY);
+CANWIRE_BITRATE(CAN_BITRATE_5KB, CAN_BTP_5KB);
+CANWIRE_BITRATE(CAN_BITRATE_10KB, CAN_BTP_10KB);
+CANWIRE_BITRATE(CAN_BITRATE_20KB, CAN_BTP_20KB);
+CANWIRE_BITRATE(CAN_BITRATE_50KB, CAN_BTP_50KB);
+CANWIRE_BITRATE(CAN_BITRATE_100KB, CAN_BTP_100KB);
+CANWIRE_BITRATE(CAN_BITRATE_125KB, CAN_BTP_125KB);
+CANWIRE_BITRATE(CAN_BITRATE_250KB, CAN_BTP_250KB);
+CANWIRE_BITRATE(CAN_BITRATE_500KB, CAN_BTP_500KB);
+CANWIRE_BITRATE(CAN_BITRATE_800KB, CAN_BTP_800KB);
+CANWIRE_BITRATE(CAN_BITRATE_1000KB, CAN_BTP_1000KB);
+CANWIRE_BITRATE(CAN_ABR_SL_500KB, CAN_BTP_ABR_SL_500KB);
+CANWIRE_BITRATE(CAN_DBR_SL_1000KB, CAN_BTP_DBR_SL_1000KB);
+CANWIRE_BITRATE(CAN_DBR_SL_2000KB, CAN_BTP_DBR_SL_2000KB);
+CANWIRE_BITRATE(CAN_DBR_SL_4000KB, CAN_BTP_DBR_SL_4000KB);
+CANWIRE_BITRATE(CAN_DBR_SL_5000KB, CAN_BTP_DBR_SL_5000KB);
+CANWIRE_BITRATE(CAN_DBR_SL_6667KB, CAN_BTP_DBR_SL_6667KB);
+CANWIRE_BITRATE(CAN_DBR_SL_8000KB, CAN_BTP_DBR_SL_8000KB);
+CANWIRE_BITRATE(CAN_DBR_SL_10000KB, CAN_BTP_DBR_SL_10000KB);
+CANWIRE_BITRATE(CAN_ABR_LL_250KB, CAN_BTP_ABR_LL_250KB);
+CANWIRE_BITRATE(CAN_DBR_LL_500KB, CAN_BTP_DBR_LL_500KB);
+CANWIRE_BITRATE(CAN_DBR_LL_833KB, CAN_BTP_DBR_LL_833KB);
+CANWIRE_BITRATE(CAN_DBR_LL_1000KB, CAN_BTP_DBR_LL_1000KB);
+CANWIRE_BITRATE(CAN_DBR_LL_1538KB, CAN_BTP_DBR_LL_1538KB);
+CANWIRE_BITRATE(CAN_DBR_LL_2000KB, CAN_BTP_DBR_LL_2000KB);
+CANWIRE_BITRATE(CAN_DBR_LL_4000KB, CAN_BTP_DBR_LL_4000KB);
+
+typedef struct _CANBTRTABLE {
+    UINT8 bCount;
+    UINT8 bIndex;
+    UINT8 abBtr0[64];
+    UINT8 abBtr1[64];
+} CANBTRTABLE, *PCANBTRTABLE;
+CANWIRE_SIZE(CANBTRTABLE, 130);
+
+typedef struct _CANBTPTABLE {
+    UINT8 bCount;
+    UINT8 bIndex;
+    struct {
+        CANBTP sSdr;
+        CANBTP sFdr;
+    } asBTP[64];
+} CANBTPTABLE, *PCANBTPTABLE;
+CANWIRE_SIZE(CANBTPTABLE, 2050);
+
+typedef struct _CANCAPABILITIES {
+    UINT16 wCtrlType;
+    UINT16 wBusCoupling;
+    UINT32 dwFeatures;
+    UINT32 dwClockFreq;
+    UINT32 dwTscDivisor;
+    UINT32 dwCmsDivisor;
+    union {
+        UINT32 dwCmsMaxTicks;
+        UINT32 dwMaxCmsTicks;
+    };
+    UINT32 dwDtxDivisor;
+    union {
+        UINT32 dwDtxMaxTicks;
+        UINT32 dwMaxDtxTicks;
+    };
+} CANCAPABILITIES, *PCANCAPABILITIES;
+CANWIRE_SIZE(CANCAPABILITIES, 32);
+
+typedef struct _CANCAPABILITIES2 {
+    union {
+        UINT16 wCtrlType;
+        UINT16 CtrlType;
+    };
+    UINT16 wBusCoupling;
+    UINT32 dwFeatures;
+    union {
+        UINT32 dwCanClkFreq;
+        UINT32 dwCanClockFreq;
+    };
+    CANBTP sSdrRangeMin;
+    CANBTP sSdrRangeMax;
+    CANBTP sFdrRangeMin;
+    CANBTP sFdrRangeMax;
+    union {
+        UINT32 dwTscClkFreq;
+        UINT32 dwTscClockFreq;
+    };
+    UINT32 dwTscDivisor;
+    union {
+        UINT32 dwCmsClkFreq;
+        UINT32 dwCmsClockFreq;
+    };
+    UINT32 dwCmsDivisor;
+    UINT32 dwCmsMaxTicks;
+    union {
+        UINT32 dwDtxClkFreq;
+        UINT32 dwDtxClockFreq;
+    };
+    UINT32 dwDtxDivisor;
+    UINT32 dwDtxMaxTicks;
+} CANCAPABILITIES2, *PCANCAPABILITIES2;
+CANWIRE_SIZE(CANCAPABILITIES2, 108);
+
+typedef struct _CANINITLINE {
+    UINT8 bOpMode;
+    UINT8 bReserved;
+    UINT8 bBtReg0;
+    UINT8 bBtReg1;
+} CANINITLINE, *PCANINITLINE;
+CANWIRE_SIZE(CANINITLINE, 4);
+
+typedef struct _CANINITLINE2 {
+    UINT8 bOpMode;
+    UINT8 bExMode;
+    UINT8 bSFMode;
+    UINT8 bEFMode;
+    UINT32 dwSFIds;
+    UINT32 dwEFIds;
+    CANBTP sBtpSdr;
+    CANBTP sBtpFdr;
+} CANINITLINE2, *PCANINITLINE2;
+CANWIRE_SIZE(CANINITLINE2, 44);
+
+typedef struct _CANLINESTATUS {
+    UINT8 bOpMode;
+    UINT8 bBtReg0;
+    UINT8 bBtReg1;
+    UINT8 bBusLoad;
+    UINT32 dwStatus;
+} CANLINESTATUS, *PCANLINESTATUS;
+CANWIRE_SIZE(CANLINESTATUS, 8);
+
+typedef struct _CANLINESTATUS2 {
+    UINT8 bOpMode;
+    UINT8 bExMode;
+    UINT8 bBusLoad;
+    UINT8 bReserved;
+    CANBTP sBtpSdr;
+    CANBTP sBtpFdr;
+    UINT32 dwStatus;
+} CANLINESTATUS2, *PCANLINESTATUS2;
+CANWIRE_SIZE(CANLINESTATUS2, 40);
+
+typedef struct _CANCHANSTATUS {
+    CANLINESTATUS sLineStatus;
+    BOOL32 fActivated;
+    BOOL32 fRxOverrun;
+    UINT8 bRxFifoLoad;
+    UINT8 bTxFifoLoad;
+} CANCHANSTATUS, *PCANCHANSTATUS;
+CANWIRE_SIZE(CANCHANSTATUS, 18);
+
+typedef struct _CANCHANSTATUS2 {
+    CANLINESTATUS2 sLineStatus;
+    BOOL8 fActivated;
+    BOOL8 fRxOverrun;
+    UINT8 bRxFifoLoad;
+    UINT8 bTxFifoLoad;
+} CANCHANSTATUS2, *PCANCHANSTATUS2;
+CANWIRE_SIZE(CANCHANSTATUS2, 44);
+
+typedef struct _CANRTINFO {
+    UINT32 dwNumChannels;
+    UINT32 dwActChannels;
+    UINT32 dwLockStatus;
+    UINT16 wRxFifoLoad;
+    UINT16 wTxFifoLoad;
+} CANRTINFO, *PCANRTINFO;
+CANWIRE_SIZE(CANRTINFO, 16);
+
+typedef struct _CANSCHEDULERSTATUS {
+    UINT8 bTaskStat;
+    UINT8 abMsgStat[16];
+} CANSCHEDULERSTATUS, *PCANSCHEDULERSTATUS;
+CANWIRE_SIZE(CANSCHEDULERSTATUS, 17);
+
+typedef struct _CANSCHEDULERSTATUS2 {
+    CANLINESTATUS2 sLineStatus;
+    UINT8 bTaskStat;
+    UINT8 abMsgStat[16];
+} CANSCHEDULERSTATUS2, *PCANSCHEDULERSTATUS2;
+CANWIRE_SIZE(CANSCHEDULERSTATUS2, 57);
+
+typedef union _CANMSGINFO {
+    struct {
+        UINT8 bType;
+        union {
+            UINT8 bReserved;
+            UINT8 bFlags2;
+            UINT8 bAddFlags;
+        };
+        UINT8 bFlags;
+        UINT8 bAccept;
+    } Bytes;
+    struct {
+        UINT32 type : 8;
+        UINT32 ssm : 1;
+        UINT32 hpm : 1;
+        UINT32 edl : 1;
+        UINT32 fdr : 1;
+        UINT32 esi : 1;
+        UINT32 res : 3;
+        UINT32 dlc : 4;
+        UINT32 ovr : 1;
+        UINT32 srr : 1;
+        UINT32 rtr : 1;
+        UINT32 ext : 1;
+        UINT32 afc : 8;
+    } Bits;
+} CANMSGINFO, *PCANMSGINFO;
+CANWIRE_SIZE(CANMSGINFO, 4);
+
+typedef struct _CANMSG {
+    UINT32 dwTime;
+    UINT32 dwMsgId;
+    CANMSGINFO uMsgInfo;
+    UINT8 abData[8];
+} CANMSG, *PCANMSG;
+CANWIRE_SIZE(CANMSG, 20);
+
+typedef struct _CANMSG2 {
+    UINT32 dwTime;
+    UINT32 _rsvd_;
+    UINT32 dwMsgId;
+    CANMSGINFO uMsgInfo;
+    UINT8 abData[64];
+} CANMSG2, *PCANMSG2;
+CANWIRE_SIZE(CANMSG2, 80);
+
+typedef struct _CANCYCLICTXMSG {
+    UINT16 wCycleTime;
+    UINT8 bIncrMode;
+    UINT8 bByteIndex;
+    UINT32 dwMsgId;
+    CANMSGINFO uMsgInfo;
+    UINT8 abData[8];
+} CANCYCLICTXMSG, *PCANCYCLICTXMSG;
+CANWIRE_SIZE(CANCYCLICTXMSG, 20);
+
+typedef struct _CANCYCLICTXMSG2 {
+    UINT16 wCycleTime;
+    UINT8 bIncrMode;
+    UINT8 bByteIndex;
+    UINT32 dwMsgId;
+    CANMSGINFO uMsgInfo;
+    UINT8 abData[64];
+} CANCYCLICTXMSG2, *PCANCYCLICTXMSG2;
+CANWIRE_SIZE(CANCYCLICTXMSG2, 76);
+
+#define CAN_MAKE_MSGFLAGS(dlc, ovr, srr, rtr, ext)                                                                      \
+    ((UINT8)(((ext)&1) << 7 | ((rtr)&1) << 6 | ((srr)&1) << 5 | ((ovr)&1) << 4 | ((dlc)&0xF)))
+#define CAN_MAKE_MSGFLAGS2(ssm, hpm, edl, fdr, esi)                                                                     \
+    ((UINT8)(((esi)&1) << 4 | ((fdr)&1) << 3 | ((edl)&1) << 2 | ((hpm)&1) << 1 | ((ssm)&1)))
+
+/* bytes by DLC, and DLC by bytes (the next that there is) */
+static const UINT8 CAN_EDLC_XLT[] __attribute__((unused)) = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
+static const UINT8 CAN_ELEN_XLT[] __attribute__((unused)) = {
+    0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 9, 10, 10, 10,
+    10, 11, 11, 11, 11, 12, 12, 12, 12, 13, 13, 13, 13, 13, 13, 13,
+    13, 14, 14, 14, 14, 14, 14, 14, 14, 14, 14, 14, 14, 14, 14, 14,
+    14, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15,
+    15};
+#define CAN_SDLC_TO_LEN(dlc) ((dlc) <= CAN_SDLC_MAX ? (UINT8)(dlc) : CAN_SLEN_MAX)
+#define CAN_EDLC_TO_LEN(dlc) ((dlc) <= CAN_EDLC_MAX ? CAN_EDLC_XLT[(dlc)] : CAN_ELEN_MAX)
+#define CAN_LEN_TO_SDLC(length) ((length) <= CAN_SLEN_MAX ? (UINT8)(length) : CAN_SDLC_MAX)
+#define CAN_LEN_TO_EDLC(length) ((length) <= CAN_ELEN_MAX ? CAN_ELEN_XLT[(length)] : CAN_EDLC_MAX)
+
+#include <poppack.h>
+
+#endif

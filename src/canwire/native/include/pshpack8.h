@@ -1,0 +1,2 @@
+/* How structures are packed from here on; no guard: it is included many times. */
+#pragma pack(push, 8)

@@ -1,0 +1,136 @@
+/* Bad input: every mistake gives the vendor's error code. */
+#include "vci.h"
+
+#include <errno.h>
+#include <process.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static void null_pointers(Line &line)
+{
+    EXPECT(VciGetVersion(NULL), VCI_E_INVALIDARG);
+    EXPECT(VciGetDeviceManager(NULL), VCI_E_INVALIDARG);
+    EXPECT(VciCreateLuid(NULL), VCI_E_INVALIDARG);
+    EXPECT(line.layer->GetFeatures(NULL), VCI_E_INVALIDARG);
+    EXPECT(line.layer->QueryInterface(IID_IUnknown, NULL), VCI_E_INVALIDARG);
+    EXPECT(line.control->InitLine(NULL), VCI_E_INVALIDARG);
+    EXPECT(line.control->DetectBaud(10, NULL), VCI_E_INVALIDARG);
+    EXPECT(line.writer->PutDataEntry(NULL), VCI_E_INVALIDARG);
+    EXPECT(line.writer->AcquireWrite(NULL, NULL), VCI_E_INVALIDARG);
+    EXPECT(line.reader->GetCapacity(NULL), VCI_E_INVALIDARG);
+}
+
+static void texts()
+{
+    char text[64], small[8];
+    VCIID id = {{1, 2}}, back;
+    GUID guid;
+
+    OK(VciLuidToChar(id, text, 17));
+    TRUE_THAT(strcmp(text, "0000000200000001") == 0);
+    EXPECT(VciLuidToChar(id, small, sizeof small), VCI_E_BUFFER_OVERFLOW);
+    OK(VciCharToLuid(text, &back));
+    TRUE_THAT(back.AsInt64 == id.AsInt64);
+    EXPECT(VciCharToLuid((PCHAR) "no", &back), VCI_E_FAIL);
+    OK(VciGuidToChar(IID_IBalObject, text, 39));
+    TRUE_THAT(strcmp(text, "{A2B958AA-9188-4CDB-8307-25D9F1F843E9}") == 0);
+    OK(VciCharToGuid(text, &guid));
+    TRUE_THAT(guid == IID_IBalObject);
+    EXPECT(VciGuidToChar(guid, text, 38), VCI_E_BUFFER_OVERFLOW);
+    OK(VciFormatError(VCI_E_TIMEOUT, text, sizeof text));
+    TRUE_THAT(strncmp(text, "VCI_E_TIMEOUT", 13) == 0);
+    OK(VciFormatError(VCI_E_TIMEOUT, small, sizeof small));
+    TRUE_THAT(strlen(small) == 7);
+}
+
+static void interfaces(Line &line)
+{
+    PVOID found = &line;
+    UINT16 count;
+    CANMSG message = {};
+    PCANMSG block;
+
+    EXPECT(line.layer->QueryInterface(IID_ICanChannel, &found), VCI_E_NOINTERFACE);
+    TRUE_THAT(found == NULL);
+    EXPECT(line.layer->OpenSocket(99, IID_ICanSocket, &found), VCI_E_INVALID_INDEX);
+    EXPECT(line.layer->OpenSocket(0, IID_ICanControl, &found), VCI_E_ACCESSDENIED); /* one at a time */
+    EXPECT(line.channel->GetReader((IFifoReader **)&found), VCI_E_ACCESSDENIED);
+    EXPECT(line.reader->AssignEvent((HANDLE)0x1234), VCI_E_INVHANDLE);
+    while (line.reader->GetDataEntry(&message) == VCI_OK)
+        ;
+    EXPECT(line.reader->AcquireRead((PVOID *)&block, &count), VCI_E_RXQUEUE_EMPTY);
+    EXPECT(line.reader->ReleaseRead(1), VCI_E_INVALIDARG);
+    message = {};
+    message.uMsgInfo.Bits.edl = 1;
+    EXPECT(line.writer->PutDataEntry(&message), VCI_E_INVALIDARG); /* a CANMSG has none */
+    TRUE_THAT(line.layer->AddRef() == 2 && line.layer->Release() == 1);
+    OK(line.reader->QueryInterface(IID_IVciFifo, &found));
+    OK(static_cast<IVciFifo *>(found)->GetCapacity(&count));
+    TRUE_THAT(count >= 4000);
+    static_cast<IVciFifo *>(found)->Release();
+    OK(line.channel->Initialize(100, 100));
+    EXPECT(line.reader->GetDataEntry(&message), VCI_E_INVHANDLE); /* of the queue before */
+    line.reader->Release();
+    EXPECT(line.reader->GetDataEntry(&message), VCI_E_INVHANDLE);
+    TRUE_THAT(line.reader->Release() == 0);
+    OK(line.channel->GetReader(&line.reader));
+    OK(line.channel->Activate());
+}
+
+static void fork_of(Line &line)
+{
+    CANMSG message = {};
+    int status;
+    pid_t child = fork();
+
+    if (child == 0) {
+        EXPECT(line.reader->GetDataEntry(&message), VCI_E_DISCONNECTED);
+        EXPECT(line.control->StopLine(), VCI_E_DISCONNECTED);
+        Line own(1); /* with a connection of its own */
+        own.control->StopLine();
+        _exit(0);
+    }
+    TRUE_THAT(waitpid(child, &status, 0) == child && status == 0);
+    OK(line.control->StopLine()); /* the parent's is as it was */
+    errno = 0;
+    TRUE_THAT(wait(NULL) == -1 && errno == ECHILD); /* nobody of ours is a child of the program's */
+}
+
+static volatile LONG done;
+
+static unsigned ask_often(void *layer)
+{
+    BALFEATURES features;
+
+    for (int k = 0; k < 50; k++)
+        OK(static_cast<IBalObject *>(layer)->GetFeatures(&features));
+    InterlockedIncrement(&done);
+    return 7;
+}
+
+static void threads(Line &line)
+{
+    HANDLE each[4];
+    DWORD code;
+
+    for (HANDLE &thread : each)
+        TRUE_THAT((thread = (HANDLE)_beginthreadex(NULL, 0, ask_often, line.layer, 0, NULL)) != NULL);
+    TRUE_THAT(WaitForMultipleObjects(4, each, TRUE, INFINITE) == WAIT_OBJECT_0);
+    TRUE_THAT(GetExitCodeThread(each[0], &code) && code == 7 && done == 4);
+    for (HANDLE thread : each)
+        TRUE_THAT(CloseHandle(thread) && !CloseHandle(thread));
+    TRUE_THAT(GetLastError() == ERROR_INVALID_HANDLE);
+}
+
+int main()
+{
+    Line line(0);
+
+    null_pointers(line);
+    texts();
+    interfaces(line);
+    threads(line);
+    fork_of(line);
+    puts("every mistake has its code");
+    return 0;
+}
