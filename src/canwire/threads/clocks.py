@@ -13,9 +13,13 @@ def sleep(seconds: float, /) -> None:
         return
     if seconds < 0:
         raise ValueError("sleep length must be non-negative")
+    asked = me.asked
     until_ns = me.company.end_ns(float(seconds))
     if me.company.wait(me, _never, until_ns, f"time.sleep({seconds:g})") is None:
         originals.sleep(seconds)
+    elif seconds == 0:  # others have had their turns, but it still polls
+        me.asked = asked
+        me.company.polls(me, _never)
 
 
 def monotonic_ns() -> int:

@@ -41,11 +41,14 @@ def finite(name: str, value: float, lowest: float, highest: float) -> float:
 
 
 def nanoseconds(name: str, seconds: float) -> int:
-    """A span in whole nanoseconds; raises BadValue naming what is negative, not finite or beyond 146 years."""
+    """A span in whole nanoseconds, 1 at least of what is not 0: so who waits for it always lets some time pass.
+
+    Raises BadValue naming what is negative, not finite or beyond 146 years.
+    """
     _number(name, seconds)
     if not 0 <= seconds <= _LONGEST_S:
         raise BadValue(f"{name} {shown(seconds)}: a finite time, not negative, of at most 146 years")
-    return round(seconds * 1e9)
+    return round(seconds * 1e9) or int(seconds > 0)
 
 
 def shown(value: object) -> str:
