@@ -127,3 +127,29 @@ def test_a_recorder_of_canwires_own(tmp_path: Path) -> None:
 
     lines = twice(play)[0]
     assert [line.split()[2] for line in lines] == [f"{number:03X}#" for number in range(5)]  # type: ignore[attr-defined]
+
+
+def test_an_ecu_of_canwires_own_answers_in_a_lab() -> None:
+    udsoncan = pytest.importorskip("udsoncan")
+    pytest.importorskip("isotp")
+    from udsoncan.client import Client
+
+    from canwire.ecus import UdsConnection, UdsEcu
+
+    with canwire.Lab() as lab, canwire.in_time(lab):
+        bus = lab.can_bus("can0", bit_rate=500_000)
+        bus.node("ecu", UdsEcu(identifiers={0xF190: VIN}))
+        codecs = {"data_identifiers": {0xF190: udsoncan.AsciiCodec(len(VIN))}}
+        config = {**udsoncan.configs.default_client_config, **codecs}
+        heard: list[object] = []
+
+        def ask() -> None:
+            connection = UdsConnection(bus.node("tester"), request=0x7E0, response=0x7E8)
+            with Client(connection, config=config) as client:
+                heard.append(client.read_data_by_identifier(0xF190).service_data.values[0xF190])
+
+        tester = threading.Thread(target=ask)
+        tester.start()
+        tester.join(1)
+        assert heard == [VIN.decode()]
+        assert time.monotonic() < 0.01

@@ -56,7 +56,9 @@ def test_iso_tp_by_scapys_own_threads() -> None:
             sending.join()
         here.close()
         there.close()
-        while TimeoutScheduler._thread is not None:  # one for the whole process: it is to end in this hub's time
+        while (
+            TimeoutScheduler._thread is not None
+        ):  # one for the whole process: it is to end in this hub's time
             time.sleep(0.1)
         return [bytes(packet.data) for packet in heard]
 
