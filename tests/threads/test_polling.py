@@ -69,7 +69,7 @@ def test_who_only_asks_a_bus_gets_what_a_cyclic_task_sends(canwire_hub: Hub, pau
 
 
 def test_a_timeout_is_over_when_its_wait_ends(canwire_hub: Hub) -> None:
-    """Libraries ask for "later than the deadline" as well as for "not before": both are true then, as with any clock."""
+    """Libraries ask for "later than the deadline" and for "not before": both are true then, as with any clock."""
     for _ in range(100):
         deadline_s = time.monotonic() + 0.1
         with pytest.raises(queue.Empty):

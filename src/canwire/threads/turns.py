@@ -14,15 +14,13 @@ from canwire.errors import HubError, HubLost
 from canwire.threads.keeper import NEVER, ByTheClock, Keeper
 from canwire.threads.member import MEMBERS, Member
 from canwire.threads.originals import allocate_lock
+from canwire.threads.polling import Polling
 from canwire.threads.standstill import describe, wait_for_descriptors
 
 SILENCE_NS = 3_600_000_000_000  # that all may wait for without a timeout: boards' clocks tick for ever
-_POLLS = 1000  # questions without a wait, after which each further ...
-_POLLED = 100  # ... so many let time pass,
-_FIRST_STEP_NS, _LAST_STEP_NS = 10_000, 1_000_000  # twice as much each time
 
 
-class Turns:
+class Turns(Polling):
     """The threads that take part; `founder` made it, and is told where nothing can ever come."""
 
     def __init__(self, keeper: Keeper) -> None:
@@ -72,23 +70,6 @@ class Turns:
             return NEVER
         span_ns = max(1, math.ceil(seconds * 1e9 - 1e-3)) if seconds > 0 else 0
         return min(self.now_ns() + span_ns, NEVER)
-
-    def asks(self, me: Member) -> int:
-        """The time, for somebody who asks."""
-        self.polls(me, _never)
-        return self.now_ns()
-
-    def polls(self, me: Member, ready: Callable[[], bool]) -> bool:
-        """It asks without a wait. Who does so again and again is taken to poll: time passes; is it ready meanwhile?"""
-        me.asked += 1
-        if me.asked < _POLLS or me.asked % _POLLED:
-            return False
-        doubled = min((me.asked - _POLLS) // _POLLED, 16)
-        step_ns = min(_FIRST_STEP_NS << doubled, _LAST_STEP_NS)
-        asked = me.asked
-        answer = self.wait(me, ready, self.now_ns() + step_ns, "what it asks for again and again")
-        me.asked = asked
-        return bool(answer)
 
     # members
 
