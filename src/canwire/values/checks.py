@@ -9,6 +9,7 @@ from canwire.errors import BadValue
 
 LONGEST_NS = 1 << 62  # 146 years
 _LONGEST_S = LONGEST_NS // 1_000_000_000
+_LEAST_PACE, _MOST_PACE = 0.0001, 10_000.0
 _SHOWN = 60  # characters of a value in an error
 
 
@@ -38,6 +39,11 @@ def finite(name: str, value: float, lowest: float, highest: float) -> float:
     if not lowest <= value <= highest:
         raise BadValue(f"{name} {shown(value)}: from {lowest:g} to {highest:g}")
     return float(value)
+
+
+def pace(factor: float | None) -> float:
+    """How many seconds of virtual time pass in one of the wall clock; None: as many as can, which is 0 here."""
+    return 0.0 if factor is None else finite("pace", factor, _LEAST_PACE, _MOST_PACE)
 
 
 def nanoseconds(name: str, seconds: float) -> int:
