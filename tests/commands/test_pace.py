@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +13,8 @@ import pytest
 import canwire
 from canwire import BadValue, WrongState
 from canwire.commands import main
-from tests.hubs import serving, status_of
+from tests import warm
+from tests.hubs import LONG_S, serving, status_of
 from tests.lockstep.programs import bench
 
 STEPS = """
@@ -71,3 +74,20 @@ def test_other_hubs_have_no_pace(tmp_path: Path, capsys: pytest.CaptureFixture[s
     for word in ("0", "-1", "slow"):
         assert status_of("pace", word) == 2
         assert "a number above 0, or free" in capsys.readouterr().err
+
+
+def test_a_serial_dongle_is_refused_unless_time_is_held_to_the_clock(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    with bench(tmp_path) as made:
+        words = ["slcan", "--pty", str(tmp_path / "tty"), "--hub", made.address]
+        assert main(words) == 2
+        assert "canwire pace 1" in capfd.readouterr().err
+        assert main(["pace", "1", "--hub", made.address]) == 0
+        command = [sys.executable, "-m", "canwire", *words]
+        dongle = warm.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert dongle.stdout is not None
+        assert "dongle A123" in dongle.stdout.readline()
+        dongle.terminate()
+        dongle.communicate(timeout=LONG_S)
