@@ -63,6 +63,11 @@ class Member:
         return f"<thread {self.thread.name!r}, number {self.number}, waits for {self.what}>"
 
 
+def never() -> bool:
+    """`ready` of who waits for time alone; nobody calls it in vain."""
+    return False
+
+
 MEMBERS: dict[int, Member] = {}
 """Every thread that takes part, by its ident."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from canwire.threads.member import Member
+from canwire.threads.member import Member, never
 
 _POLLS = 1000  # questions without a wait, after which each further ...
 _POLLED = 100  # ... so many let time pass,
@@ -32,7 +32,7 @@ class Polling(ABC):
 
     def asks(self, me: Member) -> int:
         """The time, for somebody who asks."""
-        self.polls(me, _never)
+        self.polls(me, never)
         return self.now_ns()
 
     def polls(self, me: Member, ready: Callable[[], bool]) -> bool:
@@ -46,7 +46,3 @@ class Polling(ABC):
         answer = self.wait(me, ready, self.now_ns() + step_ns, "what it asks for again and again")
         me.asked = asked
         return bool(answer)
-
-
-def _never() -> bool:
-    return False

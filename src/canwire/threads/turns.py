@@ -8,16 +8,20 @@ from __future__ import annotations
 
 import math
 import threading
+from bisect import bisect_right
 from collections.abc import Callable
+from operator import attrgetter
 
 from canwire.errors import HubError, HubLost
 from canwire.threads.keeper import NEVER, ByTheClock, Keeper
-from canwire.threads.member import MEMBERS, Member
+from canwire.threads.member import MEMBERS, Member, never
 from canwire.threads.originals import allocate_lock
 from canwire.threads.polling import Polling
 from canwire.threads.standstill import describe, wait_for_descriptors
 
 SILENCE_NS = 3_600_000_000_000  # that all may wait for without a timeout: boards' clocks tick for ever
+
+_number_of = attrgetter("number")
 
 
 class Turns(Polling):
@@ -26,7 +30,7 @@ class Turns(Polling):
     def __init__(self, keeper: Keeper) -> None:
         self.keeper = keeper
         self.over = False
-        self.when_over: Callable[[], object] = _never
+        self.when_over: Callable[[], object] = never
         self.turns = 0  # handed on so far
         self.running: Member | None = None
         self._members: list[Member] = []
@@ -232,9 +236,9 @@ class Turns(Polling):
         """The first who can go on, beginning behind this one."""
         now_ns = self.now_ns()
         members = self._members
-        behind = sum(one.number <= me.number for one in members)
-        for one in (*members[behind:], *members[:behind]):
-            if _is_ready(one):
+        behind = bisect_right(members, me.number, key=_number_of)
+        for one in members[behind:] + members[:behind]:
+            if one.ready is not never and _is_ready(one):
                 one.answer = True
                 return one
             if one.until_ns <= now_ns:
@@ -282,7 +286,3 @@ def _is_ready(one: Member) -> bool:
     except BaseException as error:
         one.error = error
         return True
-
-
-def _never() -> bool:
-    return False
