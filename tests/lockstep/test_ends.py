@@ -112,7 +112,7 @@ def test_a_program_that_waits_for_its_turn_hears_that_the_hub_is_gone(tmp_path: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--programs", "2"], "--programs and --patience are for --time lockstep"),
+        (["--programs", "2"], "--programs, --patience and --pace are for --time lockstep"),
         (["--time", "lockstep", "--programs", "0"], "'0': a number from 1 up, or different names"),
         (["--time", "lockstep", "--programs", "a,a"], "'a,a': a number from 1 up, or different names"),
         (["--time", "lockstep", "--patience", "0"], "patience_s 0.0: from 0.001"),

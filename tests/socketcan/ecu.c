@@ -1,7 +1,7 @@
 /* An ECU in C: it answers 7DF by 100 + its number, and sends 110 + its number after 25 ms of silence.
  *
- * ecu NUMBER WAY COUNT: how it waits (poll, ppoll, select, pselect, epoll, timeout, sleep, alarm, timerfd) and how often. At the end it
- * prints what its clocks say.
+ * ecu NUMBER WAY COUNT: how it waits (poll, ppoll, select, pselect, epoll, epoll2, timeout, sleep, alarm, timerfd, interval,
+ * semaphore, condition, mutex, timer_create) and how often. At the end it prints what its clocks say.
  */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -9,7 +9,10 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <poll.h>
+#include <pthread.h>
+#include <semaphore.h>
 #include <signal.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -42,6 +45,52 @@ static void nothing(int number)
     (void)number;
 }
 
+/* So long, by a timer that is read; `interval`: one timer for all waits. */
+static void by_timer(int interval)
+{
+    static int timer = -1;
+    struct itimerspec set = {{0, interval ? SILENCE_MS * 1000000 : 0}, {0, SILENCE_MS * 1000000}}, left;
+    uint64_t times;
+
+    if (timer < 0 || !interval) {
+        timer = timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC);
+        timerfd_settime(timer, 0, &set, NULL);
+    }
+    timerfd_gettime(timer, &left);
+    if (left.it_value.tv_nsec != SILENCE_MS * 1000000 || read(timer, &times, sizeof times) != sizeof times || times != 1)
+        exit(3);
+    if (!interval)
+        close(timer);
+}
+
+/* So long, for what never comes from another thread. */
+static void by_lock(const char *way)
+{
+    static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+    static pthread_cond_t condition = PTHREAD_COND_INITIALIZER;
+    sem_t semaphore;
+    struct timespec end;
+    int error;
+
+    clock_gettime(CLOCK_REALTIME, &end);
+    end.tv_nsec += SILENCE_MS * 1000000;
+    if (end.tv_nsec >= 1000000000) {
+        end.tv_sec++;
+        end.tv_nsec -= 1000000000;
+    }
+    sem_init(&semaphore, 0, 0);
+    pthread_mutex_lock(&mutex);
+    if (strcmp(way, "semaphore") == 0)
+        error = sem_timedwait(&semaphore, &end) < 0 ? errno : 0;
+    else if (strcmp(way, "condition") == 0)
+        error = pthread_cond_timedwait(&condition, &mutex, &end);
+    else
+        error = pthread_mutex_timedlock(&mutex, &end);
+    pthread_mutex_unlock(&mutex);
+    if (error != ETIMEDOUT)
+        exit(4);
+}
+
 /* Whether there is something to read. */
 static int waited(int fd, const char *way)
 {
@@ -62,10 +111,10 @@ static int waited(int fd, const char *way)
         return select(fd + 1, &set, NULL, NULL, &limit);
     if (strcmp(way, "pselect") == 0)
         return pselect(fd + 1, &set, NULL, NULL, &span, NULL);
-    if (strcmp(way, "epoll") == 0) {
+    if (strncmp(way, "epoll", 5) == 0) {
         int epoll = epoll_create1(0);
         epoll_ctl(epoll, EPOLL_CTL_ADD, fd, &event);
-        int found = epoll_wait(epoll, &event, 1, SILENCE_MS);
+        int found = way[5] == '2' ? epoll_pwait2(epoll, &event, 1, &span, NULL) : epoll_wait(epoll, &event, 1, SILENCE_MS);
         close(epoll);
         return found;
     }
@@ -78,9 +127,14 @@ static int waited(int fd, const char *way)
         signal(SIGALRM, nothing);
         setitimer(ITIMER_REAL, &once, NULL);
         pause();
-    } else if (strcmp(way, "timerfd") == 0)
-        close(timerfd_create(CLOCK_MONOTONIC, 0));
-    else
+    } else if (strcmp(way, "timerfd") == 0 || strcmp(way, "interval") == 0)
+        by_timer(way[0] == 'i');
+    else if (strcmp(way, "semaphore") == 0 || strcmp(way, "condition") == 0 || strcmp(way, "mutex") == 0)
+        by_lock(way);
+    else if (strcmp(way, "timer_create") == 0) {
+        timer_t timer;
+        timer_create(CLOCK_MONOTONIC, NULL, &timer);
+    } else
         clock_nanosleep(CLOCK_MONOTONIC, 0, &span, NULL);
     return poll(&one, 1, 0);
 }

@@ -19,7 +19,10 @@ from tests.socketcan.test_program import compiled
 
 pytest.importorskip("numpy")
 
-WAYS = ("poll", "ppoll", "select", "pselect", "epoll", "timeout", "sleep", "alarm")
+WAYS = (
+    "poll", "ppoll", "select", "pselect", "epoll", "epoll2", "timeout", "sleep", "alarm", "timerfd", "interval",
+    "semaphore", "condition", "mutex",
+)  # fmt: skip
 
 
 class Ended(NamedTuple):
@@ -31,6 +34,11 @@ class Ended(NamedTuple):
 @pytest.fixture(scope="session")
 def ecu(tmp_path_factory: pytest.TempPathFactory) -> str:
     return compiled("ecu", tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def workers(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return compiled("workers", tmp_path_factory)
 
 
 def played(home: Path, cast: dict[str, Sequence[str]], stdin: str = "") -> dict[str, Ended]:
@@ -100,9 +108,23 @@ def test_every_way_to_wait(tmp_path: Path, ecu: str) -> None:
     )
 
 
+def test_threads_that_wait_for_each_other(tmp_path: Path, workers: str) -> None:
+    """A mutex, a condition, a semaphore and joins: no wait holds up the others, and the log is the same every time."""
+    find_program("candump")
+    cast: dict[str, Sequence[str]] = {
+        "log": ["candump", "-L", "-T", "500", "can0"],
+        "workers": [workers],
+    }
+    first, second = (played(tmp_path / name, cast) for name in ("first", "second"))
+    assert first["workers"] == (0, "40 sent, 0.200000000\n", "")
+    assert first == second
+    ids = [line.split()[2].split("#")[0] for line in first["log"].output.splitlines()]
+    assert [ids.count(name) for name in ("100", "101", "102", "103")] == [10] * 4
+
+
 def test_what_takes_no_part_is_named(tmp_path: Path, ecu: str) -> None:
-    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "timerfd", "1"]})
-    assert "ecu uses timerfd_create: by the computer's clock, not by the hub's time" in ended["ecu"].errors
+    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "timer_create", "1"]})
+    assert "ecu uses timer_create: by the computer's clock, not by the hub's time" in ended["ecu"].errors
 
 
 def test_a_script_is_one_program_after_the_other(tmp_path: Path, ecu: str) -> None:

@@ -97,6 +97,7 @@ VERBS = {
     ),
     "web": Verb("canwire.commands.web.verb", "show the hub's boards and traffic in a browser"),
     "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
+    "pace": Verb("canwire.commands.pace", "show or set how quickly a lockstep hub's time passes"),
     "offer": Verb("canwire.commands.network.offer", "offer the hub to other machines"),
     "completion": Verb("canwire.commands.shell.completion", "completion of verbs and options for a shell"),
 }

@@ -72,6 +72,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="lockstep: name a program that computes for longer (default: 5)",
     )
     parser.add_argument(
+        "--pace",
+        type=float,
+        metavar="FACTOR",
+        help="lockstep: held to the wall clock, 1: as quickly, 0.1: a tenth (see canwire pace)",
+    )
+    parser.add_argument(
         "--network", action="store_true", help="offer it to other machines, too, with the options below"
     )
     add_offer_arguments(parser.add_argument_group("with --network"))
@@ -83,8 +89,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM, SIGHUP or SIGINT."""
     time = arguments.time or "real"
-    if time != "lockstep" and (arguments.programs is not None or arguments.patience is not None):
-        raise BadValue("--programs and --patience are for --time lockstep")
+    if time != "lockstep" and (arguments.programs, arguments.patience, arguments.pace) != (None, None, None):
+        raise BadValue("--programs, --patience and --pace are for --time lockstep")
     if given(arguments) and not arguments.network:
         raise BadValue("these options say how a hub is offered to other machines: give --network, too")
     stop = canwire.Event(manual_reset=True)
@@ -114,6 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
                 time,
                 programs=1 if arguments.programs is None else arguments.programs,
                 patience_s=5.0 if arguments.patience is None else arguments.patience,
+                pace=arguments.pace,
                 ready=ready,
                 stop=stop,
                 warn=complain,

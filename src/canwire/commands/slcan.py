@@ -11,7 +11,8 @@ SIGTERM and Ctrl-C pull them out again and report what was lost; the board of a 
 and what Z has chosen for each serial number, are in $XDG_STATE_HOME/canwire (~/.local/state/canwire).
 
 On a pseudo terminal a host can write faster than on any serial line, and then finds the queue of eight full (BELL);
---pace 115200 takes its bytes as such a line would.
+--pace 115200 takes its bytes as such a line would. A hub in lockstep has dongles while its time is held to the clock
+(canwire pace), since no hub can see what their hosts wait for.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import canwire
-from canwire import InUse
+from canwire import InUse, WrongState
 from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import signals_call
@@ -88,12 +89,22 @@ def run(arguments: argparse.Namespace) -> int:
         service = Service(complain)
         hub = closing.enter_context(canwire.connect(arguments.hub, name="canwire slcan", timed=False))
         closing.callback(service.close)
+        _check_time(hub)
         settings = _settings(arguments)
         for wire in _wires(arguments, closing):
             _serve(service, hub, arguments, settings, wire, closing)
             settings = _next(settings)
         service.run(stop)
     return 0
+
+
+def _check_time(hub: Hub) -> None:
+    """Raises WrongState: who talks to a dongle waits by the computer's clock, and nobody can see for what."""
+    if hub.time == "lockstep" and not hub.time_state().pace:
+        raise WrongState(
+            "a host of a serial dongle cannot take part in one time with other programs: hold the hub's time to the "
+            "clock (`canwire pace 1`, serve --pace 1), or let the host use python-can's interface canwire"
+        )
 
 
 def _serve(

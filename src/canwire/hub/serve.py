@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from canwire.boards.wiring import config_warnings
-from canwire.errors import HubError
+from canwire.errors import BadValue, HubError
 from canwire.hub.links.answering import Server
 from canwire.hub.owner.engine import LOCKSTEP, REAL, Engine
 from canwire.hub.owner.lockstep.pace import PATIENCE_S, LockstepPace
@@ -17,6 +17,7 @@ from canwire.hub.owner.world import World
 from canwire.hub.usual import default_address, usual_config
 from canwire.platform import raise_descriptor_limit, signals_end_waits
 from canwire.values.checks import finite, whole
+from canwire.values.checks import pace as checked_pace
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
@@ -32,6 +33,7 @@ def serve(
     *,
     programs: int | Sequence[str] = 1,
     patience_s: float = PATIENCE_S,
+    pace: float | None = None,
     ready: Callable[[str], object],
     stop: Event,
     warn: Callable[[str], object] | None = None,
@@ -41,12 +43,13 @@ def serve(
     `ready` gets one line about it once clients can connect; before that `warn` gets one for everything unusual about
     the buses, and later one whenever lines of a bus come to run at different rates. Time is "real", "fast" or
     "lockstep": that begins once so many `programs` take part, or all of these names, in whose order they have their
-    turns, and who computes for longer than `patience_s` is named to `warn`. Raises HubError if another hub listens
+    turns, and who computes for longer than `patience_s` is named to `warn`; with a `pace` it is held to the wall clock
+    times this factor, which Hub.set_pace changes. Raises HubError if another hub listens
     there, BadConfig for a bad configuration.
     """
     config = usual_config(config)
     raise_descriptor_limit()
-    engine = _engine(config, time, programs, patience_s)
+    engine = _engine(config, time, programs, patience_s, checked_pace(pace))
     with contextlib.ExitStack() as closing:
         closing.callback(engine.close)
         server = Server(engine, default_address() if address is None else address)
@@ -63,8 +66,12 @@ def serve(
             raise HubError("the hub's engine stopped; see the traceback above")
 
 
-def _engine(config: Config, time: str, programs: int | Sequence[str], patience_s: float) -> Engine:
+def _engine(
+    config: Config, time: str, programs: int | Sequence[str], patience_s: float, pace: float
+) -> Engine:
     if time != LOCKSTEP:
+        if pace:
+            raise BadValue(f"a pace is for lockstep: {time} time has its own")
         return Engine(World(config), time)
     finite("patience_s", patience_s, 0.001, 1e9)
     if isinstance(programs, int):
@@ -72,6 +79,8 @@ def _engine(config: Config, time: str, programs: int | Sequence[str], patience_s
     else:
         turns = Turns(len(programs), programs)
     world = World(config, turns=turns)
+    assert world.lockstep is not None
+    world.lockstep.held.hold(pace)
     return Engine(world, time, LockstepPace(world, patience_s))
 
 

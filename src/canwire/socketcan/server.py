@@ -43,12 +43,14 @@ if TYPE_CHECKING:
     AWAIT_TURN,
     LEAVE_TIME,
     SET_TIMER,
-) = range(1, 12)
+    OPEN_TIMER,
+    TAKE_PART,
+    SET_TIMER_FD,
+) = range(1, 15)
+_TAKING_PART = (OPEN_SOCKET, AWAIT_TURN, SET_TIMER, OPEN_TIMER, TAKE_PART, SET_TIMER_FD)
 NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK = range(1, 5)
 _FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
 _LOOK_S = 0.02
-
-
 _UNTIL, _TIMER = struct.Struct("<q"), struct.Struct("<qq")
 
 
@@ -201,13 +203,21 @@ class Server:
             turns.leaves(request)
             asked.answer(0)
             return
-        takes_part = request.operation in (OPEN_SOCKET, AWAIT_TURN, SET_TIMER)
+        takes_part = request.operation in _TAKING_PART
         turns.requested(request, asked, takes_part=takes_part)
         if request.operation == AWAIT_TURN:
             turns.waits(request, asked, *_times(_UNTIL, request))
         elif request.operation == SET_TIMER:
             before = turns.set_timer(request.process, *_times(_TIMER, request))
             asked.answer(0, _TIMER.pack(*before))
+        elif request.operation == TAKE_PART:
+            asked.answer(0)
+        elif request.operation == OPEN_TIMER:
+            number, descriptor = turns.timers.open(request.process, bool(request.a))
+            asked.answer(number, descriptor=descriptor)
+        elif request.operation == SET_TIMER_FD:
+            times = _times(_TIMER, request) if request.a else None
+            asked.answer(0, _TIMER.pack(*turns.timers.set(request.slot, times)))
         else:
             self._do(request, asked)
             turns.still_asks(request, asked)

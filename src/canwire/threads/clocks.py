@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from canwire.threads import originals
-from canwire.threads.member import current
+from canwire.threads.member import current, never
 
 
 def sleep(seconds: float, /) -> None:
@@ -13,9 +13,13 @@ def sleep(seconds: float, /) -> None:
         return
     if seconds < 0:
         raise ValueError("sleep length must be non-negative")
+    asked = me.asked
     until_ns = me.company.end_ns(float(seconds))
-    if me.company.wait(me, _never, until_ns, f"time.sleep({seconds:g})") is None:
+    if me.company.wait(me, never, until_ns, f"time.sleep({seconds:g})") is None:
         originals.sleep(seconds)
+    elif seconds == 0:  # others have had their turns, but it still polls
+        me.asked = asked
+        me.company.polls(me, never)
 
 
 def monotonic_ns() -> int:
@@ -46,7 +50,3 @@ def time_ns() -> int:
 def time_s() -> float:
     me = current()
     return originals.time_s() if me is None else me.company.asks(me) / 1e9
-
-
-def _never() -> bool:
-    return False

@@ -27,7 +27,7 @@ class Company(Turns):
     def waited(self, ready: Callable[[], bool], timeout: float | None) -> bool | None:
         """A wait of the calling thread for something of the hub's; None: the thread takes no part, or not any more."""
         if timeout is not None and timeout <= 0:
-            return ready()
+            return ready() or self._polled(ready)
         return self.waited_until(ready, self.end_ns(timeout))
 
     def waited_until(self, ready: Callable[[], bool], until_ns: int) -> bool | None:
@@ -82,6 +82,10 @@ class Company(Turns):
         me = current()
         if me is not None and me.company is self:
             self.wait(me, self._only_daemons, NEVER, "the program's other threads to end")
+
+    def _polled(self, ready: Callable[[], bool]) -> bool:
+        me = current()
+        return me is not None and me.company is self and self.polls(me, ready)
 
     def _only_daemons(self) -> bool:
         return all(one.thread.daemon for one in self.members if one is not self.founder)

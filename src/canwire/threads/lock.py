@@ -5,8 +5,11 @@ from __future__ import annotations
 import threading
 from types import TracebackType
 
+from canwire.threads.keeper import NEVER
 from canwire.threads.member import current
 from canwire.threads.originals import allocate_lock
+
+_LATE_NS = 1  # as every clock's: can-j1939 goes round for ever where it wakes up exactly at its deadline
 
 
 class Lock:
@@ -25,9 +28,8 @@ class Lock:
         me = current() if blocking else None
         if me is None:
             return self._lock.acquire(blocking, timeout)
-        answer = me.company.wait(
-            me, self._take, me.company.end_ns(None if timeout == -1 else timeout), "a lock"
-        )
+        until_ns = min(me.company.end_ns(None if timeout == -1 else timeout), NEVER - _LATE_NS) + _LATE_NS
+        answer = me.company.wait(me, self._take, until_ns, "a lock")
         return self._lock.acquire(True, timeout) if answer is None else answer
 
     def __enter__(self) -> bool:

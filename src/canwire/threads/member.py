@@ -15,6 +15,7 @@ class Company(Protocol):
 
     def end_ns(self, seconds: float | None) -> int: ...
     def asks(self, me: Member) -> int: ...
+    def polls(self, me: Member, ready: Callable[[], bool]) -> bool: ...
     def enrolled(self, thread: threading.Thread) -> Member: ...
     def withdraw(self, me: Member) -> None: ...
     def begin(self, me: Member) -> None: ...
@@ -33,8 +34,8 @@ class Member:
     """A thread and what it waits for: until `ready` says so, or until `until_ns` of the hub's time.
 
     `answer` is what its wait returns, `error` what it raises. `outside` counts calls that wait in the computer's time:
-    while it is not 0 the thread keeps its turn, whatever it waits for. `asked` counts questions for the time since
-    the thread last waited.
+    while it is not 0 the thread keeps its turn, whatever it waits for. `asked` counts questions since the thread
+    last waited: for the time, or for what was not there.
     """
 
     __slots__ = (
@@ -60,6 +61,11 @@ class Member:
 
     def __repr__(self) -> str:
         return f"<thread {self.thread.name!r}, number {self.number}, waits for {self.what}>"
+
+
+def never() -> bool:
+    """`ready` of who waits for time alone; nobody calls it in vain."""
+    return False
 
 
 MEMBERS: dict[int, Member] = {}

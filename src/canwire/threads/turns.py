@@ -8,27 +8,29 @@ from __future__ import annotations
 
 import math
 import threading
+from bisect import bisect_right
 from collections.abc import Callable
+from operator import attrgetter
 
 from canwire.errors import HubError, HubLost
 from canwire.threads.keeper import NEVER, ByTheClock, Keeper
-from canwire.threads.member import MEMBERS, Member
+from canwire.threads.member import MEMBERS, Member, never
 from canwire.threads.originals import allocate_lock
+from canwire.threads.polling import Polling
 from canwire.threads.standstill import describe, wait_for_descriptors
 
 SILENCE_NS = 3_600_000_000_000  # that all may wait for without a timeout: boards' clocks tick for ever
-_POLLS = 1000  # questions for the time without a wait, after which each further ...
-_POLLED = 100  # ... so many let time pass,
-_FIRST_STEP_NS, _LAST_STEP_NS = 10_000, 1_000_000  # twice as much each time
+
+_number_of = attrgetter("number")
 
 
-class Turns:
+class Turns(Polling):
     """The threads that take part; `founder` made it, and is told where nothing can ever come."""
 
     def __init__(self, keeper: Keeper) -> None:
         self.keeper = keeper
         self.over = False
-        self.when_over: Callable[[], object] = _never
+        self.when_over: Callable[[], object] = never
         self.turns = 0  # handed on so far
         self.running: Member | None = None
         self._members: list[Member] = []
@@ -64,21 +66,14 @@ class Turns:
         self.keeper, self._now_ns = keeper, None
 
     def end_ns(self, seconds: float | None) -> int:
-        """When so many seconds from now are over, never earlier; None: they never are."""
+        """When so many seconds from now are over, never earlier; None: they never are.
+
+        Some time passes in every span: a loop whose rest is what rounding left of its clock's seconds would never end.
+        """
         if seconds is None or seconds == math.inf:
             return NEVER
-        return min(self.now_ns() + max(0, math.ceil(seconds * 1e9 - 1e-3)), NEVER)
-
-    def asks(self, me: Member) -> int:
-        """The time, for somebody who asks; who asks again and again without a wait is taken to poll: time passes."""
-        me.asked += 1
-        if me.asked >= _POLLS and not me.asked % _POLLED:
-            doubled = min((me.asked - _POLLS) // _POLLED, 16)
-            step_ns = min(_FIRST_STEP_NS << doubled, _LAST_STEP_NS)
-            asked = me.asked
-            self.wait(me, _never, self.now_ns() + step_ns, "the time it asks for again and again")
-            me.asked = asked
-        return self.now_ns()
+        span_ns = max(1, math.ceil(seconds * 1e9 - 1e-3)) if seconds > 0 else 0
+        return min(self.now_ns() + span_ns, NEVER)
 
     # members
 
@@ -241,9 +236,9 @@ class Turns:
         """The first who can go on, beginning behind this one."""
         now_ns = self.now_ns()
         members = self._members
-        behind = sum(one.number <= me.number for one in members)
-        for one in (*members[behind:], *members[:behind]):
-            if _is_ready(one):
+        behind = bisect_right(members, me.number, key=_number_of)
+        for one in members[behind:] + members[:behind]:
+            if one.ready is not never and _is_ready(one):
                 one.answer = True
                 return one
             if one.until_ns <= now_ns:
@@ -291,7 +286,3 @@ def _is_ready(one: Member) -> bool:
     except BaseException as error:
         one.error = error
         return True
-
-
-def _never() -> bool:
-    return False

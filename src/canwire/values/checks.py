@@ -9,6 +9,7 @@ from canwire.errors import BadValue
 
 LONGEST_NS = 1 << 62  # 146 years
 _LONGEST_S = LONGEST_NS // 1_000_000_000
+_LEAST_PACE, _MOST_PACE = 0.0001, 10_000.0
 _SHOWN = 60  # characters of a value in an error
 
 
@@ -40,12 +41,20 @@ def finite(name: str, value: float, lowest: float, highest: float) -> float:
     return float(value)
 
 
+def pace(factor: float | None) -> float:
+    """How many seconds of virtual time pass in one of the wall clock; None: as many as can, which is 0 here."""
+    return 0.0 if factor is None else finite("pace", factor, _LEAST_PACE, _MOST_PACE)
+
+
 def nanoseconds(name: str, seconds: float) -> int:
-    """A span in whole nanoseconds; raises BadValue naming what is negative, not finite or beyond 146 years."""
+    """A span in whole nanoseconds, 1 at least of what is not 0: so who waits for it always lets some time pass.
+
+    Raises BadValue naming what is negative, not finite or beyond 146 years.
+    """
     _number(name, seconds)
     if not 0 <= seconds <= _LONGEST_S:
         raise BadValue(f"{name} {shown(seconds)}: a finite time, not negative, of at most 146 years")
-    return round(seconds * 1e9)
+    return round(seconds * 1e9) or int(seconds > 0)
 
 
 def shown(value: object) -> str:

@@ -94,4 +94,9 @@ def time_facts(state: TimeState) -> dict[str, Any]:
         {"name": one.name, "thread": one.thread, "waits": one.waits, "until_ns": one.until_ns}
         for one in state.programs
     ]
-    return {"now_ns": state.now_ns, "programs": programs, "standstill": state.standstill}
+    return {
+        "now_ns": state.now_ns,
+        "programs": programs,
+        "standstill": state.standstill,
+        "pace": state.pace or None,
+    }

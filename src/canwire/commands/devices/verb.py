@@ -88,6 +88,8 @@ def run(arguments: argparse.Namespace) -> int:
 def time_text(state: TimeState) -> list[str]:
     """Who keeps one time, what each waits for, and why it does not pass."""
     shown = [f"{_seconds(state.now_ns)} of one time for {len(state.programs)} threads of programs"]
+    if state.pace:
+        shown.append(f"  held to {state.pace:g} times the clock (canwire pace)")
     for one in state.programs:
         until = "a signal" if one.until_ns is None else _seconds(one.until_ns)
         shown.append(f"  {one.name}, thread {one.thread}: {f'waits for {until}' if one.waits else 'runs'}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from canwire.errors import WrongState
 from canwire.hub.protocol import messages as m
-from canwire.values.checks import LONGEST_NS, instance, nanoseconds
+from canwire.values.checks import LONGEST_NS, instance, nanoseconds, pace
 
 if TYPE_CHECKING:
     from canwire.hub.handles.timed import Timed
@@ -135,6 +135,15 @@ class ClientTime(ABC):
         """The time, who takes part in it, and why it does not pass, if anybody should know."""
         state: m.TimeState = self.call(m.GetTime())
         return state
+
+    def set_pace(self, factor: float | None) -> None:
+        """A hub in lockstep: from now on its time passes `factor` times as quickly as the wall clock, 0.0001 to 10000.
+
+        1 is the clock's own speed; None: as quickly as it can. Time still waits for programs that compute, and what
+        they take too long for is left out. `time_state().pace` says what it is. Raises BadValue, WrongState for a hub
+        whose time passes otherwise.
+        """
+        self.call(m.SetPace(pace(factor)))
 
     def run_for(self, seconds: float) -> None:
         """Virtual time: let so much of it pass."""

@@ -67,6 +67,7 @@ from canwire.hub.protocol.time_messages import GetTime as GetTime
 from canwire.hub.protocol.time_messages import Joined as Joined
 from canwire.hub.protocol.time_messages import JoinTime as JoinTime
 from canwire.hub.protocol.time_messages import LeaveTime as LeaveTime
+from canwire.hub.protocol.time_messages import SetPace as SetPace
 from canwire.hub.protocol.time_messages import Stir as Stir
 from canwire.hub.protocol.time_messages import TimeState as TimeState
 from canwire.values.timing.bit_timing import BitTiming
@@ -85,7 +86,7 @@ if TYPE_CHECKING:  # what __getattr__ says to the interpreter
     from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
     from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 
-VERSION = 5
+VERSION = 6
 LARGEST_REQUEST = 1 << 16
 LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")
@@ -303,7 +304,7 @@ Request = (
     | ResetScheduler | GetSchedulerStatus | CreateFifo | OpenFifo | ResetFifo | CreateLuid | Disturb
     | Advance | GetRegisters | SetNote | GetNote | ReplaceCyclic | StartInTurn | KeepSettings | OpenShare
     | ReadRegister | WriteRegister | Sleep | HoldInterrupts | ListNotes | GetBus | SetFault | GetFault | AwaitFault
-    | CancelFault | ListFaults | ClearFaults | JoinTime | AwaitTurn | LeaveTime | Stir | GetTime
+    | CancelFault | ListFaults | ClearFaults | JoinTime | AwaitTurn | LeaveTime | Stir | GetTime | SetPace
     | GetLineStatuses
 )  # fmt: skip
 

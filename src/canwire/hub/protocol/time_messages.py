@@ -43,6 +43,12 @@ class Stir(Message):
     """-> None: everybody who waits looks again, each in its turn at this very instant."""
 
 
+class SetPace(Message):
+    """-> None: from now on so many seconds pass in one of the wall clock; 0: as many as can."""
+
+    factor: float
+
+
 class GetTime(Message):
     """-> TimeState"""
 
@@ -71,8 +77,12 @@ class TimedProgram:
 
 
 class TimeState(Message):
-    """One time for many programs: in the order of their turns; `standstill` says why time does not pass, or ""."""
+    """One time for many programs: in the order of their turns; `standstill` says why time does not pass, or "".
+
+    `pace`: how many seconds pass in one of the wall clock, 0: as many as can.
+    """
 
     now_ns: int
     programs: tuple[TimedProgram, ...]
     standstill: str
+    pace: float = 0.0

@@ -1,5 +1,5 @@
 /* The calls by which programs read. */
-#include "shim.h"
+#include "timed.h"
 
 #include <stdlib.h>
 #include <unistd.h>
@@ -48,7 +48,7 @@ EXPORT ssize_t read(int fd, void *buffer, size_t size)
     struct slot *slot = slot_of(fd);
 
     if (slot == NULL)
-        return REAL(read)(fd, buffer, size);
+        return is_timer(fd) ? read_timer(fd, buffer, size) : REAL(read)(fd, buffer, size);
     return size != 0 ? receive_buffer(fd, slot, buffer, size, 0) : 0; /* which takes nothing */
 }
 

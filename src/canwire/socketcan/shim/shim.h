@@ -97,6 +97,9 @@ enum operation {
     AWAIT_TURN,      /* a = this is no new wait, b = SA_RESTART, data = int64_t until, ns; the answer is the turn */
     LEAVE_TIME,      /* this thread takes part no longer */
     SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
+    OPEN_TIMER,      /* a = TFD_NONBLOCK; the reply is its number and brings a descriptor */
+    TAKE_PART,       /* this thread, which has just begun: it runs */
+    SET_TIMER_FD,    /* slot = its number, a = set it (else look), data and reply as of SET_TIMER */
 };
 
 enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK };
@@ -120,6 +123,17 @@ struct request {
         }                                                                                                              \
         function;                                                                                                      \
     })
+#define NEWER(name) /* of a function that once was another one, whose name it has kept */                                \
+    ({                                                                                                                 \
+        static __typeof__(&name) found;                                                                                \
+        __typeof__(&name) function = __atomic_load_n(&found, __ATOMIC_RELAXED);                                        \
+        if (function == NULL) {                                                                                        \
+            function = (__typeof__(&name))newer_function(#name);                                                       \
+            __atomic_store_n(&found, function, __ATOMIC_RELAXED);                                                      \
+        }                                                                                                              \
+        function;                                                                                                      \
+    })
+void *newer_function(const char *name);
 void *real_function(const char *name); /* ends the process where there is none */
 
 /* table.c */

@@ -13,6 +13,7 @@ static void leave(void *nothing)
     struct request request = {.operation = LEAVE_TIME};
 
     (void)nothing;
+    thread_ends();
     if (timed())
         ask(&request, NULL, 0, NULL, NULL, NULL, 0);
 }
@@ -62,6 +63,14 @@ static int interrupts(const struct wait *wait)
     if (action.sa_handler == SIG_IGN || sigismember(&blocked, SIGALRM))
         return 0;
     return !(wait->restarts && action.sa_flags & SA_RESTART);
+}
+
+void take_part(void)
+{
+    struct request request = {.operation = TAKE_PART};
+
+    pthread_setspecific(leaving, &leaving);
+    ask(&request, NULL, 0, NULL, NULL, NULL, 0);
 }
 
 int await_turn(struct wait *wait)

@@ -34,4 +34,13 @@ int expired(const struct wait *wait);
 int sleep_until(int64_t until_ns); /* 0, or -1 with EINTR */
 struct timespec span_of(int64_t ns);
 
+void take_part(void); /* this thread, from now on until it ends */
+
+/* locks.c */
+void thread_ends(void); /* this one, as far as those are concerned who join it */
+
+/* timerfd.c */
+int is_timer(int fd);
+ssize_t read_timer(int fd, void *buffer, size_t size);
+
 #endif

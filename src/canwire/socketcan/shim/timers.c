@@ -4,7 +4,6 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <sys/time.h>
-#include <sys/timerfd.h>
 #include <unistd.h>
 
 struct span { /* until it goes off, 0: never; and then again each time */
@@ -86,13 +85,6 @@ EXPORT int sigsuspend(const sigset_t *mask)
 }
 
 /* what takes no part */
-
-EXPORT int timerfd_create(clockid_t clock, int flags)
-{
-    if (timed())
-        note(NOTE_CLOCK, "timerfd_create");
-    return REAL(timerfd_create)(clock, flags);
-}
 
 EXPORT int timer_create(clockid_t clock, struct sigevent *restrict event, timer_t *restrict timer)
 {

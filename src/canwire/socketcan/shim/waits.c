@@ -122,19 +122,35 @@ EXPORT int pselect(int count, fd_set *restrict reads, fd_set *restrict writes, f
     return select_by_turns(count, reads, writes, others, &wait);
 }
 
+static int epolled(int fd, struct epoll_event *events, int most, struct wait *wait)
+{
+    for (;;) {
+        int found = REAL(epoll_pwait)(fd, events, most, 0, wait->mask);
+        if (found != 0 || (wait->again && expired(wait)))
+            return found;
+        if (await_turn(wait) < 0)
+            return -1;
+    }
+}
+
 EXPORT int epoll_pwait(int fd, struct epoll_event *events, int most, int timeout, const sigset_t *mask)
 {
     if (timeout == 0 || !timed())
         return REAL(epoll_pwait)(fd, events, most, timeout, mask);
     struct timespec span = of_milliseconds(timeout);
     struct wait wait = {.until_ns = wait_end_ns(timeout < 0 ? NULL : &span), .mask = mask};
-    for (;;) {
-        int found = REAL(epoll_pwait)(fd, events, most, 0, mask);
-        if (found != 0 || (wait.again && expired(&wait)))
-            return found;
-        if (await_turn(&wait) < 0)
-            return -1;
-    }
+    return epolled(fd, events, most, &wait);
+}
+
+int epoll_pwait2(int fd, struct epoll_event *events, int most, const struct timespec *span, const sigset_t *mask);
+
+EXPORT int epoll_pwait2(int fd, struct epoll_event *events, int most, const struct timespec *span,
+                        const sigset_t *mask)
+{
+    if (!timed() || (span != NULL && span->tv_sec == 0 && span->tv_nsec == 0))
+        return REAL(epoll_pwait2)(fd, events, most, span, mask);
+    struct wait wait = {.until_ns = wait_end_ns(span), .mask = mask};
+    return epolled(fd, events, most, &wait);
 }
 
 EXPORT int epoll_wait(int fd, struct epoll_event *events, int most, int timeout)

@@ -15,6 +15,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.loop import READABLE, URGENT, Polled
+from canwire.socketcan.timed.timers import TimerDescriptors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,6 +54,7 @@ class TimedWaiter:
         self._ends: dict[int, int] = {}  # by process: a descriptor that tells its end
         self._timers: dict[int, tuple[Timer, int]] = {}  # by process, with the interval
         self._signalled: dict[int, int] = {}  # processes whose timer has gone off: 1
+        self.timers = TimerDescriptors(self)
         self._last: Seat | None = None
         self._round = 0
         self.now_ns = 0
@@ -97,6 +99,7 @@ class TimedWaiter:
         self._watcher.join()
         os.close(self._over)
         self._urgent.close()
+        self.timers.close()
         for descriptor in self._ends.values():
             os.close(descriptor)
         self._calm.close()
@@ -137,6 +140,7 @@ class TimedWaiter:
     def leaves(self, request: Request) -> None:
         """This thread takes part no longer."""
         self._seats.pop((request.process, request.thread), None)
+        self.stir()
 
     def set_timer(self, process: int, first_ns: int, then_ns: int) -> tuple[int, int]:
         """SIGALRM for this process so long from now (0: never), and then each time; what was set before."""
@@ -146,10 +150,13 @@ class TimedWaiter:
             before[0].cancel()
             left_ns, interval_ns = max(1, round(before[0].due_s * 1e9) - self.now_ns), before[1]
         if first_ns > 0:
-            due_s = (self.now_ns + first_ns) / 1e9
-            timer = self.loop.call_at(due_s, lambda: self._goes_off(process, then_ns))
+            timer = self.call_at_ns(self.now_ns + first_ns, lambda: self._goes_off(process, then_ns))
             self._timers[process] = timer, then_ns
         return left_ns, interval_ns
+
+    def call_at_ns(self, due_ns: int, call: Callable[[], object]) -> Timer:
+        """At this time of the hub's."""
+        return self.loop.call_at(due_ns / 1e9, call)
 
     def _goes_off(self, process: int, then_ns: int) -> None:
         del self._timers[process]
@@ -182,6 +189,7 @@ class TimedWaiter:
         def ended(_: int) -> None:
             self.loop.forget(descriptor)
             os.close(self._ends.pop(process))
+            self.timers.forget(process)
             for key in [key for key in self._seats if key[0] == process]:
                 del self._seats[key]
             self.stir()

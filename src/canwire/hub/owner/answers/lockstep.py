@@ -10,6 +10,7 @@ from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
+from canwire.values.checks import pace
 
 answers = Answers()
 
@@ -33,6 +34,12 @@ def _leave(request: m.LeaveTime, session: Session, world: World) -> Answer:
 @answers.to(m.Stir)
 def _stir(request: m.Stir, session: Session, world: World) -> Answer:
     _kept(world).stir()
+    return DONE
+
+
+@answers.to(m.SetPace)
+def _set_pace(request: m.SetPace, session: Session, world: World) -> Answer:
+    _kept(world).held.hold(pace(request.factor or None))
     return DONE
 
 

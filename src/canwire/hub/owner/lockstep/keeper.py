@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from canwire.errors import CanwireError, HubLost, LimitReached, WrongState
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.limits import enough
+from canwire.hub.owner.lockstep.held import HeldTime
 from canwire.hub.owner.lockstep.program import Program, Seat, Turn
 from canwire.hub.owner.lockstep.shared_page import SharedPage
 from canwire.hub.owner.lockstep.turns import Participant, Turns
@@ -39,6 +40,7 @@ class Lockstep:
     def __init__(self, timeline: Timeline, turns: Turns, world: Looked) -> None:
         self.turns = turns
         self.standstill = ""
+        self.held = HeldTime()
         self.turn_ns = 0  # when the last turn began
         self._timeline = timeline
         self._world = world
@@ -105,7 +107,7 @@ class Lockstep:
             )
             for one in self.turns.everybody
         )
-        return m.TimeState(self._timeline.now_ns, programs, self.standstill)
+        return m.TimeState(self._timeline.now_ns, programs, self.standstill, self.held.factor)
 
     # for sessions
 

@@ -1,4 +1,4 @@
-"""How time passes for programs that keep it together: while all of them wait, and then as quickly as it can."""
+"""How time passes for programs that keep it together: while all of them wait, as quickly as it can or may."""
 
 from __future__ import annotations
 
@@ -48,7 +48,11 @@ class LockstepPace(RealPace):
         return 0, 0
 
     def catch_up(self) -> None:
-        """What is asked meanwhile finds the time of this instant."""
+        """What is asked meanwhile finds the time of this instant; where that is held to the clock, its time."""
+        until_ns, now_ns = self._lockstep.turns.until_ns(), self._timeline.now_ns
+        if self._lockstep.held.factor and until_ns > now_ns:
+            limit_ns = self._limit_ns(min(until_ns, self._timeline.next_ns()))
+            self._timeline.run_until(min(until_ns, limit_ns))
 
     def run(self) -> float | None:
         lockstep, timeline = self._lockstep, self._timeline
@@ -63,9 +67,17 @@ class LockstepPace(RealPace):
                 if due_ns > lockstep.turn_ns + _LONGEST_SILENCE_NS:
                     return self._watch(began_ns)
                 until_ns = due_ns
-            timeline.run_until(min(until_ns, max(due_ns, timeline.now_ns) + _STEP_NS))
+            next_ns = min(until_ns, due_ns)
+            limit_ns = self._limit_ns(next_ns)
+            whole = timeline.run_until(min(until_ns, limit_ns, max(due_ns, timeline.now_ns) + _STEP_NS))
+            if whole and limit_ns < next_ns:
+                return lockstep.held.wait_s(next_ns - limit_ns)
             if self._monotonic_ns() - began_ns >= SLICE_NS:
                 return 0.0
+
+    def _limit_ns(self, next_ns: int) -> int:
+        held = self._lockstep.held
+        return held.limit_ns(self._timeline.now_ns, next_ns, self._monotonic_ns()) if held.factor else NEVER
 
     def _watch(self, now_ns: int) -> float | None:
         """Time stands: the seconds until somebody has to be named for it, None: nobody, or that was done."""

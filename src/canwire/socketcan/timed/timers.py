@@ -1,0 +1,106 @@
+"""Timers that programs read as descriptors (timerfd), by their hub's time: each an eventfd that is counted up here."""
+
+from __future__ import annotations
+
+import errno
+import os
+import select
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from canwire.socketcan.loop import Timer
+
+MOST = 1024  # of one program: as many as it has descriptors for
+
+
+class Keeps(Protocol):
+    """Whose time it is: turns.py's TimedWaiter."""
+
+    now_ns: int
+
+    def call_at_ns(self, due_ns: int, call: Callable[[], object]) -> Timer: ...
+    def stir(self) -> None: ...
+
+
+class _TimerDescriptor:
+    """One of `process`; this end of the eventfd does not keep who writes."""
+
+    def __init__(self, process: int, nonblocking: bool) -> None:
+        self.process = process
+        self.descriptor = os.eventfd(0, os.EFD_CLOEXEC | (os.EFD_NONBLOCK if nonblocking else 0))
+        self.timer: Timer | None = None
+        self.due_ns = self.then_ns = 0
+
+
+class TimerDescriptors:
+    """All of them, by a number from 1 up."""
+
+    def __init__(self, time: Keeps) -> None:
+        self._time = time
+        self._made: dict[int, _TimerDescriptor] = {}
+        self._last = 0
+
+    def open(self, process: int, nonblocking: bool) -> tuple[int, int]:
+        """Number and descriptor of a new one, not armed; raises OSError where there are too many."""
+        own = [number for number, one in self._made.items() if one.process == process]
+        if len(own) >= MOST:  # the oldest ones were closed: nobody has so many descriptors
+            self._close(own[0])
+        self._last += 1
+        made = self._made[self._last] = _TimerDescriptor(process, nonblocking)
+        return self._last, made.descriptor
+
+    def set(self, number: int, times_ns: tuple[int, ...] | None) -> tuple[int, int]:
+        """Off in so long (0: never), and then each time; None: only look. What was left before, and each time.
+
+        Raises OSError for an unknown one.
+        """
+        one = self._made.get(number)
+        if one is None:
+            raise OSError(errno.EBADF, "no timer")
+        left_ns = 0 if one.timer is None else max(1, one.due_ns - self._time.now_ns)
+        before = left_ns, one.then_ns
+        if times_ns is not None:
+            first_ns, one.then_ns = times_ns
+            if one.timer is not None:
+                one.timer.cancel()
+                one.timer = None
+            _drain(one.descriptor)
+            if first_ns > 0:
+                self._arm(one, self._time.now_ns + first_ns)
+        return before
+
+    def forget(self, process: int) -> None:
+        """It has ended."""
+        for number in [number for number, one in self._made.items() if one.process == process]:
+            self._close(number)
+
+    def close(self) -> None:
+        for number in list(self._made):
+            self._close(number)
+
+    def _arm(self, one: _TimerDescriptor, due_ns: int) -> None:
+        one.due_ns = due_ns
+        one.timer = self._time.call_at_ns(due_ns, lambda: self._goes_off(one))
+
+    def _goes_off(self, one: _TimerDescriptor) -> None:
+        one.timer = None
+        os.eventfd_write(one.descriptor, 1)
+        if one.then_ns > 0:
+            self._arm(one, one.due_ns + one.then_ns)
+        self._time.stir()
+
+    def _close(self, number: int) -> None:
+        one = self._made.pop(number)
+        if one.timer is not None:
+            one.timer.cancel()
+        os.close(one.descriptor)
+
+
+def _drain(descriptor: int) -> None:
+    """What it has counted so far is nobody's any more."""
+    ready = select.poll()
+    ready.register(descriptor, select.POLLIN)
+    if ready.poll(0):
+        os.eventfd_read(descriptor)
