@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 # why frames were dropped
 WENT, FULL = "sent when the interface went", "sent when its queue was full"
+NOT_BOUND, REFUSED = (
+    "sent from a socket that is not bound",
+    "refused, but sent past the C library, where nobody asks",
+)
 NOT_FRAMES = "no frames that a controller can send (CAN_ERR_FLAG)"
 _NAME = re.compile(r"[^/\s:]{1,15}")
 

@@ -261,7 +261,7 @@ class Server:
         if protocol == CAN_RAW:
             return RawSocket(self._setting, self._ports, slot, end, self._closed, self._rings)
         kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
-        return kind(self._setting, self._ports, slot, end, self._closed)
+        return kind(self._setting, self._ports, slot, end, self._closed, self._rings)
 
     def _closed(self, one: CanSocket) -> None:
         self._sockets.pop(one.slot, None)

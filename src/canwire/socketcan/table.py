@@ -109,6 +109,11 @@ class Table:
         """To this index; 0: to all."""
         _PAIR.pack_into(self._memory, _at(slot) + _BOUND_OFFSET, interface, 1)
 
+    def bound_to(self, slot: int) -> int:
+        """This index; 0: to all, or not bound."""
+        found: int = _PAIR.unpack_from(self._memory, _at(slot) + _BOUND_OFFSET)[0]
+        return found
+
     def set_identifiers(self, slot: int, receives: int, sends: int) -> None:
         """Of an ISO-TP socket, flags included."""
         _WORDS.pack_into(self._memory, _at(slot) + _IDENTIFIERS_OFFSET, receives, sends)

@@ -142,9 +142,16 @@ struct block *block_of(const struct slot *slot);
 /* memory.c: the program's memory; 0, or EFAULT */
 int copy_out(void *into, const void *from, size_t length);
 int copy_in(void *into, const void *from, size_t length);
+#define MOST_PARTS 1024 /* UIO_MAXIOV */
+struct vector { /* a program's message, fetched */
+    struct msghdr message;
+    struct iovec parts[MOST_PARTS];
+};
+int fetch_message(struct vector *vector, const struct msghdr *message); /* -1 and errno */
 
 /* receive.c, send.c */
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);
+int take_error(int fd, struct slot *slot); /* the errno that waits, as the kernel's sk_err; 0: none */
 ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, int flags);
 
 #endif
