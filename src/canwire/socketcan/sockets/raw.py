@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 import errno
-import struct
 from collections import deque
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.constants import (
-    CAN_ERR_MASK,
     CAN_MTU,
-    CAN_RAW_ERR_FILTER,
     CAN_RAW_FD_FRAMES,
-    CAN_RAW_FILTER,
-    CAN_RAW_JOIN_FILTERS,
     CAN_RAW_LOOPBACK,
-    CAN_RAW_RECV_OWN_MSGS,
     CANFD_MTU,
-    MOST_FILTERS,
     SOL_CAN_RAW,
 )
-from canwire.socketcan.filters import Filters
 from canwire.socketcan.interfaces import NOT_BOUND, NOT_FRAMES
 from canwire.socketcan.outlets import RowOutlet
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.rings import COLLECTED, Rings
 from canwire.socketcan.sockets.base import CanSocket, index_of
-from canwire.socketcan.wire import OWN, numpy_module, received_dtype, row_of, sound
+from canwire.socketcan.sockets.raw_options import RawOptions
+from canwire.socketcan.wire import numpy_module, received_dtype, row_of, sound
 
 if TYPE_CHECKING:
     import socket
@@ -42,14 +35,6 @@ if TYPE_CHECKING:
 
     Array = numpy.ndarray
 
-_INT = struct.Struct("<i")
-_WORD = struct.Struct("<I")
-_SWITCHES = {
-    CAN_RAW_LOOPBACK: 1,
-    CAN_RAW_RECV_OWN_MSGS: 0,
-    CAN_RAW_FD_FRAMES: 0,
-    CAN_RAW_JOIN_FILTERS: 0,
-}
 _LATER = 16  # waiting rows below which a bus that waits goes on
 _KICKS = 64
 _MUCH = 64  # frames after which more is looked for at once ...
@@ -71,11 +56,7 @@ class RawSocket(CanSocket):
         self._hung_up = self._collects = self._hears_all = False
         self._ring = rings.pair(slot, end.fileno())
         self._outlet = RowOutlet(self._ring, end, lambda: setting.table.receive_buffer(slot))
-        self._switches = dict(_SWITCHES)
-        self._filter_words = b"\0" * 8
-        self._filters = Filters()
-        self._deaf = False
-        self._error_mask = 0
+        self._options = RawOptions()
         self._heard: list[Port] = []
         self._held: deque[tuple[int, Array]] = deque()  # sent; their interfaces have no room yet
         super().__init__(setting, ports, slot, end, closed)
@@ -109,49 +90,20 @@ class RawSocket(CanSocket):
     def set_option(self, level: int, name: int, value: bytes) -> None:
         if level != SOL_CAN_RAW:
             raise refuse(errno.EINVAL)
-        if name == CAN_RAW_FILTER:
-            self._set_filters(value)
-        elif name == CAN_RAW_ERR_FILTER:
-            if len(value) != _WORD.size:
-                raise refuse(errno.EINVAL)
-            self._error_mask = _WORD.unpack(value)[0] & CAN_ERR_MASK
-        elif name in _SWITCHES:
-            self._switch(name, value)
-        else:
-            raise refuse(errno.ENOPROTOOPT)
-
-    def get_option(self, level: int, name: int) -> bytes:
-        if level != SOL_CAN_RAW:
-            raise refuse(errno.EINVAL)
-        if name == CAN_RAW_FILTER:
-            return self._filter_words
-        if name == CAN_RAW_ERR_FILTER:
-            return _WORD.pack(self._error_mask)
-        if name in _SWITCHES:
-            return _INT.pack(self._switches[name])
-        raise refuse(errno.ENOPROTOOPT)
-
-    def _set_filters(self, value: bytes) -> None:
-        if len(value) % 8 or len(value) > MOST_FILTERS * 8:
-            raise refuse(errno.EINVAL)
-        self._filters = Filters.parse(value, bool(self._switches[CAN_RAW_JOIN_FILTERS]))
-        self._filter_words = value
-        self._deaf = not self._filters.filters
-
-    def _switch(self, name: int, value: bytes) -> None:
-        if len(value) != _INT.size:
-            raise refuse(errno.EINVAL)
-        self._switches[name] = _INT.unpack(value)[0]
+        self._options.set(name, value)
         if name == CAN_RAW_FD_FRAMES:
-            self.setting.table.allow_fd(self.slot, bool(self._switches[name]))
-        elif name == CAN_RAW_JOIN_FILTERS:
-            self._filters = Filters(self._filters.filters, bool(self._switches[name]))
+            self.setting.table.allow_fd(self.slot, self._options.on(name))
         elif name == CAN_RAW_LOOPBACK:
             for port in self._heard:
                 self._apply_loopback(port)
 
+    def get_option(self, level: int, name: int) -> bytes:
+        if level != SOL_CAN_RAW:
+            raise refuse(errno.EINVAL)
+        return self._options.get(name)
+
     def _apply_loopback(self, port: Port) -> None:
-        if self._switches[CAN_RAW_LOOPBACK]:
+        if self._options.on(CAN_RAW_LOOPBACK):
             port.silent.discard(self.slot)
         else:
             port.silent.add(self.slot)
@@ -159,27 +111,9 @@ class RawSocket(CanSocket):
     # from the line
 
     def take(self, batch: Batch) -> None:
-        if self._deaf and batch.errors is None:
-            return
-        rows = batch.rows
-        kept = self._filters.passing(rows["can_id"])
-        if not self._switches[CAN_RAW_FD_FRAMES]:
-            kept = _both(kept, rows["length"] == CAN_MTU)
-        own = batch.owners == self.slot
-        returns_own = own.any()
-        if returns_own and not self._switches[CAN_RAW_RECV_OWN_MSGS]:
-            kept = _both(kept, ~own)
-        if batch.errors is not None:
-            classes = self._error_mask | self._filters.error_mask()
-            wanted = rows["can_id"] & numpy_module().uint32(classes) != 0
-            everything = numpy_module().ones(len(rows), bool) if kept is None else kept
-            kept = numpy_module().where(batch.errors, wanted, everything)
-        found = rows.copy() if kept is None else rows[kept]
-        if not len(found):
-            return
-        if returns_own and self._switches[CAN_RAW_RECV_OWN_MSGS]:
-            found["flags"][own if kept is None else own[kept]] |= OWN
-        self._put(found)
+        found = self._options.selected(batch, self.slot)
+        if found is not None:
+            self._put(found)
 
     def congested(self) -> bool:
         return self._outlet.congested()
@@ -302,7 +236,7 @@ class RawSocket(CanSocket):
         except OSError:  # gone since the shim looked
             self.setting.interfaces.drop(index, len(rows))
             return
-        if not self._switches[CAN_RAW_LOOPBACK]:
+        if not self._options.on(CAN_RAW_LOOPBACK):
             port.silent.add(self.slot)
         room = port.room()
         if room < len(rows):
@@ -315,9 +249,3 @@ class RawSocket(CanSocket):
             port.silent.discard(self.slot)
         self._heard = []
         self.let_go()
-
-
-def _both(kept: Array | None, mask: Array) -> Array | None:
-    if kept is None:
-        return None if mask.all() else mask
-    return kept & mask
