@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import mmap
 import os
+import struct
 from typing import TYPE_CHECKING, Any
 
 from canwire.socketcan.table import MOST_SLOTS
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
     Array = numpy.ndarray
 
+_HEADER = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 COLLECTED = 512  # rows at once
 
 
@@ -58,6 +60,14 @@ class RingPair:
         count = self._library.canwire_collect(self._block, self._rings.rows_address, min(limit, COLLECTED))
         return self._rings.rows[:count]
 
+    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+        """Of the oldest message, which has these bytes: stamp, drops, interface, flags, error, length; else zeros."""
+        room = ctypes.create_string_buffer(HEADER_SIZE)
+        if not self._library.canwire_take_row(self._block, data, len(data), int(peeks), room):
+            return (0, 0, 0, 0, 0, len(data))
+        found: tuple[int, int, int, int, int, int] = _HEADER.unpack(room.raw)
+        return found
+
     def publish_message(self, message: bytes) -> bool:
         """A header and a payload of any length; False: there is no room."""
         header, payload = message[:HEADER_SIZE], message[HEADER_SIZE:]
@@ -76,6 +86,7 @@ def _library(path: str) -> Any:
         "canwire_prepare": (None, [pointer]),
         "canwire_publish": (long, [pointer, pointer, long, number]),
         "canwire_collect": (long, [pointer, pointer, long]),
+        "canwire_take_row": (number, [pointer, ctypes.c_char_p, ctypes.c_ulong, number, ctypes.c_char_p]),
         "canwire_publish_message": (number, [pointer, ctypes.c_char_p, ctypes.c_char_p, number]),
         "canwire_want_frames": (number, [pointer]),
     }

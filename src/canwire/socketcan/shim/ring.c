@@ -119,6 +119,18 @@ void wait_for_turn(struct block *block, int milliseconds)
 
 /* the server's side */
 
+/* For a program whose calls the server answers: the row of its oldest message. */
+EXPORT int canwire_take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header)
+{
+    int found;
+
+    if (lock_ring(&block->received) != 0)
+        return 0;
+    found = take_row(block, data, length, peeks, header);
+    unlock_ring(&block->received);
+    return found;
+}
+
 EXPORT unsigned long canwire_block_size(void)
 {
     return sizeof(struct block);

@@ -97,9 +97,10 @@ enum operation {
     AWAIT_TURN,      /* a = this is no new wait, b = SA_RESTART, data = int64_t until, ns; the answer is the turn */
     LEAVE_TIME,      /* this thread takes part no longer */
     SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
+    SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };
 
-enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK };
+enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK, NOTE_NOT_SUPERVISED };
 
 struct request {
     uint32_t operation;
@@ -134,7 +135,9 @@ socklen_t address_length(const struct slot *slot); /* of a name, as the kernel t
 /* control.c: -1 and errno, or the reply's number; `size` is the room for the reply's data, and then its length */
 long ask(const struct request *request, const void *data, size_t length, void *reply, size_t *size, int *descriptor,
          int close_on_exec);
-void note(enum note what, const char *text);
+int canwire_supervise(void); /* supervise.c: before this process becomes a program that preloads nothing; 0 or an errno */
+int dial(void); /* a connection to the server; -1 */
+long note(enum note what, const char *text);
 
 /* ring.c, and ring.h for what it works on; NULL for a socket that has none */
 struct block *block_of(const struct slot *slot);

@@ -38,9 +38,20 @@ class CanSocket:
         self.slot = slot
         self.end = end
         self.over = False
+        self.waiting: list[Callable[[], object]] = []
         self._closed = closed
         self._watched = 0
         self.rewatch()
+
+    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+        """rings.RingPair.row_of_message."""
+        raise NotImplementedError
+
+    def told(self) -> None:
+        """There is something for the program: who waits for it in a call that the server answers looks again."""
+        waiting, self.waiting = self.waiting, []
+        for look in waiting:
+            self.setting.loop.soon(look)
 
     # what the program asks; each raises OSError with what its call fails with
 
@@ -55,6 +66,10 @@ class CanSocket:
 
     def get_option(self, level: int, name: int) -> bytes:
         raise refuse(errno.ENOPROTOOPT)
+
+    def send_to(self, data: bytes, index: int) -> None:
+        """sendto of a program whose calls the server answers; 0: to where it is bound."""
+        raise NotImplementedError
 
     # what happens on the descriptor
 

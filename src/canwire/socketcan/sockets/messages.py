@@ -39,7 +39,8 @@ class MessageSocket(CanSocket):
         closed: Callable[[CanSocket], object],
         rings: Rings,
     ) -> None:
-        self.outlet = MessageOutlet(rings.pair(slot, end.fileno()))
+        self._ring = rings.pair(slot, end.fileno())
+        self.outlet = MessageOutlet(self._ring)
         self._queued: dict[Port, deque[bytes]] = {}
         super().__init__(setting, ports, slot, end, closed)
 
@@ -54,6 +55,7 @@ class MessageSocket(CanSocket):
         self.outlet.put(message_of(payload, stamp_ns, index, self.outlet.drops, error))
         self.setting.stir()
         self.rewatch()
+        self.told()
 
     def send_frame(self, port: Port, frame: bytes) -> None:
         """A struct can_frame or canfd_frame; waits here while the line has no room."""
@@ -78,6 +80,12 @@ class MessageSocket(CanSocket):
             del self._queued[port]
         elif waiting:
             port.when_room(lambda: self._drain(port))
+
+    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+        return self._ring.row_of_message(data, peeks)
+
+    def send_to(self, data: bytes, index: int) -> None:
+        self.sent(data, index, False, Unasked())
 
     def wants_writable(self) -> bool:
         return self.outlet.waiting > 0

@@ -132,6 +132,7 @@ class RawSocket(CanSocket):
         if not self._hung_up:
             self._outlet.put(rows)
             self.rewatch()
+            self.told()
         self.setting.stir()
 
     def wants_writable(self) -> bool:
@@ -164,6 +165,18 @@ class RawSocket(CanSocket):
             self.setting.interfaces.drop(index, 1, NOT_FRAMES if index else NOT_BOUND)
             return
         self._send_all(row_of(frame, index))
+
+    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+        return self._ring.row_of_message(data, peeks)
+
+    def send_to(self, data: bytes, index: int) -> None:
+        if self._held:
+            raise refuse(errno.ENOBUFS)
+        self.ports.port(index)
+        rows = row_of(data, index) if len(data) in (CAN_MTU, CANFD_MTU) else None
+        if rows is None or not sound(rows).all():
+            raise refuse(errno.EINVAL)
+        self._send_all(rows)
 
     def wants_readable(self) -> bool:
         return not self._held
