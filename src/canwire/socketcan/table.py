@@ -17,7 +17,7 @@ MAGIC = 0x31304E4143574E43
 MOST_INTERFACES = 16_384
 FIRST_INDEX = 1001  # far from those of the kernel's own interfaces
 MOST_SLOTS = 4096
-UP, STUCK, GONE = 1, 2, 4  # of an interface
+UP, STUCK, GONE, OFF = 1, 2, 4, 8  # of an interface
 USUAL_RECEIVE_BUFFER = 212_992  # bytes; net.core.rmem_default
 
 _HEADER = struct.Struct("<QII16s")
@@ -97,7 +97,7 @@ class Table:
         return self._resting.popleft() if self._resting else None
 
     def set_flags(self, place: int, flags: int) -> None:
-        """UP, STUCK, GONE."""
+        """UP, STUCK, GONE, OFF."""
         _WORD.pack_into(self._memory, _INTERFACES_AT + place * _INTERFACE_SIZE + _FLAGS_OFFSET, flags)
 
     # slots

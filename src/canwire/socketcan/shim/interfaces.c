@@ -22,7 +22,9 @@
 
 static unsigned flags_of(const struct interface *interface)
 {
-    return IFF_NOARP | (interface->flags & INTERFACE_UP ? IFF_UP | IFF_RUNNING : 0);
+    unsigned running = interface->flags & INTERFACE_OFF ? 0 : IFF_RUNNING;
+
+    return IFF_NOARP | (interface->flags & INTERFACE_UP ? IFF_UP | running : 0);
 }
 
 /* 1: about one of ours, and answered; -1: likewise, with errno; 0: the kernel's. */

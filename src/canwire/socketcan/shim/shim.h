@@ -27,6 +27,7 @@
 #define INTERFACE_UP 1u
 #define INTERFACE_STUCK 2u /* its queue is full and nothing goes out */
 #define INTERFACE_GONE 4u
+#define INTERFACE_OFF 8u /* bus-off: up, and not running */
 
 struct interface {
     char name[16];

@@ -6,7 +6,7 @@ import errno
 import struct
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.table import UP
+from canwire.socketcan.table import OFF, UP
 
 if TYPE_CHECKING:
     from canwire.socketcan.interfaces import Interface
@@ -49,7 +49,8 @@ def _meant(setting: Setting, about: bytes, *, by_index: bool) -> Interface | Non
 
 def _value(interface: Interface, request: int) -> bytes:
     if request == _FLAGS:
-        return struct.pack("<H", _NO_ARP | (_UP | _RUNNING if interface.flags & UP else 0))
+        running = 0 if interface.flags & OFF else _RUNNING
+        return struct.pack("<H", _NO_ARP | (_UP | running if interface.flags & UP else 0))
     if request == _HARDWARE:
         return struct.pack("<H14x", _ARPHRD_CAN)
     return _INT.pack({_INDEX: interface.index, _MTU: interface.mtu, _QUEUE: _LENGTH}[request])
