@@ -247,11 +247,16 @@ class Server:
 
     def _supervise(self, request: Request, asked: Asked) -> None:
         """Answer the calls of the process that asks, and of what it starts, from now on."""
+        descriptor = fetched(request.process, request.a)
+        if request.b:  # it asks only whether that is allowed
+            os.close(descriptor)
+            asked.answer(0)
+            return
         if self._turns is not None:
             self._say_once(
                 f"{request.program} becomes a program that preloads nothing: it has CAN, and its own time"
             )
-        Supervisor(self._setting, self._sockets, Listener(fetched(request.process, request.a)))
+        Supervisor(self._setting, self._sockets, Listener(descriptor))
         asked.answer(0)
 
     def _note(self, request: Request) -> int:

@@ -70,7 +70,6 @@ static int install(void)
 
     if (OWN_ARCH == 0)
         return errno = ENOSYS, -1;
-    prctl(PR_SET_PTRACER, -1L, 0, 0, 0); /* the server looks into its memory; where Yama is not, there is nothing to do */
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) < 0)
         return -1;
     return (int)syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_NEW_LISTENER, &program);
@@ -81,10 +80,18 @@ EXPORT int canwire_supervise(void)
 {
     struct request request = {.operation = SUPERVISE};
     int64_t result = -ENETDOWN;
+    struct request probe = {.operation = SUPERVISE, .b = 1};
     int fd = dial();
 
     if (fd < 0)
         return ENETDOWN;
+    prctl(PR_SET_PTRACER, -1L, 0, 0, 0); /* the server looks into its memory; where Yama is not, there is nothing to do */
+    probe.a = fd;
+    if (ask(&probe, NULL, 0, NULL, NULL, NULL, 0) < 0) { /* before there is no way back */
+        int error = errno;
+        REAL(close)(fd);
+        return error;
+    }
     int listener = install(); /* hereafter only calls that are not stopped at */
     if (listener >= 0) {
         request.a = listener;
