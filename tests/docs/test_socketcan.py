@@ -36,7 +36,11 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 @pytest.mark.conforms("PL-12", "N-21")
 def test_the_page_s_terminals(bench: Bench) -> None:
-    serve, dump, generate, write = COMMANDS
+    serve, dump, generate, write, *static = COMMANDS
+    assert static == [
+        "gcc -static -o my-dump my-dump.c",
+        "canwire run ./my-dump",
+    ]  # socketcan/test_supervised.py
     assert serve == "canwire serve"
     seen = bench.listening(*dump.split()[2:])
     bench.run(*generate.split()[2:])

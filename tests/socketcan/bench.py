@@ -93,14 +93,13 @@ class Bench:
 
     def _started(self, words: list[str], more: dict[str, Any]) -> Process:
         environment = {**os.environ, "CANWIRE_HUB": self.address}
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        usual = {"env": environment, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         process = warm.Popen(
             [sys.executable, "-m", "canwire", *words],
-            env=environment,
             cwd=self.home,
             start_new_session=True,
             text=True,
-            **{**pipes, **more},
+            **{**usual, **more},
         )
         self._processes.append(process)
         return process

@@ -199,7 +199,7 @@ def test_padding_is_checked_where_it_is_asked_for() -> None:
 
 def test_a_message_too_long_to_take_is_answered_so() -> None:
     scene = Scene(Options())
-    scene.receiver.take(bytes.fromhex("1000000100000102"), 0)
+    scene.receiver.take(bytes.fromhex("1000000101d10102"), 0)
     assert [frame.hex() for frame in scene.answers] == ["320000"]
 
 

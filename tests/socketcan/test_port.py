@@ -176,3 +176,29 @@ def test_frames_that_an_interface_takes_with_it_are_counted(bench: Bench, words:
     output, errors = program.communicate("\n", timeout=LONG_S)
     assert f"HW000001_0: {sent} frames were dropped, sent when the interface went (tx_dropped)\n" in errors
     assert (program.returncode, output) == (0, "")
+
+
+CARRIER = """
+import fcntl, socket, struct
+wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+wire.settimeout(20)
+wire.setsockopt(socket.SOL_CAN_RAW, 2, 0x1FFFFFFF)
+wire.bind(("HW000001_0",))
+def up_and_running():
+    flags, = struct.unpack_from("=H", fcntl.ioctl(wire, 0x8913, b"HW000001_0".ljust(40, b"\\0")), 16)
+    return bool(flags & 0x1), bool(flags & 0x40)
+print(*up_and_running(), flush=True)
+wire.send(struct.pack("=IB3x8s", 0x123, 0, b""))
+while struct.unpack_from("=I", wire.recv(16))[0] & 0x20000040 != 0x20000040:
+    pass
+print(*up_and_running(), flush=True)
+"""
+
+
+@pytest.mark.conforms("N-50")
+@pytest.mark.finding("socketcan 16")
+def test_an_interface_in_bus_off_is_up_and_does_not_run(bench: Bench) -> None:
+    with bench.hub.bus("can0").faults.flip(frame_id=0x123, bit="crc delimiter", times=None, seen_by="sender"):
+        program = bench.start(sys.executable, "-c", CARRIER)
+        output = finished(program)
+    assert output.split("\n")[:2] == ["True True", "True False"]

@@ -100,10 +100,10 @@ assert one.getsockname() == ("can0", 0x123, 0x321), one.getsockname()
 other = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_ISOTP)
 other.bind(("can0", 0x321, 0x123))
 other.setblocking(True)
-for size in (1, 7, 8, 100, 4096, 8200):
+for size in (1, 7, 8, 100, 4096, 66_000):
     other.send(bytes(k & 255 for k in range(size)))
-    assert one.recv(9000) == bytes(k & 255 for k in range(size))
-for data in (b"", bytes(8201)):
+    assert one.recv(1 << 17) == bytes(k & 255 for k in range(size))
+for data in (b"", bytes(66_001)):
     try:
         one.send(data)
     except OSError as error:

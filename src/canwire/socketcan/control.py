@@ -6,7 +6,7 @@ import errno
 import socket
 import struct
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from canwire.socketcan.loop import READABLE, URGENT
 
@@ -71,6 +71,19 @@ class Asked:
             pass
         finally:
             self._connection.close()
+
+
+class Unasked:
+    """Of a message that a program sent in a way that has no answer."""
+
+    def answer(self, result: int, data: bytes = b"", descriptor: int | None = None) -> None:
+        """Nobody hears it."""
+
+
+class Answered(Protocol):
+    """Asked, or Unasked."""
+
+    def answer(self, result: int, data: bytes = b"", descriptor: int | None = None) -> None: ...
 
 
 Answering = Callable[[Request, Asked], object]

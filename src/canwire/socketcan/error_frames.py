@@ -6,8 +6,12 @@ that, Debian 12's candump among them, refuse a frame with a class that they do n
 
 from __future__ import annotations
 
-from canwire import BusEvent, ErrorKind, EventKind, encode_error_frame
+from typing import Any
 
+from canwire import BusEvent, ErrorKind, EventKind, encode_error_frame
+from canwire.socketcan.constants import CAN_MTU
+
+_ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
 _CAN_ERR_CNT = 0x200
 _PLACE_AT = 3
 _SEGMENT = 0x1F  # of SJA1000's error code capture: where it was
@@ -23,3 +27,15 @@ def error_frame_of(event: BusEvent) -> tuple[int, bytes]:
         exact[_PLACE_AT] = event.code & _SEGMENT
         return id, bytes(exact)
     return id, data
+
+
+def put_error_frame(row: Any, event: BusEvent) -> bool:
+    """Into a row of `received_dtype`; False: there is no error frame of that."""
+    can_id, data = error_frame_of(event)
+    if not can_id & _ANY_CLASS:
+        return False
+    row["can_id"], row["length"], row["len"], row["flags"] = can_id, CAN_MTU, len(data), 0
+    row["fd_flags"] = row["raw_dlc"] = 0
+    row["data"] = 0
+    row["data"][: len(data)] = list(data)
+    return True

@@ -72,7 +72,7 @@ class Filters:
         """A mask over identifier words of data and remote frames; None: all."""
         numpy = numpy_module()
         about_frames = [one for one in self.filters if not one.for_errors]
-        if not about_frames:
+        if not about_frames or (self.joined and len(about_frames) < len(self.filters)):  # no frame is both
             return numpy.zeros(len(can_ids), bool)
         if not self.joined and any(one.mask == 0 and not one.inverted for one in about_frames):
             return None

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 # why frames were dropped
 WENT, FULL = "sent when the interface went", "sent when its queue was full"
+NOT_BOUND, REFUSED = (
+    "sent from a socket that is not bound",
+    "refused, but sent past the C library, where nobody asks",
+)
 NOT_FRAMES = "no frames that a controller can send (CAN_ERR_FLAG)"
 _NAME = re.compile(r"[^/\s:]{1,15}")
 
@@ -34,6 +38,7 @@ class Interface:
     index: int
     place: int  # in the table
     of_all: bool
+    mtu: int
     flags: int = UP
 
 
@@ -107,11 +112,12 @@ class Interfaces:
 
     def _add(self, name: str, target: str, lines: list[LinePlace], *, of_all: bool) -> None:
         fd = any(place.info.capabilities.data is not None for place in lines)
-        found = self._table.add_interface(name, CANFD_MTU if fd else CAN_MTU, UP)
+        mtu = CANFD_MTU if fd else CAN_MTU
+        found = self._table.add_interface(name, mtu, UP)
         if found is None:
             self.unplaced.add(name)
             return
         place, index = found
         self.unplaced.discard(name)
         self._names[index] = name
-        self.by_index[index] = Interface(name, target, index, place, of_all)
+        self.by_index[index] = Interface(name, target, index, place, of_all, mtu)

@@ -6,6 +6,7 @@ control are the program's own. The server is a grandchild in a session of its ow
 
 from __future__ import annotations
 
+import ctypes
 import os
 import shutil
 import signal
@@ -43,8 +44,18 @@ def environment(directory: str) -> dict[str, str]:
     return {**os.environ, "LD_PRELOAD": ":".join(preloaded), DIRECTORY_VARIABLE: directory}
 
 
-def launch(program: str, arguments: list[str], serving: Serving) -> None:
-    """Become the program, once its server is ready; does not return. Raises CanwireError, OSError before that."""
+def launch(
+    program: str,
+    arguments: list[str],
+    serving: Serving,
+    complain: Callable[[str], object],
+    *,
+    supervised: bool,
+) -> None:
+    """Become the program, once its server is ready; does not return. Raises CanwireError, OSError before that.
+
+    `supervised`: it preloads nothing, and the server answers its calls.
+    """
     directory = tempfile.mkdtemp(prefix="canwire-run-", dir=_place())
     variables = environment(directory)
     complaint = _start(directory, serving)
@@ -53,6 +64,12 @@ def launch(program: str, arguments: list[str], serving: Serving) -> None:
     sys.stdout.flush()
     for name in _IGNORED_BY_PYTHON:  # a program that is started otherwise finds them as they are by default
         signal.signal(getattr(signal, name), signal.SIG_DFL)
+    if supervised:
+        os.environ.update(variables)
+        if error := ctypes.CDLL(shim()).canwire_supervise():
+            complain(
+                f"{program} preloads nothing, and seccomp is not allowed here ({os.strerror(error)}): it has no CAN"
+            )
     os.execvpe(program, [program, *arguments], variables)
 
 

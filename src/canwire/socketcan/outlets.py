@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import fcntl
+import socket
+import struct
+import termios
 import time
 from collections import deque
+from functools import cache
 from typing import TYPE_CHECKING
 
+from canwire.socketcan.table import USUAL_RECEIVE_BUFFER
+
 if TYPE_CHECKING:
-    import socket
     from collections.abc import Callable
 
     import numpy
@@ -16,18 +22,23 @@ if TYPE_CHECKING:
 
     Array = numpy.ndarray
 
-BYTES_EACH = 52  # of SO_RCVBUF: the default makes 4096 frames
+USUAL_LIMIT = 4096  # frames, where a program has not set SO_RCVBUF: a hub in fast time is quicker than a wire
+BYTES_EACH = 768  # of SO_RCVBUF that has been set: what a frame takes in a kernel of 64 bits
+MOST_IN_PAIR = 512  # frames: a kernel's usual limit; fewer than half the rows beside them (shim/ring.h)
 CONGESTED = 1024  # waiting frames for which a hub in fast time is held up
 PATIENCE_S = 0.2  # which so long at most; a program that reads nothing is waited for once
 
 
 class RowOutlet:
-    """Rows of `received_dtype` for one socket: what does not fit into its ring."""
+    """Rows of `received_dtype` for one socket: what its pair has no room for."""
 
-    def __init__(self, ring: RingPair, buffer: Callable[[], int]) -> None:
+    def __init__(self, ring: RingPair, end: socket.socket, buffer: Callable[[], int]) -> None:
         self.drops = 0
         self._ring = ring
+        self._end = end
         self._buffer = buffer
+        self._bytes = -1  # of SO_RCVBUF, as it was looked at last
+        self._limit = USUAL_LIMIT
         self._rows: deque[Array] = deque()
         self._waiting = 0
         self._congested_since_s = 0.0
@@ -39,8 +50,10 @@ class RowOutlet:
 
     def put(self, rows: Array) -> None:
         """Let the program have them, or keep what does not fit."""
+        if self._buffer() != self._bytes:
+            self._set_limit(self._buffer())
         if self._rows:
-            room = max(0, max(16, self._buffer() // BYTES_EACH) - self._waiting)
+            room = max(0, self._limit - self._waiting)
             if len(rows) > room:
                 self.drops += len(rows) - room
                 rows = rows[:room]
@@ -50,9 +63,29 @@ class RowOutlet:
             self._rows.append(rows)
             self._waiting += len(rows)
             self.flush()
+            self._lose_too_many()
+
+    def _set_limit(self, size: int) -> None:
+        """Frames in the pair, and frames here: together what a kernel's socket with such an SO_RCVBUF keeps."""
+        self._bytes = size
+        whole = -(-size // BYTES_EACH) if size != USUAL_RECEIVE_BUFFER else USUAL_LIMIT
+        in_pair = min(whole, MOST_IN_PAIR)
+        self._end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, in_pair * _message_size() // 2)
+        there: int = self._end.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF)
+        self._limit = max(0, whole - there // _message_size())
+
+    def _lose_too_many(self) -> None:
+        """What neither the pair nor the limit has room for."""
+        lost = self._waiting - self._limit
+        if lost > 0:  # of the newest ones, which came last
+            rows = self._rows.pop()
+            if lost < len(rows):
+                self._rows.append(rows[:-lost])
+            self._waiting -= lost
+            self.drops += lost
 
     def flush(self) -> None:
-        """Hand over what there is room for; the program tells when there is room for the rest."""
+        """Hand over what there is room for; the descriptor tells when there is room for the rest."""
         while self._rows:
             rows = self._rows[0]
             done = self._ring.publish(rows)
@@ -60,12 +93,10 @@ class RowOutlet:
                 self._waiting -= done
                 self._given_up = False
                 self._congested_since_s = 0.0
-            if done == len(rows):
-                self._rows.popleft()
-            else:
+            if done < len(rows):
                 self._rows[0] = rows[done:]
-                if self._ring.want_room():
-                    return
+                return
+            self._rows.popleft()
 
     def congested(self) -> bool:
         """So much waits that the bus should; no longer once the program has not read for too long."""
@@ -83,9 +114,9 @@ class MessageOutlet:
 
     LIMIT = 4096
 
-    def __init__(self, end: socket.socket) -> None:
+    def __init__(self, ring: RingPair) -> None:
         self.drops = 0
-        self._end = end
+        self._ring = ring
         self._messages: deque[bytes] = deque()
 
     @property
@@ -93,7 +124,7 @@ class MessageOutlet:
         return len(self._messages)
 
     def put(self, message: bytes) -> None:
-        """Send it or keep it. Raises OSError once the other end is closed."""
+        """Send it or keep it."""
         if len(self._messages) >= self.LIMIT:
             self.drops += 1
             return
@@ -101,10 +132,16 @@ class MessageOutlet:
         self.flush()
 
     def flush(self) -> None:
-        """Send what there is room for. Raises OSError once the other end is closed."""
-        while self._messages:
-            try:
-                self._end.send(self._messages[0])
-            except BlockingIOError:
-                return
+        """Send what there is room for."""
+        while self._messages and self._ring.publish_message(self._messages[0]):
             self._messages.popleft()
+
+
+@cache
+def _message_size() -> int:
+    """Bytes that this kernel counts for a frame that waits in a pair."""
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with ours, theirs:
+        ours.send(bytes(16))
+        found: int = struct.unpack("i", fcntl.ioctl(ours, termios.TIOCOUTQ, bytes(4)))[0]
+    return found

@@ -6,15 +6,14 @@ import errno
 from collections import deque
 from typing import TYPE_CHECKING, Protocol
 
-from canwire import BusEvent, CanwireError, ChannelMode, EventKind, HubError, Siblings
-from canwire.socketcan.constants import CAN_MTU
+from canwire import BusEvent, CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
 from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
-from canwire.socketcan.error_frames import error_frame_of
+from canwire.socketcan.error_frames import put_error_frame
 from canwire.socketcan.interfaces import FULL, WENT
 from canwire.socketcan.lines import channel_on, company_for
 from canwire.socketcan.loop import READABLE
-from canwire.socketcan.table import GONE, STUCK, UP
+from canwire.socketcan.table import GONE, OFF, STUCK, UP
 from canwire.socketcan.wire import (
     LOCAL,
     SELF_RECEPTION,
@@ -44,7 +43,6 @@ _GATHER_S = 0.0005  # ... and else after this, or twice that where so many had c
 _SEVERAL = 3
 _STUCK_S, _LOOK_S = 0.25, 0.02
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO)
-_ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
 
 
 class Listener(Protocol):
@@ -167,15 +165,15 @@ class Port:
         kept = ~errors
         for at in errors.nonzero()[0]:
             event = BusEvent.from_record(records[at].tobytes())
-            can_id, data = error_frame_of(event)
-            if can_id & _ANY_CLASS:
-                kept[at] = True
-                row = rows[at]
-                row["can_id"], row["length"], row["len"], row["flags"] = can_id, CAN_MTU, len(data), 0
-                row["fd_flags"] = row["raw_dlc"] = 0
-                row["data"] = 0
-                row["data"][: len(data)] = list(data)
+            if event.kind is EventKind.STATE:
+                self._show_carrier(event.state)
+            kept[at] = put_error_frame(rows[at], event)
         return kept
+
+    def _show_carrier(self, state: ErrorState) -> None:
+        """IFF_RUNNING follows bus-off, as with the kernel's drivers."""
+        off = OFF if state is ErrorState.BUS_OFF else 0
+        self._setting.interfaces.show(self.interface, self.interface.flags & ~OFF | off)
 
     def _runs(self) -> bool:
         """Asked of the line: what an event says of STARTED is the state before."""

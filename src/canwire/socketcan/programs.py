@@ -17,6 +17,13 @@ _CLASS_64, _LITTLE = 2, 1
 _MACHINES = {"x86_64": 62, "aarch64": 183, "riscv64": 243}
 _GO = b"\xff Go buildinf:"
 _LOOKED_AT = 1 << 20
+STATIC = "is linked statically: nothing can be preloaded there"
+GO = "is a Go program: it makes its system calls itself"
+
+
+def calls_itself(path: str) -> bool:
+    """This program makes its system calls itself (it is linked statically, or Go's): supervised/ can answer them."""
+    return trouble_with(path) in (STATIC, GO) and platform.machine() in ("x86_64", "aarch64")
 
 
 def trouble_with(path: str) -> str:
@@ -51,9 +58,9 @@ def _trouble_with_elf(start: bytes) -> str:
         if kind == _INTERPRETER:
             interpreter = start[offset : offset + length].rstrip(b"\0")
     if not interpreter:
-        return "is linked statically: nothing can be preloaded there"
+        return STATIC
     if b"musl" in interpreter:
         return "is linked with musl: canwire's shim is for glibc"
     if _GO in start:
-        return "is a Go program: it makes its system calls itself"
+        return GO
     return ""

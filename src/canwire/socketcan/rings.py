@@ -1,20 +1,22 @@
-"""The server's ends of the rings that CAN_RAW sockets share with it: shim/ring.h says how they work."""
+"""The server's ends of the rings that CAN sockets share with it: shim/ring.h says how they work."""
 
 from __future__ import annotations
 
 import ctypes
 import mmap
 import os
+import struct
 from typing import TYPE_CHECKING, Any
 
 from canwire.socketcan.table import MOST_SLOTS
-from canwire.socketcan.wire import numpy_module, sent_dtype
+from canwire.socketcan.wire import HEADER_SIZE, numpy_module, sent_dtype
 
 if TYPE_CHECKING:
     import numpy
 
     Array = numpy.ndarray
 
+_HEADER = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 COLLECTED = 512  # rows at once
 
 
@@ -40,7 +42,7 @@ class Rings:
 
 
 class RingPair:
-    """One socket's: rows of `received_dtype` out, rows of `sent_dtype` in."""
+    """One socket's: messages and rows of `received_dtype` out, rows of `sent_dtype` in."""
 
     def __init__(self, rings: Rings, address: int, descriptor: int) -> None:
         self._rings = rings
@@ -50,7 +52,7 @@ class RingPair:
         self._library.canwire_prepare(self._block)
 
     def publish(self, rows: Array) -> int:
-        """How many of these contiguous rows there was room for."""
+        """Send their frames; of how many of these contiguous rows there was room for."""
         return int(self._library.canwire_publish(self._block, rows.ctypes.data, len(rows), self._descriptor))
 
     def collect(self, limit: int) -> Array:
@@ -58,13 +60,18 @@ class RingPair:
         count = self._library.canwire_collect(self._block, self._rings.rows_address, min(limit, COLLECTED))
         return self._rings.rows[:count]
 
-    def kicked(self) -> None:
-        """A byte came from the program."""
-        self._library.canwire_kicked(self._block, self._descriptor)
+    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+        """Of the oldest message, which has these bytes: stamp, drops, interface, flags, error, length; else zeros."""
+        room = ctypes.create_string_buffer(HEADER_SIZE)
+        if not self._library.canwire_take_row(self._block, data, len(data), int(peeks), room):
+            return (0, 0, 0, 0, 0, len(data))
+        found: tuple[int, int, int, int, int, int] = _HEADER.unpack(room.raw)
+        return found
 
-    def want_room(self) -> bool:
-        """A byte will come once half of the ring is free; False: it is now."""
-        return bool(self._library.canwire_want_room(self._block))
+    def publish_message(self, message: bytes) -> bool:
+        """A header and a payload of any length; False: there is no room."""
+        header, payload = message[:HEADER_SIZE], message[HEADER_SIZE:]
+        return bool(self._library.canwire_publish_message(self._block, header, payload, self._descriptor))
 
     def want_frames(self) -> bool:
         """A byte will come with the next frame; False: there is one."""
@@ -79,8 +86,8 @@ def _library(path: str) -> Any:
         "canwire_prepare": (None, [pointer]),
         "canwire_publish": (long, [pointer, pointer, long, number]),
         "canwire_collect": (long, [pointer, pointer, long]),
-        "canwire_kicked": (None, [pointer, number]),
-        "canwire_want_room": (number, [pointer]),
+        "canwire_take_row": (number, [pointer, ctypes.c_char_p, ctypes.c_ulong, number, ctypes.c_char_p]),
+        "canwire_publish_message": (number, [pointer, ctypes.c_char_p, ctypes.c_char_p, number]),
         "canwire_want_frames": (number, [pointer]),
     }
     for name, (result, arguments) in signatures.items():

@@ -5,24 +5,21 @@ from __future__ import annotations
 import errno
 import os
 import secrets
-import socket
 import struct
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import Event, HubError
-from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
 from canwire.socketcan.control import Asked, Control, Request
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.programs import trouble_with
+from canwire.socketcan.programs import calls_itself, trouble_with
 from canwire.socketcan.rings import Rings
 from canwire.socketcan.setting import Setting
-from canwire.socketcan.sockets.base import CanSocket
-from canwire.socketcan.sockets.bcm import BcmSocket
-from canwire.socketcan.sockets.isotp import IsoTpSocket
 from canwire.socketcan.sockets.messages import MessageSocket
-from canwire.socketcan.sockets.raw import RawSocket
+from canwire.socketcan.sockets.open_sockets import OpenSockets
+from canwire.socketcan.supervised.notices import Listener, fetched
+from canwire.socketcan.supervised.supervisor import Supervisor
 from canwire.socketcan.table import MOST_INTERFACES, Table
 from canwire.socketcan.timed.turns import TimedWaiter
 
@@ -48,7 +45,8 @@ if TYPE_CHECKING:
     SET_TIMER_FD,
 ) = range(1, 15)
 _TAKING_PART = (OPEN_SOCKET, AWAIT_TURN, SET_TIMER, OPEN_TIMER, TAKE_PART, SET_TIMER_FD)
-NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK = range(1, 5)
+SUPERVISE = 100
+NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK, NOTE_NOT_SUPERVISED = range(1, 6)
 _FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
 _LOOK_S = 0.02
 _UNTIL, _TIMER = struct.Struct("<q"), struct.Struct("<qq")
@@ -87,8 +85,8 @@ class Server:
     ) -> None:
         self._boards = Event()
         hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
-        self._prefix = f"canwire-{secrets.token_hex(3)}-"
-        table = Table(os.path.join(directory, "table"), self._prefix.encode())
+        prefix = f"canwire-{secrets.token_hex(3)}-"
+        table = Table(os.path.join(directory, "table"), prefix.encode())
         self._turns = TimedWaiter(hub, table) if hub.timed else None
         self._loop = Loop()
         if self._turns is not None:
@@ -100,9 +98,11 @@ class Server:
         if self._turns is not None:
             self._setting.stir = self._turns.stir
         self._ports = Ports(self._setting)
-        self._sockets: dict[int, CanSocket] = {}
-        self._rings = Rings(os.path.join(directory, "rings"), library)
         self._said: set[str] = set()
+        rings = Rings(os.path.join(directory, "rings"), library)
+        self._sockets = OpenSockets(
+            self._setting, self._ports, rings, prefix, self._stop_if_unused, self._say_once
+        )
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
@@ -118,7 +118,7 @@ class Server:
         self.close()
 
     def close(self) -> None:
-        for one in list(self._sockets.values()):
+        for one in self._sockets:
             one.close()
         self._control.close()
         self._ports.close()
@@ -139,7 +139,7 @@ class Server:
         self._loop.watch(descriptor, READABLE | URGENT, ended)
 
     def _stop_if_unused(self) -> None:
-        if not self._alive and all(one.deserted for one in self._sockets.values()):
+        if not self._alive and all(one.deserted for one in self._sockets):
             self._loop.stop()
 
     def _flush(self) -> None:
@@ -180,7 +180,7 @@ class Server:
         for interface in gone:
             if self._ports.known(interface.index) is None:
                 self._setting.interfaces.remove(interface)
-        for one in list(self._sockets.values()):
+        for one in self._sockets:
             one.boards_changed()
 
     def _say_what_is_unplaced(self) -> None:
@@ -227,10 +227,12 @@ class Server:
             self._open(request, asked)
             return
         if request.operation == NOTE:
-            self._note(request)
-            asked.answer(0)
+            asked.answer(self._note(request))
             return
-        found = self._sockets.get(request.slot)
+        if request.operation == SUPERVISE:
+            self._supervise(request, asked)
+            return
+        found = self._sockets.of_slot(request.slot)
         if found is None:
             raise refuse(errno.EBADF)
         if request.operation == BIND:
@@ -250,35 +252,25 @@ class Server:
         asked.answer(0)
 
     def _open(self, request: Request, asked: Asked) -> None:
-        type, protocol = request.a, request.b
-        if protocol not in TYPE_OF_PROTOCOL:
-            what = "CAN_J1939" if protocol == 7 else f"CAN protocol {protocol}"
-            self._say_once(f"{request.program} asked for {what}, which there is not here")
-            raise refuse(errno.EPROTONOSUPPORT)
-        if type != TYPE_OF_PROTOCOL[protocol]:
-            raise refuse(errno.EPROTOTYPE)
-        slot = self._setting.table.take_slot(protocol, type)
-        if slot is None:
-            raise refuse(errno.ENFILE)
-        own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with theirs:
-            own.setblocking(False)
-            theirs.bind(f"\0{self._prefix}{slot:04x}")
-            self._sockets[slot] = self._made(protocol, slot, own)
+        with self._sockets.make(request.a, request.b, request.program) as theirs:
             asked.answer(0, descriptor=theirs.fileno())
 
-    def _made(self, protocol: int, slot: int, end: socket.socket) -> CanSocket:
-        if protocol == CAN_RAW:
-            return RawSocket(self._setting, self._ports, slot, end, self._closed, self._rings)
-        kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
-        return kind(self._setting, self._ports, slot, end, self._closed)
+    def _supervise(self, request: Request, asked: Asked) -> None:
+        """Answer the calls of the process that asks, and of what it starts, from now on."""
+        descriptor = fetched(request.process, request.a)
+        if request.b:  # it asks only whether that is allowed
+            os.close(descriptor)
+            asked.answer(0)
+            return
+        if self._turns is not None:
+            self._say_once(
+                f"{request.program} becomes a program that preloads nothing: it has CAN, and its own time"
+            )
+        Supervisor(self._setting, self._sockets, Listener(descriptor))
+        asked.answer(0)
 
-    def _closed(self, one: CanSocket) -> None:
-        self._sockets.pop(one.slot, None)
-        self._setting.table.free_slot(one.slot)
-        self._stop_if_unused()
-
-    def _note(self, request: Request) -> None:
+    def _note(self, request: Request) -> int:
+        """1: its calls are to be answered, see supervised/."""
         if request.a == NOTE_NETLINK:
             self._say_once(
                 f"{request.program} opened a netlink socket: interfaces are set up by canwire run --bit-rate, "
@@ -290,8 +282,14 @@ class Server:
             )
         elif request.a == NOTE_EXEC:
             path = os.fsdecode(request.data)
+            if calls_itself(path):
+                return 1
             if trouble := trouble_with(path):
                 self._say_once(f"{path} {trouble}; it has no CAN")
+        elif request.a == NOTE_NOT_SUPERVISED:
+            why = os.fsdecode(request.data)
+            self._say_once(f"{request.program} starts a program that preloads nothing ({why}): it has no CAN")
+        return 0
 
     def _say_once(self, what: str) -> None:
         if what not in self._said:

@@ -11,12 +11,13 @@ import mmap
 import os
 import struct
 from collections import Counter, deque
+from typing import NamedTuple
 
 MAGIC = 0x31304E4143574E43
 MOST_INTERFACES = 16_384
 FIRST_INDEX = 1001  # far from those of the kernel's own interfaces
 MOST_SLOTS = 4096
-UP, STUCK, GONE = 1, 2, 4  # of an interface
+UP, STUCK, GONE, OFF = 1, 2, 4, 8  # of an interface
 USUAL_RECEIVE_BUFFER = 212_992  # bytes; net.core.rmem_default
 
 _HEADER = struct.Struct("<QII16s")
@@ -31,10 +32,20 @@ _AT_REST = 64  # places that wait, so that who still looks at one that is gone d
 _FLAGS_OFFSET = 24
 _BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
 _IDENTIFIERS_OFFSET = 52
+_STAMPS, _STAMPS_OFFSET = struct.Struct("<IIII"), 24
 _NOW_AT, _EPOCH_AT, _TIMED_AT = 32, 40, 48
 _LONG = struct.Struct("<Q")
 _PAIR, _WORD = struct.Struct("<iI"), struct.Struct("<I")
 _WORDS = struct.Struct("<II")
+
+
+class Stamps(NamedTuple):
+    """What a program wants to have with its messages: types of control messages, 0: none."""
+
+    plain: int
+    stamping: int
+    flags: int
+    counts_drops: int
 
 
 class Table:
@@ -86,7 +97,7 @@ class Table:
         return self._resting.popleft() if self._resting else None
 
     def set_flags(self, place: int, flags: int) -> None:
-        """UP, STUCK, GONE."""
+        """UP, STUCK, GONE, OFF."""
         _WORD.pack_into(self._memory, _INTERFACES_AT + place * _INTERFACE_SIZE + _FLAGS_OFFSET, flags)
 
     # slots
@@ -109,6 +120,11 @@ class Table:
         """To this index; 0: to all."""
         _PAIR.pack_into(self._memory, _at(slot) + _BOUND_OFFSET, interface, 1)
 
+    def bound_to(self, slot: int) -> int:
+        """This index; 0: to all, or not bound."""
+        found: int = _PAIR.unpack_from(self._memory, _at(slot) + _BOUND_OFFSET)[0]
+        return found
+
     def set_identifiers(self, slot: int, receives: int, sends: int) -> None:
         """Of an ISO-TP socket, flags included."""
         _WORDS.pack_into(self._memory, _at(slot) + _IDENTIFIERS_OFFSET, receives, sends)
@@ -127,6 +143,34 @@ class Table:
     def receive_buffer(self, slot: int) -> int:
         """Bytes, as the program has set them; the kernel's default else."""
         found: int = _WORD.unpack_from(self._memory, _at(slot) + _RECEIVE_OFFSET)[0]
+        return found
+
+    # of programs whose calls the server answers
+
+    def protocol(self, slot: int) -> int:
+        """CAN_RAW, CAN_BCM, CAN_ISOTP."""
+        found: int = _WORD.unpack_from(self._memory, _at(slot))[0]
+        return found
+
+    def identifiers(self, slot: int) -> tuple[int, int]:
+        """Of an ISO-TP socket: what it receives, what it sends."""
+        receives, sends = _WORDS.unpack_from(self._memory, _at(slot) + _IDENTIFIERS_OFFSET)
+        return receives, sends
+
+    def stamps(self, slot: int) -> Stamps:
+        return Stamps(*_STAMPS.unpack_from(self._memory, _at(slot) + _STAMPS_OFFSET))
+
+    def set_stamps(self, slot: int, stamps: Stamps) -> None:
+        _STAMPS.pack_into(self._memory, _at(slot) + _STAMPS_OFFSET, *stamps)
+
+    def set_receive_buffer(self, slot: int, size: int) -> None:
+        """Bytes, as SO_RCVBUF shows them."""
+        _WORD.pack_into(self._memory, _at(slot) + _RECEIVE_OFFSET, size)
+
+    def take_error(self, slot: int) -> int:
+        """What SO_ERROR tells once."""
+        found: int = _WORD.unpack_from(self._memory, _at(slot) + _ERROR_OFFSET)[0]
+        self.set_error(slot, 0)
         return found
 
     def close(self) -> None:

@@ -6,6 +6,7 @@ smaller header: shim/shim.h's `struct received` and `struct sent`.
 
 from __future__ import annotations
 
+import struct
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     Array = numpy.ndarray
 
 HEADER_SIZE = 24
+_SENT = struct.Struct("<iI")  # shim/shim.h, struct sent
 SENT_HEADER_SIZE = 8
 LOCAL, OWN = 1, 2  # flags of a received message: MSG_DONTROUTE, MSG_CONFIRM
 
@@ -154,6 +156,13 @@ def records_to_send(frames: Array) -> Array:
     found["id"] = numpy.where(extended, can_id & CAN_EFF_MASK, can_id & CAN_SFF_MASK)
     lengths = numpy.where(remote & ~is_fd, 0, frames["len"])
     found["data"] = numpy.where(numpy.arange(64) < lengths[:, None], frames["data"], 0)
+    return found
+
+
+def row_of(frame: bytes, index: int) -> Array:
+    """One row of `sent_dtype` of a struct can_frame or canfd_frame for this interface."""
+    packed = _SENT.pack(index, len(frame)) + frame.ljust(CANFD_MTU, b"\0")
+    found: Array = numpy_module().frombuffer(bytearray(packed), sent_dtype())
     return found
 
 

@@ -8,8 +8,8 @@ canwire run sh                                      a shell: everything that is 
 
 No kernel with CAN and no rights are needed. The process becomes the program: signals, exit status and job control are
 its own. An interface that is named after a bus has somebody there who acknowledges, as a kernel's vcan does. Programs
-that make their system calls themselves (static ones, Go) cannot be helped: they are named. docs/socketcan.md has the
-rest.
+that make their system calls themselves (static ones, Go) are answered by seccomp where that is allowed, else named.
+docs/socketcan.md has the rest.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Become the program; HubError without a hub, BadValue for what cannot be, Unsupported without the shim."""
     from canwire.socketcan.launch import launch, shim
-    from canwire.socketcan.programs import trouble_with
+    from canwire.socketcan.programs import calls_itself, trouble_with
 
     words = arguments.program[1:] if arguments.program[:1] == ["--"] else arguments.program
     if not words:
@@ -49,14 +49,15 @@ def run(arguments: argparse.Namespace) -> int:
     if path is None:
         raise BadValue(f"{words[0]}: no such program")
     shim()
-    if trouble := trouble_with(path):
+    supervised = calls_itself(path)
+    if not supervised and (trouble := trouble_with(path)):
         complain(f"{path} {trouble}; it has no CAN")
     mappings = mappings_of(arguments)
 
     def serving(directory: str, programs: tuple[int, int], ready: Callable[[], object]) -> None:
         _serve(arguments, mappings, directory, programs, ready)
 
-    launch(words[0], words[1:], serving)
+    launch(words[0], words[1:], serving, complain, supervised=supervised)
     return 0
 
 

@@ -87,7 +87,8 @@ class Sending:
             frames = tuple(with_id(frame, setup.can_id) for frame in frames)
         if len(frames) != len(self._kept.frames) or setup.flags & TX_RESET_MULTI_IDX:
             self._next = 0
-        self._kept = replace(self._kept, flags=setup.flags, frames=frames)
+        announces = TX_ANNOUNCE if setup.flags & STARTTIMER else 0  # which the kernel shows, too
+        self._kept = replace(self._kept, flags=setup.flags | announces, frames=frames)
         repeated = self._repeated
         if repeated is not None and (setup.flags & SETTIMER or not repeated.replace(frames[0])):
             self.stop()

@@ -13,8 +13,7 @@ from canwire.socketcan.bcm.watching import Watching
 from canwire.socketcan.constants import CAN_ERR_FLAG, CAN_MTU
 from canwire.socketcan.daemon.words import heard, request, sent_frame
 from canwire.socketcan.loop import READABLE, WRITABLE, Timer
-from canwire.socketcan.sockets.messages import row_of
-from canwire.socketcan.wire import HEADER_SIZE, sound
+from canwire.socketcan.wire import HEADER_SIZE, row_of, sound
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -20,7 +20,7 @@ FORCE_RXSTMIN, RX_EXT_ADDR, WAIT_TX_DONE, SF_BROADCAST, CF_BROADCAST = 0x100, 0x
 
 USUAL_PAD = 0xCC
 USUAL_FRAME_TIME_NS = 50_000
-LARGEST_PDU = 8200  # what the kernel takes unless told otherwise
+LARGEST_PDU = 66_000  # MAX_MSG_LENGTH of kernel 6.1
 LENGTHS = (8, 12, 16, 20, 24, 32, 48, 64)  # that a link layer may have
 _NO_FRAME_TIME = 0xFFFF_FFFF
 _OPTIONS = struct.Struct("<IIBBBB")

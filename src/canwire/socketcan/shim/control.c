@@ -10,7 +10,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-static int dial(void)
+int dial(void)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     const char *directory = getenv("CANWIRE_SOCKETCAN");
@@ -84,11 +84,12 @@ long ask(const struct request *request, const void *data, size_t length, void *r
     return (long)result;
 }
 
-void note(enum note what, const char *text)
+long note(enum note what, const char *text)
 {
     struct request request = {.operation = NOTE, .a = (int32_t)what};
     int before = errno;
+    long answer = ask(&request, text, strlen(text), NULL, NULL, NULL, 0);
 
-    ask(&request, text, strlen(text), NULL, NULL, NULL, 0);
     errno = before;
+    return answer;
 }

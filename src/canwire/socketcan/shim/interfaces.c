@@ -1,5 +1,4 @@
 /* Names and numbers of interfaces: those of the table stand beside the kernel's own. */
-#include "ring.h"
 #include "shim.h"
 
 #include <errno.h>
@@ -8,7 +7,6 @@
 #include <linux/sockios.h>
 #include <net/if.h>
 #include <net/if_arp.h>
-#include <netpacket/packet.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,11 +22,13 @@
 
 static unsigned flags_of(const struct interface *interface)
 {
-    return IFF_NOARP | (interface->flags & INTERFACE_UP ? IFF_UP | IFF_RUNNING : 0);
+    unsigned running = interface->flags & INTERFACE_OFF ? 0 : IFF_RUNNING;
+
+    return IFF_NOARP | (interface->flags & INTERFACE_UP ? IFF_UP | running : 0);
 }
 
 /* 1: about one of ours, and answered; -1: likewise, with errno; 0: the kernel's. */
-static int answer(unsigned long request, struct ifreq *about)
+static int answer(int fd, unsigned long request, struct ifreq *about)
 {
     struct interface *interface =
         request == SIOCGIFNAME ? interface_by_index(about->ifr_ifindex) : interface_by_name(about->ifr_name);
@@ -45,6 +45,12 @@ static int answer(unsigned long request, struct ifreq *about)
         memset(&about->ifr_hwaddr, 0, sizeof about->ifr_hwaddr);
         about->ifr_hwaddr.sa_family = ARPHRD_CAN;
         return 1;
+    case SIOCGIFMETRIC: about->ifr_metric = 0; return 1;
+    case SIOCGIFMAP: memset(&about->ifr_map, 0, sizeof about->ifr_map); return 1;
+    case SIOCGIFADDR:
+    case SIOCGIFDSTADDR:
+    case SIOCGIFNETMASK:
+    case SIOCGIFBRDADDR: errno = slot_of(fd) != NULL ? ENOTTY : EADDRNOTAVAIL; return -1; /* IP's, not CAN's */
     case SIOCSIFFLAGS:
     case SIOCSIFMTU:
     case SIOCSIFTXQLEN:
@@ -75,30 +81,11 @@ static int about_interfaces(unsigned long request)
     switch (request) {
     case SIOCGIFNAME: case SIOCGIFINDEX: case SIOCGIFMTU: case SIOCGIFFLAGS: case SIOCGIFTXQLEN: case SIOCGIFHWADDR:
     case SIOCSIFFLAGS: case SIOCSIFMTU: case SIOCSIFTXQLEN: case SIOCSIFNAME: case SIOCGIFADDR:
+    case SIOCGIFMETRIC: case SIOCGIFMAP: case SIOCGIFDSTADDR: case SIOCGIFNETMASK: case SIOCGIFBRDADDR:
         return 1;
     default:
         return 0;
     }
-}
-
-static int ioctl_of_ours(int fd, struct slot *slot, unsigned long request, void *argument)
-{
-    if (request == SIOCGSTAMP_OLD || request == SIOCGSTAMPNS_OLD)
-        return last_stamp(slot, request, argument);
-    struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
-    if (block != NULL && request == FIONREAD) {
-        *(int *)argument = 0;
-        if (lock_ring(&block->received) == 0) {
-            const char *row = oldest(block);
-            *(int *)argument = row != NULL ? (int)((const struct received *)row)->length : 0;
-            unlock_received(block, fd);
-        }
-        return 0;
-    }
-    int done = REAL(ioctl)(fd, request, argument);
-    if (done >= 0 && request == FIONREAD && *(int *)argument >= (int)sizeof(struct received))
-        *(int *)argument -= (int)sizeof(struct received);
-    return done;
 }
 
 EXPORT int ioctl(int fd, unsigned long request, ...)
@@ -113,7 +100,7 @@ EXPORT int ioctl(int fd, unsigned long request, ...)
         struct ifreq about;
         if (copy_in(&about, argument, sizeof about) != 0)
             return REAL(ioctl)(fd, request, argument); /* EFAULT */
-        int found = answer(request, &about);
+        int found = answer(fd, request, &about);
         if (found > 0 && copy_out(argument, &about, sizeof about) == 0)
             return 0;
         if (found > 0)
@@ -121,10 +108,15 @@ EXPORT int ioctl(int fd, unsigned long request, ...)
         if (found != 0)
             return -1;
     } else if (shim_table != NULL &&
-               (request == SIOCGSTAMP_OLD || request == SIOCGSTAMPNS_OLD || request == FIONREAD)) {
+               (request == SIOCGSTAMP_OLD || request == SIOCGSTAMPNS_OLD || request == FIONREAD ||
+                request == SIOCOUTQ)) {
         struct slot *slot = slot_of(fd);
-        if (slot != NULL)
-            return ioctl_of_ours(fd, slot, request, argument);
+        if (slot != NULL && request != FIONREAD && request != SIOCOUTQ)
+            return last_stamp(slot, request, argument);
+        if (slot != NULL) {
+            errno = ENOTTY; /* as of a kernel's CAN socket */
+            return -1;
+        }
     }
     return REAL(ioctl)(fd, request, argument);
 }
@@ -177,9 +169,8 @@ EXPORT void if_freenameindex(struct if_nameindex *all)
     free(all);
 }
 
-struct own_address {
+struct own_address { /* without an address, which CAN has none of */
     struct ifaddrs entry;
-    struct sockaddr_ll address;
     char name[IF_NAMESIZE];
 };
 
@@ -189,11 +180,8 @@ static struct own_address *made_of(const struct interface *interface)
 
     if (made != NULL) {
         memcpy(made->name, interface->name, sizeof interface->name);
-        made->address = (struct sockaddr_ll){
-            .sll_family = AF_PACKET, .sll_ifindex = interface->index, .sll_hatype = ARPHRD_CAN};
         made->entry.ifa_name = made->name;
         made->entry.ifa_flags = flags_of(interface);
-        made->entry.ifa_addr = (struct sockaddr *)&made->address;
     }
     return made;
 }

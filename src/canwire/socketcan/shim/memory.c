@@ -77,3 +77,17 @@ int copy_in(void *into, const void *from, size_t length)
     memcpy(into, from, length);
     return 0;
 }
+
+int fetch_message(struct vector *vector, const struct msghdr *message)
+{
+    int error = copy_in(&vector->message, message, sizeof *message);
+
+    if (error == 0 && vector->message.msg_iovlen > MOST_PARTS)
+        error = EMSGSIZE;
+    if (error == 0)
+        error = copy_in(vector->parts, vector->message.msg_iov, vector->message.msg_iovlen * sizeof *vector->parts);
+    vector->message.msg_iov = vector->parts;
+    if (error != 0)
+        errno = error;
+    return error != 0 ? -1 : 0;
+}

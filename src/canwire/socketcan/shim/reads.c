@@ -7,8 +7,17 @@
 EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags)
 {
     struct slot *slot = slot_of(fd);
+    struct vector vector;
 
-    return slot == NULL ? REAL(recvmsg)(fd, message, flags) : receive_message(fd, slot, message, flags);
+    if (slot == NULL)
+        return REAL(recvmsg)(fd, message, flags);
+    if (fetch_message(&vector, message) < 0)
+        return -1;
+    ssize_t got = receive_message(fd, slot, &vector.message, flags);
+    message->msg_namelen = vector.message.msg_namelen;
+    message->msg_controllen = vector.message.msg_controllen;
+    message->msg_flags = vector.message.msg_flags;
+    return got;
 }
 
 EXPORT int recvmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags, struct timespec *timeout)
@@ -65,10 +74,13 @@ EXPORT ssize_t readv(int fd, const struct iovec *parts, int count)
 {
     struct slot *slot = slot_of(fd);
     struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
+    struct vector vector;
 
     if (slot == NULL)
         return REAL(readv)(fd, parts, count);
-    return room_of(&message) != 0 ? receive_message(fd, slot, &message, 0) : 0;
+    if (fetch_message(&vector, &message) < 0)
+        return -1;
+    return room_of(&vector.message) != 0 ? receive_message(fd, slot, &vector.message, 0) : 0;
 }
 
 EXPORT ssize_t recvfrom(int fd, void *buffer, size_t size, int flags, struct sockaddr *address, socklen_t *length)

@@ -7,25 +7,26 @@
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/net_tstamp.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-#define SHORT_VECTOR 8
-
 static void put_control(struct msghdr *message, size_t *used, int type, const void *data, size_t length)
 {
-    if (*used + CMSG_SPACE(length) > message->msg_controllen) {
+    size_t room = message->msg_controllen - *used, whole = CMSG_LEN(length);
+
+    if (room < whole)
         message->msg_flags |= MSG_CTRUNC;
+    if (room < sizeof(struct cmsghdr))
         return;
-    }
     struct cmsghdr *header = (struct cmsghdr *)((char *)message->msg_control + *used);
     header->cmsg_level = SOL_SOCKET;
     header->cmsg_type = type;
-    header->cmsg_len = CMSG_LEN(length);
-    memcpy(CMSG_DATA(header), data, length);
-    *used += CMSG_SPACE(length);
+    header->cmsg_len = room < whole ? room : whole; /* as much of it as there is room for, as the kernel does */
+    memcpy(CMSG_DATA(header), data, header->cmsg_len - sizeof *header);
+    *used += room < CMSG_SPACE(length) ? room : CMSG_SPACE(length);
 }
 
 static void put_stamps(const struct slot *slot, const struct received *header, struct msghdr *message, size_t *used)
@@ -73,10 +74,6 @@ static int tell(struct slot *slot, const struct received *header, struct msghdr 
 
 static ssize_t finish(struct slot *slot, const struct received *header, struct msghdr *message, ssize_t length)
 {
-    if (header->error != 0) {
-        errno = header->error;
-        return -1;
-    }
     __atomic_store_n(&slot->last_stamp_ns, header->stamp_ns, __ATOMIC_RELAXED);
     int error = tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
     if (error != 0)
@@ -101,36 +98,6 @@ static int wait_for_message(int fd, const struct slot *slot, int flags, struct w
     return await_turn(wait);
 }
 
-/* Broadcast manager and ISO-TP: each message is one of the socket pair's. */
-static ssize_t receive_from_pair(int fd, struct slot *slot, struct msghdr *message, int flags)
-{
-    struct received header;
-    struct iovec few[SHORT_VECTOR + 1], *parts = few;
-    struct msghdr inner = {.msg_iovlen = message->msg_iovlen + 1};
-    struct wait wait = {0};
-    ssize_t got;
-
-    if (message->msg_iovlen > SHORT_VECTOR && (parts = calloc(message->msg_iovlen + 1, sizeof *parts)) == NULL) {
-        errno = ENOMEM;
-        return -1;
-    }
-    parts[0] = (struct iovec){&header, sizeof header};
-    if (message->msg_iovlen)
-        memcpy(parts + 1, message->msg_iov, message->msg_iovlen * sizeof *parts);
-    inner.msg_iov = parts;
-    do
-        got = REAL(recvmsg)(fd, &inner, (flags & ~MSG_ERRQUEUE) | (timed() ? MSG_DONTWAIT : 0));
-    while (got < 0 && errno == EAGAIN && timed() && wait_for_message(fd, slot, flags, &wait) == 0);
-    int before = errno;
-    if (parts != few)
-        free(parts);
-    errno = got >= 0 && got < (ssize_t)sizeof header ? ENETDOWN : before; /* 0: the server is gone */
-    if (got < (ssize_t)sizeof header)
-        return -1;
-    message->msg_flags = inner.msg_flags;
-    return finish(slot, &header, message, got - (ssize_t)sizeof header);
-}
-
 /* How much of it there was room for; -1: a place is none of the program's. */
 static ssize_t scatter(struct msghdr *message, const char *data, size_t length)
 {
@@ -149,56 +116,131 @@ static ssize_t scatter(struct msghdr *message, const char *data, size_t length)
 static int wait_for_row(int fd, const struct slot *slot, int flags, struct wait *wait)
 {
     char byte;
-    ssize_t got = REAL(recv)(fd, &byte, 1, MSG_PEEK | (timed() ? MSG_DONTWAIT : flags & MSG_DONTWAIT));
 
-    if (got < 0 && errno == EAGAIN && timed())
+    if (timed())
         return wait_for_message(fd, slot, flags, wait);
-    if (got == 0) /* the server is gone */
-        errno = ENETDOWN;
-    return got > 0 ? 0 : -1;
+    return REAL(recv)(fd, &byte, 1, MSG_PEEK | (flags & MSG_DONTWAIT)) < 0 ? -1 : 0;
 }
 
-static ssize_t receive_row(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags)
-{
+struct arrival { /* the oldest message: its first bytes, all of a frame's */
+    char data[RECEIVED_PREFIX];
+    ssize_t length;
     struct received header;
-    struct wait wait = {0};
-    const char *row;
+};
 
-    for (;;) {
-        int error = lock_ring(&block->received);
-        if (error != 0) {
-            errno = EAGAIN;
-            return -1;
-        }
-        row = oldest(block);
-        if (row != NULL)
-            break;
-        unlock_received(block, fd);
-        if (wait_for_row(fd, slot, flags, &wait) < 0)
-            return -1;
-    }
-    memcpy(&header, row, sizeof header);
-    size_t length = header.length > RECEIVED_SIZE - sizeof header ? 0 : header.length;
-    ssize_t done = scatter(message, row + sizeof header, length);
-    if (!(flags & MSG_PEEK))
-        release_oldest(block, fd);
-    unlock_received(block, fd);
-    if (done < 0) {
+/* What the server says of it; what came without a word came now. */
+static void look_up(struct block *block, const struct slot *slot, int peeks, struct arrival *arrival)
+{
+    struct timespec now;
+
+    if (take_row(block, arrival->data, (size_t)arrival->length, peeks, &arrival->header))
+        return;
+    clock_gettime(CLOCK_REALTIME, &now);
+    arrival->header = (struct received){.stamp_ns = (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec,
+                                        .interface = slot->interface,
+                                        .error = arrival->length == 0 ? ENETDOWN : 0, /* the server is gone */
+                                        .length = (uint32_t)arrival->length};
+}
+
+/* The bytes of the message go where the program wants them; a whole frame is at hand, others have to be fetched. */
+static ssize_t hand_over(int fd, struct msghdr *message, const struct arrival *arrival, int flags)
+{
+    struct msghdr inner = {.msg_iov = message->msg_iov, .msg_iovlen = message->msg_iovlen};
+    ssize_t done;
+
+    if (arrival->length <= (ssize_t)sizeof arrival->data)
+        done = scatter(message, arrival->data, (size_t)arrival->length);
+    else
+        done = REAL(recvmsg)(fd, &inner, (flags & MSG_PEEK) | MSG_DONTWAIT);
+    if (done < 0)
         errno = EFAULT;
+    message->msg_flags = done >= 0 && done < arrival->length ? MSG_TRUNC : 0;
+    return done;
+}
+
+/* -1 and EAGAIN: nothing is there. */
+static ssize_t take_message(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags,
+                            struct received *header)
+{
+    int whole = slot->protocol == CAN_RAW, peek = MSG_PEEK | MSG_TRUNC | MSG_DONTWAIT;
+    struct arrival arrival;
+    char byte;
+    ssize_t done = -1;
+
+    if (lock_ring(&block->received) != 0) {
+        errno = EAGAIN;
         return -1;
     }
-    message->msg_flags = (size_t)done < length ? MSG_TRUNC : 0;
-    return finish(slot, &header, message, done);
+    if (whole && !(flags & MSG_PEEK))
+        peek &= ~MSG_PEEK;
+    arrival.length = REAL(recv)(fd, arrival.data, sizeof arrival.data, peek);
+    if (arrival.length >= 0) {
+        look_up(block, slot, flags & MSG_PEEK, &arrival);
+        *header = arrival.header;
+        done = hand_over(fd, message, &arrival, flags);
+        if (slot->protocol == CAN_ISOTP && flags & MSG_TRUNC && done >= 0)
+            done = arrival.length;
+        if (!whole && !(flags & MSG_PEEK) && arrival.length <= (ssize_t)sizeof arrival.data) {
+            int before = errno;
+            REAL(recv)(fd, &byte, 1, MSG_DONTWAIT);
+            errno = before;
+        }
+    }
+    unlock_ring(&block->received);
+    return done;
+}
+
+/* An error is a message without bytes, and is told once: by that, by a write, or by SO_ERROR. */
+int take_error(int fd, struct slot *slot)
+{
+    struct block *block = block_of(slot);
+    int error = __atomic_load_n(&slot->error, __ATOMIC_RELAXED) != 0
+                    ? (int)__atomic_exchange_n(&slot->error, 0, __ATOMIC_RELAXED)
+                    : 0;
+    char byte;
+
+    if (error != 0 && block != NULL && lock_ring(&block->received) == 0) {
+        if (REAL(recv)(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
+            REAL(recv)(fd, &byte, 1, MSG_DONTWAIT);
+        unlock_ring(&block->received);
+    }
+    return error;
+}
+
+/* What a message without data means: 0 where its error was told already. */
+static int error_of(int fd, struct slot *slot, const struct received *header)
+{
+    struct pollfd server = {fd, 0, 0};
+    int error = (int)__atomic_exchange_n(&slot->error, 0, __ATOMIC_RELAXED);
+
+    if (error == 0 && REAL(poll)(&server, 1, 0) > 0 && server.revents & POLLHUP)
+        error = header->error; /* the server is gone */
+    return error;
 }
 
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
 {
-    struct block *block = slot->protocol == CAN_RAW ? block_of(slot) : NULL;
+    struct block *block = block_of(slot);
+    struct received header;
+    struct wait wait = {0};
+    ssize_t done;
 
-    if (flags & MSG_ERRQUEUE && slot->protocol != CAN_BCM) { /* nothing ever comes there */
-        errno = slot->protocol == CAN_ISOTP ? EINVAL : EAGAIN;
-        return -1;
+    if (slot->protocol == CAN_ISOTP && !slot->bound)
+        return errno = EADDRNOTAVAIL, -1;
+    if (flags & MSG_ERRQUEUE && slot->protocol != CAN_BCM) /* nothing ever comes there */
+        return errno = slot->protocol == CAN_ISOTP ? EINVAL : EAGAIN, -1;
+    if (block == NULL)
+        return errno = ENETDOWN, -1;
+    for (;;) {
+        done = take_message(fd, slot, block, message, flags, &header);
+        if (done < 0 && (errno != EAGAIN || wait_for_row(fd, slot, flags, &wait) < 0))
+            return -1;
+        if (done < 0)
+            continue;
+        if (header.error == 0)
+            return finish(slot, &header, message, done);
+        int error = error_of(fd, slot, &header);
+        if (error != 0)
+            return errno = error, -1;
     }
-    return block != NULL ? receive_row(fd, slot, block, message, flags)
-                         : receive_from_pair(fd, slot, message, flags);
 }

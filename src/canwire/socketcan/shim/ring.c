@@ -41,13 +41,6 @@ struct block *block_of(const struct slot *slot)
     return blocks != NULL ? &blocks[slot_number(slot)] : NULL;
 }
 
-static void notify(int fd)
-{
-    static const char byte;
-
-    REAL(send)(fd, &byte, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
-}
-
 /* the program's side */
 
 int lock_ring(struct ring *ring)
@@ -59,44 +52,37 @@ int lock_ring(struct ring *ring)
     return error;
 }
 
-void unlock_sent(struct block *block)
+void unlock_ring(struct ring *ring)
 {
-    pthread_mutex_unlock(&block->sent.lock);
-}
-
-void unlock_received(struct block *block, int fd)
-{
-    struct ring *ring = &block->received;
-
     pthread_mutex_unlock(&ring->lock);
-    FENCE();
-    if (LOAD(ring->unsettled) && __atomic_exchange_n(&ring->unsettled, 0, __ATOMIC_SEQ_CST))
-        notify(fd);
 }
 
-const char *oldest(struct block *block)
+static int is_of(const char *row, const char *data, size_t length)
 {
-    struct ring *ring = &block->received;
+    const struct received *header = (const struct received *)row;
 
-    return LOAD(ring->head) == ring->tail ? NULL
-                                          : block->received_rows + ring->tail % RECEIVED_ROWS * RECEIVED_SIZE;
+    if (header->length != length || (length == 0) != (header->error != 0))
+        return 0;
+    return memcmp(row + sizeof *header, data, length < RECEIVED_PREFIX ? length : RECEIVED_PREFIX) == 0;
 }
 
-void release_oldest(struct block *block, int fd)
+int take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header)
 {
     struct ring *ring = &block->received;
-    uint64_t left = LOAD(ring->head) - ring->tail - 1;
-    char byte;
+    uint64_t head = LOAD(ring->head);
 
-    STORE(ring->tail, ring->tail + 1);
-    if (left == 0 && ring->told) {
-        REAL(recv)(fd, &byte, 1, MSG_DONTWAIT);
-        ring->told = 0;
+    if (head - ring->tail > RECEIVED_ROWS / 2) /* or it was ahead: older ones may be overwritten under our eyes */
+        ring->tail = head - RECEIVED_ROWS / 2;
+    for (uint64_t at = ring->tail; at != head; at++) {
+        const char *row = block->received_rows + at % RECEIVED_ROWS * RECEIVED_SIZE;
+        if (is_of(row, data, length)) {
+            memcpy(header, row, sizeof *header);
+            if (!peeks)
+                ring->tail = at + 1;
+            return 1;
+        }
     }
-    FENCE();
-    if (LOAD(ring->wanted) && left <= RECEIVED_ROWS / 2 &&
-        __atomic_exchange_n(&ring->wanted, 0, __ATOMIC_SEQ_CST))
-        notify(fd);
+    return 0;
 }
 
 char *next_free(struct block *block)
@@ -133,6 +119,18 @@ void wait_for_turn(struct block *block, int milliseconds)
 
 /* the server's side */
 
+/* For a program whose calls the server answers: the row of its oldest message. */
+EXPORT int canwire_take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header)
+{
+    int found;
+
+    if (lock_ring(&block->received) != 0)
+        return 0;
+    found = take_row(block, data, length, peeks, header);
+    unlock_ring(&block->received);
+    return found;
+}
+
 EXPORT unsigned long canwire_block_size(void)
 {
     return sizeof(struct block);
@@ -154,62 +152,40 @@ EXPORT void canwire_prepare(struct block *block)
     block->sent.wanted = 1;
 }
 
-/* The token is there if anything waits. */
-static void settle(struct ring *ring, int fd)
+/* One row, and its message of so many bytes; 0: there was no room for the message. */
+static int publish(struct block *block, const char *row, const char *data, size_t length, int fd)
 {
-    int error;
+    struct ring *ring = &block->received;
 
-    STORE(ring->unsettled, 1);
-    FENCE();
-    error = pthread_mutex_trylock(&ring->lock);
-    if (error == EOWNERDEAD)
-        error = pthread_mutex_consistent(&ring->lock);
-    if (error != 0)
-        return; /* who has it kicks */
-    STORE(ring->unsettled, 0);
-    if (ring->head != ring->tail && !ring->told) {
-        ring->told = 1;
-        notify(fd);
-    }
-    pthread_mutex_unlock(&ring->lock);
+    memcpy(block->received_rows + ring->head % RECEIVED_ROWS * RECEIVED_SIZE, row, RECEIVED_SIZE);
+    STORE(ring->head, ring->head + 1); /* before the message, so that who has that finds it */
+    if (send(fd, data, length, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0 || (errno != EAGAIN && errno != ENOBUFS))
+        return 1;
+    STORE(ring->head, ring->head - 1);
+    return 0;
 }
 
 /* How many of the rows there was room for. */
 EXPORT long canwire_publish(struct block *block, const char *rows, long count, int fd)
 {
-    struct ring *ring = &block->received;
-    uint64_t head = ring->head, waiting = head - LOAD(ring->tail);
-    long room = waiting > RECEIVED_ROWS ? 0 : (long)(RECEIVED_ROWS - waiting);
+    long done = 0;
 
-    if (count < room)
-        room = count;
-    for (long at = 0; at < room; at++)
-        memcpy(block->received_rows + (head + (uint64_t)at) % RECEIVED_ROWS * RECEIVED_SIZE, rows + at * RECEIVED_SIZE,
-               RECEIVED_SIZE);
-    if (room > 0) {
-        STORE(ring->head, head + (uint64_t)room);
-        settle(ring, fd);
+    for (; done < count; done++, rows += RECEIVED_SIZE) {
+        const struct received *header = (const struct received *)rows;
+        if (!publish(block, rows, rows + sizeof *header, header->length, fd))
+            break;
     }
-    return room;
+    return done;
 }
 
-/* Somebody has kicked: perhaps for a token. */
-EXPORT void canwire_kicked(struct block *block, int fd)
+/* A message that may be longer than a row: its header, and its bytes. */
+EXPORT int canwire_publish_message(struct block *block, const struct received *header, const char *data, int fd)
 {
-    settle(&block->received, fd);
-}
+    char row[RECEIVED_SIZE] = {0};
 
-/* Have a kick once at least half of the ring is free; 0: it is now, and there will be none. */
-EXPORT int canwire_want_room(struct block *block)
-{
-    struct ring *ring = &block->received;
-
-    STORE(ring->wanted, 1);
-    FENCE();
-    if (ring->head - LOAD(ring->tail) > RECEIVED_ROWS / 2)
-        return 1;
-    STORE(ring->wanted, 0);
-    return 0;
+    memcpy(row, header, sizeof *header);
+    memcpy(row + sizeof *header, data, header->length < RECEIVED_PREFIX ? header->length : RECEIVED_PREFIX);
+    return publish(block, row, data, header->length, fd);
 }
 
 static void offer_room(struct ring *ring)

@@ -1,12 +1,14 @@
-/* The two rings of a CAN_RAW socket, in memory that its server and every program that has the socket share.
+/* What stands beside the messages of a CAN socket, in memory that its server and every program that has it share.
  *
- * A frame costs no system call: the server writes rows into `received`, the program into `sent`. The socket pair only
- * tells that there is something. It holds one byte, a token, while `received` is not empty, so that poll, select and epoll
- * are right; the other way a byte, a kick, wakes the server when it waits. The program's side has a lock, because any
- * number of threads and processes may have the socket; the server is one thread.
+ * A program's end of the pair is a SOCK_SEQPACKET whose messages are frames (or a broadcast manager's, or PDUs), so that
+ * poll, epoll's edges, SIGIO, fwrite, splice, io_uring and plain system calls find what the kernel gives them. What else a
+ * message has (its time, interface, flags, losses, or an error instead of data) is a row of `received`. Who takes a message
+ * by a call of the library takes the row that has the same bytes, and passes over rows of messages that were taken in other
+ * ways. The server never waits: rows that nobody has taken are overwritten, long after their messages are gone.
  *
- * The token is given and taken under the lock, so that whoever is told that there is something finds it. The server never
- * waits for the lock: where it is taken, who has it kicks once it is free, and the server looks again.
+ * A CAN_RAW frame that the library sends goes through `sent` without a system call; a message of one byte, a kick, wakes
+ * the server when it waits. Messages that programs send in other ways arrive as they are. The program's side has a lock,
+ * because any number of threads and processes may have the socket; the server is one thread.
  */
 #ifndef CANWIRE_RING_H
 #define CANWIRE_RING_H
@@ -19,16 +21,15 @@
 #define SENT_ROWS 1024u
 #define RECEIVED_SIZE 96u
 #define SENT_SIZE 80u
+#define RECEIVED_PREFIX (RECEIVED_SIZE - 24u) /* bytes of a message that its row has */
 
 struct ring {
     pthread_mutex_t lock; /* of the program's side; robust */
     uint64_t head __attribute__((aligned(64)));
     uint64_t tail __attribute__((aligned(64)));
-    uint32_t told __attribute__((aligned(64))); /* received: a token is in the socket */
-    uint32_t unsettled;                         /* received: the server could not look whether one is needed */
-    uint32_t wanted;                            /* received: the server wants room; sent: it waits for frames */
-    uint32_t waiting;                           /* sent: somebody waits for room ... */
-    uint32_t turn;                              /* ... on this word */
+    uint32_t wanted __attribute__((aligned(64))); /* sent: the server waits for frames */
+    uint32_t waiting;                             /* sent: somebody waits for room ... */
+    uint32_t turn;                                /* ... on this word */
 };
 
 struct block {
@@ -40,10 +41,9 @@ struct block {
 
 /* the program's side, under the ring's lock: 0, or an errno (EDEADLK in a signal handler of who has it) */
 int lock_ring(struct ring *ring);
-void unlock_sent(struct block *block);
-void unlock_received(struct block *block, int fd);
-const char *oldest(struct block *block); /* NULL: nothing has come */
-void release_oldest(struct block *block, int fd);
+void unlock_ring(struct ring *ring);
+/* The row of a message of so many bytes that begins with these; 0: there is none */
+int take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header);
 char *next_free(struct block *block); /* NULL: full */
 int commit(struct block *block, int fd);
 void wait_for_turn(struct block *block, int milliseconds);

@@ -8,12 +8,16 @@
 #include <limits.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
+#include <net/if.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#define SHORT_VECTOR 8
+#ifndef SCM_TXTIME
+#define SCM_TXTIME 61
+#endif
+#define STAMPING_NEW 65 /* SO_TIMESTAMPING_NEW */
 #define PATIENCE_MS 100 /* after which a line that is stuck, or down, is noticed */
 
 static size_t total(const struct msghdr *message)
@@ -46,7 +50,31 @@ static int destination(const struct slot *slot, const struct msghdr *message)
         errno = EINVAL;
         return -1;
     }
+    if (name->can_ifindex < 0)
+        errno = ENXIO;
     return name->can_ifindex;
+}
+
+/* 0, or EINVAL: control messages that the kernel takes from a sender, and none else. */
+static int control_error(const struct msghdr *message)
+{
+    size_t left = message->msg_controllen;
+
+    for (const char *at = message->msg_control; at != NULL && left >= sizeof(struct cmsghdr);) {
+        struct cmsghdr header;
+        if (copy_in(&header, at, sizeof header) != 0)
+            return EFAULT;
+        if (header.cmsg_len < sizeof header || header.cmsg_len > left)
+            return EINVAL;
+        if (header.cmsg_level == SOL_SOCKET && header.cmsg_type != SO_MARK && header.cmsg_type != SCM_TXTIME &&
+            header.cmsg_type != SO_TIMESTAMPING && header.cmsg_type != STAMPING_NEW &&
+            header.cmsg_type != SCM_RIGHTS && header.cmsg_type != SCM_CREDENTIALS)
+            return EINVAL;
+        size_t step = CMSG_ALIGN(header.cmsg_len);
+        left -= step < left ? step : left;
+        at += step;
+    }
+    return 0;
 }
 
 static int waits(int fd, int flags)
@@ -57,7 +85,6 @@ static int waits(int fd, int flags)
 static int interface_error(const struct interface *interface, int full)
 {
     uint32_t flags = __atomic_load_n(&interface->flags, __ATOMIC_RELAXED);
-
     if (flags & INTERFACE_GONE)
         return ENODEV;
     if (!(flags & INTERFACE_UP))
@@ -110,10 +137,10 @@ static int put_row(int fd, struct block *block, const struct sent *header, const
             memcpy(row, header, sizeof *header);
             memcpy(row + sizeof *header, frame, header->length);
             error = commit(block, fd);
-            unlock_sent(block);
+            unlock_ring(&block->sent);
             return error;
         }
-        unlock_sent(block);
+        unlock_ring(&block->sent);
         if (!waits(fd, flags))
             return ENOBUFS;
         error = wait_for_room(fd, block, interface, &left);
@@ -134,7 +161,7 @@ static int frame_error(const struct slot *slot, const struct interface *interfac
     return interface_error(interface, 0);
 }
 
-static ssize_t send_raw(int fd, const struct slot *slot, const struct msghdr *message, int flags)
+static ssize_t send_raw(int fd, struct slot *slot, const struct msghdr *message, int flags)
 {
     char frame[sizeof(struct canfd_frame)] = {0};
     struct block *block = block_of(slot);
@@ -146,10 +173,15 @@ static ssize_t send_raw(int fd, const struct slot *slot, const struct msghdr *me
         return -1;
     interface = interface_by_index(index);
     if (interface == NULL || block == NULL) {
-        errno = ENXIO;
+        char name[IF_NAMESIZE]; /* another one's is no CAN */
+        errno = index > 0 && REAL(if_indextoname)((unsigned)index, name) != NULL ? EPERM : ENXIO;
         return -1;
     }
-    int error = size <= sizeof frame ? gather(message, frame) : 0;
+    int error = control_error(message);
+    if (error == 0)
+        error = take_error(fd, slot);
+    if (error == 0 && size <= sizeof frame)
+        error = gather(message, frame);
     if (error == 0)
         error = frame_error(slot, interface, frame, size);
     if (error == 0) {
@@ -164,7 +196,7 @@ static ssize_t send_raw(int fd, const struct slot *slot, const struct msghdr *me
 }
 
 /* Broadcast manager and ISO-TP: the server answers each, so that its errors are those of this call. */
-static ssize_t send_asked(int fd, const struct slot *slot, const struct msghdr *message, int flags)
+static ssize_t send_asked(int fd, struct slot *slot, const struct msghdr *message, int flags)
 {
     struct request request = {.operation = slot->protocol == CAN_BCM ? SEND_BCM : SEND_ISOTP,
                               .slot = slot_number(slot)};
@@ -184,7 +216,9 @@ static ssize_t send_asked(int fd, const struct slot *slot, const struct msghdr *
         errno = ENOMEM;
         return -1;
     }
-    int error = gather(message, packet);
+    int error = slot->protocol == CAN_ISOTP ? take_error(fd, slot) : 0;
+    if (error == 0)
+        error = gather(message, packet);
     done = error == 0 ? ask(&request, packet, size, NULL, NULL, NULL, 0) : -1;
     error = error == 0 ? errno : error;
     free(packet);
@@ -200,8 +234,11 @@ ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, in
 EXPORT ssize_t sendmsg(int fd, const struct msghdr *message, int flags)
 {
     struct slot *slot = slot_of(fd);
+    struct vector vector;
 
-    return slot == NULL ? REAL(sendmsg)(fd, message, flags) : send_message(fd, slot, message, flags);
+    if (slot == NULL)
+        return REAL(sendmsg)(fd, message, flags);
+    return fetch_message(&vector, message) < 0 ? -1 : send_message(fd, slot, &vector.message, flags);
 }
 
 EXPORT int sendmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags)
@@ -248,8 +285,11 @@ EXPORT ssize_t writev(int fd, const struct iovec *parts, int count)
 {
     struct slot *slot = slot_of(fd);
     struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
+    struct vector vector;
 
-    return slot == NULL ? REAL(writev)(fd, parts, count) : send_message(fd, slot, &message, 0);
+    if (slot == NULL)
+        return REAL(writev)(fd, parts, count);
+    return fetch_message(&vector, &message) < 0 ? -1 : send_message(fd, slot, &vector.message, 0);
 }
 
 EXPORT ssize_t sendto(int fd, const void *data, size_t size, int flags, const struct sockaddr *address,

@@ -27,6 +27,7 @@
 #define INTERFACE_UP 1u
 #define INTERFACE_STUCK 2u /* its queue is full and nothing goes out */
 #define INTERFACE_GONE 4u
+#define INTERFACE_OFF 8u /* bus-off: up, and not running */
 
 struct interface {
     char name[16];
@@ -100,9 +101,10 @@ enum operation {
     OPEN_TIMER,      /* a = TFD_NONBLOCK; the reply is its number and brings a descriptor */
     TAKE_PART,       /* this thread, which has just begun: it runs */
     SET_TIMER_FD,    /* slot = its number, a = set it (else look), data and reply as of SET_TIMER */
+    SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };
 
-enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK };
+enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK, NOTE_NOT_SUPERVISED };
 
 struct request {
     uint32_t operation;
@@ -148,7 +150,9 @@ socklen_t address_length(const struct slot *slot); /* of a name, as the kernel t
 /* control.c: -1 and errno, or the reply's number; `size` is the room for the reply's data, and then its length */
 long ask(const struct request *request, const void *data, size_t length, void *reply, size_t *size, int *descriptor,
          int close_on_exec);
-void note(enum note what, const char *text);
+int canwire_supervise(void); /* supervise.c: before this process becomes a program that preloads nothing; 0 or an errno */
+int dial(void); /* a connection to the server; -1 */
+long note(enum note what, const char *text);
 
 /* ring.c, and ring.h for what it works on; NULL for a socket that has none */
 struct block *block_of(const struct slot *slot);
@@ -156,9 +160,16 @@ struct block *block_of(const struct slot *slot);
 /* memory.c: the program's memory; 0, or EFAULT */
 int copy_out(void *into, const void *from, size_t length);
 int copy_in(void *into, const void *from, size_t length);
+#define MOST_PARTS 1024 /* UIO_MAXIOV */
+struct vector { /* a program's message, fetched */
+    struct msghdr message;
+    struct iovec parts[MOST_PARTS];
+};
+int fetch_message(struct vector *vector, const struct msghdr *message); /* -1 and errno */
 
 /* receive.c, send.c */
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);
+int take_error(int fd, struct slot *slot); /* the errno that waits, as the kernel's sk_err; 0: none */
 ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, int flags);
 
 #endif

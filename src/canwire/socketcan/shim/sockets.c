@@ -20,6 +20,7 @@
 #define SO_TIMESTAMPNS_OLD_ 35
 #define SO_TIMESTAMPING_OLD_ 37
 #define PROTOCOLS 8 /* CAN_NPROTO */
+#define KINDS 11 /* SOCK_MAX */
 #define LARGEST_OPTION 65536
 
 static int open_can_socket(int type, int protocol)
@@ -27,7 +28,8 @@ static int open_can_socket(int type, int protocol)
     struct request request = {.operation = OPEN_SOCKET, .a = type & 0xf, .b = protocol};
     int fd = -1;
 
-    if (protocol < 0 || protocol >= PROTOCOLS) {
+    if (protocol < 0 || protocol >= PROTOCOLS || (type & 0xf) >= KINDS ||
+        type & ~(0xf | SOCK_CLOEXEC | SOCK_NONBLOCK)) {
         errno = EINVAL;
         return -1;
     }
@@ -116,6 +118,28 @@ EXPORT int shutdown(int fd, int how)
     return refused(fd) ? -1 : REAL(shutdown)(fd, how);
 }
 
+EXPORT int accept(int fd, struct sockaddr *restrict address, socklen_t *restrict length)
+{
+    return refused(fd) ? -1 : REAL(accept)(fd, address, length);
+}
+
+EXPORT int accept4(int fd, struct sockaddr *restrict address, socklen_t *restrict length, int flags)
+{
+    return refused(fd) ? -1 : REAL(accept4)(fd, address, length, flags);
+}
+
+EXPORT int socketpair(int domain, int type, int protocol, int both[2])
+{
+    if (shim_table == NULL || domain != AF_CAN)
+        return REAL(socketpair)(domain, type, protocol, both);
+    int fd = open_can_socket(type, protocol);
+    if (fd >= 0) {
+        REAL(close)(fd);
+        errno = EOPNOTSUPP;
+    }
+    return -1;
+}
+
 EXPORT int listen(int fd, int backlog)
 {
     return refused(fd) ? -1 : REAL(listen)(fd, backlog);
@@ -137,10 +161,6 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
 {
     int number;
 
-    if (name == SO_ATTACH_FILTER || name == SO_ATTACH_BPF) { /* it would see our bytes instead of frames */
-        errno = ENOPROTOOPT;
-        return -1;
-    }
     if (name == SO_BINDTODEVICE) { /* which a CAN socket's bind does not look at */
         char device[IFNAMSIZ] = "";
         if (copy_in(device, value, length < sizeof device - 1 ? length : sizeof device - 1) != 0)
@@ -166,6 +186,10 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
     }
     if (copy_in(&number, value, sizeof number) != 0) {
         errno = EFAULT;
+        return -1;
+    }
+    if (is_stamping(name) && number & ~SOF_TIMESTAMPING_MASK) {
+        errno = EINVAL;
         return -1;
     }
     if (name == SO_RXQ_OVFL)
@@ -199,15 +223,15 @@ EXPORT int setsockopt(int fd, int level, int name, const void *value, socklen_t 
     return ask(&request, value, length, NULL, NULL, NULL, 0) < 0 ? -1 : 0;
 }
 
-static int get_socket_option(struct slot *slot, int name, int *number)
+static int get_socket_option(int fd, struct slot *slot, int name, int *number)
 {
     switch (name) {
     case SO_DOMAIN: *number = AF_CAN; return 0;
     case SO_TYPE: *number = slot->type; return 0;
-    case SO_PROTOCOL: *number = slot->protocol; return 0;
+    case SO_PROTOCOL: *number = 0; return 0; /* can_create sets none */
     case SO_RCVBUF: *number = (int)slot->receive_buffer; return 0;
     case SO_RXQ_OVFL: *number = (int)slot->counts_drops; return 0;
-    case SO_ERROR: *number = (int)__atomic_exchange_n(&slot->error, 0, __ATOMIC_RELAXED); return 0;
+    case SO_ERROR: *number = take_error(fd, slot); return 0;
     default: break;
     }
     if (is_stamp(name))
@@ -238,12 +262,16 @@ EXPORT int getsockopt(int fd, int level, int name, void *value, socklen_t *lengt
     if (slot == NULL)
         return REAL(getsockopt)(fd, level, name, value, length);
     if (level == SOL_SOCKET) {
-        if (get_socket_option(slot, name, &number) != 0)
+        if (get_socket_option(fd, slot, name, &number) != 0)
             return REAL(getsockopt)(fd, level, name, value, length);
         *length = *length < sizeof number ? *length : sizeof number;
         return given(value, &number, *length);
     }
     request.slot = slot_number(slot);
+    if (slot->protocol == CAN_RAW && (level != SOL_CAN_RAW || (int)*length < 0)) {
+        errno = EINVAL;
+        return -1;
+    }
     if (ask(&request, NULL, 0, reply, &size, NULL, 0) < 0)
         return -1;
     if (level == SOL_CAN_RAW && name == CAN_RAW_FILTER && *length < size) { /* as the kernel: tell how long it is */

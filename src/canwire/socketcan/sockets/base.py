@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import select
 import struct
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from canwire.socketcan.setting import Setting
 
+LARGEST_MESSAGE = 1 << 17  # bytes that a program sends past the library
 _ADDRESS = struct.Struct("<Hxxi")
 _RECEIVED = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 
@@ -36,9 +38,20 @@ class CanSocket:
         self.slot = slot
         self.end = end
         self.over = False
+        self.waiting: list[Callable[[], object]] = []
         self._closed = closed
         self._watched = 0
         self.rewatch()
+
+    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+        """rings.RingPair.row_of_message."""
+        raise NotImplementedError
+
+    def told(self) -> None:
+        """There is something for the program: who waits for it in a call that the server answers looks again."""
+        waiting, self.waiting = self.waiting, []
+        for look in waiting:
+            self.setting.loop.soon(look)
 
     # what the program asks; each raises OSError with what its call fails with
 
@@ -54,6 +67,10 @@ class CanSocket:
     def get_option(self, level: int, name: int) -> bytes:
         raise refuse(errno.ENOPROTOOPT)
 
+    def send_to(self, data: bytes, index: int) -> None:
+        """sendto of a program whose calls the server answers; 0: to where it is bound."""
+        raise NotImplementedError
+
     # what happens on the descriptor
 
     def readable(self) -> None:
@@ -66,10 +83,14 @@ class CanSocket:
 
     def rewatch(self) -> None:
         """Watch the end for what is of interest now."""
-        wanted = READABLE | (WRITABLE if self.wants_writable() else 0)
+        wanted = (READABLE if self.wants_readable() else 0) | (WRITABLE if self.wants_writable() else 0)
         if wanted != self._watched:
             self._watched = wanted
             self.setting.loop.watch(self.end.fileno(), wanted, self._happened)
+
+    def wants_readable(self) -> bool:
+        """`readable` is to be called for more than the end."""
+        return True
 
     def wants_writable(self) -> bool:
         """`written` is to be called when the end has room."""
@@ -77,6 +98,24 @@ class CanSocket:
 
     def written(self) -> None:
         """The end has room."""
+
+    def arrived(self, most: int) -> tuple[list[bytes], bool]:
+        """Messages that the program's end has sent, up to so many, and whether nobody has it any more."""
+        found: list[bytes] = []
+        while len(found) < most:
+            try:
+                message = self.end.recv(LARGEST_MESSAGE)
+            except BlockingIOError:
+                return found, False
+            if not message and self._is_closed():
+                return found, True
+            found.append(message)  # of no bytes: an empty write
+        return found, False
+
+    def _is_closed(self) -> bool:
+        poll = select.poll()
+        poll.register(self.end.fileno(), 0)
+        return any(events & select.POLLHUP for _, events in poll.poll(0))
 
     def close(self) -> None:
         """A second time does nothing."""

@@ -24,11 +24,11 @@ from canwire.socketcan.bcm.watching import Watching
 from canwire.socketcan.constants import CAN_MTU, CAN_RTR_FLAG
 from canwire.socketcan.ports import refuse
 from canwire.socketcan.sockets.base import index_of
-from canwire.socketcan.sockets.messages import MessageSocket, row_of
-from canwire.socketcan.wire import HEADER_SIZE, numpy_module
+from canwire.socketcan.sockets.messages import MessageSocket
+from canwire.socketcan.wire import HEADER_SIZE, numpy_module, row_of
 
 if TYPE_CHECKING:
-    from canwire.socketcan.control import Asked
+    from canwire.socketcan.control import Answered
     from canwire.socketcan.cyclic import CyclicFrame
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
@@ -51,6 +51,12 @@ class BcmSocket(MessageSocket):
     _connected = False
     _index = 0
 
+    def set_option(self, level: int, name: int, value: bytes) -> None:
+        raise refuse(errno.EOPNOTSUPP)
+
+    def get_option(self, level: int, name: int) -> bytes:
+        raise refuse(errno.EOPNOTSUPP)
+
     def connect(self, address: bytes) -> None:
         if self._connected:
             raise refuse(errno.EISCONN)
@@ -63,7 +69,7 @@ class BcmSocket(MessageSocket):
         self._connected = True
         self.setting.table.bind(self.slot, self._index)
 
-    def sent(self, data: bytes, index: int, waits: bool, asked: Asked) -> None:
+    def sent(self, data: bytes, index: int, waits: bool, asked: Answered) -> None:
         if not self._connected:
             raise refuse(errno.ENOTCONN)
         message = Message.parse(data)
@@ -105,7 +111,7 @@ class BcmSocket(MessageSocket):
             self.send_frame(port, frame)
 
         def tell(told: Message) -> None:
-            self.tell(told.pack(), 0, key[1])
+            self.tell(told.pack(), 0, 0)
 
         def repeat(frame: bytes, interval_s: float) -> Repeated | None:
             made = port.cyclic.start(row_of(frame, key[1]), interval_s)
@@ -154,7 +160,7 @@ class BcmSocket(MessageSocket):
             operation.stop()
             self._sendings.pop(key, None) if sends else self._watchings.pop(key, None)
         else:
-            self.tell(operation.status().pack(), 0, key[1])
+            self.tell(operation.status().pack(), 0, 0 if sends else key[1])
 
     def take(self, batch: Batch) -> None:
         if not self._watchings:

@@ -33,9 +33,10 @@ if TYPE_CHECKING:
     import socket
     from collections.abc import Callable
 
-    from canwire.socketcan.control import Asked
+    from canwire.socketcan.control import Answered
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
+    from canwire.socketcan.rings import Rings
     from canwire.socketcan.setting import Setting
     from canwire.socketcan.wire import Batch
 
@@ -54,15 +55,16 @@ class IsoTpSocket(MessageSocket):
         slot: int,
         end: socket.socket,
         closed: Callable[[CanSocket], object],
+        rings: Rings,
     ) -> None:
         self._options = Options()
         self._port: Port | None = None
         self._receives = self._sends = 0
         self._sender = Sender(setting.loop, self._put, self._sent)
         self._receiver = Receiver(setting.loop, self._put, self._deliver, self._fail)
-        self._waiting: deque[tuple[bytes, Asked]] = deque()
-        self._asked: tuple[int, Asked] | None = None  # who waits until a message is out
-        super().__init__(setting, ports, slot, end, closed)
+        self._waiting: deque[tuple[bytes, Answered]] = deque()
+        self._asked: tuple[int, Answered] | None = None  # who waits until a message is out
+        super().__init__(setting, ports, slot, end, closed, rings)
 
     # what the program asks
 
@@ -89,6 +91,9 @@ class IsoTpSocket(MessageSocket):
         if not index:
             raise refuse(errno.ENODEV)
         self._receives, self._sends = _identifier(receives), _identifier(sends)
+        if (self._receives, self._sends) != (receives, sends):
+            self._receives = self._sends = 0
+            raise refuse(errno.EINVAL)
         if self._receives == self._sends and not self._options.flags & SF_BROADCAST:
             raise refuse(errno.EADDRNOTAVAIL)
         port = self.ports.port(index)
@@ -101,7 +106,7 @@ class IsoTpSocket(MessageSocket):
         self.setting.table.set_identifiers(self.slot, self._receives, self._sends)
         port.tell_if_down(self)
 
-    def sent(self, data: bytes, index: int, waits: bool, asked: Asked) -> None:
+    def sent(self, data: bytes, index: int, waits: bool, asked: Answered) -> None:
         if self._port is None:
             raise refuse(errno.EADDRNOTAVAIL)
         if self._port.lost:
@@ -115,7 +120,7 @@ class IsoTpSocket(MessageSocket):
             return
         self._begin(data, asked)
 
-    def _begin(self, data: bytes, asked: Asked) -> None:
+    def _begin(self, data: bytes, asked: Answered) -> None:
         if self._options.flags & WAIT_TX_DONE:
             self._asked = len(data), asked
         else:
@@ -135,6 +140,8 @@ class IsoTpSocket(MessageSocket):
         asked, self._asked = self._asked, None
         if asked is not None:
             asked[1].answer(-error if error else asked[0])
+        elif error and self._waiting:
+            self._waiting.popleft()[1].answer(-error)  # the next write learns it, as of the kernel's sk_err
         elif error:
             self._fail(error)
         if self._waiting:
@@ -155,6 +162,7 @@ class IsoTpSocket(MessageSocket):
 
     def _fail(self, error: int) -> None:
         assert self._port is not None
+        self.setting.table.set_error(self.slot, error)
         self.tell(b"", 0, self._port.interface.index, error)
 
     # from the line

@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import errno
-import struct
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from canwire.socketcan.constants import CANFD_MTU
-from canwire.socketcan.interfaces import FULL
+from canwire.socketcan.control import Unasked
+from canwire.socketcan.interfaces import FULL, REFUSED
 from canwire.socketcan.outlets import MessageOutlet
 from canwire.socketcan.ports import Ports
 from canwire.socketcan.sockets.base import CanSocket, message_of
-from canwire.socketcan.wire import numpy_module, sent_dtype, sound
+from canwire.socketcan.wire import row_of, sound
 
 if TYPE_CHECKING:
     import socket
     from collections.abc import Callable
 
-    from canwire.socketcan.control import Asked
+    from canwire.socketcan.control import Answered
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
+    from canwire.socketcan.rings import Rings
     from canwire.socketcan.setting import Setting
 
-_SENT = struct.Struct("<iI")
 _MOST_WAITING = 4096
+_AT_ONCE = 64
 
 
 class MessageSocket(CanSocket):
@@ -37,12 +37,14 @@ class MessageSocket(CanSocket):
         slot: int,
         end: socket.socket,
         closed: Callable[[CanSocket], object],
+        rings: Rings,
     ) -> None:
-        self.outlet: MessageOutlet = MessageOutlet(end)
+        self._ring = rings.pair(slot, end.fileno())
+        self.outlet = MessageOutlet(self._ring)
         self._queued: dict[Port, deque[bytes]] = {}
         super().__init__(setting, ports, slot, end, closed)
 
-    def sent(self, data: bytes, index: int, waits: bool, asked: Asked) -> None:
+    def sent(self, data: bytes, index: int, waits: bool, asked: Answered) -> None:
         """Answer it, now or later; raises OSError for what fails."""
         raise NotImplementedError
 
@@ -50,13 +52,10 @@ class MessageSocket(CanSocket):
         """Put a message before the program."""
         if self.over:
             return
-        try:
-            self.outlet.put(message_of(payload, stamp_ns, index, self.outlet.drops, error))
-        except ConnectionError:
-            self.close()
-            return
+        self.outlet.put(message_of(payload, stamp_ns, index, self.outlet.drops, error))
         self.setting.stir()
         self.rewatch()
+        self.told()
 
     def send_frame(self, port: Port, frame: bytes) -> None:
         """A struct can_frame or canfd_frame; waits here while the line has no room."""
@@ -82,6 +81,12 @@ class MessageSocket(CanSocket):
         elif waiting:
             port.when_room(lambda: self._drain(port))
 
+    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+        return self._ring.row_of_message(data, peeks)
+
+    def send_to(self, data: bytes, index: int) -> None:
+        self.sent(data, index, False, Unasked())
+
     def wants_writable(self) -> bool:
         return self.outlet.waiting > 0
 
@@ -90,13 +95,15 @@ class MessageSocket(CanSocket):
         self.setting.stir()
 
     def readable(self) -> None:
-        """Programs send by requests: whatever arrives here is the end."""
-        try:
-            if self.end.recv(1 << 16):
-                return
-        except BlockingIOError:
-            return
-        self.close()
+        """Programs send by requests, and past the library as they like: nobody hears what is wrong with that."""
+        messages, hung_up = self.arrived(_AT_ONCE)
+        for message in messages:
+            try:
+                self.sent(message, 0, True, Unasked())
+            except OSError:
+                self.setting.interfaces.drop(self.setting.table.bound_to(self.slot), 1, REFUSED)
+        if hung_up:
+            self.close()
 
     def congested(self) -> bool:
         return False
@@ -106,9 +113,3 @@ class MessageSocket(CanSocket):
         if error == errno.ENODEV:
             self.setting.table.unbind(self.slot)
         self.tell(b"", 0, interface.index, error)
-
-
-def row_of(frame: bytes, index: int) -> Any:
-    """One row of `sent_dtype`."""
-    packed = _SENT.pack(index, len(frame)) + frame.ljust(CANFD_MTU, b"\0")
-    return numpy_module().frombuffer(bytearray(packed), sent_dtype())

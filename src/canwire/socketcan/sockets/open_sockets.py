@@ -1,0 +1,88 @@
+"""Every CAN socket of one server's programs: made here, found by slot or by inode, and forgotten once nobody has it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
+from canwire.socketcan.ports import Ports, refuse
+from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.sockets.bcm import BcmSocket
+from canwire.socketcan.sockets.isotp import IsoTpSocket
+from canwire.socketcan.sockets.raw import RawSocket
+
+if TYPE_CHECKING:
+    from canwire.socketcan.rings import Rings
+    from canwire.socketcan.setting import Setting
+
+_J1939 = 7
+
+
+class OpenSockets:
+    """`closed` is called after one has gone, `say_once` puts one line in front of people; `prefix` begins names."""
+
+    def __init__(
+        self,
+        setting: Setting,
+        ports: Ports,
+        rings: Rings,
+        prefix: str,
+        closed: Callable[[], object],
+        say_once: Callable[[str], object],
+    ) -> None:
+        self._setting = setting
+        self._ports = ports
+        self._rings = rings
+        self._prefix = prefix
+        self._on_closed = closed
+        self._say_once = say_once
+        self._by_slot: dict[int, CanSocket] = {}
+        self._by_inode: dict[int, CanSocket] = {}
+
+    def __len__(self) -> int:
+        return len(self._by_slot)
+
+    def __iter__(self) -> Iterator[CanSocket]:
+        return iter(list(self._by_slot.values()))
+
+    def of_slot(self, slot: int) -> CanSocket | None:
+        return self._by_slot.get(slot)
+
+    def of_inode(self, inode: int) -> CanSocket | None:
+        """Of the program's end."""
+        return self._by_inode.get(inode)
+
+    def make(self, type: int, protocol: int, program: str) -> socket.socket:
+        """The program's end of a new one; raises OSError with what its `socket` fails with."""
+        if protocol not in TYPE_OF_PROTOCOL:
+            what = "CAN_J1939" if protocol == _J1939 else f"CAN protocol {protocol}"
+            self._say_once(f"{program} asked for {what}, which there is not here")
+            raise refuse(errno.EPROTONOSUPPORT)
+        if type != TYPE_OF_PROTOCOL[protocol]:
+            raise refuse(errno.EPROTOTYPE)
+        slot = self._setting.table.take_slot(protocol, type)
+        if slot is None:
+            raise refuse(errno.ENFILE)
+        own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        own.setblocking(False)
+        theirs.bind(f"\0{self._prefix}{slot:04x}")
+        made = self._made(protocol, slot, own, os.fstat(theirs.fileno()).st_ino)
+        self._by_slot[slot] = self._by_inode[os.fstat(theirs.fileno()).st_ino] = made
+        return theirs
+
+    def _made(self, protocol: int, slot: int, end: socket.socket, inode: int) -> CanSocket:
+        def closed(one: CanSocket) -> None:
+            self._by_slot.pop(slot, None)
+            if self._by_inode.get(inode) is one:
+                del self._by_inode[inode]
+            self._setting.table.free_slot(slot)
+            self._on_closed()
+
+        if protocol == CAN_RAW:
+            return RawSocket(self._setting, self._ports, slot, end, closed, self._rings)
+        kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
+        return kind(self._setting, self._ports, slot, end, closed, self._rings)

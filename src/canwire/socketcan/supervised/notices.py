@@ -1,0 +1,94 @@
+"""seccomp's notifications: one call of a program each, and its answer.
+
+Source: linux/seccomp.h, seccomp_unotify(2).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import fcntl
+import os
+import platform
+import struct
+from typing import NamedTuple
+
+from canwire.socketcan.ports import refuse
+
+_RECEIVE, _SEND, _ADD = 0xC0502100, 0xC0182101, 0x40182103
+_NOTICE = struct.Struct("<QIIiIQ6Q")
+_ANSWER = struct.Struct("<QqiI")
+_ADDED = struct.Struct("<QIIII")
+_CONTINUE = 1  # SECCOMP_USER_NOTIF_FLAG_CONTINUE
+_ADD_AND_ANSWER = 2  # SECCOMP_ADDFD_FLAG_SEND
+_PIDFD_GETFD = 438
+
+NUMBERS = {  # of system calls
+    "x86_64": {41: "socket", 49: "bind", 42: "connect", 51: "getsockname", 54: "setsockopt", 55: "getsockopt"}
+    | {16: "ioctl", 44: "sendto", 46: "sendmsg", 45: "recvfrom", 47: "recvmsg"},
+    "aarch64": {198: "socket", 200: "bind", 203: "connect", 204: "getsockname", 208: "setsockopt"}
+    | {209: "getsockopt", 29: "ioctl", 206: "sendto", 211: "sendmsg", 207: "recvfrom", 212: "recvmsg"},
+}
+
+
+class Call(NamedTuple):
+    """`name` of the system call, "" for one that is of no interest; `thread` has made it."""
+
+    cookie: int
+    thread: int
+    name: str
+    arguments: tuple[int, ...]
+
+
+class Listener:
+    """seccomp's descriptor, which it owns."""
+
+    def __init__(self, descriptor: int) -> None:
+        self.descriptor = descriptor
+
+    def receive(self) -> Call | None:
+        """The next call; None: whoever made it is gone."""
+        room = bytearray(_NOTICE.size)
+        try:
+            fcntl.ioctl(self.descriptor, _RECEIVE, room)
+        except OSError:
+            return None
+        cookie, thread, _, number, _, _, *arguments = _NOTICE.unpack(room)
+        name = NUMBERS.get(platform.machine(), {}).get(number, "")
+        return Call(cookie, thread, name, tuple(arguments))
+
+    def answer(self, call: Call, value: int) -> bool:
+        """What the call returns, an errno where it is negative; False: nobody waits for it any more."""
+        return self._send(call, max(0, value), min(0, value), 0)
+
+    def let_pass(self, call: Call) -> None:
+        """The kernel does it."""
+        self._send(call, 0, 0, _CONTINUE)
+
+    def _send(self, call: Call, value: int, error: int, flags: int) -> bool:
+        try:
+            fcntl.ioctl(self.descriptor, _SEND, bytearray(_ANSWER.pack(call.cookie, value, error, flags)))
+        except OSError:
+            return False
+        return True
+
+    def put_descriptor(self, call: Call, descriptor: int, *, close_on_exec: bool) -> None:
+        """Into the program, as what the call returns. Raises OSError."""
+        flags = os.O_CLOEXEC if close_on_exec else 0
+        added = bytearray(_ADDED.pack(call.cookie, _ADD_AND_ANSWER, descriptor, 0, flags))
+        fcntl.ioctl(self.descriptor, _ADD, added)
+
+    def close(self) -> None:
+        os.close(self.descriptor)
+
+
+def fetched(process: int, descriptor: int) -> int:
+    """A copy of another process' descriptor; raises OSError where that is not allowed."""
+    handle = os.pidfd_open(process)
+    try:
+        found = ctypes.CDLL(None, use_errno=True).syscall(_PIDFD_GETFD, handle, descriptor, 0)
+    finally:
+        os.close(handle)
+    if found < 0:
+        raise refuse(ctypes.get_errno() or errno.EPERM)
+    return int(found)

@@ -1,0 +1,121 @@
+"""recvfrom and recvmsg of a program whose calls are answered: data, address, times, counts of losses.
+
+A call that waits is answered when its socket has something: `Receiving.look` is called again then.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from canwire.socketcan.constants import AF_CAN, CAN_ISOTP
+from canwire.socketcan.ports import refuse
+from canwire.socketcan.supervised.program import Message, Program
+from canwire.socketcan.table import Stamps
+
+if TYPE_CHECKING:
+    from canwire.socketcan.sockets.base import CanSocket
+    from canwire.socketcan.supervised.notices import Call
+
+_CMSG = struct.Struct("<Qii")
+_SOL_SOCKET, _STAMPS_NS, _LOST = 1, (35, 64), 40  # SO_TIMESTAMPNS, SO_RXQ_OVFL
+_SOFTWARE, _HARDWARE = 16, 64  # SOF_TIMESTAMPING_
+_DONTROUTE, _CONFIRM, _TRUNCATED, _CONTROL_TRUNCATED = 0x4, 0x800, 0x20, 0x8
+_LONGEST = 1 << 17
+
+
+class Arrived(NamedTuple):
+    """A message, and what its row says."""
+
+    data: bytes
+    stamp_ns: int
+    drops: int
+    interface: int
+    flags: int
+    error: int
+
+
+class Receiving:
+    """One such call."""
+
+    def __init__(self, call: Call, program: Program, found: CanSocket) -> None:
+        self.call = call
+        self._program = program
+        self._socket = found
+        arguments = call.arguments
+        self._flags = arguments[2] if call.name == "recvmsg" else arguments[3]
+        self._waits = not self._flags & socket.MSG_DONTWAIT
+        self.limit_s = 0.0  # SO_RCVTIMEO; 0: none
+
+    def look(self) -> int | None:
+        """What the call returns; None: it waits. Raises OSError."""
+        descriptor = self._program.fetch(self.call.arguments[0])
+        with socket.socket(fileno=descriptor) as end:
+            blocks = not fcntl.fcntl(end.fileno(), fcntl.F_GETFL) & os.O_NONBLOCK
+            seconds, micros = struct.unpack("<qq", end.getsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, 16))
+            self.limit_s = seconds + micros / 1e6
+            peeks = self._flags & socket.MSG_PEEK
+            try:
+                data = end.recv(_LONGEST, peeks | socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                if blocks and self._waits:
+                    return None
+                raise
+        stamp_ns, drops, interface, flags, error, _ = self._socket.row_of_message(data, bool(peeks))
+        return self._told(Arrived(data, stamp_ns, drops, interface, flags, error))
+
+    def _told(self, arrived: Arrived) -> int:
+        if arrived.error:
+            raise refuse(arrived.error)
+        if self.call.name == "recvmsg":
+            return self._as_message(arrived)
+        _, place, size, _, name, length = self.call.arguments
+        done = self._program.scatter([(place, size)], arrived.data)
+        self._program.put(name, length, self._address(arrived))
+        return done
+
+    def _as_message(self, arrived: Arrived) -> int:
+        program = self._program
+        message = Message(program, self.call.arguments[1])
+        done = program.scatter(message.parts, arrived.data)
+        name = self._address(arrived) if message.name else b""
+        program.write(message.name, name[: message.name_size])
+        control, cut = _fitting(self._control(arrived), message.control_size if message.control else 0)
+        program.write(message.control, control)
+        flags = (_TRUNCATED if done < len(arrived.data) else 0) | (_CONTROL_TRUNCATED if cut else 0)
+        flags |= (_DONTROUTE if arrived.flags & 1 else 0) | (_CONFIRM if arrived.flags & 2 else 0)
+        message.finish(program, len(name), len(control), flags)
+        return done
+
+    def _address(self, arrived: Arrived) -> bytes:
+        table, slot = self._socket.setting.table, self._socket.slot
+        if table.protocol(slot) == CAN_ISOTP:
+            return struct.pack("<HxxiII", AF_CAN, arrived.interface, *table.identifiers(slot))
+        return struct.pack("<Hxxi", AF_CAN, arrived.interface)
+
+    def _control(self, arrived: Arrived) -> list[tuple[int, bytes]]:
+        stamps: Stamps = self._socket.setting.table.stamps(self._socket.slot)
+        seconds, ns = divmod(arrived.stamp_ns, 1_000_000_000)
+        fine, found = struct.pack("<qq", seconds, ns), []
+        if stamps.plain:
+            coarse = struct.pack("<qq", seconds, ns // 1000)
+            found.append((stamps.plain, fine if stamps.plain in _STAMPS_NS else coarse))
+        if stamps.flags & (_SOFTWARE | _HARDWARE):
+            software = fine if stamps.flags & _SOFTWARE else bytes(16)
+            hardware = fine if stamps.flags & _HARDWARE else bytes(16)
+            found.append((stamps.stamping, software + bytes(16) + hardware))
+        if stamps.counts_drops and arrived.drops:
+            found.append((_LOST, struct.pack("<I", arrived.drops)))
+        return found
+
+
+def _fitting(messages: list[tuple[int, bytes]], room: int) -> tuple[bytes, bool]:
+    """As much of these control messages as there is room for, and whether that is not all."""
+    whole = b""
+    for kind, data in messages:
+        length = _CMSG.size + len(data)
+        whole += _CMSG.pack(length, _SOL_SOCKET, kind) + data + bytes(-length % 8)
+    return whole[:room] if room >= _CMSG.size else b"", len(whole) > room

@@ -1,0 +1,166 @@
+"""Answers the calls of programs that preload nothing; all other calls go on to the kernel."""
+
+from __future__ import annotations
+
+import errno
+import os
+import struct
+from typing import TYPE_CHECKING, Protocol
+
+from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_RAW
+from canwire.socketcan.loop import READABLE
+from canwire.socketcan.supervised.names import answer_about_interface
+from canwire.socketcan.supervised.notices import Call, Listener
+from canwire.socketcan.supervised.options import get_socket_option, set_socket_option
+from canwire.socketcan.supervised.program import Message, Program
+from canwire.socketcan.supervised.receiving import Receiving
+
+if TYPE_CHECKING:
+    import socket
+
+    from canwire.socketcan.setting import Setting
+    from canwire.socketcan.sockets.base import CanSocket
+
+_SOL_SOCKET = 1
+_NONBLOCK, _CLOEXEC = os.O_NONBLOCK, os.O_CLOEXEC  # SOCK_NONBLOCK, SOCK_CLOEXEC are the same bits
+_ADDRESS = struct.Struct("<Hxxi")
+_SOCKADDR_UN = 110  # the shim asks with so much room which socket of the server's it has
+_LARGEST = 1 << 16
+
+
+class Sockets(Protocol):
+    """The server's."""
+
+    def make(self, type: int, protocol: int, program: str) -> socket.socket:
+        """The program's end of a new one; raises OSError."""
+
+    def of_inode(self, inode: int) -> CanSocket | None: ...
+
+
+class Supervisor:
+    """Of one program and what it starts; `listener` is closed with the last of them."""
+
+    def __init__(self, setting: Setting, sockets: Sockets, listener: Listener) -> None:
+        self._setting = setting
+        self._sockets = sockets
+        self._listener = listener
+        setting.loop.watch(listener.descriptor, READABLE, self._called)
+
+    def close(self) -> None:
+        self._setting.loop.forget(self._listener.descriptor)
+        self._listener.close()
+
+    def _called(self, events: int) -> None:
+        if not events & READABLE:  # hung up
+            self.close()
+            return
+        call = self._listener.receive()
+        if call is None:
+            return
+        try:
+            self._answer(call, Program(call.thread))
+        except OSError as error:
+            self._listener.answer(call, -(error.errno or errno.EIO))
+
+    def _answer(self, call: Call, program: Program) -> None:
+        if call.name == "socket":
+            self._open(call, program)
+            return
+        if call.name == "ioctl":
+            done = answer_about_interface(self._setting, program, call)
+        else:
+            found = self._sockets.of_inode(program.inode(call.arguments[0]))
+            if found is not None and call.name in ("recvfrom", "recvmsg"):
+                self._receive(Receiving(call, program, found), found)
+                return
+            done = None if found is None else self._done(call, program, found)
+        if done is None:
+            self._listener.let_pass(call)
+        else:
+            self._listener.answer(call, done)
+
+    def _open(self, call: Call, program: Program) -> None:
+        _, type, protocol, *_ = call.arguments
+        with self._sockets.make(type & 0xF, protocol & 0xFFFFFFFF, program.name) as end:
+            if type & _NONBLOCK:
+                end.setblocking(False)
+            self._listener.put_descriptor(call, end.fileno(), close_on_exec=bool(type & _CLOEXEC))
+
+    def _done(self, call: Call, program: Program, found: CanSocket) -> int | None:
+        """What the call returns; None: the kernel does it."""
+        _, a, b, c, d, e = call.arguments
+        if call.name == "bind":
+            found.bind(program.read(a, min(b, 128)))
+        elif call.name == "connect":
+            found.connect(program.read(a, min(b, 128)))
+        elif call.name == "getsockname":
+            return self._name(program, found, a, b)
+        elif call.name == "setsockopt":
+            value = program.read(c, min(d, _LARGEST))
+            if a == _SOL_SOCKET:
+                return set_socket_option(found, b, value)
+            found.set_option(a, b, value)
+        elif call.name == "getsockopt":
+            shown = get_socket_option(found, b) if a == _SOL_SOCKET else found.get_option(a, b)
+            if shown is None:
+                return None
+            room = program.length_at(d)
+            program.write(c, shown[:room])
+            program.write(d, struct.pack("<I", min(len(shown), room)))
+        elif call.name == "sendto":
+            return self._sent_to(found, program.read(a, min(b, _LARGEST)), program.read(d, min(e, 128)))
+        else:
+            return self._send_message(program, found, a)
+        return 0
+
+    def _name(self, program: Program, found: CanSocket, place: int, length: int) -> int | None:
+        if program.length_at(length) == _SOCKADDR_UN:
+            return None
+        table = self._setting.table
+        name = _ADDRESS.pack(AF_CAN, table.bound_to(found.slot))
+        if table.protocol(found.slot) == CAN_ISOTP:
+            name += struct.pack("<II", *table.identifiers(found.slot))
+        program.put(place, length, name)
+        return 0
+
+    def _send_message(self, program: Program, found: CanSocket, place: int) -> int | None:
+        message = Message(program, place)
+        if not message.name and self._setting.table.protocol(found.slot) == CAN_RAW and not message.control:
+            return None  # its messages are frames
+        address = program.read(message.name, min(message.name_size, 128)) if message.name else b""
+        return self._sent_to(found, program.gather(message.parts), address)
+
+    def _sent_to(self, found: CanSocket, data: bytes, address: bytes) -> int:
+        index = self._setting.table.bound_to(found.slot)
+        if address:
+            if len(address) < _ADDRESS.size or _ADDRESS.unpack_from(address)[0] != AF_CAN:
+                return -errno.EINVAL
+            index = _ADDRESS.unpack_from(address)[1]
+        if index not in self._setting.interfaces.by_index:
+            return -errno.ENXIO
+        found.send_to(data, index)
+        return len(data)
+
+    def _receive(self, receiving: Receiving, found: CanSocket) -> None:
+        over = False
+
+        def look() -> None:
+            if over:
+                return
+            try:
+                done = receiving.look()
+            except OSError as error:
+                done = -(error.errno or errno.EIO)
+            if done is None:
+                found.waiting.append(look)
+            else:
+                self._listener.answer(receiving.call, done)
+
+        def expire() -> None:
+            nonlocal over
+            over = True
+            self._listener.answer(receiving.call, -errno.EAGAIN)
+
+        look()
+        if look in found.waiting and receiving.limit_s:
+            self._setting.loop.call_in(receiving.limit_s, expire)
