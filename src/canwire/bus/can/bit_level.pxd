@@ -27,7 +27,7 @@ cdef class BitLevel:
     cdef public Node victim, sender_seen
     cdef public int index_seen
     cdef int _wire, _shown, _flip, _forced
-    cdef Clock _flip_sender
+    cdef Clock _flip_sender, _latest
 
     @cython.locals(clock=Clock)
     cpdef int stimulate(self, Stimulus stimulus, long long at_ps) except -1
@@ -44,7 +44,7 @@ cdef class BitLevel:
     cdef int _take_in(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef int leave(self) except -1
-    @cython.locals(first=Clock, clock=Clock, bits=int)
+    @cython.locals(first=Clock, latest=Clock, clock=Clock, bits=int)
     cpdef bint coast(self, unsigned long long limit_ns) except -1
     @cython.locals(left_ns="long long", left_ps="long long", bits="long long")
     cdef int _bits_until(self, unsigned long long limit_ns, Clock clock) except -1

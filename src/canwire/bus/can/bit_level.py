@@ -65,6 +65,7 @@ class BitLevel:
         self.sender_seen: Node | None = None
         self.index_seen = 0
         self._stretch = Stretch()
+        self._latest: Clock | None = None  # of those that are aligned, whose sample point comes last
         self._stepping = False
         self._wire = 1
         self._shown = 1
@@ -188,13 +189,16 @@ class BitLevel:
         if first.sampling or self.delay_ps or self.shorted or self._forced != _FREE:
             return False
         if not self.aligned:
+            latest = first
             for clock in self.clocks:
                 if not clock.coasts_with(first):
                     return False
-        self.aligned = True
-        for clock in self.clocks:
-            if clock.sample_ps() > first.sample_ps():
-                first = clock
+                if clock.sample_ps() > latest.sample_ps():
+                    latest = clock
+            self._latest = latest
+            self.aligned = True
+        assert self._latest is not None
+        first = self._latest
         bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, first))
         if bits > 0:
             bits = self._calm(bits)
