@@ -29,6 +29,7 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.bus.can.clock": 2,
     "canwire.bus.can.reader_state": 2,
     "canwire.bus.can.coasting": 2,
+    "canwire.bus.can.drifting": 2,
     "canwire.bus.can.bit_level": 2,
     "canwire.bus.load": 1,
     "canwire.bus.can.joining": 1,

@@ -11,6 +11,7 @@ from canwire.bus.can import (
     bus_state,
     clock,
     coasting,
+    drifting,
     echo,
     frame_reader,
     joining,
@@ -39,7 +40,7 @@ from canwire.values import frame, slcan_text
 # fmt: off
 MODULES = (
     frame, slcan_text, timeline, ring, node, can_bits, bit_layout, frame_reader, tally, station, stimulus, echo,
-    reader_state, clock, coasting, bit_level, load, joining, stepped, bus_state, can_bus, confinement, host,
+    reader_state, clock, coasting, drifting, bit_level, load, joining, stepped, bus_state, can_bus, confinement, host,
     can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes, sja1000, driver,
     can_fd_driver, message_filter, channel, line, pace, loop,
 )

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 
+import canwire
 from canwire import (
     ChannelMode,
     Control,
@@ -17,6 +18,7 @@ from canwire import (
     Hub,
     HubChannel,
     LineMode,
+    TimingConflict,
     Unsupported,
 )
 from canwire.boards.config.configuration import Config
@@ -128,3 +130,22 @@ def test_chips_have_none_of_it_and_nothing_changes() -> None:
         assert not control.status().initialised
         control.initialise(LineMode(CLASSIC.timing, options=ControllerOptions()))
         assert control.status().initialised
+
+
+@pytest.mark.conforms("N-03")
+def test_a_boards_own_loop_delay_is_among_what_could_not_work_on_copper() -> None:
+    """No program knows of it: it stands in canwire.toml, and every line's status tells it."""
+    for settings, whats in (
+        ("", []),
+        ("loop_delay_ns = 450", ["delay compensation"]),
+        ("loop_delay_ns = 450\ndelay_compensation = true", []),
+    ):
+        with world(settings) as hub:
+            for board in (0, 1):
+                started(hub, board)
+            conflicts = canwire.conflicts_on(hub)
+            assert [found.check.what for found in conflicts if isinstance(found, TimingConflict)] == whats
+            assert len(conflicts) == len(whats)
+            mode = hub.line_status(hub.boards()[0].id, 0).mode
+            assert mode is not None
+            assert (mode.options or ControllerOptions()).loop_delay_ns == (450 if settings else 0)

@@ -209,3 +209,23 @@ def test_a_cable_that_is_too_long_for_the_rate_is_pointed_out() -> None:
         on_line(second, QUICK, 1)
         (found,) = canwire.conflicts_on(first)
         assert "a shorter cable" in str(found)
+
+
+@pytest.mark.conforms("N-03")
+def test_an_oscillator_that_drifts_too_far_later_is_pointed_out_then() -> None:
+    with ExitStack() as stack:
+        engine = stack.enter_context(embedded(CONFIG, time="virtual"))
+        warned: list[str] = []
+        engine.world.warn = warned.append
+        first, second = (stack.enter_context(connected(engine, name)) for name in ("first", "second"))
+        on_line(first, QUICK)
+        on_line(second, QUICK, 1)
+        faults = first.bus("can0").faults
+        faults.drift("HW000001:1", 100)
+        assert (warned, canwire.conflicts_on(first)) == ([], [])
+        drift = faults.drift("HW000001:1", 30_000)
+        (found,) = canwire.conflicts_on(second)
+        assert "drift apart" in str(found)
+        assert warned == [str(found)]
+        drift.cancel()
+        assert canwire.conflicts_on(first) == []

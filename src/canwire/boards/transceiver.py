@@ -69,7 +69,7 @@ class Ear(Node):
             setattr(self, name, getattr(self._chip, name))
         self.on_bus = False
         self.waiting, self.sequences = 1, 0
-        self.waiting_from_ns = now_ns
+        self.waiting_from_ns, self.waiting_from_ps = now_ns, 0
         if self.bus is not None:
             self.bus.changed()
 

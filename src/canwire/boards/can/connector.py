@@ -19,6 +19,7 @@ from canwire.boards.catalogue import is_shorted, load_of
 from canwire.drivers.driver import LineSettings
 from canwire.errors import CanwireError, NothingHeard, NotInitialised, WrongState
 from canwire.timeline import Timer
+from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.event import BusEvent, ErrorState, EventKind, InfoCode
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import BTR_OF_BIT_RATE
@@ -247,6 +248,13 @@ class CanLine:
             return None
         return (self._hearings.get(kin) or unasked(self.info)).seen(self.mode)
 
+    def in_effect(self, kin: str) -> LineMode | None:
+        """The same with the controller's options as they are, those of canwire.toml among them."""
+        mode = self.seen_by(kin)
+        if mode is None or (options := self._options_of(mode)) == (mode.options or USUAL):
+            return mode
+        return replace(mode, options=options)
+
     def detect(
         self,
         candidates: Sequence[tuple[BitTiming, BitTiming | None]],
@@ -405,5 +413,9 @@ class CanLine:
             mode.listen_only,
             registers=(mode if self._own_registers else controllers_own(mode)).registers,
             loop_back=mode.loop_back,
-            options=self._options if mode.options is None else mode.options.on_board(self._options),
+            options=self._options_of(mode),
         )
+
+    def _options_of(self, mode: LineMode) -> ControllerOptions:
+        """Those that a program asked for, with what is a fact of the board."""
+        return self._options if mode.options is None else mode.options.on_board(self._options)

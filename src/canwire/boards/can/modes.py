@@ -99,6 +99,8 @@ class LineMode:
 class LineStatus:
     """A line as it is now. `state` is an ErrorState; `load` 0..100 %; `time_ns` the hub's time.
 
+    `mode` has the options that are in effect, those of canwire.toml among them; None: the usual ones.
+
     Losses by stage: `refused` frames that a client queued and the line could not send, `lost` frames and
     events that found a channel's receive queue full; the ideal controller itself loses none.
     `set_by` is the program that set it up last, `set_by_left`: it has nothing open on the line any more.

@@ -2,6 +2,7 @@
 cimport cython
 from canwire.bus.can.clock cimport Clock
 from canwire.bus.can.coasting cimport Stretch
+from canwire.bus.can.drifting cimport Apart
 from canwire.bus.can.node cimport Node
 from canwire.bus.can.station cimport Station
 from canwire.bus.can.tally cimport Tally
@@ -20,14 +21,15 @@ cdef class BitLevel:
     cdef public long long origin_ps, now_ps, delay_ps
     cdef public bint shorted, undisturbed, pinned, coasts, aligned
     cdef Stretch _stretch
-    cdef bint _stepping, _forcing
+    cdef Apart _apart
+    cdef bint _stepping, _forcing, _drifts
     cdef public object capture, disturb, spare, watch
     cdef public list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
     cdef public Node victim, sender_seen
     cdef public int index_seen
     cdef int _wire, _shown, _flip, _forced
-    cdef Clock _flip_sender
+    cdef Clock _flip_sender, _latest
 
     @cython.locals(clock=Clock)
     cpdef int stimulate(self, Stimulus stimulus, long long at_ps) except -1
@@ -41,17 +43,22 @@ cdef class BitLevel:
     cpdef int enter(self, list nodes, unsigned long long origin_ns, long long origin_ps) except -1
     cpdef void add(self, Node node, long long at_ps) except *
     cdef int _bring(self, Node node, Clock clock) except -1
+    @cython.locals(first=Clock)
     cdef int _take_in(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef int leave(self) except -1
-    @cython.locals(first=Clock, clock=Clock, bits=int)
+    @cython.locals(first=Clock, clock=Clock, bits=int, sample_ps="long long", latest_ps="long long")
     cpdef bint coast(self, unsigned long long limit_ns) except -1
-    @cython.locals(left_ns="long long", left_ps="long long", bits="long long")
+    @cython.locals(apart=Apart, bits=int)
+    cdef bint _coast_apart(self, unsigned long long limit_ns) except -1
+    @cython.locals(left_ns="long long")
+    cdef long long _end_ps(self, unsigned long long limit_ns) noexcept
+    @cython.locals(left_ps="long long", bits="long long")
     cdef int _bits_until(self, unsigned long long limit_ns, Clock clock) except -1
     @cython.locals(sender=Clock)
-    cdef int _calm(self, int bits) except -1
-    @cython.locals(stretch=Stretch, bit_ps="long long", began_ps="long long", last_ps="long long", k=int, first_shown=int)
-    cdef int _pass(self, Clock first, int bits) except -1
+    cdef int _calm(self, Stretch stretch, int bits) except -1
+    @cython.locals(bit_ps="long long", began_ps="long long", last_ps="long long", k=int, first_shown=int)
+    cdef int _pass(self, Stretch stretch, Clock first, int bits) except -1
     cdef int _show(self, int level, long long at_ps) except -1
     @cython.locals(at_ps="long long")
     cpdef int replay(self, unsigned long long now_ns) except -1
@@ -85,5 +92,3 @@ cdef class BitLevel:
     cdef bint _flipped_for(self, Clock clock) except -1
     @cython.locals(sender=Clock, driver=Clock, index=int)
     cdef void _begin_disturbance(self) except *
-    @cython.locals(found=Clock, clock=Clock, sends=bint)
-    cdef Clock _first_sender(self)

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from canwire.bus.can import phases
 from canwire.bus.can.clock import Clock
 from canwire.bus.can.coasting import Stretch
+from canwire.bus.can.drifting import Apart
 from canwire.bus.can.node import QUIET, Node
 from canwire.bus.can.station import FRAME, IDLE, SUSPEND, WAITING, Station
 from canwire.bus.can.stimulus import FREE, Stimulus
@@ -65,6 +66,9 @@ class BitLevel:
         self.sender_seen: Node | None = None
         self.index_seen = 0
         self._stretch = Stretch()
+        self._apart = Apart()
+        self._drifts = False
+        self._latest: Clock | None = None  # of those that are aligned, whose sample point comes last
         self._stepping = False
         self._wire = 1
         self._shown = 1
@@ -81,6 +85,7 @@ class BitLevel:
         self.origin_ps = origin_ps
         self.now_ps = 0
         self.clocks = []
+        self._drifts = False
         self._wire = 1
         self._flip = self._asked_ps = self._fell_ps = -1
         self._flip_sender = None
@@ -112,6 +117,9 @@ class BitLevel:
 
     def _take_in(self, clock: Clock, at_ps: int) -> None:
         self.clocks.append(clock)
+        first = self.clocks[0]
+        if clock.node.bit_ps != first.node.bit_ps:
+            self._drifts = True
         if self._forcing:
             self._change_ps = min(self._change_ps, at_ps)  # it sees what is forced already
 
@@ -123,17 +131,12 @@ class BitLevel:
         known = [clock.node for clock in kept]
         self.clocks = kept
         for clock in kept:
-            node, station = clock.node, clock.station
-            if not node.on_bus and station.state != _WAITING:
-                station.wait_for_bus()
-                clock.data_rate = False
-                clock.check_ps = clock.echo.forget_checks()
-                if not self._stepping:
-                    station.out = 1
-                    clock.echo.drive(1, self.now_ps)
+            node = clock.node
+            if not node.on_bus and clock.station.state != _WAITING:
+                clock.go_off(self.now_ps, self._stepping)
             if node.waiting and node.waiting_from_ns == self.at_ns(self.now_ps):
-                station.run = 0
-                clock.due_ps, clock.sampling = self.now_ps, False  # it begins to count with a bit of its own
+                clock.count_from(self.now_ps)
+        self._drifts = any(clock.node.bit_ps != kept[0].node.bit_ps for clock in kept)
         for node in nodes:
             if node not in known:
                 self.add(node, self.now_ps)
@@ -185,45 +188,60 @@ class BitLevel:
         if not self.coasts or not self.clocks or self._forcing or self.watch is not None:
             return False
         first = self.clocks[0]
-        if first.sampling or self.delay_ps or self.shorted or self._forced != _FREE:
+        if self.delay_ps or self.shorted or self._forced != _FREE or (first.sampling and not self._drifts):
             return False
         if not self.aligned:
+            latest_ps = -1
             for clock in self.clocks:
                 if not clock.coasts_with(first):
-                    return False
-        self.aligned = True
-        for clock in self.clocks:
-            if clock.sample_ps() > first.sample_ps():
-                first = clock
-        bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, first))
+                    return self._drifts and self._coast_apart(limit_ns)
+                sample_ps = clock.sample_ps()
+                if sample_ps > latest_ps:
+                    self._latest, latest_ps = clock, sample_ps
+            self.aligned = True
+        assert self._latest is not None
+        bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, self._latest))
         if bits > 0:
-            bits = self._calm(bits)
+            bits = self._calm(self._stretch, bits)
         if bits > 0:
-            self._pass(first, bits)
+            self._pass(self._stretch, self._latest, bits)
+        return bits > 0
+
+    def _coast_apart(self, limit_ns: int) -> bool:
+        """The same, with each clock followed by itself; all that happens up to `limit_ns` at the latest."""
+        apart = self._apart
+        if self._flip >= 0:
+            return False
+        bits = apart.look_apart(self.clocks, self._wire, self._end_ps(limit_ns), self.disturb is None)
+        if bits > 0 and self.disturb is not None:
+            bits = apart.cut(self.clocks, self._calm(apart, bits))
+        if bits > 0 and apart.lead is not None:
+            self._pass(apart, apart.lead, bits)
         return bits > 0
 
     def _bits_until(self, limit_ns: int, clock: Clock) -> int:
         """How many more of its samples come by then."""
-        if limit_ns <= self.origin_ns:
-            return 0
-        left_ns = _FAR_NS
-        if limit_ns - self.origin_ns < _FAR_NS:
-            left_ns = limit_ns - self.origin_ns + 1
-        left_ps = left_ns * 1000 - self.origin_ps - clock.due_ps - clock.sample_ps()
+        left_ps = self._end_ps(limit_ns) - clock.due_ps - clock.sample_ps()
         if left_ps <= 0:
             return 0
         bits = (left_ps - 1) // clock.bit_ps() + 1
         return bits if bits < _MOST else _MOST
 
-    def _calm(self, bits: int) -> int:
+    def _end_ps(self, limit_ns: int) -> int:
+        """What comes by then comes before this."""
+        if limit_ns <= self.origin_ns:
+            return 0
+        left_ns = limit_ns - self.origin_ns
+        return ((left_ns if left_ns < _FAR_NS else _FAR_NS) + 1) * 1000 - self.origin_ps
+
+    def _calm(self, stretch: Stretch, bits: int) -> int:
         """How many of these bits pass undisturbed; the next one is to be asked for."""
-        sender = self._stretch.sender
+        sender = stretch.sender
         if sender is None or self.disturb is None:
             return bits
         return 0 if self.spare is None else self.spare(sender.node, sender.station.index, bits)
 
-    def _pass(self, first: Clock, bits: int) -> None:
-        stretch = self._stretch
+    def _pass(self, stretch: Stretch, first: Clock, bits: int) -> None:
         bit_ps, began_ps = first.bit_ps(), first.due_ps
         self._flip = -1
         first_shown = 0 if self.capture is not None else stretch.last_fall(bits)
@@ -234,7 +252,7 @@ class BitLevel:
             self._flip_sender, self._asked_ps = stretch.sender, last_ps
             self.sender_seen = stretch.sender.node
             self.index_seen = stretch.sender.station.index + bits - 1
-        self.now_ps = last_ps + first.sample_ps()
+        self.now_ps = stretch.last_ps(began_ps, bits, first)
         stretch.go(self.clocks, bits, began_ps, self.at_ns(self.now_ps))
 
     def _show(self, level: int, at_ps: int) -> None:
@@ -462,7 +480,7 @@ class BitLevel:
 
     def _begin_disturbance(self) -> None:
         """Ask `disturb` about the bit that the sender has just begun to drive."""
-        sender = self._first_sender()
+        sender = self._stretch.first_sender(self.clocks)
         if sender is None:
             driver = self._flip_sender  # an error has ended its frame, but not yet its bit
             if driver is None or driver.start_ps == self.now_ps or driver not in self.clocks:
@@ -477,12 +495,3 @@ class BitLevel:
             self.sender_seen, self.index_seen = sender.node, index
             if self._flip >= 0 and self._flipped_for(sender) and sender.forced == _FREE:
                 sender.echo.invert()
-
-    def _first_sender(self) -> Clock | None:
-        """Of those that still contend, the one that will win."""
-        found = None
-        for clock in self.clocks:
-            sends = clock.station.transmitting and clock.station.state == _FRAME
-            if sends and (found is None or clock.station.sent.key < found.station.sent.key):
-                found = clock
-        return found

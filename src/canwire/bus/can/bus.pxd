@@ -61,14 +61,10 @@ cdef class CanBus(BusState):
 
     cdef int _replay(self) except -1
 
+    cdef int _rest_if_over(self) except -1
+
     @cython.locals(bits=BitLevel, at_ns="unsigned long long", at_ps="long long")
     cdef bint _run_bits(self, unsigned long long limit_ns) except -1
-
-    @cython.locals(node=Node)
-    cdef int _forget_contenders(self) except -1
-
-    @cython.locals(stations=list, node=Node)
-    cdef list _stations(self)
 
     cdef int _enter_bitwise(self) except -1
 

@@ -63,7 +63,8 @@ class CanBus(BusState):
         """Put a controller on the copper, perhaps in the middle of a frame, of which it sees the rest."""
         self.descend()
         node.bus = self
-        node.waiting_from_ns = max(node.waiting_from_ns, self.timeline.now_ns)
+        if node.waiting_from_ns < self.timeline.now_ns:
+            node.waiting_from_ns, node.waiting_from_ps = self.timeline.now_ns, 0
         self.nodes.append(node)
         self.changed()
 
@@ -113,9 +114,9 @@ class CanBus(BusState):
 
     def descend(self) -> None:
         """Go down to the bit level if anything is on the wire, an intermission included."""
+        self.interrupt()
         if self._state == _REST and self.timeline.now_ns < self._free_ns:
             self._leave_rest()
-        self.interrupt()
 
     def interrupt(self) -> None:
         """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
@@ -131,6 +132,15 @@ class CanBus(BusState):
             self._enter_at(self._end_ps - _ACK_SLOT_TO_FREE * self._sender.bit_ps)
             phases.fail_unacknowledged(self.bits.clocks, self._sender, self._box, self._flag_passive)
             self._replay()
+            self._rest_if_over()
+        elif self._state == _REST and len(self._members) == 1 and self.timeline.now_ns < self._free_ns:
+            self._leave_rest()  # if this node leaves, nobody's intermission goes on
+            self._rest_if_over()
+
+    def _rest_if_over(self) -> None:
+        """The last bit of an intermission belongs to the rest from its sample point on."""
+        if self.bits.resting():
+            self._leave_bitwise()
 
     def _replay(self) -> None:
         """Up to now everything went well, whatever is to come."""
@@ -139,18 +149,18 @@ class CanBus(BusState):
 
     def short(self, shorted: bool) -> None:
         """Short the two wires (a dominant bus for everybody), or take the short away."""
+        self.interrupt()
         if self._state == _REST and shorted:
             self._leave_rest()
-        self.interrupt()
         self.bits.shorted = shorted
         self.bits.refresh(self._stations() if self._state == _BITWISE else [], self._elapsed_ps())
         self.timeline.interrupted = True
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Put levels in front of nodes' receivers, from now on at the earliest."""
+        self.interrupt()
         if self._state == _REST:
             self._leave_rest()
-        self.interrupt()
         self.bits.stimulate(stimulus, self._elapsed_ps())
         self.timeline.interrupted = True
 
@@ -167,12 +177,12 @@ class CanBus(BusState):
             if now_ns > self._free_ns:
                 self._begin_late(now_ns)
             self._enter_bitwise()
-            phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from_ns)
+            phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from())
             return
         self._start_ns = self._free_ns
         bit_ps = self._members[0].bit_ps if sender is self._nobody else sender.bit_ps
         self._enter_at(self._free_ps - _INTERMISSION * bit_ps)
-        phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from_ns)
+        phases.resume(self.bits.clocks, self.bits.offset_ps(), self._joining.quiet_from())
         phases.resume_intermission(self.bits.clocks, sender)
         self._replay()
 
@@ -189,7 +199,7 @@ class CanBus(BusState):
             return self.bits.at_ns(self.bits.next_ps()) if self._anything_left() else self.timeline.now_ns
         start = self._next_start()
         if self._waiting:
-            joining = self._joining.next_ns()
+            joining = self._joining.next_ns(_NEVER, 0)
             return joining if joining < start else start
         return start
 
@@ -217,12 +227,13 @@ class CanBus(BusState):
             elif self._waiting or not self._go_on(limit_ns):
                 start = self._next_start()
                 if self._waiting:
-                    joining = self._joining.next_ns()
-                    if joining <= start:
+                    start_ps = self._free_ps if start == self._free_ns else 0
+                    joining = self._joining.next_ns(start, start_ps)
+                    if joining != _NEVER:
                         if joining > limit_ns:
                             return
                         timeline.now_ns = joining
-                        self._joining.join(joining)
+                        self._joining.join(joining, start_ps if joining == start else 999)
                         continue
                 if start > limit_ns:
                     return
@@ -304,7 +315,7 @@ class CanBus(BusState):
         sender.arbitration_losses -= 1
         self._sender = sender
         self._rivals = 0  # left to be counted
-        joins = self._waiting and self._joining.count(start_ns)
+        joins = self._waiting and self._joining.count(start_ns, self._free_ps)
         if self._sleeping:
             self._rouse(start_ns)
         if collision:
@@ -386,6 +397,7 @@ class CanBus(BusState):
         if self._waiting:
             quiet_ps = self._end_ps - _ACK_DELIMITER_TO_EOF_END * bit_ps
             self._joining.quiet_from_ns = self._start_ns + quiet_ps // 1000
+            self._joining.quiet_from_ps = quiet_ps % 1000
             self._joining.restart()
         self.tally.frames += 1
         self.tally.last_success_ns = end_ns
@@ -442,17 +454,6 @@ class CanBus(BusState):
             self._busy_since_ns = start_ns
 
     # bit by bit
-
-    def _forget_contenders(self) -> None:
-        for node in self.nodes:
-            node.contending = None
-
-    def _stations(self) -> list[Node]:
-        stations = []
-        for node in self.nodes:
-            if node.on_bus or node.waiting:
-                stations.append(node)
-        return stations
 
     def _enter_bitwise(self) -> None:
         self._enter_at(self._free_ps)

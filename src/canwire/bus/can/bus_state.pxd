@@ -35,3 +35,11 @@ cdef class BusState(Bus):
     @cython.final
     @cython.locals(node=Node)
     cdef void _contend(self) noexcept
+
+    @cython.final
+    @cython.locals(node=Node)
+    cdef int _forget_contenders(self) except -1
+
+    @cython.final
+    @cython.locals(stations=list, node=Node)
+    cdef list _stations(self)

@@ -78,7 +78,7 @@ class BusState(Bus):
 
     def recessive_groups(self, node: Node) -> int:
         if self._state == _REST and node.waiting:
-            return self._joining.groups(node, self.timeline.now_ns)
+            return self._joining.groups(node, self.timeline.now_ns, 0)
         return node.sequences
 
     def resting(self) -> bool:
@@ -126,6 +126,18 @@ class BusState(Bus):
                     node.arbitration_losses -= 1
                     self._rivals += 1
             node = node.next_member
+
+    def _forget_contenders(self) -> None:
+        for node in self.nodes:
+            node.contending = None
+
+    def _stations(self) -> list[Node]:
+        """Who is there at the bit level."""
+        stations = []
+        for node in self.nodes:
+            if node.on_bus or node.waiting:
+                stations.append(node)
+        return stations
 
     def _rouse(self, at_ns: int) -> None:
         """The bus comes to life: sleeping nodes are to hear of it before anything else happens."""

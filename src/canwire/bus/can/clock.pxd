@@ -16,6 +16,9 @@ cdef class Clock:
     cdef public int forced, seen
     cdef public bint sampling, synchronised, data_rate, free, joins, edged
     cdef public Echo echo
+    cdef readonly long long ahead_start_ps, ahead_due_ps
+    cdef readonly int ahead_taken, ahead_begun
+    cdef readonly bint ahead_sampling, ahead_synchronised
 
     cpdef int begin(self, long long at_ps) except -1
     cdef long long bit_ps(self) noexcept
@@ -31,6 +34,8 @@ cdef class Clock:
     @cython.locals(state=int)
     cdef int drive_steady(self, long long at_ps) except -1
     cdef int pass_bits(self, int bits, long long at_ps) noexcept
+    cdef void keep_ahead(self, long long start_ps, long long due_ps, bint sampling, bint synchronised, int taken, int begun) noexcept
+    cdef void go_ahead(self) noexcept
     cdef bint coasts_with(self, Clock other) noexcept
     @cython.locals(station=Station, state=int, idle=bint, behind=bint)
     cpdef void edge(self, long long at_ps) except *

@@ -36,6 +36,7 @@ class Clock:
         self.station = station
         self.node = station.node
         self.echo = Echo(self.node)
+        self.keep_ahead(at_ps, at_ps, False, False, 0, 0)
         self.begin(at_ps)
 
     def begin(self, at_ps: int) -> None:
@@ -53,6 +54,20 @@ class Clock:
         self.free = True  # none did so up to now
         self.seen = 1
         self.data_rate = False
+
+    def go_off(self, at_ps: int, at_end: bool) -> None:
+        """Its node takes part no more; what it drives ends now, or `at_end` of its bit."""
+        self.station.wait_for_bus()
+        self.data_rate = False
+        self.check_ps = self.echo.forget_checks()
+        if not at_end:
+            self.station.out = 1
+            self.echo.drive(1, at_ps)
+
+    def count_from(self, at_ps: int) -> None:
+        """It begins to count recessive bits now, with a bit of its own."""
+        self.station.run = 0
+        self.due_ps, self.sampling = at_ps, False
 
     def bit_ps(self) -> int:
         return self.node.data_bit_ps if self.data_rate else self.node.bit_ps
@@ -124,6 +139,26 @@ class Clock:
         self.start_ps = at_ps + (bits - 1) * self.bit_ps()
         self.due_ps = self.start_ps + self.bit_ps()
         self.synchronised = self.joins = self.edged = False
+
+    def keep_ahead(
+        self, start_ps: int, due_ps: int, sampling: bool, synchronised: bool, taken: int, begun: int
+    ) -> None:
+        """Where it will be, with so many samples taken and bits begun, if `go_ahead` follows."""
+        self.ahead_start_ps = start_ps
+        self.ahead_due_ps = due_ps
+        self.ahead_sampling = sampling
+        self.ahead_synchronised = synchronised
+        self.ahead_taken = taken
+        self.ahead_begun = begun
+
+    def go_ahead(self) -> None:
+        """It is there."""
+        self.start_ps = self.ahead_start_ps
+        self.due_ps = self.ahead_due_ps
+        self.sampling = self.ahead_sampling
+        self.synchronised = self.ahead_synchronised
+        if self.ahead_begun:
+            self.joins = self.edged = False
 
     def coasts_with(self, other: Clock) -> bool:
         """Both are about to begin a bit, at the same time, and the bits to come are the same for them."""

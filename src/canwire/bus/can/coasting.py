@@ -55,14 +55,14 @@ class Stretch:
 
     def look(self, clocks: list[Clock], most: int) -> int:
         """How many bits it has, `most` at most; 0: there is none."""
-        self.sender = self._find_sender(clocks)
+        self.sender = self.first_sender(clocks)
         if self.sender is not None:
             sender = self.sender.station
             if sender.index < sender.layout.tail_bit:
                 return self._look_along(clocks, most)
         return self._look_ahead(clocks, most)
 
-    def _find_sender(self, clocks: list[Clock]) -> Clock | None:
+    def first_sender(self, clocks: list[Clock]) -> Clock | None:
         """Of those that still contend, the one that will win."""
         found = None
         for clock in clocks:
@@ -77,9 +77,7 @@ class Stretch:
     def _look_along(self, clocks: list[Clock], most: int) -> int:
         assert self.sender is not None
         sender = self.sender.station
-        self.level = -1
-        self.levels = sender.levels
-        self.first = sender.index
+        self.level, self.levels, self.first = -1, sender.levels, sender.index
         for clock in clocks:
             station = clock.station
             if station.state == _FRAME:
@@ -170,6 +168,9 @@ class Stretch:
         return self._answer
 
     # going on
+
+    def last_ps(self, began_ps: int, bits: int, clock: Clock) -> int:
+        return began_ps + (bits - 1) * clock.bit_ps() + clock.sample_ps()
 
     def go(self, clocks: list[Clock], bits: int, at_ps: int, sampled_ns: int) -> None:
         """All of them have had so many bits, the first of which began at `at_ps`, and take the last sample now."""

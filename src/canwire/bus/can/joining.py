@@ -13,55 +13,80 @@ _NEVER = NEVER
 
 
 class Joining:
-    """Who waits on one bus, which has been recessive since `quiet_from_ns`; `nodes` is the bus's own list."""
+    """Who waits on one bus; `nodes` is the bus's own list.
+
+    The bus has been recessive since `quiet_from_ns` and, beyond these, `quiet_from_ps` (0..999). Times are compared to
+    the picosecond: whose last bit ends where a frame begins takes part in its arbitration.
+    """
 
     def __init__(self, nodes: list[Node]) -> None:
         self.nodes = nodes
         self.quiet_from_ns = 0
+        self.quiet_from_ps = 0
 
-    def next_ns(self) -> int:
-        """When the first of them has seen enough."""
+    def quiet_from(self) -> int:
+        """The same in picoseconds."""
+        return self.quiet_from_ns * 1000 + self.quiet_from_ps
+
+    def next_ns(self, start_ns: int, start_ps: int) -> int:
+        """When the first of them has seen enough, if it is not behind this SOF; or NEVER."""
         soonest = _NEVER
         for node in self.nodes:
             if node.waiting:
                 due = self._due_ns(node)
-                if due < soonest:
+                if due < soonest and (due < start_ns or (due == start_ns and self._due_ps(node) <= start_ps)):
                     soonest = due
         return soonest
 
-    def join(self, at_ns: int) -> None:
+    def join(self, at_ns: int, at_ps: int) -> None:
         """Tell those who have seen enough by now."""
         for node in self.nodes:
-            if node.waiting and self._due_ns(node) <= at_ns:
-                node.joined(at_ns)
+            if node.waiting:
+                due = self._due_ns(node)
+                if due < at_ns or (due == at_ns and self._due_ps(node) <= at_ps):
+                    node.joined(at_ns)
 
-    def groups(self, node: Node, at_ns: int) -> int:
+    def groups(self, node: Node, at_ns: int, at_ps: int) -> int:
         """How many groups of 11 bits the node has counted up to now, in recessive time that goes on."""
         since = self._quiet_since(node)
-        if at_ns <= since:
+        if at_ns < since:
             return node.sequences
         # a group is complete where its last bit is sampled
-        past_ps = (at_ns - since) * 1000 + node.bit_ps - node.sample_ps
-        return node.sequences + (past_ps - 1) // (11 * node.bit_ps)
+        past_ps = (at_ns - since) * 1000 + at_ps - self._beyond_ps(node) + node.bit_ps - node.sample_ps
+        return node.sequences + (past_ps - 1) // (11 * node.bit_ps) if past_ps > 0 else node.sequences
 
-    def count(self, start_ns: int) -> bool:
+    def count(self, start_ns: int, start_ps: int) -> bool:
         """An SOF ends the recessive time: whole runs of 11 bits count, the rest is lost. True if one has enough."""
         enough = False
         for node in self.nodes:
             if node.waiting:
-                node.sequences = self.groups(node, start_ns)
+                node.sequences = self.groups(node, start_ns, start_ps)
                 enough = enough or node.sequences >= node.waiting
         return enough
 
     def restart(self) -> None:
         """The bus is recessive again since `quiet_from_ns`."""
         for node in self.nodes:
-            if node.waiting and node.waiting_from_ns < self.quiet_from_ns:
+            if node.waiting and node.waiting_from_ns <= self.quiet_from_ns:
+                node.waiting_from_ps = self._beyond_ps(node)
                 node.waiting_from_ns = self.quiet_from_ns
 
     def _quiet_since(self, node: Node) -> int:
         return node.waiting_from_ns if node.waiting_from_ns > self.quiet_from_ns else self.quiet_from_ns
 
+    def _beyond_ps(self, node: Node) -> int:
+        """So many picoseconds behind `_quiet_since`."""
+        if node.waiting_from_ns != self.quiet_from_ns:
+            return node.waiting_from_ps if node.waiting_from_ns > self.quiet_from_ns else self.quiet_from_ps
+        return max(node.waiting_from_ps, self.quiet_from_ps)
+
     def _due_ns(self, node: Node) -> int:
-        bits = 11 * (node.waiting - node.sequences)
-        return self._quiet_since(node) + (bits * node.bit_ps + 999) // 1000
+        return self._quiet_since(node) + self._missing_ps(node) // 1000
+
+    def _due_ps(self, node: Node) -> int:
+        """So many picoseconds behind `_due_ns`."""
+        return self._missing_ps(node) % 1000
+
+    def _missing_ps(self, node: Node) -> int:
+        """From `_quiet_since` to the end of the last bit that it has to see."""
+        return self._beyond_ps(node) + 11 * (node.waiting - node.sequences) * node.bit_ps

@@ -27,6 +27,7 @@ cdef class Node:
     cdef public int fd, segment
     cdef public Mailbox offer, contending
     cdef public unsigned long long suspended_ns, waiting_from_ns, counted_ns
+    cdef public long long waiting_from_ps
     cdef public int waiting, sequences
     cdef public long long bit_ps, sample_ps, quantum_ps, phase1_ps, jump_ps
     cdef public long long data_bit_ps, data_sample_ps, data_quantum_ps, data_jump_ps

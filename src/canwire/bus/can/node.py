@@ -85,13 +85,14 @@ class Node:
     it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
     know: at a recessive res bit, a classic node at FDF.
 
-    It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer, for
-    as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns`,
-    `counted_ns` (SOF of the last frame that was counted as received while it went on), before `error` and `count`
-    `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell), before `error` `read_dominant`
-    (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames
-    put there and counted in `frames_received` instead of `received` being called. Only an `attentive` node is told of
-    lost arbitrations, at the very bit; a single-shot frame makes it one.
+    It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer,
+    for as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns` (and
+    the picoseconds beyond it, `waiting_from_ps`), `counted_ns` (SOF of the last frame that was counted as received
+    while it went on), before `error` and `count` `segment` (which part of a frame it was, as the low bits of
+    SJA1000's ECC tell), before `error` `read_dominant` (what that bit was read as), and `next_member`, which links
+    those on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead of
+    `received` being called. Only an `attentive` node is told of lost arbitrations, at the very bit; a single-shot
+    frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.
@@ -121,6 +122,7 @@ class Node:
         self.waiting = 0
         self.sequences = 0
         self.waiting_from_ns = 0
+        self.waiting_from_ps = 0
         self.counted_ns = NEVER
         self.bit_ps = 2_000_000
         self.sample_ps = 1_750_000

@@ -27,16 +27,19 @@ class Clock(Protocol):
     sampling: bool
     edged: bool
 
+    def begin(self, at_ps: int) -> None: ...
+
 
 def hand_back(clock: Clock, origin_ps: int) -> None:
     """To a node what only its station knows; bits count from the boundary up to which it has sampled them."""
     station, node = clock.station, clock.node
-    at_ns = (origin_ps + (clock.start_ps if clock.sampling else clock.due_ps)) // 1000
+    at_ps = origin_ps + (clock.start_ps if clock.sampling else clock.due_ps)
     if station.state == SUSPEND:
-        node.suspended_ns = at_ns + station.left * node.bit_ps // 1000
+        node.suspended_ns = at_ps // 1000 + station.left * node.bit_ps // 1000
     elif station.state == WAITING:
         # idle bits from before the beginning of time count, too
-        node.waiting_from_ns = max(0, at_ns - station.run * node.bit_ps // 1000)
+        from_ps = max(0, at_ps - station.run * node.bit_ps)
+        node.waiting_from_ns, node.waiting_from_ps = divmod(from_ps, 1000)
 
 
 def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
@@ -70,22 +73,26 @@ def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
     """Where the intermission behind this frame begins, for all that heard it; who is suspended has sent, too."""
     for clock in clocks:
         station = clock.station
+        if station.state == SUSPEND:
+            clock.begin(
+                0
+            )  # that its suspend time is known in whole nanoseconds moves no bit of the intermission
         station.resume_intermission(clock.node is sender or station.state == SUSPEND)
 
 
-def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ns: int) -> None:
+def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ps: int) -> None:
     """Go on between frames in the bits that those who wait or are suspended are in."""
     for clock in clocks:
         if clock.station.state == WAITING:
-            resume_waiting(clock, origin_ps, quiet_from_ns)
+            resume_waiting(clock, origin_ps, quiet_from_ps)
         elif clock.station.state == IDLE:
             resume_suspended(clock, origin_ps)
 
 
-def resume_waiting(clock: Clock, origin_ps: int, quiet_from_ns: int) -> None:
+def resume_waiting(clock: Clock, origin_ps: int, quiet_from_ps: int) -> None:
     """Its recessive bits began when the bus was quiet, and the node there."""
     station, node = clock.station, clock.node
-    elapsed_ps = origin_ps - max(node.waiting_from_ns, quiet_from_ns) * 1000
+    elapsed_ps = origin_ps - max(node.waiting_from_ns * 1000 + node.waiting_from_ps, quiet_from_ps)
     if elapsed_ps <= 0:
         clock.due_ps = -elapsed_ps
         return

@@ -235,7 +235,7 @@ class CanFdController(Node):
     def _wait(self, sequences: int, at_ns: int) -> None:
         self.waiting = sequences
         self.sequences = 0
-        self.waiting_from_ns = at_ns
+        self.waiting_from_ns, self.waiting_from_ps = at_ns, 0
 
     def _interrupt(self) -> None:
         if self.bus is not None:

@@ -256,7 +256,7 @@ class BusSide(InterruptPin):
         self.on_bus = False
         self.waiting = groups
         self.sequences = 0
-        self.waiting_from_ns = max(from_ns, self._now_ns())
+        self.waiting_from_ns, self.waiting_from_ps = max(from_ns, self._now_ns()), 0
         if self.bus is not None:
             self.bus.changed()
 

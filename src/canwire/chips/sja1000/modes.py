@@ -179,7 +179,7 @@ class Modes(BusSide):
         self.on_bus = False
         self.waiting = groups
         self.sequences = seen
-        self.waiting_from_ns = self._now_ns()
+        self.waiting_from_ns, self.waiting_from_ps = self._now_ns(), 0
         if self.bus is not None:
             self.bus.changed()
 

@@ -224,7 +224,7 @@ class World:
             self.faults.shorts.take(name, self)
 
     def look_at_rates(self, bus: str) -> None:
-        """A line on this bus was started: warn where lines there could not work together, once for each reason."""
+        """A line was started on this bus, or a fault set: warn of lines that could not work together, once for each."""
         slots = (
             slot for slot in self.slots.values() if isinstance(slot, CanSlot) and slot.can.info.bus == bus
         )

@@ -22,6 +22,7 @@ def _get_bus(request: m.GetBus, session: Session, world: World) -> Answer:
 @answers.to(m.SetFault)
 def _set_fault(request: m.SetFault, session: Session, world: World) -> Answer:
     live = world.faults.set(request.bus, request.fault, session, request.lasting_ns, request.persistent)
+    world.look_at_rates(request.bus)  # an oscillator may be too far off now
     return opened(session, HeldFault(live, world.faults.release))
 
 

@@ -78,7 +78,7 @@ class CanSlot(LineSlot):
         return LineStatus(
             initialised=can.mode is not None,
             running=can.running,
-            mode=can.seen_by(kin),
+            mode=can.in_effect(kin),
             state=counters.state,
             tec=counters.tec,
             rec=counters.rec,
