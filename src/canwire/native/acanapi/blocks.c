@@ -1,0 +1,128 @@
+/* The blocks that this process has registered. */
+#include "acan_core.h"
+
+#include <pthread.h>
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static pthread_cond_t told = PTHREAD_COND_INITIALIZER;
+static struct acan_block *blocks;
+static struct acan_block *telling; /* the one whose application is just told */
+static pthread_t teller;
+
+void acan_unlock(void)
+{
+    pthread_mutex_unlock(&lock);
+}
+
+/* A fork has none of its parent's blocks, nor its thread. */
+static void in_child(void)
+{
+    pthread_mutex_init(&lock, NULL);
+    pthread_cond_init(&told, NULL);
+    blocks = telling = NULL;
+    acan_helper = 0;
+}
+
+static void lock_for_fork(void)
+{
+    pthread_mutex_lock(&lock);
+}
+
+static void prepare_forks(void)
+{
+    pthread_atfork(lock_for_fork, acan_unlock, in_child);
+}
+
+void acan_lock(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+
+    pthread_once(&once, prepare_forks);
+    pthread_mutex_lock(&lock);
+}
+
+struct acan_block *acan_find(LPACANTB at)
+{
+    struct acan_block *block = blocks;
+
+    while (block != NULL && block->at != at)
+        block = block->next;
+    return block;
+}
+
+struct acan_block *acan_number(uint32_t number)
+{
+    struct acan_block *block = blocks;
+
+    while (block != NULL && block->number != number)
+        block = block->next;
+    return block;
+}
+
+void acan_keep(struct acan_block *block)
+{
+    block->next = blocks;
+    blocks = block;
+}
+
+void acan_begin_telling(struct acan_block *block)
+{
+    telling = block;
+    teller = pthread_self();
+    pthread_mutex_unlock(&lock);
+}
+
+void acan_end_telling(void)
+{
+    pthread_mutex_lock(&lock);
+    telling = NULL;
+    pthread_cond_broadcast(&told);
+}
+
+void acan_drop(struct acan_block *block)
+{
+    struct acan_block **at = &blocks;
+
+    while (*at != NULL && *at != block)
+        at = &(*at)->next;
+    if (*at == NULL)
+        return;
+    *at = block->next;
+    while (telling == block && !pthread_equal(teller, pthread_self()))
+        pthread_cond_wait(&told, &lock);
+    CloseHandle(block->event);
+    free(block);
+}
+
+void acan_drop_all(void)
+{
+    acan_lock();
+    while (blocks != NULL)
+        acan_drop(blocks);
+    acan_unlock();
+}
+
+void acan_show(struct acan_block *block, const struct acan_shown *shown)
+{
+    LPACANTB tb = block->at;
+
+    if ((int32_t)(shown->version - block->version) < 0)
+        return; /* another thread was quicker with what came later */
+    block->version = shown->version;
+    tb->wStatus = shown->status;
+    tb->wRMBOccupation = shown->occupation;
+    tb->wRIndex = shown->read_index;
+    tb->wWIndex = shown->write_index;
+    tb->bREC = shown->rec;
+    tb->bTEC = shown->tec;
+    tb->bALC = shown->alc;
+    tb->bECC = shown->ecc;
+}
+
+/* The program ends: from now on nothing writes to its memory. */
+__attribute__((destructor)) static void end(void)
+{
+    pthread_mutex_lock(&lock);
+    blocks = NULL;
+    pthread_mutex_unlock(&lock);
+}
