@@ -22,21 +22,21 @@ CONFIG = '[[bus]]\nname = "can0"\n' + "".join(
 REGISTRY = "".join(
     f'[candrv.CID{number}]\nBoard = "HW00000{number}"\nEventQueueSize = 4000\n' for number in (1, 2)
 )
-Build = Callable[[Path, str], Path]
+Build = Callable[..., Path]
 
 
 @pytest.fixture(scope="session")
 def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    """A program of a source and one of the libraries."""
+    """A program of a source and of these libraries."""
     home = tmp_path_factory.mktemp("programs")
 
-    def build(source: Path, library: str) -> Path:
+    def build(source: Path, *libraries: str) -> Path:
         made = home / source.stem
         if not made.exists():
             lib, include = library_directory(), include_directory()
             command = [find_program("gcc"), "-std=gnu11", "-O1", "-g", "-w", f"-I{include}", f"-I{PROGRAMS}"]
-            command += [str(source), "-o", str(made), f"-L{lib}", f"-Wl,-rpath,{lib}", f"-l{library}"]
-            subprocess.run([*command, "-lcanwire"], check=True)
+            command += [str(source), "-o", str(made), f"-L{lib}", f"-Wl,-rpath,{lib}"]
+            subprocess.run([*command, *(f"-l{name}" for name in libraries), "-lcanwire"], check=True)
         return made
 
     return build

@@ -9,6 +9,7 @@ import os
 import struct
 from collections.abc import Callable
 
+from canwire import BadValue
 from canwire.acan import ACANHI, ACANMB, ACANMBSZ, api
 from canwire.native.acan.blocks import Block, Blocks
 from canwire.native.helper.answers import Objects, Reply
@@ -29,7 +30,10 @@ class AcanAnswers:
         self._objects = Objects()
 
     def answer(self, method: str, number: int, data: bytes) -> Reply:
-        return _METHODS[method](self, number, data)
+        try:
+            return _METHODS[method](self, number, data)
+        except BadValue:  # a block of another thread's, which is registered no more
+            return _FAILED
 
     def init(self, number: int, data: bytes) -> Reply:
         """ACAN_Init; the driver is another one where that of before is lost."""
@@ -95,6 +99,10 @@ class AcanAnswers:
         changed = self._blocks.wait()
         return _FAILED if changed is None else Reply(data=changed)
 
+    def moved(self, number: int, data: bytes) -> Reply:
+        """What the block's channels have received."""
+        return Reply(data=self._objects.get(number, Block).take_moved())
+
     def exit(self, number: int, data: bytes) -> Reply:
         api.ACAN_Exit()
         self._forget()
@@ -122,6 +130,7 @@ _METHODS: dict[str, Callable[[AcanAnswers, int, bytes], Reply]] = {
     "send_message": AcanAnswers.send_message,
     "retrieve_messages": AcanAnswers.retrieve_messages,
     "wait": AcanAnswers.wait,
+    "moved": AcanAnswers.moved,
     "exit": AcanAnswers.exit,
 }
 

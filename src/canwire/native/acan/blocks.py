@@ -51,7 +51,7 @@ class Blocks:
                 return None
             told = b""
             for block in list(self._ready()):
-                if len(told) > _MOST - block.largest:
+                if len(told) > _MOST:
                     break
                 told += block.taken()
                 del self._dirty[block]
@@ -69,7 +69,6 @@ class Block:
         """`data` as the program describes it: _HEAD, and a _FILTER for each."""
         process, _, size, room, conditions, count = _HEAD.unpack_from(data)
         self.number = 0
-        self.largest = _SHOWN.size + count * _CHANNEL.size
         self._blocks = blocks
         self._version = 0
         self._notified = False
@@ -102,19 +101,23 @@ class Block:
         with self._blocks.changed:
             self.number = number
             self._blocks.changed.notify_all()
-            return self._show(False, 0)
+            return self._show()
 
     def shown(self) -> bytes:
         """What the driver keeps of it."""
         with self._blocks.changed:
-            return self._show(False, 0)
+            return self._show()
 
     def taken(self) -> bytes:
-        """The same, with all that is told once; the caller holds the lock of `changed`."""
-        notified, moved = self._notified, self._moved
-        self._notified, self._moved = False, {}
-        channels = (_CHANNEL.pack(index, len(data), data) for index, data in moved.items())
-        return self._show(notified, len(moved)) + b"".join(channels)
+        """The same, and whether the application is to be told; the caller holds the lock of `changed`."""
+        notified, self._notified = self._notified, False
+        return self._show(notified)
+
+    def take_moved(self) -> bytes:
+        """What channels have received since the last time."""
+        with self._blocks.changed:
+            moved, self._moved = self._moved, {}
+        return b"".join(_CHANNEL.pack(index, len(data), data) for index, data in moved.items())
 
     def _changed(self) -> None:
         with self._blocks.changed:
@@ -127,8 +130,8 @@ class Block:
         places = (of.wStatus, of.wRMBOccupation, of.wRIndex, of.wWIndex)
         return (*places, of.bREC, of.bTEC, of.bALC, of.bECC)
 
-    def _show(self, notified: bool, channels: int) -> bytes:
-        return _SHOWN.pack(self.number, self._version, *self._state, notified, channels)
+    def _show(self, notified: bool = False) -> bytes:
+        return _SHOWN.pack(self.number, self._version, *self._state, notified, bool(self._moved))
 
     def _filters(self, process: int, data: bytes) -> Iterator[ACANID]:
         for index, one in enumerate(_FILTER.iter_unpack(data[_HEAD.size :])):

@@ -16,11 +16,11 @@ struct acan_shown { /* what the driver keeps of a block */
     uint16_t status, occupation, read_index, write_index;
     uint8_t rec, tec, alc, ecc;
     uint8_t notified; /* the application is to be told now */
-    uint8_t moved;    /* so many of the following come after it */
+    uint8_t moved;    /* channels have received something */
     uint16_t reserved;
 };
 
-struct acan_moved { /* what a channel has received */
+struct acan_moved { /* what one of them has received */
     uint8_t channel, length, data[8];
 };
 
@@ -28,6 +28,7 @@ struct acan_block { /* one that is registered */
     LPACANTB at;
     uint32_t number;
     uint32_t version;
+    uint32_t process; /* it is over once cw_process has changed: its helper has ended */
     HANDLE event;
     struct acan_block *next;
 };
@@ -36,15 +37,15 @@ struct acan_block { /* one that is registered */
 BOOL acan_call(struct cw_call *call);
 extern uint32_t acan_helper; /* its process id; 0 before ACAN_Init */
 
-/* blocks.c: under the lock, but for `forget_all` */
+/* blocks.c: under the lock, but for acan_drop_all */
 void acan_lock(void);
 void acan_unlock(void);
-struct acan_block *acan_find(LPACANTB at);
+struct acan_block *acan_find(LPACANTB at); /* those that are over are dropped */
 struct acan_block *acan_number(uint32_t number);
 void acan_keep(struct acan_block *block);
 void acan_drop(struct acan_block *block); /* once nobody is telling its application; it is freed */
 void acan_drop_all(void);
-void acan_show(struct acan_block *block, const struct acan_shown *shown);
+void acan_show(struct acan_block *block, const struct acan_shown *shown); /* and what channels have received */
 /* Between these two nobody drops the block; the lock is given up meanwhile. */
 void acan_begin_telling(struct acan_block *block);
 void acan_end_telling(void);

@@ -41,20 +41,11 @@ void acan_lock(void)
     pthread_mutex_lock(&lock);
 }
 
-struct acan_block *acan_find(LPACANTB at)
-{
-    struct acan_block *block = blocks;
-
-    while (block != NULL && block->at != at)
-        block = block->next;
-    return block;
-}
-
 struct acan_block *acan_number(uint32_t number)
 {
     struct acan_block *block = blocks;
 
-    while (block != NULL && block->number != number)
+    while (block != NULL && (block->number != number || block->process != cw_process()))
         block = block->next;
     return block;
 }
@@ -102,10 +93,38 @@ void acan_drop_all(void)
     acan_unlock();
 }
 
+struct acan_block *acan_find(LPACANTB at)
+{
+    struct acan_block *block = blocks;
+
+    while (block != NULL && block->at != at)
+        block = block->next;
+    if (block != NULL && block->process != cw_process()) {
+        acan_drop(block);
+        return NULL;
+    }
+    return block;
+}
+
+/* Asked for and written under the lock, so that it is written in its order. */
+static void take_moved(struct acan_block *block)
+{
+    PACANID table = (PACANID)(block->at + 1);
+    struct acan_moved moved[255];
+    struct cw_call call = {.method = "acan.moved", .object = block->number, .out = moved, .out_size = sizeof moved};
+    size_t count = acan_call(&call) ? call.out_length / sizeof *moved : 0;
+
+    for (size_t k = 0; k < count; k++)
+        if (moved[k].channel < block->at->bNId && table[moved[k].channel].lpAddress != NULL)
+            memcpy(table[moved[k].channel].lpAddress, moved[k].data, moved[k].length);
+}
+
 void acan_show(struct acan_block *block, const struct acan_shown *shown)
 {
     LPACANTB tb = block->at;
 
+    if (shown->moved)
+        take_moved(block);
     if ((int32_t)(shown->version - block->version) < 0)
         return; /* another thread was quicker with what came later */
     block->version = shown->version;

@@ -47,12 +47,14 @@ static BOOL registered(struct acan_block *block)
 {
     struct description description;
     struct acan_shown shown;
+    uint32_t process = cw_process();
     struct cw_call call = {.method = "acan.register", .in = &description, .out = &shown, .out_size = sizeof shown};
 
     call.in_size = describe(&description, block->at);
     if (acan_find(block->at) != NULL || !acan_start_service() || !acan_call(&call) || call.out_length != sizeof shown)
         return FALSE;
     block->number = call.value;
+    block->process = process;
     block->at->bNotType = TBNT_EVENT;
     block->at->hEvent = block->event;
     acan_show(block, &shown);

@@ -7,15 +7,6 @@
 static uint32_t running; /* the process number for which the thread was started */
 static BOOL started;
 
-static void copy_moved(struct acan_block *block, const struct acan_moved *moved, uint32_t count)
-{
-    PACANID table = (PACANID)(block->at + 1);
-
-    for (uint32_t k = 0; k < count; k++)
-        if (moved[k].channel < block->at->bNId && table[moved[k].channel].lpAddress != NULL)
-            memcpy(table[moved[k].channel].lpAddress, moved[k].data, moved[k].length);
-}
-
 /* ACAN32.DLL waits for the block's event, and calls back; without a callback the application waits for it itself. */
 static void tell(struct acan_block *block)
 {
@@ -43,12 +34,10 @@ static void take_in(const char *data, size_t length)
         block = acan_number(shown.number);
         if (block != NULL) {
             acan_show(block, &shown);
-            copy_moved(block, (const struct acan_moved *)(data + at), shown.moved);
             if (shown.notified)
                 tell(block);
         }
         acan_unlock();
-        at += shown.moved * sizeof(struct acan_moved);
     }
 }
 

@@ -15,11 +15,11 @@ int DeviceIoControl(HANDLE handle, DWORD code, LPVOID in, DWORD in_size, LPVOID 
     struct {
         DWORD code, in_size, in_given, out_size, out_given;
         char data[2 * MOST];
-    } asked = {code, in_size, in != NULL, out_size, out != NULL, ""};
+    } asked;
     struct {
         DWORD returned;
         char data[MOST];
-    } answer = {0};
+    } answer;
     DWORD before = in != NULL ? least(in_size) : 0, room = out != NULL ? least(out_size) : 0;
     uint32_t number = device_number(handle);
     struct cw_call call = {.method = "candrv.device_io_control", .object = number, .in = &asked,
@@ -31,6 +31,12 @@ int DeviceIoControl(HANDLE handle, DWORD code, LPVOID in, DWORD in_size, LPVOID 
         *returned = 0;
     if (number == 0)
         return 0;
+    asked.code = code;
+    asked.in_size = in_size;
+    asked.in_given = in != NULL;
+    asked.out_size = out_size;
+    asked.out_given = out != NULL;
+    answer.returned = 0;
     if (before > 0)
         memcpy(asked.data, in, before);
     if (room > 0)

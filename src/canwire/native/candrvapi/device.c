@@ -58,6 +58,7 @@ HANDLE device_open(LPCSTR name, DWORD access, DWORD share, DWORD creation)
         char name[MOST_NAME];
     } asked = {access, share, creation, ""};
     size_t length = strlen(name);
+    uint32_t process = cw_process();
     struct cw_call call = {.method = "candrv.create_file", .in = &asked, .in_size = 12 + length};
 
     if (length > sizeof asked.name) {
@@ -67,7 +68,7 @@ HANDLE device_open(LPCSTR name, DWORD access, DWORD share, DWORD creation)
     memcpy(asked.name, name, length);
     if (!device_call(&call))
         return INVALID_HANDLE_VALUE;
-    return handle_of(call.value, cw_process());
+    return handle_of(call.value, process);
 }
 
 uint32_t device_number(HANDLE handle)
@@ -105,10 +106,12 @@ static BOOL write_piece(uint32_t number, LPCVOID buffer, DWORD count, LPDWORD wr
     struct {
         DWORD count, given;
         char text[PIECE];
-    } asked = {count, buffer != NULL, ""};
+    } asked;
     struct cw_call call = {.method = "candrv.write_file", .object = number, .in = &asked, .in_size = 8};
     BOOL done;
 
+    asked.count = count;
+    asked.given = buffer != NULL;
     if (buffer != NULL) {
         memcpy(asked.text, buffer, count);
         call.in_size += count;
