@@ -36,12 +36,13 @@ def test_an_application_as_the_manual_has_it(build: Build, machine: Machine, pee
         Frame(0x200, ASKED),
         Frame(0x123, remote=True, dlc=0),
     )
-    sent = [peer.receive() for _ in range(4)]
-    out, errors = program.communicate(timeout=60)
+    sent = [peer.receive() for _ in range(7)]
+    out, errors = program.communicate("\n", timeout=60)
     assert (program.returncode, out) == (0, "ACAN did what it says\n"), errors
     assert set(sent) == {  # in the order of their priorities, as far as they waited for each other
         Frame(0x201, b"\x12\x34"),
         Frame(0x321, b"12345678"),
         Frame(0x1ABCDEF0, b"\x09", extended=True),
         Frame(0x123, b"\x07"),
+        Frame(0x555),
     }

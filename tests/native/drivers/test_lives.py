@@ -1,4 +1,4 @@
-"""What CANDRV's and ACAN's programs hear when the hub or their helper ends, in forks and threads; what a kill leaves."""
+"""What CANDRV's and ACAN's programs hear when the hub or their helper ends, in forks and threads; after a kill."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t told = PTHREAD_COND_INITIALIZER;
 static struct acan_block *blocks;
+static int ended; /* the program: nothing writes to its memory any more */
 static struct acan_block *telling; /* the one whose application is just told */
 static pthread_t teller;
 
@@ -14,12 +15,12 @@ void acan_unlock(void)
     pthread_mutex_unlock(&lock);
 }
 
-/* A fork has none of its parent's blocks, nor its thread. */
+/* A fork's blocks are its parent's, and over; it has no thread. */
 static void in_child(void)
 {
     pthread_mutex_init(&lock, NULL);
     pthread_cond_init(&told, NULL);
-    blocks = telling = NULL;
+    telling = NULL;
     acan_helper = 0;
 }
 
@@ -47,7 +48,7 @@ struct acan_block *acan_number(uint32_t number)
 
     while (block != NULL && (block->number != number || block->process != cw_process()))
         block = block->next;
-    return block;
+    return ended ? NULL : block;
 }
 
 void acan_keep(struct acan_block *block)
@@ -138,10 +139,9 @@ void acan_show(struct acan_block *block, const struct acan_shown *shown)
     tb->bECC = shown->ecc;
 }
 
-/* The program ends: from now on nothing writes to its memory. */
 __attribute__((destructor)) static void end(void)
 {
     pthread_mutex_lock(&lock);
-    blocks = NULL;
+    ended = 1;
     pthread_mutex_unlock(&lock);
 }

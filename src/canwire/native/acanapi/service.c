@@ -44,14 +44,13 @@ static void take_in(const char *data, size_t length)
 /* As long as there is a helper; after ACAN_Exit it waits for what is registered next. */
 static void *serve(void *argument)
 {
-    char *data = malloc(CW_MOST_DATA);
+    char data[CW_MOST_DATA];
     uint32_t process = (uint32_t)(uintptr_t)argument;
     struct cw_call call = {.method = "acan.wait", .out = data, .out_size = CW_MOST_DATA};
 
-    while (data != NULL && process == cw_process() && cw_call(&call) == 0)
+    while (process == cw_process() && cw_call(&call) == 0)
         if (call.result == 0)
             take_in(data, call.out_length);
-    free(data);
     return NULL;
 }
 

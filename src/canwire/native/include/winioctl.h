@@ -8,5 +8,5 @@
 #define FILE_ANY_ACCESS 0
 #define FILE_READ_ACCESS 1
 #define FILE_WRITE_ACCESS 2
-#define CTL_CODE(type, function, method, access) ((type) << 16 | (access) << 14 | (function) << 2 | (method))
+#define CTL_CODE(type, function, method, access) ((unsigned)(type) << 16 | (access) << 14 | (function) << 2 | (method))
 #endif

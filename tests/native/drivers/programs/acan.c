@@ -172,6 +172,7 @@ int main(void)
     messages_go();
     without_a_callback();
     memory();
+    CHECK(getchar() != EOF); /* everything has arrived */
     CHECK(ACAN_BusControl(BUS_OFF) == MAKEWORD(BUS_OFF, BUS_ON));
     CHECK(ACAN_Deregister(&task.block));
     ACAN_Exit();
