@@ -57,6 +57,8 @@ SHIM = "canwire.socketcan._shim"
 NATIVE = "canwire.native.lib."
 LIBRARIES = {  # for programs in C and C++: folders of native/ that they are made of, and what of these they need;
     "libcanwire": (("core", "windows"), ()),  # the first one is below all others
+    "libacan": (("acanapi",), ("canwire",)),
+    "libcandrv": (("candrvapi",), ("canwire",)),
     "libvciapi": (("vciapi",), ("canwire",)),
     "libvcinpl": (("flat", "vcinpl"), ("vciapi", "canwire")),
     "libvcinpl2": (("flat", "vcinpl2"), ("vciapi", "canwire")),

@@ -5,13 +5,27 @@ Source: INduCAN104 manual (seed 001), "CAN channels", "Message filters".
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from canwire import BadValue, Frame
 from canwire.acan.constants import Action, Format
 from canwire.acan.identifiers import LARGEST_EXTENDED, acan_word, plain_identifier
 
-Variable = bytes | bytearray | memoryview
+
+class Elsewhere(ABC):
+    """A channel's variable that is not in this process."""
+
+    @abstractmethod
+    def read(self) -> bytes:
+        """What is there now; fewer bytes than the channel moves where that memory is gone."""
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Put 1 to 8 bytes where it begins."""
+
+
+Variable = bytes | bytearray | memoryview | Elsewhere
 
 DWORD = 0xFFFF_FFFF
 LONGEST = 8  # bytes of a channel's variable
@@ -77,9 +91,9 @@ class Filter:
             if self.variable is not None:
                 raise BadValue("variable (lpAddress): only channels, CHANRCV or CHANSND, have one")
             return
-        if not isinstance(self.variable, (bytes, bytearray, memoryview)):
+        if not isinstance(self.variable, (bytes, bytearray, memoryview, Elsewhere)):
             raise BadValue(f"variable (lpAddress) {self.variable!r}: a channel needs bytes to move")
-        view = memoryview(self.variable)
+        view = memoryview(self._elsewhere() if isinstance(self.variable, Elsewhere) else self.variable)
         if self.actions & _RECEIVE and view.readonly:
             raise BadValue("variable (lpAddress): a channel that receives writes to it; give a bytearray")
         if not view.c_contiguous:
@@ -97,7 +111,16 @@ class Filter:
             return None
         return self._answer(frame.data)
 
+    def _elsewhere(self) -> bytearray:
+        """Bytes of a variable elsewhere; to receive any will do."""
+        assert isinstance(self.variable, Elsewhere)
+        return bytearray(self.variable.read() if self.actions & _SEND else LONGEST)
+
     def _receive(self, data: bytes) -> None:
+        if isinstance(self.variable, Elsewhere):
+            if data:
+                self.variable.write(data[: LONGEST if self.length is None else self.length])
+            return
         with self._view() as view:
             count = min(len(data), len(view))
             view[:count] = data[:count]
@@ -119,7 +142,8 @@ class Filter:
         assert self.variable is not None
         if isinstance(self.variable, memoryview) and _released(self.variable):
             return memoryview(bytearray())
-        return memoryview(self.variable).cast("B")[: LONGEST if self.length is None else self.length]
+        held = self._elsewhere() if isinstance(self.variable, Elsewhere) else self.variable
+        return memoryview(held).cast("B")[: LONGEST if self.length is None else self.length]
 
 
 def _released(view: memoryview) -> bool:

@@ -27,7 +27,11 @@ from canwire.native.helper.rings import States, duplicates
 if TYPE_CHECKING:
     from canwire.native.helper.answers import Answers
 
-INTERFACES = {"vci": "canwire.native.vci"}
+INTERFACES = {
+    "acan": "canwire.native.acan",
+    "candrv": "canwire.native.candrv",
+    "vci": "canwire.native.vci",
+}
 """Where an interface's `interface(states)` is, by the part of a method's name before the dot."""
 
 _REQUEST = struct.Struct("<40sII")
