@@ -55,8 +55,8 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
 }
 SHIM = "canwire.socketcan._shim"
 NATIVE = "canwire.native.lib."
-LIBRARIES = {  # for programs in C and C++: folders of native/ that they are made of, and what of these they need;
-    "libcanwire": (("core", "windows"), ()),  # the first one is below all others
+LIBRARIES = {  # for programs in C and C++: folders of native/ that they are made of, and what of these they need
+    "libcanwire": (("core", "windows"), ()),
     "libacan": (("acanapi",), ("canwire",)),
     "libcandrv": (("candrvapi",), ("canwire",)),
     "libvciapi": (("vciapi",), ("canwire",)),
@@ -91,21 +91,16 @@ class BuildCore(build_ext):
         super().run()
 
     def build_extensions(self) -> None:
-        """Libraries that need others of ours are linked once these are there."""
-        everything = self.extensions
-        first = NATIVE + next(iter(LIBRARIES))
-        late = [
-            extension
-            for extension in everything
-            if extension.name.startswith(NATIVE) and extension.name != first
-        ]
-        self.extensions = [extension for extension in everything if extension not in late]
-        super().build_extensions()
-        self.extensions = late
-        for extension in late:
-            extension.library_dirs.append(os.path.dirname(self.get_ext_fullpath(first)))
-        if late:
+        """In tiers, each of them side by side: a library is linked once those are there that it needs."""
+        everything, waiting, there = self.extensions, list(self.extensions), set[str]()
+        while waiting:
+            self.extensions = [extension for extension in waiting if there.issuperset(needs(extension))]
+            waiting = [extension for extension in waiting if extension not in self.extensions]
+            for extension in self.extensions:
+                if needs(extension):
+                    extension.library_dirs.append(os.path.dirname(self.get_ext_fullpath(extension.name)))
             super().build_extensions()
+            there.update(extension.name.removeprefix(NATIVE + "lib") for extension in self.extensions)
         self.extensions = everything
 
     def get_ext_filename(self, name: str) -> str:
