@@ -172,7 +172,7 @@ def _web_wish(data: bytes) -> None:
     told = _parsed(data.decode("utf-8", "surrogateescape"))
     if isinstance(told, dict):
         nobody: Any = _Nobody()
-        Feed(nobody, nobody, nobody)._hear(told)
+        Feed(nobody, nobody)._hear(told)
 
 
 def _bad_fields() -> type[Exception]:
@@ -298,7 +298,10 @@ PARSERS: dict[str, Parser] = {
     "wishes of viewers": Parser(
         _web_wish,
         (ValueError, TypeError, KeyError),
-        (b'{"watch": ["HW000001:0"], "backlog": 5}', b'{"watch": [], "backlog": 1e999}'),
+        (
+            b'{"look": {"number": 1, "lines": ["HW000001:0"]}, "ask": {"at": -1, "rows": 5}}',
+            b'{"look": {"number": 1, "lines": [], "since": 1e999}}',
+        ),
     ),
     "rows of the page": Parser(_web_row, (_bad_fields(),), (bytes(81), b"\x01" * 81, b"00" * 80)),
 }

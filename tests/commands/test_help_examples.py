@@ -52,6 +52,7 @@ NOT_RUN = {
     r"campaign .*--repeat 4711 .*": "a run of 10000",
     r"campaign .*--cluster .*": "a cluster: tests/campaigns/test_cluster.py has one",
     r"bridge .*": LASTS,
+    r"pace.*": "a hub in lockstep: test_pace.py",
     r"socketcand.*": LASTS,
     r"slcan.*": LASTS,
     r"web.*": LASTS,

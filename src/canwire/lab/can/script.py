@@ -49,7 +49,7 @@ class NodeScript:
     def every(self, seconds: float, callback: Callable[[], None] | None = None) -> Periodic:
         """Call `callback` (or on_timer) each time this many seconds have passed; `cancel` ends it."""
         period_ns = nanoseconds("every", seconds)
-        if period_ns == 0:
+        if seconds < 1e-9:
             raise BadValue(f"every {seconds} s: a period is at least one nanosecond")
         return Periodic(self.node, period_ns, callback or self.on_timer)
 

@@ -12,6 +12,7 @@ export class LinesChosen {
     this.chosen = remembered("trace.lines", null);
     this.known = "";
     this.onLin = new Set();
+    this.wasLin = false;
     this.search = document.createElement("input");
     this.search.type = "search";
     this.search.setAttribute("aria-label", word("trace.search-lines"));
@@ -64,9 +65,12 @@ export class LinesChosen {
     return this.watched.some((address) => this.onLin.has(address));
   }
 
+  /** Others are watched, or a LIN line among them has come to run or has stopped: columns differ then. */
   set(addresses) {
-    if (addresses.join() === this.watched.join()) return;
+    const lin = this.lin;
+    if (addresses.join() === this.watched.join() && lin === this.wasLin) return;
     this.watched = addresses;
+    this.wasLin = this.lin;
     this.watch(addresses);
   }
 
