@@ -36,10 +36,14 @@ CanwireError
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 
 class CanwireError(Exception):
-    """Root of the tree above."""
+    """Root of the tree above. Every one can be pickled and copied, with its fields, its text and its notes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args), self.__dict__ or None
 
 
 class BadValue(CanwireError, ValueError):
@@ -82,9 +86,6 @@ class BadSignals(BadValue):
         self.message = message
         self.faults = dict(faults)
 
-    def __reduce__(self) -> tuple[type[BadSignals], tuple[str, dict[str, str]]]:
-        return BadSignals, (self.message, self.faults)
-
 
 class LineError(CanwireError):
     """A line cannot do what was asked of it now."""
@@ -116,6 +117,7 @@ class NotTransmitted(LineError):
         super().__init__(f"{line}: {frame} was not transmitted: {why}")
         self.line = line
         self.frame = frame
+        self.why = why
 
 
 class BusOff(LineError):
@@ -183,6 +185,7 @@ class Closed(CanwireError):
 
     def __init__(self, what: str) -> None:
         super().__init__(f"{what} is closed")
+        self.what = what
 
 
 class NotIdle(CanwireError):
@@ -198,3 +201,12 @@ class ExtraMissing(CanwireError, ImportError):
 
     def __init__(self, module: str, extra: str) -> None:
         super().__init__(f"{module} is not installed; run: pip install 'canwire[{extra}]'")
+        self.module = module
+        self.extra = extra
+
+
+def _again(kind: type[CanwireError], args: tuple[Any, ...]) -> CanwireError:
+    """An error of that text without its own `__init__`, which would word the text anew; its fields come later."""
+    error: CanwireError = super(CanwireError, kind).__new__(kind, *args)
+    super(CanwireError, error).__init__(*args)
+    return error

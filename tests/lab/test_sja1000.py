@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from canwire import BadValue, ErrorState, EventKind, Frame, Lab, LineError, NotIdle
+from canwire import BadTiming, BadValue, ErrorState, EventKind, Frame, Lab, LineError, NotIdle
 
 BIT_NS = 2_000
 
@@ -23,6 +23,16 @@ def test_frames_go_both_ways() -> None:
             ideal.send(frame)
             assert chip.receive(1.0) == frame
         assert (chip.tec, chip.rec, chip.state) == (0, 0, ErrorState.ERROR_ACTIVE)
+
+
+@pytest.mark.parametrize("ppm", [float("inf"), float("-inf"), float("nan"), -2e6, -1e6, 100_001])
+@pytest.mark.parametrize("controller", ["fd", "sja1000"])
+def test_an_oscillator_that_no_chip_has_is_refused(controller: str, ppm: float) -> None:
+    with Lab() as lab:
+        bus = lab.can_bus()
+        with pytest.raises(BadTiming, match="oscillator_ppm"):
+            bus.node("chip", controller=controller, oscillator_ppm=ppm)
+        assert list(bus.nodes) == []
 
 
 def test_it_joins_after_eleven_recessive_bits() -> None:

@@ -11,10 +11,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 from canwire.bus.can.bus import CanBus
-from canwire.errors import BadValue
+from canwire.values.checks import finite
 from canwire.values.timing.bit_timing import BitTiming
 
 PS_PER_METRE = 5_000
+_LONGEST_M, _MOST_DELAY_NS = 10_000, 100_000
 # bit time in ps, longest cable in m, usual sample point: what remains of sample / 2 is the hardware's
 _TABLE = (
     (1_000_000, 25, 0.75),
@@ -30,10 +31,10 @@ _SLOWEST_PS = _TABLE[-1][0]
 def one_way_delay_ps(timing: BitTiming, length_m: float, node_delay_ns: float) -> int:
     """From one node's output to another's input: cable, both nodes' extra delays, and the usual hardware's.
 
-    0 for an ideal bus, without length or delay.
+    0 for an ideal bus, without length or delay. Raises BadValue beyond 10 km, or 100 us for each node.
     """
-    if length_m < 0 or node_delay_ns < 0:
-        raise BadValue(f"length_m {length_m}, node_delay_ns {node_delay_ns}: neither can be negative")
+    finite("length_m", length_m, 0, _LONGEST_M)
+    finite("node_delay_ns", node_delay_ns, 0, _MOST_DELAY_NS)
     if length_m == 0 and node_delay_ns == 0:
         return 0
     bit_ps = timing.bit_time_ps

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from canwire import CanwireError, NoSuchBoard
 from canwire.candrv.constants import Win32Error
@@ -81,9 +80,6 @@ class CandrvError(CanwireError):
         super().__init__(f"{text}: {what}" if what else text)
         self.code = int(code)
         self.what = what
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.code, self.what)
 
     @property
     def name(self) -> str:

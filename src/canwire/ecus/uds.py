@@ -32,8 +32,11 @@ class Refused(Exception):
     """A negative response, with its code."""
 
     def __init__(self, code: int) -> None:
-        super().__init__(Code.get_name(code))
+        super().__init__(code)  # pickle calls `__init__` with what stands here
         self.code = code
+
+    def __str__(self) -> str:
+        return str(Code.get_name(self.code))
 
 
 def inverted(seed: bytes) -> bytes:

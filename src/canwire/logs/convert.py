@@ -22,7 +22,8 @@ def convert_log(
     """Write a log in another format; the closed writer tells `count` and what was `left_out`, the Log its `faults`.
 
     `channels` renames ({"can0": "can2"}), `only` may choose among each batch's records. Raises BadValue where both are
-    the same file, BadLog, OSError, and what `open_log` and `create_log` raise; what was written stays then.
+    the same file, BadLog, OSError, and what `open_log` and `create_log` raise; a file that was there is as it was
+    then, and no part of the new one is left. Of a trace, whose folder is new, what was written stays.
     """
     if not isinstance(source, Log):
         with open_log(source) as log:
@@ -33,7 +34,12 @@ def convert_log(
     batches = source.batches()
     first = next(batches, None)  # the head is known then, and a file that is no log leaves nothing behind
     with create_log(
-        name, format=format, dated=source.dated, start_ns=source.start_ns, clock=source.clock
+        name,
+        format=format,
+        dated=source.dated,
+        start_ns=source.start_ns,
+        clock=source.clock,
+        whole=True,
     ) as writer:
         while first is not None:
             chosen = first if only is None else only(first)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections import Counter
 from typing import TYPE_CHECKING, BinaryIO, ClassVar
 
@@ -66,6 +67,9 @@ class FormWriter:
         """Write what stands at the file's end."""
         self.sync()
 
+    def give_up(self) -> None:
+        """Give back what `begin` took besides the file; nothing more is written, and the file is removed."""
+
     def leave_out(self, what: str, count: int) -> None:
         """Count what the file cannot say: "LIN frames", "nanoseconds of time stamps"."""
         self.left_out[what] += count
@@ -88,7 +92,7 @@ class FormWriter:
                 self.count += entries
                 whole = None if whole is None else whole + len(block)
         except OSError:
-            if whole is not None:
+            if whole is not None and stat.S_ISREG(os.fstat(self.file.fileno()).st_mode):  # no device
                 self.file.truncate(whole)
                 self.file.seek(whole)
             raise

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import sys
-from collections.abc import Callable, Iterable
-from typing import BinaryIO, cast
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, BinaryIO, cast
 
 from canwire.errors import Closed
 from canwire.logs.batch import LogBatch, batch_of, renumbered
+from canwire.logs.beside import Beside
 from canwire.logs.entry import LogEntry, LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.formats import format_to_write, load_format
@@ -29,18 +32,29 @@ class LogWriter:
     """A log file that grows, made by `create_log`; a context manager.
 
     `write` takes entries, `write_batch` numpy records, the quick way. What was handed in is in the file after `flush`
-    at the latest, and `open_log` reads it from there, unless the format `needs_end`.
+    at the latest, and `open_log` reads it from there, unless the format `needs_end` or the log is to be `whole`.
     """
 
-    def __init__(self, format: str, form: FormWriter) -> None:
+    def __init__(
+        self, path: str, format: str, form: FormWriter, beside: Beside | None = None, whole: bool = False
+    ) -> None:
+        self._path = path
         self._format = format
         self._form = form
+        self._beside = beside
+        self._whole = whole and beside is not None
         self._closed = False
-        self._telling(form.begin)
+        self._failed = False
+        try:
+            self._telling(form.begin)
+        except BaseException:
+            if beside is not None:
+                beside.give_up()
+            raise
 
     @property
     def path(self) -> str:
-        return self._form.path
+        return self._path
 
     @property
     def format(self) -> str:
@@ -108,34 +122,65 @@ class LogWriter:
         return turned[0]
 
     def close(self) -> None:
-        """Finish the file; a second time does nothing."""
+        """Finish the file; a second time does nothing. A log that is to be `whole` is dropped after an error."""
         if self._closed:
             return
         self._closed = True
+        if self._whole and self._failed:
+            self._give_up()
+            return
         try:
-            self._telling(self._form.end)
-        finally:
-            if self._form.file is not None and self.path != "-":
-                self._form.file.close()
+            self._telling(self._finish)
+        except BaseException:
+            self._give_up()
+            raise
 
     def __enter__(self) -> LogWriter:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
+        self._failed = self._failed or kind is not None
         self.close()
 
     def __repr__(self) -> str:
         state = "closed" if self._closed else "open"
         return f"<LogWriter {self.path!r}, {self.format}, {self.count} entries, {state}>"
 
+    def _finish(self) -> None:
+        self._form.end()
+        self._close_file()
+        if self._beside is not None:
+            self._beside.take_place()
+
+    def _give_up(self) -> None:
+        """Close what is open; of a file beside the named one nothing is left."""
+        try:
+            self._form.give_up()
+            with suppress(OSError):  # a packed file has an end to write, and may not have the room
+                self._close_file()
+        finally:
+            if self._beside is not None:
+                self._beside.give_up()
+
+    def _close_file(self) -> None:
+        if self._form.file is not None and self.path != "-":
+            self._form.file.close()
+
     def _telling(self, work: Callable[[], None]) -> None:
         try:
             work()
         except OSError as error:
+            self._failed = True
+            if error.filename == self._form.path:
+                error.filename = self.path
             if error.errno not in _FULL or error.filename is not None:
                 raise
-            told = f"{os.strerror(error.errno)}; the file ends whole, with its first {self.count} entries"
+            kept = f"the file ends whole, with its first {self.count} entries"
+            told = f"{os.strerror(error.errno)}; {'nothing of it is kept' if self._whole else kept}"
             raise OSError(error.errno, told, self.path) from error
+        except BaseException:
+            self._failed = True
+            raise
 
 
 def create_log(
@@ -145,6 +190,7 @@ def create_log(
     dated: bool = True,
     start_ns: int | None = None,
     clock: str = "",
+    whole: bool = False,
 ) -> LogWriter:
     """A new log file, its format told by the suffix or by `format`; "-" is standard output. Overwrites.
 
@@ -152,8 +198,11 @@ def create_log(
     A name that ends with a slash, or ".trace", or that is a folder's means a trace, whose folder must be new or empty.
 
     `dated`: time stamps count from 1970, else from a zero of their own. `start_ns`: when it began, if that is known
-    (nanoseconds since 1970). `clock`: whose time it is. Raises BadValue for a format there is not, ExtraMissing where a
-    library is missing, OSError for a file that does not open.
+    (nanoseconds since 1970). `clock`: whose time it is. `whole`: all of the log or nothing of it. It is written beside
+    its name and takes that when it is closed; an error before, of the writer or in its `with`, leaves what was there
+    (a trace's folder and standard output are written as ever). Formats that `needs_end` are written beside, too.
+    Raises BadValue for a format there is not, ExtraMissing where a library is missing, OSError for a file that does
+    not open; an existing file is as it was then.
 
     >>> with create_log("out.log") as log:  # doctest: +SKIP
     ...     log.write(LogEntry(1_000_000, "can0", Frame(0x123), "R"))
@@ -163,11 +212,38 @@ def create_log(
     if packed := packing_of(name):
         refuse_packed(name, row.name)
     writer: type[FormWriter] = load_format(row).Writer
-    file: BinaryIO | None
-    if name == "-":
+    one_file = name != "-" and row.name != "trace"
+    beside = Beside(name) if one_file and (whole or writer.needs_end) else None
+    made = name if beside is None else beside.made
+    facts: dict[str, Any] = {"dated": dated, "start_ns": start_ns, "clock": clock}
+    if not writer.opens or name == "-":
         file = sys.stdout.buffer if writer.opens else None
-    else:
-        file = cast(BinaryIO, open(name, "wb", buffering=0)) if writer.opens else None  # noqa: SIM115
-        if packed and file is not None:
-            file = cast(BinaryIO, Packing(name, file))
-    return LogWriter(row.name, writer(name, file, dated=dated, start_ns=start_ns, clock=clock))
+        return LogWriter(name, row.name, writer(made, file, **facts), beside, whole)
+    with _opened(name, made) as raw:
+        file = cast(BinaryIO, Packing(name, raw)) if packed else raw
+        return LogWriter(name, row.name, writer(made, file, **facts), beside, whole)
+
+
+@contextmanager
+def _opened(name: str, path: str) -> Iterator[BinaryIO]:
+    """The file as it is, emptied once the log has begun; one that was not there is gone where it cannot begin."""
+    new = not os.path.exists(path)
+    try:
+        file = open(path, "wb", buffering=0, opener=_kept)  # noqa: SIM115
+    except OSError as error:
+        error.filename = name
+        raise
+    try:
+        yield cast(BinaryIO, file)
+        if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            file.truncate(file.tell())
+    except BaseException:
+        file.close()
+        if new and os.path.exists(path):
+            os.remove(path)
+        raise
+
+
+def _kept(path: str, flags: int) -> int:
+    """Opened without being emptied."""
+    return os.open(path, flags & ~os.O_TRUNC, 0o666)

@@ -36,10 +36,13 @@ class Misfit(ValueError):
     """A value that a field cannot hold; its text follows the name of the structure. `name` may be of a part, "[3]"."""
 
     def __init__(self, value: object, wants: str, name: str = "") -> None:
-        super().__init__(f"{name} is {brief(value)}: {wants}")
+        super().__init__(value, wants, name)  # pickle calls `__init__` with what stands here
         self.value = value
         self.wants = wants
         self.name = name
+
+    def __str__(self) -> str:
+        return f"{self.name} is {brief(self.value)}: {self.wants}"
 
 
 class Layout:

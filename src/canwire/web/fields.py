@@ -12,8 +12,11 @@ class BadFields(Exception):
     """Fields that mean nothing: for each its message."""
 
     def __init__(self, faults: Mapping[str, str]) -> None:
-        super().__init__(", ".join(f"{name}: {text}" for name, text in faults.items()))
         self.faults = dict(faults)
+        super().__init__(self.faults)  # pickle calls `__init__` with what stands here
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name}: {text}" for name, text in self.faults.items())
 
 
 class Fields:

@@ -158,7 +158,11 @@ WRONG = [
     (lambda faults: faults.hold("dominant", at=faults.place("tail")), BadValue, "part 'tail'"),
     (lambda faults: faults.drift(IDEAL, 1e9), BadValue, "ppm"),
     (lambda faults: faults.wrong_rate(IDEAL, 250_000), CanwireError, "no bit rate yet"),
-    (lambda faults: faults.cable(-1.0), BadValue, "negative"),
+    (lambda faults: faults.cable(-1.0), BadValue, "length_m -1.0: from 0 to 10000"),
+    (lambda faults: faults.cable(float("nan")), BadValue, "length_m nan"),
+    (lambda faults: faults.cable(float("inf")), BadValue, "length_m inf"),
+    (lambda faults: faults.cable(1e300), BadValue, "length_m 1e"),
+    (lambda faults: faults.cable(1.0, node_delay_ns=float("nan")), BadValue, "node_delay_ns nan"),
     (lambda faults: faults.babble(times=0), BadValue, "times 0"),
 ]  # fmt: skip
 

@@ -6,7 +6,7 @@ Source: CANDRV manual (seed 000), 7.8, 7.9, 8.3, 8.5, 8.19.
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from canwire import CanwireError
 from canwire.candrv.constants import INFINITE, FrameFormat, Win32Error
@@ -29,9 +29,6 @@ class PartialWrite(CandrvError):
     def __init__(self, code: int, what: str = "", written: int = 0) -> None:
         super().__init__(code, what)
         self.written = written
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.code, self.what, self.written)
 
 
 class _Parsers(threading.local):

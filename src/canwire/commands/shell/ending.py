@@ -25,7 +25,7 @@ class Signalled(KeyboardInterrupt):
     """A signal that asks the command to end: everything is given back as after Ctrl-C."""
 
     def __init__(self, number: int) -> None:
-        super().__init__()
+        super().__init__(number)  # pickle calls `__init__` with what stands here
         self.number = number
 
 

@@ -11,8 +11,9 @@ from canwire.bus.can.bus import CanBus
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.tally import Tap
 from canwire.bus.medium import one_way_delay_ps
+from canwire.drivers.can_fd import LARGEST_OFFSET_PPM
 from canwire.drivers.driver import LineSettings
-from canwire.errors import BadValue
+from canwire.errors import BadTiming, BadValue
 from canwire.lab.bus import BenchBus
 from canwire.lab.can.faults import LabFaults
 from canwire.lab.can.node import CanBenchNode
@@ -121,9 +122,10 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         if controller not in ("fd", "sja1000"):
             raise BadValue(f"controller {controller!r}: 'fd' or 'sja1000'")
         chip = controller == "sja1000"
-        settings = LineSettings(
-            nominal, None if chip else data, iso, bool(listen_only), 0.0 if chip else oscillator_ppm
-        )
+        if not -LARGEST_OFFSET_PPM <= oscillator_ppm <= LARGEST_OFFSET_PPM:
+            raise BadTiming(
+                f"oscillator_ppm {oscillator_ppm}: from -{LARGEST_OFFSET_PPM} to {LARGEST_OFFSET_PPM}"
+            )
         ppm = 0.0 if chip else oscillator_ppm
         settings = LineSettings(nominal, None if chip else data, iso, listen_only, ppm, options=options)
         acceptance = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -92,7 +93,9 @@ def _write(path: str, records: numpy.ndarray, channels: list[str], zero_ns: int)
             number = mdf.append(signal, common_timebase=True)
             mdf.groups[number].channel_group.acq_source = origin
             mdf.groups[number].channel_group.flags |= FLAG_CG_BUS_EVENT
-        mdf.save(Path(path), overwrite=True, compression=1)
+        saved = mdf.save(Path(path), overwrite=True, compression=1)
+    if str(saved) != path:  # it insists on a suffix of its own
+        os.replace(saved, path)
 
 
 def _columns(name: str, records: numpy.ndarray, names: list[str], size: int) -> Any:

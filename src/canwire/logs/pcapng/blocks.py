@@ -25,8 +25,12 @@ class Torn(Exception):
     """The rest of the file holds no whole block."""
 
     def __init__(self, at: int, what: str) -> None:
-        super().__init__(what)
+        super().__init__(at, what)  # pickle calls `__init__` with what stands here
         self.at = at
+        self.what = what
+
+    def __str__(self) -> str:
+        return self.what
 
 
 def blocks(file: BinaryIO, at: int, order: str = "<") -> Iterator[Block]:

@@ -92,8 +92,9 @@ class RecordingFiles:
         form = "journal" if self._needs_end else self._format
         if self._needs_end:
             create_log(name, format=self._format).close()  # says now what would be wrong with it
-            os.remove(name)
         self._writer = create_log(written, format=form, **self._about)  # type: ignore[arg-type]
+        if self._needs_end:
+            os.remove(name)  # `open_log` finds the journal then
         self.files.append(name)
         self._began_s = self._flushed_s = time.monotonic()
 
@@ -120,13 +121,11 @@ class RecordingFiles:
         journal = name + SUFFIX
         try:
             with open_log(journal, format="journal") as log:
-                with create_log(name, format=self._format, **self._about) as out:  # type: ignore[arg-type]
+                with create_log(name, format=self._format, whole=True, **self._about) as out:  # type: ignore[arg-type]
                     for batch in log.batches():
                         out.write_batch(batch)
                 self._left_out.update(out.left_out)
         except BaseException as error:
-            if os.path.exists(name):
-                os.remove(name)
             error.add_note(
                 f"{name} is not written; all of it is in {journal}: canwire convert {journal} {name}"
             )

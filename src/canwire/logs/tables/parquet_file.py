@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from canwire.errors import BadLog
@@ -61,6 +62,11 @@ class Writer(FormWriter):
         try:
             self._put_group()
         finally:
+            self._sink.close()
+
+    def give_up(self) -> None:
+        self._parts = []
+        with suppress(OSError):  # it writes the end of a file that nobody wants
             self._sink.close()
 
     def _put_group(self) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from canwire.errors import BadFrame, BadLog, BadText
 from canwire.logs.batch import LogBatch
+from canwire.logs.beside import Beside
 from canwire.logs.entry import LogEntry, LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.source import Source
@@ -39,14 +40,9 @@ class Writer(FormWriter):
     def begin(self) -> None:
         if self.path == "-":
             raise BadLog("sqlite: a database cannot be written to standard output")
-        open(self.path, "wb").close()
+        with Beside(self.path) as made:
+            self._guarded(lambda: self._make(made))
         self._database = sqlite3.connect(self.path, check_same_thread=False)
-        self._database.executescript(_TABLE)
-        facts = {"version": "1", "dated": str(int(self.dated)), "clock": self.clock}
-        if self.start_ns is not None:
-            facts["start_ns"] = str(self.start_ns)
-        self._database.executemany("insert into canwire values(?, ?)", facts.items())
-        self._database.commit()
         self._pending = 0
 
     def put(self, records: numpy.ndarray) -> None:
@@ -66,6 +62,20 @@ class Writer(FormWriter):
             self._guarded(lambda: self._database.executescript(_INDEX))
         finally:
             self._database.close()
+
+    def give_up(self) -> None:
+        self._database.close()
+
+    def _make(self, path: str) -> None:
+        """A database without rows."""
+        facts = {"version": "1", "dated": str(int(self.dated)), "clock": self.clock}
+        if self.start_ns is not None:
+            facts["start_ns"] = str(self.start_ns)
+        open(path, "wb").close()  # says in the system's words what would be wrong with it
+        with closing(sqlite3.connect(path)) as database:
+            database.executescript(_TABLE)
+            database.executemany("insert into canwire values(?, ?)", facts.items())
+            database.commit()
 
     def _guarded(self, work: object) -> None:
         """What SQLite says of a full disk, in the system's own words."""

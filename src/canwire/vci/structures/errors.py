@@ -14,7 +14,7 @@ VciNotImplemented VciNotInitialized VciNotSupported VciRxQueueEmpty VciTimeout V
 from __future__ import annotations
 
 import operator
-from typing import Any, Self, cast
+from typing import Self, cast
 
 from canwire import CanwireError
 
@@ -140,9 +140,6 @@ class VciError(CanwireError):
         super().__init__(f"{text}; {what}" if what else text)
         self.code = _unsigned(code)
         self.what = what
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.code, self.what)
 
     @property
     def hresult(self) -> int:

@@ -26,7 +26,8 @@ _NOBODY = (errno.ECONNREFUSED, errno.ENOENT)
 def listen_at(path: str) -> socket.socket:
     """A listening socket that only this user can reach; one that a dead hub left there is replaced.
 
-    Raises HubError if a living hub listens there, or something that is no socket stands there.
+    Raises HubError if a living hub listens there, or something that is no socket stands there,
+    OSError with its name where there is no room or no right to make one.
     """
     path = os.path.abspath(path)
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -34,8 +35,10 @@ def listen_at(path: str) -> socket.socket:
         with locked_directory(os.path.dirname(path)):
             _check_room(path)
             _appear(listener, path)
-    except BaseException:
+    except BaseException as error:
         listener.close()
+        if isinstance(error, OSError) and error.errno is not None:
+            error.filename = error.filename or path  # `bind` names none: a full disk would be the output's
         raise
     listener.setblocking(False)
     return listener
