@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from canwire.campaigns.batches import Rules
 from canwire.campaigns.campaign import MOST_RUNS, Campaign
 from canwire.campaigns.cluster import in_cluster
+from canwire.campaigns.journal import Journal, journal_of
 from canwire.campaigns.limit import limit_of
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun, play
@@ -42,30 +43,38 @@ def run_campaign(
 
     `runs` is how many (None: the grid of its lists once), `workers` how many processes (None: one a processor), or
     `cluster` the address of a Dask scheduler, "dask://host:8786". `results` is a Parquet or CSV file for the table,
-    which is written in any case: after Ctrl-C with the runs that were done. `told` is called with each run as it
-    comes, in any order. A run that takes longer than `time_limit` seconds (None: any) is ended, and its verdict is
-    "timeout". Each worker reads the file anew: a script that calls this guards it by
-    `if __name__ == "__main__"`.
+    which is written in any case: after Ctrl-C with the runs that were done. Until all are done, they also stand in a
+    journal beside it, each as it comes, also after a kill; the same call then plays only those that are missing.
+    `told` is called with each run that is played, as it comes, in any order. A run that takes longer than
+    `time_limit` seconds (None: any) is ended, and its verdict is "timeout". Each worker reads the file anew: a script
+    that calls this guards it by `if __name__ == "__main__"`.
 
-    Raises BadValue, ExtraMissing, HubError (no cluster), OSError; a run's own exceptions are in its row.
+    Raises BadValue, ExtraMissing, HubError (no cluster, or workers that cannot load the
+    file), OSError; a run's own exceptions are in its row.
     """
     script = script_of(campaign)
-    size = script.load().space.size
-    count = whole("runs", size if runs is None else runs, 1, MOST_RUNS)
+    made = script.load()
+    count = whole("runs", made.space.size if runs is None else runs, 1, MOST_RUNS)
     rules = Rules(whole("seed", seed, 0, _MOST_SEED), limit_of(time_limit))
+    journal = None
     if results is not None:
         check_table(results)
-    done: list[CampaignRun] = []
+        journal = Journal(journal_of(results), script, made.name, rules.seed)
+    done = {number: run for number, run in journal.runs.items() if number < count} if journal else {}
+    missing = [number for number in range(count) if number not in done] if done else range(count)
     try:
-        for batch in _batches(script, range(count), rules, workers, cluster):
-            for run in batch:
-                done.append(run)
-                if told is not None:
+        for batch in _batches(script, missing, rules, workers, cluster):
+            done.update({run.number: run for run in batch})
+            if journal is not None:
+                journal.write(batch)
+            if told is not None:
+                for run in batch:
                     told(run)
     finally:
-        if results is not None:
-            write(results, done)
-    return sorted(done, key=lambda run: run.number)
+        if results is not None and journal is not None:
+            write(results, done.values())
+            journal.close(len(done) == count and all(number < count for number in journal.runs))
+    return [done[number] for number in sorted(done)]
 
 
 def repeat_run(
@@ -78,7 +87,8 @@ def repeat_run(
 ) -> tuple[CampaignRun, list[str]]:
     """Run number `number` once more, in this process: what came of it, and its frames as lines of a candump log.
 
-    After `time_limit` seconds it is ended (None: never), as soon as it comes to a step of Python.
+    A KeyboardInterrupt is its verdict, as of any run: Ctrl-C shows where it was. After `time_limit` seconds it is
+    ended (None: never), as soon as it comes to a step of Python.
     """
     log: list[str] = []
     script, limit_s = script_of(campaign, name), limit_of(time_limit)
@@ -87,8 +97,10 @@ def repeat_run(
 
 
 def _batches(
-    script: Script, numbers: range, rules: Rules, workers: int | None, cluster: str | None
+    script: Script, numbers: Sequence[int], rules: Rules, workers: int | None, cluster: str | None
 ) -> Iterator[list[CampaignRun]]:
+    if not numbers:
+        return iter(())
     if cluster is not None:
         return in_cluster(script, numbers, rules, cluster)
     processes = min(len(numbers), whole("workers", workers or os.cpu_count() or 1, 1, _MOST_WORKERS))

@@ -70,7 +70,7 @@ def _replace(
     if suspect is not None and dead.suspect == suspect:
         dead.rest.popleft()
         yield [crashed(script.load(), suspect, rules.seed)]
-    if batch := dead.rest or next(rest, None):
+    if batch := tuple(dead.rest) or next(rest, ()):
         _employ(crew, _Worker(script, rules, suspect), batch)
 
 
