@@ -145,6 +145,14 @@ def test_numbers_out_of_range(flips: Path, tmp_path: Path) -> None:
         run_campaign(flips, cluster="host:8786")
 
 
+def test_a_campaign_that_cannot_begin_leaves_the_table_of_the_last_one(flips: Path, tmp_path: Path) -> None:
+    table = written(tmp_path, "flips.csv", "run\n1\n")
+    with pytest.raises(BadValue, match="such as dask://"):
+        run_campaign(flips, cluster="host:8786", results=table)
+    assert table.read_text() == "run\n1\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flips.csv", "flips.py"]
+
+
 def test_a_figure_must_not_hide_a_column(tmp_path: Path) -> None:
     text = "from canwire import campaign\n@campaign(bit=[1])\ndef some(lab, bit):\n    return {'bit': 2}\n"
     run, _ = repeat_run(written(tmp_path, "some.py", text), 0)
