@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 from collections import Counter
 from pathlib import Path
 
@@ -51,8 +52,11 @@ def test_what_a_run_printed_and_where_it_crashed_belongs_to_its_row(
 
 
 def test_a_keeper_that_is_killed_costs_no_run(tmp_path: Path) -> None:
+    """Nor does the hanging run that it had outlive it: what that run has locked is free."""
     runs = run_campaign(wild(tmp_path, "nothing", "orphans", "nothing"), workers=1)
     assert [run.verdict for run in runs] == ["passed"] * 3
+    with (tmp_path / "held").open() as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
 
 
 def test_a_run_that_kills_its_keeper_each_time_is_one_row(tmp_path: Path) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import os
 import signal
+import sys
 from dataclasses import replace
 from multiprocessing.connection import Connection
 
@@ -28,6 +30,7 @@ def play_all(
     for connection in inherited:
         connection.close()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _end_with_parent()
     if output is not None:
         output.take_over()
         faulthandler.enable()  # says in the output where a crash was
@@ -43,3 +46,12 @@ def play_all(
             if os.getpid() != here:  # a run has forked, and its child came back: it is nobody's player
                 os._exit(0)
             pipe.send(run if output is None else replace(run, output=output.taken()))
+
+
+def _end_with_parent() -> None:
+    """A run that hangs must not outlive a keeper that was killed; elsewhere than on Linux it does."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
