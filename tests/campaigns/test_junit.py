@@ -27,7 +27,7 @@ def says(lab, what):
 """
 
 
-@pytest.mark.conforms("N-60")
+@pytest.mark.conforms("N-37")
 def test_each_run_is_a_case(tmp_path: Path) -> None:
     path, report = written(tmp_path, "says.py", SAYS), tmp_path / "out.xml"
     runs = run_campaign(path, runs=8, seed=3, workers=1, report=report)

@@ -80,3 +80,15 @@ def test_a_file_that_ends_its_workers_is_said_to(tmp_path: Path) -> None:
     with pytest.raises(HubError, match="status 7 before its first run"):
         run_campaign(path, workers=2, told=seen.append)
     assert seen == []
+
+
+def test_a_file_that_starts_threads_has_its_players_spawned(tmp_path: Path) -> None:
+    """A fork beside a thread may inherit a lock that nobody opens any more."""
+    path = wild(tmp_path, "nothing", "fault", "leave", "nothing")
+    path.write_text(
+        "import threading\nthreading.Thread(target=threading.Event().wait, daemon=True).start()\n"
+        + path.read_text()
+    )
+    runs = run_campaign(path, workers=1)
+    assert [run.verdict for run in runs] == ["passed", "crashed", "error", "passed"]
+    assert runs[1].output == ""  # a forked one says there where it crashed

@@ -51,7 +51,7 @@ def test_no_such_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "none.py" in capsys.readouterr().err
 
 
-@pytest.mark.conforms("N-60")
+@pytest.mark.conforms("N-37")
 def test_resumed_and_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
