@@ -149,3 +149,13 @@ def test_fewer_runs_are_taken_from_it_and_it_stays(steps: Path, tmp_path: Path) 
     assert told == []
     assert len(run_campaign(steps, workers=1, results=table, told=told.append)) == 18
     assert [run.number for run in told] == list(range(4, 18))
+
+
+def test_two_programs_do_not_write_one_journal(steps: Path, tmp_path: Path) -> None:
+    pytest.importorskip("fcntl")
+    table = tmp_path / "t.csv"
+    first = Journal(journal_of(table), Script.read(steps), "steps", 1)
+    with pytest.raises(BadValue, match="another program plays a campaign with these results"):
+        run_campaign(steps, workers=1, results=table)
+    first.close(over=False)
+    assert len(run_campaign(steps, runs=1, workers=1, results=table)) == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import BinaryIO
@@ -13,6 +14,9 @@ from canwire.campaigns.playing import CampaignRun
 from canwire.errors import BadValue
 from canwire.version import __version__
 
+if sys.platform != "win32":
+    import fcntl
+
 _FORMAT = 1
 
 
@@ -20,7 +24,8 @@ class Journal:
     """One line of JSON says which campaign it is, then one line a run. It outlives its program.
 
     A file that is there is continued: `runs` has by number what stands in it. A last line that was not written to its
-    end is cut off, and its run is played again. Raises OSError, BadValue where the file is of another campaign.
+    end is cut off, and its run is played again. Raises OSError, BadValue where the file is of another campaign or
+    another program writes it.
     """
 
     def __init__(self, path: Path, script: Script, name: str, seed: int) -> None:
@@ -35,6 +40,7 @@ class Journal:
         }
         self._file: BinaryIO = path.open("a+b")
         try:
+            self._lock()
             self._read(heading)
         except BaseException:
             self._file.close()
@@ -50,6 +56,17 @@ class Journal:
         self._file.close()
         if over:
             self.path.unlink(missing_ok=True)
+
+    def _lock(self) -> None:
+        """Windows has no such lock: two programs at one journal are not refused there."""
+        if sys.platform == "win32":
+            return
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise BadValue(
+                f"{self.path}: another program plays a campaign with these results: let it end, or give others"
+            ) from None
 
     def _read(self, heading: dict[str, object]) -> None:
         self._file.seek(0)
