@@ -45,7 +45,7 @@ def test_each_run_is_a_case(tmp_path: Path) -> None:
     failure, odd, gone = cases[1][0], cases[2][0], cases[3][0]
     assert failure.get("message") == "5 ms <late> & more"
     assert "AssertionError" in (failure.text or "")
-    assert (failure.text or "").endswith(f"again: canwire campaign {path} --seed 3 --repeat 1")
+    assert (failure.text or "").endswith(f"repeat it: canwire campaign {path} --seed 3 --repeat 1")
     assert odd.get("message") == r"ValueError: a bell \x07, a half \udc80 and no character \uffff"
     assert (gone.get("type"), "Aborted" in (gone.text or "")) == ("crashed", True)
     assert cases[0][0].text == "this is well\n"

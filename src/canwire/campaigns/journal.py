@@ -23,7 +23,7 @@ _FORMAT = 1
 class Journal:
     """One line of JSON says which campaign it is, then one line a run. It outlives its program.
 
-    A file that is there is continued: `runs` has by number what stands in it. A last line that was not written to its
+    A file that is there is continued: `runs` has by number what is in it. A last line that was not written to its
     end is cut off, and its run is played again. Raises OSError, BadValue where the file is of another campaign or
     another program writes it.
     """

@@ -77,7 +77,7 @@ def _add(suite: Element, played: Played, run: CampaignRun) -> None:
     )
     if kind := _kind(run):
         told = {"message": _legal(run.reason), "type": run.verdict}
-        again = f"again: {played.repetition(run.number)}"
+        again = f"repeat it: {played.repetition(run.number)}"
         SubElement(case, kind, told).text = _legal("\n".join(filter(None, [run.trace.rstrip(), again])))
     if run.output:
         SubElement(case, "system-out").text = _legal(run.output)

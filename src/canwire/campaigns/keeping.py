@@ -102,7 +102,7 @@ class _Keeper:
 
 
 class _Player:
-    """The process that plays: forked, so that it begins at once with the campaign loaded, where that is safe."""
+    """The process that plays: forked, so that it has the campaign loaded when it begins, where that is safe."""
 
     def __init__(self, script: Script, rules: Rules, orders: Connection) -> None:
         methods = multiprocessing.get_all_start_methods()

@@ -45,7 +45,7 @@ def run_campaign(
 
     `runs` is how many (None: the grid of its lists once), `workers` how many processes (None: one a processor), or
     `cluster` the address of a Dask scheduler, "dask://host:8786". `results` is a Parquet or CSV file for the table,
-    which is written in any case: after Ctrl-C with the runs that were done. Until all are done, they also stand in a
+    which is written in any case: after Ctrl-C with the runs that were done. Until all are done, they are also in a
     journal beside it, each as it comes, also after a kill; the same call then plays only those that are missing.
     `report` is an .xml file for the same as JUnit XML, written when the table is, whole as that is.
     `told` is called with each run that is played, as it comes, in any order. A run that takes longer than
@@ -102,7 +102,7 @@ class _Account:
             self._journal.write(batch)
 
     def close(self) -> None:
-        """Write the report and the table; the journal goes once everything in it stands there."""
+        """Write the report and the table; the journal goes once everything in it is there."""
         if self._report is not None and self.done:
             write_junit(self._report, self._played, self.done.values())
         if self._results is not None and self._journal is not None:

@@ -8,7 +8,7 @@ canwire campaign flips.py --time-limit 60              a run that takes longer i
 canwire campaign flips.py --repeat 4711 --log run.log  one run again, byte for byte
 canwire campaign flips.py --cluster dask://lab:8786    the same on a Dask cluster
 
-FILE.py has a function under @canwire.campaign(...), which says what is varied. Runs that are done stand in a journal
+FILE.py has a function under @canwire.campaign(...), which says what is varied. Runs that are done are kept in a journal
 beside --results until all are: after Ctrl-C or a kill the same command plays only those that are missing. Exit status 1
 if any run did not pass.
 """
