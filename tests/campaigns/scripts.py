@@ -58,6 +58,51 @@ def lasts(lab, number):
     return {"square": number * number}
 '''
 
+WILD = '''
+"""Each run is another way to end more than itself; each leaves its number in FOLDER."""
+import asyncio, fcntl, os, signal, sys
+from pathlib import Path
+import pytest
+from canwire import campaign
+
+FOLDER = Path(__file__).parent
+
+
+class Mute(Exception):
+    def __str__(self):
+        raise RuntimeError("no words")
+
+
+def leave(): sys.exit("enough")
+def interrupt(): raise KeyboardInterrupt
+def cancel(): raise asyncio.CancelledError
+def generate(): raise GeneratorExit
+def fail(): pytest.fail("not so")
+def mute(): raise Mute
+def signalled(): signal.raise_signal(signal.SIGINT)
+def fault(): os.kill(os.getpid(), signal.SIGSEGV)
+def closes(): os.closerange(3, 4096)
+def forks(): os.fork()
+def silences(): sys.stdout = sys.stderr = None
+def prints(): print("here is the run"); os.write(2, b"and here\\n")
+def nothing(): pass
+def orphans():
+    if not (FOLDER / "once").exists():
+        (FOLDER / "once").touch()
+        held = open(FOLDER / "held", "w")
+        fcntl.flock(held, fcntl.LOCK_EX)  # until this process ends
+        os.kill(os.getppid(), signal.SIGKILL)
+        signal.pause()
+
+
+@campaign(what=WAYS)
+def wild(lab, what):
+    with open(FOLDER / "played", "a") as file:
+        file.write(what + "\\n")
+    globals()[what]()
+    return {"value": 1}
+'''
+
 
 def written(folder: Path, name: str, text: str) -> Path:
     """The file."""

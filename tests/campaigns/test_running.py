@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import csv
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -107,25 +104,6 @@ def test_a_limit_changes_nothing_for_runs_that_keep_it(flips: Path) -> None:
     assert run_campaign(flips, workers=1, time_limit=3600) == run_campaign(flips, workers=1)
 
 
-def test_a_pool_that_breaks_while_batches_are_handed_out_loses_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    real = ProcessPoolExecutor.submit
-    handed = 0
-
-    def submit(self: ProcessPoolExecutor, *arguments: Any) -> Any:
-        nonlocal handed
-        handed += 1
-        if handed == 3:
-            raise BrokenProcessPool("a worker has ended meanwhile")
-        return real(self, *arguments)
-
-    monkeypatch.setattr(ProcessPoolExecutor, "submit", submit)
-    text = ENDS.replace("os._exit(9)", "pass")
-    runs = run_campaign(written(tmp_path, "ends.py", text), workers=1)
-    assert [run.number for run in runs] == list(range(12))
-
-
 def test_what_was_done_is_written_when_it_is_interrupted(flips: Path, tmp_path: Path) -> None:
     seen: list[CampaignRun] = []
 
@@ -165,6 +143,14 @@ def test_numbers_out_of_range(flips: Path, tmp_path: Path) -> None:
         run_campaign(flips, results=tmp_path / "nowhere" / "x.csv")
     with pytest.raises(BadValue, match="such as dask://"):
         run_campaign(flips, cluster="host:8786")
+
+
+def test_a_campaign_that_cannot_begin_leaves_the_table_of_the_last_one(flips: Path, tmp_path: Path) -> None:
+    table = written(tmp_path, "flips.csv", "run\n1\n")
+    with pytest.raises(BadValue, match="such as dask://"):
+        run_campaign(flips, cluster="host:8786", results=table)
+    assert table.read_text() == "run\n1\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flips.csv", "flips.py"]
 
 
 def test_a_figure_must_not_hide_a_column(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __vers
         raise HubError(
             f"this worker has canwire {__version__}, the campaign was started by {version}: install one of them"
         )
-    campaign = _loaded(script)
+    campaign = loaded(script)
     runs = []
     for number in batch:
         with process_at_most(rules.limit_s if rules.alone else None, rules.grace_s):
@@ -55,5 +55,6 @@ def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __vers
 
 
 @lru_cache(maxsize=4)
-def _loaded(script: Script) -> Campaign:
+def loaded(script: Script) -> Campaign:
+    """The campaign, once in each process."""
     return script.load()

@@ -8,8 +8,7 @@ from typing import Any
 
 from canwire.campaigns.batches import Batch, Rules, batches, play_batch
 from canwire.campaigns.loading import Script
-from canwire.campaigns.playing import CampaignRun
-from canwire.campaigns.workers import crashed
+from canwire.campaigns.playing import CampaignRun, crashed
 from canwire.errors import BadValue, ExtraMissing, HubError
 
 SCHEME = "dask://"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import time
 import traceback
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,10 +25,11 @@ _VERDICTS_OF_TESTS = (AssertionError, NotReceived, NotTransmitted)
 class CampaignRun:
     """What came of one run.
 
-    `verdict` is "passed", "failed" (an assertion or an expectation), "error" (any other exception), "crashed"
-    (its process ended) or "timeout" (it took longer than it may); `reason` says why. `digest` is of every frame on
-    every bus with its time, in hexadecimal: two runs with one digest were the same. `trace` is the traceback, not
-    part of the table.
+    `verdict` is "passed", "failed" (an assertion or an expectation), "error" (any other exception, SystemExit and
+    KeyboardInterrupt included), "crashed" (its process ended) or "timeout" (it took longer than it may); `reason`
+    says why. `digest` is of every frame on every bus with its time, in hexadecimal: two runs with one digest were
+    the same. Not part of the table: `trace`, the traceback; `output`, the last 65,536 bytes that it printed in a
+    process of this machine; `wall_s`, the seconds that it took.
     """
 
     number: int
@@ -41,6 +43,8 @@ class CampaignRun:
     bus_time_ns: int = 0
     digest: str = ""
     trace: str = field(default="", compare=False)
+    output: str = field(default="", compare=False)
+    wall_s: float = field(default=0.0, compare=False)
 
     @property
     def passed(self) -> bool:
@@ -103,7 +107,16 @@ def late(campaign: Campaign, number: int, seed: int, limit_s: float | None, trac
     return CampaignRun(number, own_seed, parameters, "timeout", f"longer than {limit_s:g} s", trace=trace)
 
 
+def crashed(campaign: Campaign, number: int, seed: int) -> CampaignRun:
+    """What there is to say of a run whose process ended."""
+    own_seed = campaign.seed_of(number, seed)
+    return CampaignRun(
+        number, own_seed, campaign.space.at(number, own_seed), "crashed", "its process ended by itself"
+    )
+
+
 def _play(campaign: Campaign, number: int, seed: int, log: list[str] | None) -> CampaignRun:
+    began = time.perf_counter()
     own_seed = campaign.seed_of(number, seed)
     parameters = campaign.space.at(number, own_seed)
     lab = _Watched(own_seed, log is not None)
@@ -111,10 +124,10 @@ def _play(campaign: Campaign, number: int, seed: int, log: list[str] | None) -> 
     verdict, reason, trace = "passed", "", ""
     try:
         figures = _checked(campaign(lab, **parameters), parameters)
-    except Exception as error:
-        verdict = "failed" if isinstance(error, _VERDICTS_OF_TESTS) else "error"
-        words = str(error).strip() or "no reason given"
-        reason = words.splitlines()[0] if verdict == "failed" else f"{type(error).__name__}: {words}"
+    except TooLong:
+        raise
+    except BaseException as error:  # sys.exit() and its like are the run's, too: the campaign goes on
+        verdict, reason = _judged(error)
         trace = "".join(traceback.format_exception(error))
     if log is not None:
         log += lab.log()
@@ -130,9 +143,27 @@ def _play(campaign: Campaign, number: int, seed: int, log: list[str] | None) -> 
         lab.now_ns,
         lab.digest.hexdigest()[:32],
         trace,
+        wall_s=time.perf_counter() - began,
     )
     lab.close()
     return run
+
+
+def _judged(error: BaseException) -> tuple[str, str]:
+    """Verdict and reason."""
+    kind = type(error)
+    try:
+        words = str(error).strip() or "no reason given"
+    except Exception as fault:  # its own __str__ is broken
+        words = f"it cannot be shown: {type(fault).__name__}"
+    if isinstance(error, _VERDICTS_OF_TESTS) or _failed_pytest(kind):
+        return "failed", words.splitlines()[0]
+    return "error", f"{kind.__name__}: {words}"
+
+
+def _failed_pytest(kind: type[BaseException]) -> bool:
+    """Is it of `pytest.fail`? By name, since pytest need not be there."""
+    return kind.__name__ == "Failed" and any(base.__module__ == "_pytest.outcomes" for base in kind.__mro__)
 
 
 def _checked(figures: Figures | None, parameters: dict[str, Value]) -> dict[str, Value]:
@@ -142,7 +173,12 @@ def _checked(figures: Figures | None, parameters: dict[str, Value]) -> dict[str,
             raise BadValue(f"figure {name!r}: the table has a column of that name already")
         if not isinstance(value, bool | int | float | str):
             raise TypeError(f"figure {name}: {shown(value)} must be a number, a string, True or False")
+        found[name] = next(plain(value) for plain in _PLAIN if isinstance(value, plain))
     return found
+
+
+_PLAIN = (bool, int, float, str)
+"""A figure that is of a class derived from one of these (numpy, enum) may not be known where the table is written."""
 
 
 TABLE = ("run", "seed", "verdict", "reason", "frames", "error_frames", "bus_time_ns", "digest")

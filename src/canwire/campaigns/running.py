@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from canwire.campaigns.batches import Rules
 from canwire.campaigns.campaign import MOST_RUNS, Campaign
 from canwire.campaigns.cluster import in_cluster
+from canwire.campaigns.journal import Journal, journal_of
+from canwire.campaigns.junit import Played, check_report, write_junit
 from canwire.campaigns.limit import limit_of
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun, play
@@ -36,36 +38,78 @@ def run_campaign(
     cluster: str | None = None,
     results: str | Path | None = None,
     time_limit: float | None = None,
+    report: str | Path | None = None,
     told: Callable[[CampaignRun], object] | None = None,
 ) -> list[CampaignRun]:
     """Play a campaign, or the only one in a file; what came of each run, in the order of their numbers.
 
     `runs` is how many (None: the grid of its lists once), `workers` how many processes (None: one a processor), or
     `cluster` the address of a Dask scheduler, "dask://host:8786". `results` is a Parquet or CSV file for the table,
-    which is written in any case: after Ctrl-C with the runs that were done. `told` is called with each run as it
-    comes, in any order. A run that takes longer than `time_limit` seconds (None: any) is ended, and its verdict is
-    "timeout". Each worker reads the file anew: a script that calls this guards it by
-    `if __name__ == "__main__"`.
+    which is written in any case: after Ctrl-C with the runs that were done. Until all are done, they are also in a
+    journal beside it, each as it comes, also after a kill; the same call then plays only those that are missing.
+    `report` is an .xml file for the same as JUnit XML, written when the table is, whole as that is.
+    `told` is called with each run that is played, as it comes, in any order. A run that takes longer than
+    `time_limit` seconds (None: any) is ended, and its verdict is "timeout". Each worker reads the file anew: a script
+    that calls this guards it by `if __name__ == "__main__"`.
 
-    Raises BadValue, ExtraMissing, HubError (no cluster), OSError; a run's own exceptions are in its row.
+    Raises BadValue, ExtraMissing, HubError (no cluster, or workers that cannot load the file), OSError; a run's own
+    exceptions are in its row.
     """
     script = script_of(campaign)
-    size = script.load().space.size
-    count = whole("runs", size if runs is None else runs, 1, MOST_RUNS)
+    made = script.load()
+    count = whole("runs", made.space.size if runs is None else runs, 1, MOST_RUNS)
     rules = Rules(whole("seed", seed, 0, _MOST_SEED), limit_of(time_limit))
-    if results is not None:
-        check_table(results)
-    done: list[CampaignRun] = []
+    account = _Account(script, Played(script.path, made.name, rules.seed), count, results, report)
     try:
-        for batch in _batches(script, range(count), rules, workers, cluster):
-            for run in batch:
-                done.append(run)
-                if told is not None:
+        for batch in _batches(script, account.missing(), rules, workers, cluster):
+            account.write(batch)
+            if told is not None:
+                for run in batch:
                     told(run)
     finally:
-        if results is not None:
-            write(results, done)
-    return sorted(done, key=lambda run: run.number)
+        account.close()
+    return [account.done[number] for number in sorted(account.done)]
+
+
+class _Account:
+    """The runs that are done, and the files that say so. Raises as they do, before anything is played."""
+
+    def __init__(
+        self,
+        script: Script,
+        played: Played,
+        count: int,
+        results: str | Path | None,
+        report: str | Path | None,
+    ) -> None:
+        self._played = played
+        self._count = count
+        self._results = None if results is None else check_table(results)
+        self._report = None if report is None else check_report(report)
+        self._journal: Journal | None = None
+        self.done: dict[int, CampaignRun] = {}
+        if self._results is not None:
+            self._journal = Journal(journal_of(self._results), script, played.name, played.seed)
+            self.done = {number: run for number, run in self._journal.runs.items() if number < count}
+
+    def missing(self) -> Sequence[int]:
+        numbers = range(self._count)
+        return [number for number in numbers if number not in self.done] if self.done else numbers
+
+    def write(self, batch: list[CampaignRun]) -> None:
+        self.done.update({run.number: run for run in batch})
+        if self._journal is not None:
+            self._journal.write(batch)
+
+    def close(self) -> None:
+        """Write the report and the table; the journal goes once everything in it is there."""
+        if self._report is not None and self.done:
+            write_junit(self._report, self._played, self.done.values())
+        if self._results is not None and self._journal is not None:
+            if self.done:
+                write(self._results, self.done.values())
+            some_missing = bool(self.done) and len(self.done) < self._count
+            self._journal.close(not some_missing and max(self._journal.runs, default=0) < self._count)
 
 
 def repeat_run(
@@ -78,7 +122,8 @@ def repeat_run(
 ) -> tuple[CampaignRun, list[str]]:
     """Run number `number` once more, in this process: what came of it, and its frames as lines of a candump log.
 
-    After `time_limit` seconds it is ended (None: never), as soon as it comes to a step of Python.
+    A KeyboardInterrupt is its verdict, as of any run: Ctrl-C shows where it was. After `time_limit` seconds it is
+    ended (None: never), as soon as it comes to a step of Python.
     """
     log: list[str] = []
     script, limit_s = script_of(campaign, name), limit_of(time_limit)
@@ -87,8 +132,10 @@ def repeat_run(
 
 
 def _batches(
-    script: Script, numbers: range, rules: Rules, workers: int | None, cluster: str | None
+    script: Script, numbers: Sequence[int], rules: Rules, workers: int | None, cluster: str | None
 ) -> Iterator[list[CampaignRun]]:
+    if not numbers:
+        return iter(())
     if cluster is not None:
         return in_cluster(script, numbers, rules, cluster)
     processes = min(len(numbers), whole("workers", workers or os.cpu_count() or 1, 1, _MOST_WORKERS))

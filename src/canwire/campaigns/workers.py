@@ -1,106 +1,120 @@
-"""Batches on this machine's processes; a run that takes its process down is found and named."""
+"""Batches on this machine's processes: one keeper each, which starts another player where a run ends its process."""
 
 from __future__ import annotations
 
 import multiprocessing
+from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 
-from canwire.campaigns.batches import Batch, Rules, batches, play_batch
-from canwire.campaigns.campaign import Campaign
+from canwire.campaigns.batches import Batch, Rules, batches
+from canwire.campaigns.keeping import keep
 from canwire.campaigns.loading import Script
-from canwire.campaigns.playing import CampaignRun, late, play
-
-_AHEAD = 2  # batches handed out a worker: its next one waits for it
+from canwire.campaigns.playing import CampaignRun, crashed
+from canwire.errors import HubError
 
 
 def in_processes(
     script: Script, numbers: Sequence[int], rules: Rules, workers: int
 ) -> Iterator[list[CampaignRun]]:
-    """Play the runs on so many processes; batches come as they are done."""
-    suspects: list[Batch] = []
+    """Play the runs on so many processes; each run comes as it is done.
+
+    Raises HubError where a process ends before it can play: the file cannot be loaded there.
+    """
     rest = batches(numbers, workers)
-    while True:
-        yield from _until_broken(script, rest, rules, workers, suspects)
-        if not suspects:
-            return
-        for number in [number for batch in suspects for number in batch]:
-            yield [_alone(script, number, rules)]
-        suspects.clear()
+    crew: dict[Connection, _Worker] = {}
+    try:
+        for batch in _first(rest, workers):
+            _employ(crew, _Worker(script, rules), batch)
+        while crew:
+            for pipe in wait(list(crew)):
+                worker = crew[pipe]  # type: ignore[index]
+                yield from worker.come()
+                if worker.lost:
+                    del crew[worker.pipe]
+                    worker.end()
+                    yield from _replace(crew, worker, rest, script, rules)
+                elif not worker.rest:
+                    _continue(crew, worker, next(rest, None))
+    finally:
+        for worker in crew.values():
+            worker.pipe.close()
+        for worker in crew.values():
+            worker.end()
 
 
-def _until_broken(
-    script: Script, rest: Iterator[Batch], rules: Rules, workers: int, suspects: list[Batch]
+def _first(rest: Iterator[Batch], count: int) -> Iterator[Batch]:
+    for _ in range(count):
+        if (batch := next(rest, None)) is not None:
+            yield batch
+
+
+def _employ(crew: dict[Connection, _Worker], worker: _Worker, batch: Sequence[int]) -> None:
+    crew[worker.pipe] = worker
+    worker.play(batch)
+
+
+def _continue(crew: dict[Connection, _Worker], worker: _Worker, batch: Batch | None) -> None:
+    if batch is not None:
+        worker.play(batch)
+    else:
+        del crew[worker.pipe]
+        worker.end()
+
+
+def _replace(
+    crew: dict[Connection, _Worker], dead: _Worker, rest: Iterator[Batch], script: Script, rules: Rules
 ) -> Iterator[list[CampaignRun]]:
-    """Until all is done, or a process has ended: what was under way then is `suspects`."""
-    under_way: dict[Future[list[CampaignRun]], Batch] = {}
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
-    try:
-        while True:
-            while len(under_way) < workers * _AHEAD and (batch := next(rest, None)) is not None:
-                _hand_out(pool, script, batch, rules, under_way, suspects)
-            if not under_way:
-                return
-            for done in wait(under_way, return_when=FIRST_COMPLETED).done:
-                runs = done.result()
-                del under_way[done]
-                yield runs
-    except BrokenProcessPool:
-        suspects += sorted(under_way.values())
-    finally:
-        # without waiting, the pool's thread closes a pipe that the interpreter's end writes to: "Bad file descriptor"
-        pool.shutdown(wait=True, cancel_futures=True)
+    """What `dead` had left is another's; a run that was the first of two such workers has ended them both."""
+    suspect = dead.rest[0] if dead.rest else None
+    if suspect is not None and dead.suspect == suspect:
+        dead.rest.popleft()
+        yield [crashed(script.load(), suspect, rules.seed)]
+    if batch := tuple(dead.rest) or next(rest, ()):
+        _employ(crew, _Worker(script, rules, suspect), batch)
 
 
-def _hand_out(
-    pool: ProcessPoolExecutor,
-    script: Script,
-    batch: Batch,
-    rules: Rules,
-    under_way: dict[Future[list[CampaignRun]], Batch],
-    suspects: list[Batch],
-) -> None:
-    """A batch that comes too late for a broken pool is played alone as well: it is nowhere else."""
-    try:
-        under_way[pool.submit(play_batch, script, batch, rules)] = batch
-    except BrokenProcessPool:
-        suspects.append(batch)
-        raise
+class _Worker:
+    """A keeper's process, as the campaign sees it. `suspect`: the run at which the one before it was lost."""
 
+    def __init__(self, script: Script, rules: Rules, suspect: int | None = None) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=keep, args=(theirs, script, rules))
+        self.process.start()
+        theirs.close()
+        self.rest: deque[int] = deque()
+        self.suspect = suspect
+        self.lost = False
+        self._ready = False
 
-def _alone(script: Script, number: int, rules: Rules) -> CampaignRun:
-    """This run in a process of its own: if that ends, it was this run."""
-    context = multiprocessing.get_context("spawn")
-    told, telling = context.Pipe(duplex=False)
-    process = context.Process(target=_play_alone, args=(telling, script, number, rules), daemon=True)
-    process.start()
-    telling.close()
-    try:
-        told.recv()  # it has begun
-        if rules.limit_s is not None and not told.poll(rules.limit_s + rules.grace_s):
-            return late(script.load(), number, rules.seed, rules.limit_s)
-        run: CampaignRun = told.recv()
-        return run
-    except EOFError:
-        return crashed(script.load(), number, rules.seed)
-    finally:
-        process.kill()
-        process.join()
-        told.close()
+    def play(self, batch: Sequence[int]) -> None:
+        """Hand out the next batch."""
+        self.rest = deque(batch)
+        try:
+            self.pipe.send(tuple(batch))
+        except OSError:  # it has ended, which the next read finds
+            self.lost = True
 
+    def come(self) -> Iterator[list[CampaignRun]]:
+        """What has come. Raises HubError if it ended before it was ready."""
+        try:
+            run: CampaignRun | None = self.pipe.recv()
+        except (EOFError, OSError):
+            self.lost = True
+            if not self._ready:
+                self.process.join()
+                raise HubError(
+                    f"a worker of the campaign ended with status {self.process.exitcode} before its first run: "
+                    'a script that calls run_campaign() does so under `if __name__ == "__main__":`'
+                ) from None
+            return
+        self._ready = True
+        if run is not None:
+            self.rest.popleft()
+            yield [run]
 
-def _play_alone(telling: Connection, script: Script, number: int, rules: Rules) -> None:
-    """In that process, which whoever started it ends."""
-    campaign = script.load()
-    telling.send(None)
-    telling.send(play(campaign, number, rules.seed, limit_s=rules.limit_s))
-
-
-def crashed(campaign: Campaign, number: int, seed: int) -> CampaignRun:
-    """What there is to say of a run whose process ended."""
-    own_seed = campaign.seed_of(number, seed)
-    return CampaignRun(
-        number, own_seed, campaign.space.at(number, own_seed), "crashed", "its process ended by itself"
-    )
+    def end(self) -> None:
+        """It ends when it finds its pipe closed."""
+        self.pipe.close()
+        self.process.join()

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from canwire import CampaignRun
 from canwire.commands import main
+from canwire.commands.campaign.progress import Progress
 from tests.campaigns.scripts import FLIPS, written
 
 
@@ -47,3 +49,31 @@ def test_all_well(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_no_such_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["campaign", str(tmp_path / "none.py")]) == 2
     assert "none.py" in capsys.readouterr().err
+
+
+@pytest.mark.conforms("N-37")
+def test_resumed_and_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C after three runs, then the same command."""
+    path = str(written(tmp_path, "well.py", FLIPS.replace("1e-2", "1e-6")))
+    table, report = tmp_path / "well.csv", tmp_path / "well.xml"
+    command = ["campaign", path, "--workers", "1", "--results", str(table), "--report", str(report)]
+    count = Progress.count
+
+    def counted(self: Progress, run: CampaignRun) -> None:
+        count(self, run)
+        if self.done == 3:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Progress, "count", counted)
+        main(command)
+    assert len(table.read_text().splitlines()) == 4
+    capsys.readouterr()
+    assert main(command) == 0
+    assert capsys.readouterr().out == (
+        "3 runs were done before, 9 were played now\n12 runs: 12 passed, 0 did not\n"
+    )
+    assert len(table.read_text().splitlines()) == 13
+    assert report.read_text().count("<testcase") == 12

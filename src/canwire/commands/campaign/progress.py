@@ -14,7 +14,7 @@ class Progress:
     """Counts runs as they come."""
 
     def __init__(self) -> None:
-        self._done = 0
+        self.done = 0
         self._bad = 0
         self._began = time.monotonic()
         self._shown = 0.0
@@ -22,7 +22,7 @@ class Progress:
 
     def count(self, run: CampaignRun) -> None:
         """One more."""
-        self._done += 1
+        self.done += 1
         self._bad += not run.passed
         now = time.monotonic()
         if self._terminal and now - self._shown >= _EVERY_S:
@@ -31,14 +31,14 @@ class Progress:
 
     def end(self) -> None:
         """The last numbers, and a line of its own for what follows."""
-        if self._terminal and self._done:
+        if self._terminal and self.done:
             self._show(time.monotonic())
             print(file=sys.stderr)
 
     def _show(self, now: float) -> None:
-        rate = self._done / max(1e-9, now - self._began)
+        rate = self.done / max(1e-9, now - self._began)
         print(
-            f"\r{self._done} runs, {self._bad} not passed, {rate:.0f} runs/s ",
+            f"\r{self.done} runs, {self._bad} not passed, {rate:.0f} runs/s ",
             end="",
             file=sys.stderr,
             flush=True,

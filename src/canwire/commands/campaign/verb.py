@@ -3,11 +3,14 @@
 canwire campaign flips.py                              once for each value of its lists
 canwire campaign flips.py --runs 10000 --workers 8     so many runs, so many processes
 canwire campaign flips.py --results flips.parquet      one row a run: parameters, verdict, figures
+canwire campaign flips.py --report flips.xml           the same as JUnit XML, for a build server
 canwire campaign flips.py --time-limit 60              a run that takes longer is ended, the others go on
 canwire campaign flips.py --repeat 4711 --log run.log  one run again, byte for byte
 canwire campaign flips.py --cluster dask://lab:8786    the same on a Dask cluster
 
-FILE.py has a function under @canwire.campaign(...), which says what is varied. Exit status 1 if any run did not pass.
+FILE.py has a function under @canwire.campaign(...), which says what is varied. Runs that are done are kept in a journal
+beside --results until all are: after Ctrl-C or a kill the same command plays only those that are missing. Exit status 1
+if any run did not pass.
 """
 
 from __future__ import annotations
@@ -34,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--time-limit", type=float, metavar="SECONDS", help="of each run: one that takes longer is ended"
     )
     parser.add_argument("--results", metavar="FILE", help="write the table, as .parquet or .csv")
+    parser.add_argument("--report", metavar="FILE", help="write JUnit XML, as .xml")
     parser.add_argument("--log", metavar="FILE", help="with --repeat: its frames, as a candump log")
 
 
@@ -51,10 +55,13 @@ def run(arguments: argparse.Namespace) -> int:
             cluster=arguments.cluster,
             results=arguments.results,
             time_limit=arguments.time_limit,
+            report=arguments.report,
             told=progress.count,
         )
     finally:
         progress.end()
+    if kept := len(runs) - progress.done:
+        print(f"{kept} runs were done before, {progress.done} were played now")
     bad = [one for one in runs if not one.passed]
     for one in bad[:_SHOWN]:
         print(_line(one))

@@ -1,0 +1,88 @@
+"""What came of a campaign as JUnit XML, which build servers show: a test case a run."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
+
+from canwire.campaigns.playing import CampaignRun
+from canwire.errors import BadValue
+
+_ENDING = ".xml"
+_OUTSIDE_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # XML 1.0, 2.2
+
+
+class Played(NamedTuple):
+    """Which campaign it was: its file as it was given, its name, the seed that it was started with."""
+
+    path: str
+    name: str
+    seed: int
+
+    def repetition(self, number: int) -> str:
+        """The line that plays run `number` once more."""
+        return f"canwire campaign {self.path} --seed {self.seed} --repeat {number}"
+
+
+def check_report(path: str | Path) -> Path:
+    """`path`, if `write_junit` will be able to write there. Raises BadValue for another ending, OSError."""
+    path = Path(path)
+    if path.suffix != _ENDING:
+        raise BadValue(f"{path}: a report is JUnit XML, in a file whose name ends in {_ENDING}")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(2, "there is no such folder", str(path.parent))
+    return path
+
+
+def write_junit(path: str | Path, played: Played, runs: Iterable[CampaignRun]) -> None:
+    """Write the report, whole or not at all: "failed" is a failure, every other verdict but "passed" an error."""
+    path = check_report(path)
+    ordered = sorted(runs, key=lambda run: run.number)
+    kinds = Counter(_kind(run) for run in ordered)
+    totals = {
+        "tests": str(len(ordered)),
+        "failures": str(kinds["failure"]),
+        "errors": str(kinds["error"]),
+        "time": f"{sum(run.wall_s for run in ordered):.6f}",
+    }
+    root = Element("testsuites", totals)
+    suite = SubElement(root, "testsuite", {"name": played.name, "skipped": "0", **totals})
+    SubElement(SubElement(suite, "properties"), "property", {"name": "seed", "value": str(played.seed)})
+    for run in ordered:
+        _add(suite, played, run)
+    indent(root)
+    part = path.with_name(path.name + ".part")
+    ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
+    part.replace(path)
+
+
+def _kind(run: CampaignRun) -> str:
+    return {"passed": "", "failed": "failure"}.get(run.verdict, "error")
+
+
+def _add(suite: Element, played: Played, run: CampaignRun) -> None:
+    parameters = " ".join(f"{name}={value}" for name, value in run.parameters.items())
+    case = SubElement(
+        suite,
+        "testcase",
+        {
+            "classname": f"{Path(played.path).stem}.{played.name}",
+            "name": _legal(f"run {run.number} {parameters}".strip()),
+            "time": f"{run.wall_s:.6f}",
+        },
+    )
+    if kind := _kind(run):
+        told = {"message": _legal(run.reason), "type": run.verdict}
+        again = f"repeat it: {played.repetition(run.number)}"
+        SubElement(case, kind, told).text = _legal("\n".join(filter(None, [run.trace.rstrip(), again])))
+    if run.output:
+        SubElement(case, "system-out").text = _legal(run.output)
+
+
+def _legal(text: str) -> str:
+    """Characters that no XML may have, not even escaped, as Python writes them."""
+    return _OUTSIDE_XML.sub(lambda found: found.group().encode("unicode_escape").decode(), text)

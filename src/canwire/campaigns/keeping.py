@@ -1,0 +1,129 @@
+"""A worker's process: it has the campaign loaded, plays nothing itself, and keeps a process of its own that plays.
+
+A run that ends the player, by a crash or because nothing else ends it, costs one fork of a process that is ready.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from canwire.campaigns.batches import Batch, Rules, loaded
+from canwire.campaigns.loading import Script
+from canwire.campaigns.output import Output
+from canwire.campaigns.player import play_all
+from canwire.campaigns.playing import CampaignRun, crashed, late
+
+
+class _Left(Exception):
+    """The campaign has ended, or its process has."""
+
+
+def keep(orders: Connection, script: Script, rules: Rules) -> None:
+    """Take batches from `orders` and send each run as it is done, until `orders` is closed at its other end."""
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C is the campaign's; one inside of a run is the run's own
+    loaded(script)
+    keeper = _Keeper(orders, script, rules)
+    with contextlib.suppress(_Left, EOFError, OSError), contextlib.closing(keeper):
+        orders.send(None)
+        while True:
+            keeper.play(orders.recv())
+
+
+class _Keeper:
+    """Has one player at a time."""
+
+    def __init__(self, orders: Connection, script: Script, rules: Rules) -> None:
+        self._orders = orders
+        self._script = script
+        self._rules = rules
+        self._player: _Player | None = None
+
+    def play(self, batch: Batch) -> None:
+        """Play these; each run is sent as it comes."""
+        rest, suspect = list(batch), -1
+        while rest:
+            for run in self._until_broken(rest):
+                rest.remove(run.number)
+                self._orders.send(run)
+            if not rest:
+                return
+            output = self.close()
+            if rest[0] == suspect:  # in a process that had played nothing else, too
+                lost = replace(
+                    crashed(loaded(self._script), suspect, self._rules.seed), output=output, trace=output
+                )
+                del rest[0]
+                self._orders.send(lost)
+            else:
+                suspect = rest[0]
+
+    def _until_broken(self, rest: list[int]) -> Iterator[CampaignRun]:
+        """Until all is done, or the player is lost: its first run that is not done was under way."""
+        if self._player is None:
+            self._player = _Player(self._script, self._rules, self._orders)
+        with contextlib.suppress(EOFError, OSError):
+            self._player.pipe.send(tuple(rest))
+            for number in tuple(rest):
+                run = self._next(self._player)
+                if run is None:
+                    output = self.close()
+                    gone = late(loaded(self._script), number, self._rules.seed, self._rules.limit_s, output)
+                    yield replace(gone, output=output)
+                    yield from self._until_broken(rest)
+                    return
+                yield run
+
+    def _next(self, player: _Player) -> CampaignRun | None:
+        """The next run that is done, None if it takes too long. Raises EOFError, OSError if the player has ended."""
+        limit_s = self._rules.limit_s
+        end = None if limit_s is None else time.monotonic() + limit_s + self._rules.grace_s
+        ready = wait([player.pipe, self._orders], None if end is None else max(0.0, end - time.monotonic()))
+        if player.pipe in ready:
+            run: CampaignRun = player.pipe.recv()
+            return run
+        if ready:  # nothing is ordered while a batch is played
+            raise _Left
+        return None
+
+    def close(self) -> str:
+        """End the player; what it had printed since its last run."""
+        player, self._player = self._player, None
+        return player.end() if player else ""
+
+
+class _Player:
+    """The process that plays: forked, so that it has the campaign loaded when it begins, where that is safe."""
+
+    def __init__(self, script: Script, rules: Rules, orders: Connection) -> None:
+        methods = multiprocessing.get_all_start_methods()
+        forked = "fork" in methods and threading.active_count() == 1
+        context: Any = multiprocessing.get_context("fork" if forked else "spawn")
+        self.pipe, theirs = context.Pipe()
+        self._output = Output() if forked else None
+        inherited = (orders, self.pipe) if forked else ()
+        self._process = context.Process(
+            target=play_all, args=(theirs, script, rules, self._output, inherited)
+        )
+        self._process.start()
+        theirs.close()
+        self.pipe.recv()  # it has begun
+
+    def end(self) -> str:
+        self._process.kill()
+        self._process.join()
+        self.pipe.close()
+        if self._output is None:
+            return ""
+        text = self._output.taken()
+        self._output.close()
+        return text

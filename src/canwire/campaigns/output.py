@@ -1,0 +1,43 @@
+"""What runs print: it goes into a file, since neither a terminal nor a log could say which run it was."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+
+MOST = 1 << 16  # bytes that are kept of a run: its last
+
+
+class Output:
+    """A file without a name that two processes share; one prints, either takes what was printed."""
+
+    def __init__(self) -> None:
+        self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115
+
+    def take_over(self) -> None:
+        """Standard output and error of this process, and of programs that it starts, go there from now on."""
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for standard in (1, 2):
+            os.dup2(self._file.fileno(), standard)
+        sys.stdout = open(1, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
+        sys.stderr = open(2, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
+
+    def taken(self) -> str:
+        """What was printed since it was taken last, its last 65,536 bytes."""
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(ValueError, AttributeError, OSError):  # a run has closed or replaced it
+                stream.flush()
+        number = self._file.fileno()
+        size = os.fstat(number).st_size
+        if not size:
+            return ""
+        text = os.pread(number, MOST, max(0, size - MOST)).decode("utf-8", "backslashreplace")
+        os.lseek(number, 0, os.SEEK_SET)
+        os.ftruncate(number, 0)
+        return text
+
+    def close(self) -> None:
+        self._file.close()
