@@ -7,6 +7,7 @@ import importlib
 import inspect
 import pickle
 import pkgutil
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -65,7 +66,12 @@ def below(kind: type[BaseException]) -> Iterator[type[BaseException]]:
 
 def exceptions() -> list[type[BaseException]]:
     load_everything()
-    ours = {kind for kind in below(BaseException) if kind.__module__.startswith("canwire.")}
+    ours = {
+        kind
+        for kind in below(BaseException)
+        if kind.__module__.startswith("canwire.")
+        and getattr(sys.modules.get(kind.__module__), kind.__qualname__, None) is kind
+    }  # others are those of modules that a test has loaded anew
     return sorted(ours, key=lambda kind: (kind.__module__, kind.__qualname__))
 
 

@@ -234,7 +234,8 @@ def _run_apart(folder: Path, site: Path) -> None:
         "import importlib.metadata, sys, pytest\n"
         "known = importlib.metadata.entry_points(group='pytest11').names\n"
         f"'canwire' in known or sys.path.insert(0, {str(site)!r})\n"
-        "sys.exit(pytest.main(['-q', '-W', 'error', '-p', 'no:cacheprovider', '--rootdir', '.', '.']))\n"
+        "quiet = ['-q', '-W', 'error', '-p', 'no:cacheprovider', '-p', 'no:asyncio']\n"
+        "sys.exit(pytest.main([*quiet, '--rootdir', '.', '.']))\n"
     )
     quiet = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
     done = subprocess.run(

@@ -30,7 +30,7 @@ def unpacked(into: Path) -> Path:
     folder = os.environ.get("CANWIRE_OTHERS", "")
     found = sorted(Path(folder).glob("*.tar.gz")) if folder else []
     if not found:
-        pytest.skip("other packages' data are not installed: see tests/others/packages.py")
+        pytest.skip("CANWIRE_OTHERS names no folder with other packages' data: see tests/others/packages.py")
     for archive in found:
         with tarfile.open(archive) as opened:
             opened.extractall(into, filter="data")

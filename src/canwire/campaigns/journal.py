@@ -14,9 +14,6 @@ from canwire.campaigns.playing import CampaignRun
 from canwire.errors import BadValue
 from canwire.version import __version__
 
-if sys.platform != "win32":
-    import fcntl
-
 _FORMAT = 1
 
 
@@ -61,6 +58,8 @@ class Journal:
         """Windows has no such lock: two programs at one journal are not refused there."""
         if sys.platform == "win32":
             return
+        import fcntl
+
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

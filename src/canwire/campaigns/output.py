@@ -18,8 +18,9 @@ class Output:
 
     def take_over(self) -> None:
         """Standard output and error of this process, and of programs that it starts, go there from now on."""
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:  # it was closed before the program began
+                stream.flush()
         for standard in (1, 2):
             os.dup2(self._file.fileno(), standard)
         sys.stdout = open(1, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115

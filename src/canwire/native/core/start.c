@@ -32,18 +32,20 @@ static int runs(const char *path)
 static int python_of(char *library, char *python)
 {
     char *version, *end, *at = strstr(library, "/site-packages/canwire/native/");
+    char name[32]; /* "/python3.11" */
 
     if (at != NULL) {
         *at = '\0';
         version = strrchr(library, '/');
         if (version == NULL || strncmp(version, "/python", 7) != 0)
             return 0;
+        snprintf(name, sizeof name, "%s", version);
         *version = '\0';
         end = strrchr(library, '/'); /* lib, or lib64 */
         if (end == NULL)
             return 0;
         *end = '\0';
-        return snprintf(python, PATH_MAX, "%s/bin%s", library, version) < PATH_MAX && runs(python);
+        return snprintf(python, PATH_MAX, "%s/bin%s", library, name) < PATH_MAX && runs(python);
     }
     at = strstr(library, "/src/canwire/native/");
     if (at == NULL)
