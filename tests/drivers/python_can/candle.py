@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import queue
 import struct
+import threading
 from typing import Any
 
 CLOCK_HZ = 80_000_000
@@ -23,6 +24,7 @@ class Candle:
         self.channels = channels
         self.requests: list[tuple[int, int, bytes]] = []
         self.written: list[bytes] = []
+        self.was_written = threading.Event()
         self.acknowledged = True
         self.unplugged = False
         self.kernel = False
@@ -54,6 +56,7 @@ class Candle:
     def write(self, endpoint: int, data: bytes, timeout: int = 0) -> int:
         self._there()
         self.written.append(bytes(data))
+        self.was_written.set()
         if self.acknowledged:
             self.echo(bytes(data))
         return len(data)

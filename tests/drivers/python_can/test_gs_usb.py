@@ -22,6 +22,7 @@ from tests.drivers.outside_bench import (
     trouble,
 )
 from tests.drivers.python_can.candle import FD, LISTEN_ONLY, STAMPS, Candle
+from tests.hubs import LONG_S
 
 FD_MODE = LineMode(
     BitTiming.for_bit_rate(500_000, 0.8, clock_hz=80_000_000),
@@ -85,6 +86,7 @@ def test_a_frame_is_sent_when_the_bus_has_taken_it(hub: Hub, there: list[Any]) -
     there[0].say(0x7)
     assert program.wait(a_frame)[-1].id == 0x7
     assert program.status().frames_sent == 0
+    assert there[0].was_written.wait(LONG_S)
     there[0].echo(there[0].written[0])
     assert program.wait(a_frame)[-1].self_received
     assert program.status().frames_sent == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import threading
 from types import FrameType
@@ -43,6 +44,7 @@ def interrupted_at(step: int, pending: Pending[int]) -> None:
         return trace
 
     before = sys.gettrace()
+    gc.disable()  # else it may come in a callback of the collector's, where it is only printed
     sys.settrace(trace)
     try:
         pending.result(0.001)
@@ -50,6 +52,7 @@ def interrupted_at(step: int, pending: Pending[int]) -> None:
         pass
     finally:
         sys.settrace(before)
+        gc.enable()
 
 
 @pytest.mark.parametrize("step", range(24))
