@@ -16,6 +16,7 @@ SUFFIXES = {".asc", ".blf", ".trc"}
 FD_REMOTE = "CAN FD knows no remote frames: python-can makes one, we read a classic one"
 IMPOSSIBLE = "its bytes are a pattern: frames with 11-bit identifiers of 27 bits, or length codes above 15"
 ERRORS = "it has an error frame, which python-can leaves out"
+TOO_LONG = "its classic frame has 64 bytes: python-can takes the first eight, we say what is wrong with it"
 DIFFERENT = {
     "logfile.asc": FD_REMOTE,
     "test_CanFdRemoteMessage.asc": FD_REMOTE,
@@ -25,8 +26,10 @@ DIFFERENT = {
     "test_CanMessage2.blf": IMPOSSIBLE,
     "test_CanMessage_V1_0_BUS1.trc": ERRORS,
     "test_CanMessage_V1_1.trc": ERRORS,
+    "test_CanMessage_V1_3.trc": ERRORS,
     "test_CanMessage_V2_0_BUS1.trc": ERRORS,
     "test_CanMessage_V2_1.trc": ERRORS,
+    "single_frame.asc": TOO_LONG,
 }
 """Why they differ, by file."""
 

@@ -41,6 +41,11 @@ def workers(tmp_path_factory: pytest.TempPathFactory) -> str:
     return compiled("workers", tmp_path_factory)
 
 
+@pytest.fixture(scope="session")
+def forks(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return compiled("forks", tmp_path_factory)
+
+
 def played(home: Path, cast: dict[str, Sequence[str]], stdin: str = "") -> dict[str, Ended]:
     """What each of these programs printed, on a hub of their own that has begun once all of them were there."""
     home.mkdir()
@@ -120,6 +125,12 @@ def test_threads_that_wait_for_each_other(tmp_path: Path, workers: str) -> None:
     assert first == second
     ids = [line.split()[2].split("#")[0] for line in first["log"].output.splitlines()]
     assert [ids.count(name) for name in ("100", "101", "102", "103")] == [10] * 4
+
+
+def test_a_fork_takes_part_from_its_beginning(tmp_path: Path, forks: str) -> None:
+    """Time waits for what a child computes before its first wait, and not for one that waits for a pipe."""
+    ended = played(tmp_path / "hub", {"forks": [forks]})["forks"]
+    assert ended == (0, "computed 5\nread\nran\n", "")
 
 
 def test_what_takes_no_part_is_named(tmp_path: Path, ecu: str) -> None:

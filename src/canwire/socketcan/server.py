@@ -204,6 +204,8 @@ class Server:
             asked.answer(0)
             return
         takes_part = request.operation in _TAKING_PART
+        if request.operation == TAKE_PART and request.a:
+            takes_part = turns.has_seat(request.a)
         turns.requested(request, asked, takes_part=takes_part)
         if request.operation == AWAIT_TURN:
             turns.waits(request, asked, *_times(_UNTIL, request))
@@ -211,7 +213,7 @@ class Server:
             before = turns.set_timer(request.process, *_times(_TIMER, request))
             asked.answer(0, _TIMER.pack(*before))
         elif request.operation == TAKE_PART:
-            asked.answer(0)
+            asked.answer(0 if takes_part else 1)
         elif request.operation == OPEN_TIMER:
             number, descriptor = turns.timers.open(request.process, bool(request.a))
             asked.answer(number, descriptor=descriptor)

@@ -1,5 +1,5 @@
 /* Programs that a program starts: the server looks whether the shim works there, or has to answer its calls itself. */
-#include "shim.h"
+#include "timed.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -27,6 +27,7 @@ static long tell_server(const char *path)
 
 static int prepare(const char *path)
 {
+    leave_if_begun();
     if (tell_server(path) != 1)
         return 0;
     int error = canwire_supervise();

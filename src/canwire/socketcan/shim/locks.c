@@ -226,6 +226,7 @@ EXPORT int pthread_create(pthread_t *restrict thread, const pthread_attr_t *rest
 
     if (!timed())
         return REAL(pthread_create)(thread, kind, routine, argument);
+    begin_threads();
     sem_init(&from.seated, 0, 0);
     error = REAL(pthread_create)(thread, kind, begin, &from);
     while (error == 0 && REAL(sem_wait)(&from.seated) < 0)

@@ -4,13 +4,15 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#define ELSEWHERE(name, fd, ...) (reads_elsewhere(fd), REAL(name)(fd, __VA_ARGS__))
+
 EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags)
 {
     struct slot *slot = slot_of(fd);
     struct vector vector;
 
     if (slot == NULL)
-        return REAL(recvmsg)(fd, message, flags);
+        return ELSEWHERE(recvmsg, fd, message, flags);
     if (fetch_message(&vector, message) < 0)
         return -1;
     ssize_t got = receive_message(fd, slot, &vector.message, flags);
@@ -26,7 +28,7 @@ EXPORT int recvmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags,
     unsigned done;
 
     if (slot == NULL)
-        return REAL(recvmmsg)(fd, messages, count, flags, timeout);
+        return ELSEWHERE(recvmmsg, fd, messages, count, flags, timeout);
     for (done = 0; done < count; done++) {
         int more = done > 0 && flags & MSG_WAITFORONE ? MSG_DONTWAIT : 0;
         ssize_t got = receive_message(fd, slot, &messages[done].msg_hdr, (flags & ~MSG_WAITFORONE) | more);
@@ -49,7 +51,7 @@ EXPORT ssize_t recv(int fd, void *buffer, size_t size, int flags)
 {
     struct slot *slot = slot_of(fd);
 
-    return slot == NULL ? REAL(recv)(fd, buffer, size, flags) : receive_buffer(fd, slot, buffer, size, flags);
+    return slot == NULL ? ELSEWHERE(recv, fd, buffer, size, flags) : receive_buffer(fd, slot, buffer, size, flags);
 }
 
 EXPORT ssize_t read(int fd, void *buffer, size_t size)
@@ -57,7 +59,7 @@ EXPORT ssize_t read(int fd, void *buffer, size_t size)
     struct slot *slot = slot_of(fd);
 
     if (slot == NULL)
-        return is_timer(fd) ? read_timer(fd, buffer, size) : REAL(read)(fd, buffer, size);
+        return is_timer(fd) ? read_timer(fd, buffer, size) : ELSEWHERE(read, fd, buffer, size);
     return size != 0 ? receive_buffer(fd, slot, buffer, size, 0) : 0; /* which takes nothing */
 }
 
@@ -77,7 +79,7 @@ EXPORT ssize_t readv(int fd, const struct iovec *parts, int count)
     struct vector vector;
 
     if (slot == NULL)
-        return REAL(readv)(fd, parts, count);
+        return ELSEWHERE(readv, fd, parts, count);
     if (fetch_message(&vector, &message) < 0)
         return -1;
     return room_of(&vector.message) != 0 ? receive_message(fd, slot, &vector.message, 0) : 0;
@@ -91,7 +93,7 @@ EXPORT ssize_t recvfrom(int fd, void *buffer, size_t size, int flags, struct soc
     ssize_t got;
 
     if (slot == NULL)
-        return REAL(recvfrom)(fd, buffer, size, flags, address, length);
+        return ELSEWHERE(recvfrom, fd, buffer, size, flags, address, length);
     message.msg_namelen = address != NULL && length != NULL ? *length : 0;
     got = receive_message(fd, slot, &message, flags);
     if (got >= 0 && address != NULL && length != NULL)

@@ -99,7 +99,7 @@ enum operation {
     LEAVE_TIME,      /* this thread takes part no longer */
     SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
     OPEN_TIMER,      /* a = TFD_NONBLOCK; the reply is its number and brings a descriptor */
-    TAKE_PART,       /* this thread, which has just begun: it runs */
+    TAKE_PART,       /* this thread, which has just begun, runs; a = the thread that forked it, if that one takes part */
     SET_TIMER_FD,    /* slot = its number, a = set it (else look), data and reply as of SET_TIMER */
     SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };

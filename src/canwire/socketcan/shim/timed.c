@@ -80,6 +80,7 @@ int await_turn(struct wait *wait)
     long done;
 
     pthread_setspecific(leaving, &leaving);
+    waits_itself();
     if (wait->mask != NULL)
         pthread_sigmask(SIG_SETMASK, wait->mask, &before);
     done = ask(&request, &wait->until_ns, sizeof wait->until_ns, NULL, NULL, NULL, 0);

@@ -36,6 +36,12 @@ struct timespec span_of(int64_t ns);
 
 void take_part(void); /* this thread, from now on until it ends */
 
+/* forks.c: what a thread does that takes part, but has waited for nothing yet */
+void begin_threads(void);     /* this one begins others: it takes part before they do */
+void waits_itself(void);      /* it takes part until it ends */
+void reads_elsewhere(int fd); /* it takes part no longer if this blocks */
+void leave_if_begun(void);    /* it takes part no longer: another program begins in its place */
+
 /* locks.c */
 void thread_ends(void); /* this one, as far as those are concerned who join it */
 

@@ -117,6 +117,10 @@ class TimedWaiter:
             seat.give = None
             asked.hold = lambda give: self._hold(seat, give)
 
+    def has_seat(self, thread: int) -> bool:
+        """Whether this thread takes part."""
+        return any(number == thread for _, number in self._seats)
+
     def still_asks(self, request: Request, asked: Asked) -> None:
         """Its request is not answered yet: so it waits."""
         seat = self._seats.get((request.process, request.thread))
