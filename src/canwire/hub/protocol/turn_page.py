@@ -1,4 +1,4 @@
-"""How a thread waits for its turn without a message: five words in memory that it shares with its hub.
+"""How a thread waits for its turn without a message: six words in memory that it shares with its hub.
 
     word  writer   what
     0     program  asked: how often it has begun to wait
@@ -6,6 +6,7 @@
     2     program  stirs: how often its other threads were told to look again
     3     hub      given: the `asked` that was answered by a turn
     4     hub      the time then, ns
+    5     program  calls: how often this very thread was told to look again, by another one
 
 Whoever has written tells the other one: the program by its doorbell, the hub by an event. The hub believes nothing
 here: the worst that a program can write is a wait of its own.
@@ -14,7 +15,7 @@ here: the worst that a program can write is a wait of its own.
 from __future__ import annotations
 
 SIZE = 4096
-_ASKED, _UNTIL, _STIRS, _GIVEN, _NOW = range(5)
+_ASKED, _UNTIL, _STIRS, _GIVEN, _NOW, _CALLS = range(6)
 _M63 = (1 << 63) - 1
 
 
@@ -24,7 +25,7 @@ class TurnPage:
     def __init__(self, memory: memoryview) -> None:
         self._words = memory.cast("Q")
         self.seen = 0  # the last `asked` that the hub has looked at
-        self._stirs_seen = 0
+        self._stirs_seen = self._calls_seen = 0
 
     # the program's
 
@@ -47,6 +48,12 @@ class TurnPage:
         words = self._words
         words[_STIRS] = words[_STIRS] + 1
 
+    def call(self) -> None:
+        """From a thread that takes no turns: the one whose page this is looks again, too, be it after its next wait."""
+        words = self._words
+        words[_CALLS] = words[_CALLS] + 1
+        self.stir()
+
     # the hub's
 
     def asked(self) -> bool:
@@ -64,6 +71,13 @@ class TurnPage:
         stirs = self._words[_STIRS]
         new = stirs != self._stirs_seen
         self._stirs_seen = stirs
+        return new
+
+    def called(self) -> bool:
+        """Since the last look."""
+        calls = self._words[_CALLS]
+        new = calls != self._calls_seen
+        self._calls_seen = calls
         return new
 
     def give(self, now_ns: int) -> None:

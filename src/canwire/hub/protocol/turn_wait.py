@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 from canwire.hub.protocol.turn_page import TurnPage
@@ -14,6 +15,7 @@ class TurnWait:
     def __init__(self, ring: Callable[[], object], memory: int, *event: int) -> None:
         self._ring = ring
         self._over = False
+        self._waiter = 0
         self._words = TurnPage(map_memory(memory))
         self._event = EventDescriptor.adopt(*event)
         close_descriptors(memory)
@@ -21,6 +23,7 @@ class TurnWait:
     def wait(self, until_ns: int) -> int | None:
         """The time at the next turn; None: the connection has ended."""
         words = self._words
+        self._waiter = threading.get_ident()
         asked = words.ask(until_ns)
         self._ring()
         while not words.given(asked):
@@ -31,7 +34,10 @@ class TurnWait:
 
     def stir(self) -> None:
         """The program's other threads look again; the hub is still to be told."""
-        self._words.stir()
+        if self._waiter == threading.get_ident():
+            self._words.stir()
+        else:
+            self._words.call()
 
     def end(self) -> None:
         """The connection has ended: whoever waits need not any longer."""

@@ -132,6 +132,8 @@ class Lockstep:
         """Its doorbell: what the program that runs has sent is looked at when it waits, and so always alike."""
         program, page = self._of(session), self._pages.get(session)
         if page is not None:
+            if page.words.called() and page.thread in program.seats:
+                program.seats[page.thread].participant.woken = True  # a wait that is about to begin ends, too
             if page.words.asked():
                 seat = self._at(program, session, page.thread)
                 self._sends(program, seat)
