@@ -5,17 +5,19 @@ In real time; what programs do to each other on it is adapter_table.py's.
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
 
 from canwire import ErrorState, acan, slcan
 from tests.drivers.outside_bench import fresh_hub
+from tests.drivers.slcan_dongle.fake_dongle import FakeDongle
 from tests.together.adapter_table import SLCAN
 from tests.together.adapters import AdapterScene, FdOnCopper, adapter_scene, dongle_on
 from tests.together.players.every import PLAYERS
 from tests.together.players.player import DONE
+from tests.together.scene import BOARD
 from tests.together.table import ACAN, CANDRV, PYTHON, V4, VERBS, Line
 from tests.together.test_matrix import program_settings
 
@@ -40,6 +42,26 @@ def test_acan_reads_and_sets_what_a_shared_dongle_has(tmp_path: Path) -> None:
             config = driver.config()
             assert config is not None
             assert (config.rate_kbps, config.ts1, config.ts2) == (250, 13, 3)
+
+
+@pytest.mark.parametrize("kind", [CANDRV, PYTHON])
+@pytest.mark.conforms("N-01")
+def test_who_sets_the_line_up_as_it_is_does_not_take_the_adapter_off_its_bus(
+    tmp_path: Path, kind: str
+) -> None:
+    """It would lose the frames that it has acknowledged and not handed on yet."""
+    dongle = FakeDongle(tmp_path / "tty")
+    with closing(dongle), closing(fresh_hub()) as hub:
+        board = hub.plug("slcan", BOARD, port=str(dongle.link))
+        starter, actor = PLAYERS[ACAN](hub, board), PLAYERS[kind](hub, board)
+        assert starter.set_up() == DONE
+        dongle.wait_for(b"O")
+        closed = dongle.lines.count(b"C")
+        assert actor.join() == DONE
+        dongle.wait_for(b"F", dongle.lines.count(b"F") + 2)
+        assert dongle.lines.count(b"C") == closed
+        actor.end()
+        starter.end()
 
 
 @pytest.mark.parametrize("starter", STARTERS)

@@ -63,6 +63,8 @@ class FakeDongle:
             self._thread.join(AGES_S)
             os.close(self._keep)
 
+    close = vanish
+
     def say(self, data: bytes) -> None:
         """Line by line, so that answers do not get into the middle of one."""
         for line in data.splitlines(keepends=True):

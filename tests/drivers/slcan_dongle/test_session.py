@@ -218,6 +218,22 @@ def test_one_frame_after_the_other_whatever_the_reply(reply: bytes) -> None:
     assert desk.told == [("sent", text) for text in wanted]
 
 
+def test_frames_that_come_before_the_channel_is_closed_are_heard() -> None:
+    """The adapter has acknowledged them, and so nobody sends them again."""
+    desk = opened()
+    heard: list[bool] = []
+
+    def answer(line: bytes) -> bytes:
+        heard.append(desk.session.hears)
+        return usual(line)
+
+    desk.answer = answer
+    desk.wanted = Setup(250_000, "011C")
+    desk.poke()
+    assert desk.said()[:2] == [b"C", b"S5"]
+    assert heard[:2] == [True, False]
+
+
 @pytest.mark.conforms("CT-10", "CT-11")
 def test_flags_are_asked_for_again_and_again() -> None:
     desk = opened(lambda line: b"F84\r" if line == b"F" else usual(line))

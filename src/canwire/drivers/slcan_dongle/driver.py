@@ -20,7 +20,7 @@ from canwire.drivers.slcan_dongle.session import POLL_NS, Session
 from canwire.drivers.slcan_dongle.settings import setup_of, versions_of
 from canwire.drivers.slcan_dongle.user import Adapter, Setup
 from canwire.timeline import Timeline, Timer
-from canwire.values.event import ErrorKind, EventKind
+from canwire.values.event import ErrorKind, ErrorState, EventKind
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.register import RegisterValue
 from canwire.values.slcan_text import format_slcan_frame
@@ -81,12 +81,20 @@ class SlcanDriver(OutsideDriver):
 
     def configure(self, settings: LineSettings) -> None:
         self.check(settings)
-        self._setup = setup_of(settings)
+        before, self._setup = self._setup, setup_of(settings)
+        if before is not None:
+            self._setup = replace(self._setup, enough=before.enough)
         self.listen_only = settings.listen_only
         self.fd = 1 if settings.data_timing is not None else 0
-        if self.running:
+        if self.running and not self._is_so_already(before):
             self.wanted = self._setup
             self._poke()
+
+    def _is_so_already(self, before: Setup | None) -> bool:
+        """An adapter leaves its bus to be set up, and loses what it has not handed on by then: not for nothing."""
+        assert self._setup is not None
+        active = self.on_bus and self.state is ErrorState.ERROR_ACTIVE
+        return active and before is not None and self._setup.told == before.told
 
     # taking part
 

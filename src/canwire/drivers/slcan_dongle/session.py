@@ -160,9 +160,9 @@ class Session:
         dialect = self.adapter.dialect
         if self._open is not None or self._unsure:
             was_open, self._open = self._open is not None, None
-            self.hears = False
+            self.hears = self.hears and was_open  # what it acknowledged before it takes the C is on its way
             yield self._asks(dialect, b"C")
-            self._unsure = False
+            self.hears = self._unsure = False
             if was_open:
                 self._user.closed()
         if wanted is None:
@@ -200,7 +200,7 @@ class Session:
             if wanted.accept is not None:
                 raise _Refused("acceptance filters")
             return
-        code, mask = wanted.enough if wanted.accept is None else wanted.accept
+        code, mask = wanted.filter
         if (code, mask) != self._accepted:
             self._accepted = None
             yield from self._insist(dialect, b"M%08X" % code)

@@ -25,6 +25,16 @@ class Setup:
     accept: tuple[int, int] | None = None
     enough: tuple[int, int] = ACCEPT_ALL
 
+    @property
+    def filter(self) -> tuple[int, int]:
+        """M's and m's values."""
+        return self.enough if self.accept is None else self.accept
+
+    @property
+    def told(self) -> tuple[object, ...]:
+        """All that makes a difference to the adapter."""
+        return self.bit_rate, self.btr, self.data_bit_rate, self.listen_only, self.filter
+
 
 class Adapter(NamedTuple):
     """What an adapter said of itself."""
