@@ -55,7 +55,7 @@ def test_who_sets_the_line_up_as_it_is_does_not_take_the_adapter_off_its_bus(
         board = hub.plug("slcan", BOARD, port=str(dongle.link))
         starter, actor = PLAYERS[ACAN](hub, board), PLAYERS[kind](hub, board)
         assert starter.set_up() == DONE
-        dongle.wait_for(b"O")
+        dongle.wait_for(b"F", 2)  # the second one is asked on the bus
         closed = dongle.lines.count(b"C")
         assert actor.join() == DONE
         dongle.wait_for(b"F", dongle.lines.count(b"F") + 2)
