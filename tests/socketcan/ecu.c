@@ -1,7 +1,7 @@
 /* An ECU in C: it answers 7DF by 100 + its number, and sends 110 + its number after 25 ms of silence.
  *
  * ecu NUMBER WAY COUNT: how it waits (poll, ppoll, select, pselect, epoll, epoll2, timeout, sleep, alarm, timerfd, interval,
- * semaphore, condition, mutex, timer_create) and how often. At the end it prints what its clocks say.
+ * semaphore, condition, mutex, timer, timer_thread, timer_thread_id, sigwait) and how often. At the end it prints what its clocks say.
  */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -91,6 +91,47 @@ static void by_lock(const char *way)
         exit(4);
 }
 
+static sem_t called;
+
+static void call(union sigval value)
+{
+    if (value.sival_int == 7)
+        sem_post(&called);
+}
+
+/* So long, by timer_create. */
+static void by_posix_timer(const char *way)
+{
+    struct itimerspec once = {.it_value = {0, SILENCE_MS * 1000000}}, left;
+    struct sigevent event = {.sigev_notify = SIGEV_SIGNAL, .sigev_signo = SIGUSR1, .sigev_value = {.sival_int = 7}};
+    timer_t timer;
+    sigset_t set;
+    siginfo_t found = {0};
+
+    sigemptyset(&set);
+    sigaddset(&set, SIGUSR1);
+    sigprocmask(strcmp(way, "sigwait") == 0 ? SIG_BLOCK : SIG_UNBLOCK, &set, NULL);
+    signal(SIGUSR1, nothing);
+    if (strcmp(way, "timer_thread") == 0) {
+        sem_init(&called, 0, 0);
+        event.sigev_notify = SIGEV_THREAD;
+        event.sigev_notify_function = call;
+    } else if (strcmp(way, "timer_thread_id") == 0)
+        event.sigev_notify = SIGEV_THREAD_ID;
+    if (timer_create(CLOCK_MONOTONIC, &event, &timer) < 0)
+        return; /* no such thread */
+    if (timer_settime(timer, 0, &once, NULL) < 0 || timer_gettime(timer, &left) < 0 || left.it_value.tv_nsec > SILENCE_MS * 1000000)
+        exit(5);
+    if (strcmp(way, "timer_thread") == 0)
+        sem_wait(&called);
+    else if (strcmp(way, "sigwait") != 0)
+        pause();
+    else if (sigwaitinfo(&set, &found) != SIGUSR1 || found.si_value.sival_int != 7 || found.si_code != SI_TIMER)
+        exit(6);
+    if (timer_delete(timer) < 0)
+        exit(7);
+}
+
 /* Whether there is something to read. */
 static int waited(int fd, const char *way)
 {
@@ -131,10 +172,9 @@ static int waited(int fd, const char *way)
         by_timer(way[0] == 'i');
     else if (strcmp(way, "semaphore") == 0 || strcmp(way, "condition") == 0 || strcmp(way, "mutex") == 0)
         by_lock(way);
-    else if (strcmp(way, "timer_create") == 0) {
-        timer_t timer;
-        timer_create(CLOCK_MONOTONIC, NULL, &timer);
-    } else
+    else if (strncmp(way, "timer", 5) == 0 || strcmp(way, "sigwait") == 0)
+        by_posix_timer(way);
+    else
         clock_nanosleep(CLOCK_MONOTONIC, 0, &span, NULL);
     return poll(&one, 1, 0);
 }

@@ -21,7 +21,7 @@ pytest.importorskip("numpy")
 
 WAYS = (
     "poll", "ppoll", "select", "pselect", "epoll", "epoll2", "timeout", "sleep", "alarm", "timerfd", "interval",
-    "semaphore", "condition", "mutex",
+    "semaphore", "condition", "mutex", "timer", "timer_thread", "sigwait",
 )  # fmt: skip
 
 
@@ -134,8 +134,11 @@ def test_a_fork_takes_part_from_its_beginning(tmp_path: Path, forks: str) -> Non
 
 
 def test_what_takes_no_part_is_named(tmp_path: Path, ecu: str) -> None:
-    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "timer_create", "1"]})
-    assert "ecu uses timer_create: by the computer's clock, not by the hub's time" in ended["ecu"].errors
+    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "timer_thread_id", "1"]})
+    assert (
+        "ecu uses timer_create with SIGEV_THREAD_ID: by the computer's clock, not by the hub's time"
+        in ended["ecu"].errors
+    )
 
 
 def test_a_script_is_one_program_after_the_other(tmp_path: Path, ecu: str) -> None:

@@ -215,7 +215,8 @@ class Server:
         elif request.operation == TAKE_PART:
             asked.answer(0 if takes_part else 1)
         elif request.operation == OPEN_TIMER:
-            number, descriptor = turns.timers.open(request.process, bool(request.a))
+            value = _times(_UNTIL, request)[0] if request.data else 0
+            number, descriptor = turns.timers.open(request.process, bool(request.a), (request.b, value))
             asked.answer(number, descriptor=descriptor)
         elif request.operation == SET_TIMER_FD:
             times = _times(_TIMER, request) if request.a else None

@@ -61,6 +61,7 @@ EXPORT pid_t fork(void)
         return REAL(fork)();
     pid_t child = REAL(fork)();
     if (child == 0) {
+        forget_timers();
         take_part_as(parent);
         while (REAL(write)(seated[1], "", 1) < 0 && errno == EINTR)
             ;

@@ -49,18 +49,18 @@ int expired(const struct wait *wait)
     return hub_now_ns() >= wait->until_ns;
 }
 
-/* SIGALRM has come with this turn: its handler has run, and the call ends as the kernel's would. */
-static int interrupts(const struct wait *wait)
+/* This signal has come with this turn: its handler has run, and the call ends as the kernel's would. */
+static int interrupts(const struct wait *wait, int number)
 {
     struct sigaction action;
     sigset_t blocked;
 
-    sigaction(SIGALRM, NULL, &action);
+    sigaction(number, NULL, &action);
     if (wait->mask != NULL)
         blocked = *wait->mask;
     else
         pthread_sigmask(SIG_SETMASK, NULL, &blocked);
-    if (action.sa_handler == SIG_IGN || sigismember(&blocked, SIGALRM))
+    if (action.sa_handler == SIG_IGN || sigismember(&blocked, number))
         return 0;
     return !(wait->restarts && action.sa_flags & SA_RESTART);
 }
@@ -89,7 +89,7 @@ int await_turn(struct wait *wait)
         pthread_sigmask(SIG_SETMASK, &before, NULL);
     errno = error;
     wait->again = 1;
-    if (done > 0 && interrupts(wait)) {
+    if (done > 0 && interrupts(wait, (int)done)) {
         errno = EINTR;
         done = -1;
     }

@@ -45,8 +45,17 @@ void leave_if_begun(void);    /* it takes part no longer: another program begins
 /* locks.c */
 void thread_ends(void); /* this one, as far as those are concerned who join it */
 
+struct span { /* until a timer goes off, 0: never; and then again each time */
+    int64_t first_ns, then_ns;
+};
+
 /* timerfd.c */
+int set_kept_timer(int32_t number, clockid_t clock, int absolute, const struct itimerspec *new, struct itimerspec *old);
+int look_at_timer(int32_t number, struct itimerspec *now);
 int is_timer(int fd);
 ssize_t read_timer(int fd, void *buffer, size_t size);
+
+/* posix_timers.c */
+void forget_timers(void); /* a fork has none */
 
 #endif

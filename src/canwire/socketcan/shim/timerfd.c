@@ -13,10 +13,6 @@
 
 static int32_t timers[MOST]; /* by descriptor: the server's number for it, from 1 up */
 
-struct span { /* until it goes off, 0: never; and then again each time */
-    int64_t first_ns, then_ns;
-};
-
 /* The server's number; 0: no timer of ours. A descriptor that was closed may be something else by now. */
 static int32_t number_of(int fd)
 {
@@ -102,30 +98,45 @@ static int asked(int32_t number, int changes, const struct span *span, struct it
     return 0;
 }
 
-EXPORT int timerfd_settime(int fd, int flags, const struct itimerspec *new, struct itimerspec *old)
+int set_kept_timer(int32_t number, clockid_t clock, int absolute, const struct itimerspec *new, struct itimerspec *old)
 {
-    int32_t number = number_of(fd);
+    struct span span = {ns_of(new->it_value), ns_of(new->it_interval)};
 
-    if (number == 0)
-        return REAL(timerfd_settime)(fd, flags, new, old);
-    if (impossible(new->it_value) || impossible(new->it_interval) ||
-        flags & ~(TFD_TIMER_ABSTIME | TFD_TIMER_CANCEL_ON_SET)) {
+    if (impossible(new->it_value) || impossible(new->it_interval)) {
         errno = EINVAL;
         return -1;
     }
-    struct span span = {ns_of(new->it_value), ns_of(new->it_interval)};
-    if (span.first_ns > 0 && flags & TFD_TIMER_ABSTIME) {
-        span.first_ns -= epoch_of(clocks[fd]) + hub_now_ns();
+    if (span.first_ns > 0 && absolute) {
+        span.first_ns -= epoch_of(clock) + hub_now_ns();
         if (span.first_ns <= 0)
             span.first_ns = 1; /* it is over: now */
     }
     return asked(number, 1, &span, old);
 }
 
-EXPORT int timerfd_gettime(int fd, struct itimerspec *now)
+int look_at_timer(int32_t number, struct itimerspec *now)
 {
     static const struct span none;
+
+    return asked(number, 0, &none, now);
+}
+
+EXPORT int timerfd_settime(int fd, int flags, const struct itimerspec *new, struct itimerspec *old)
+{
     int32_t number = number_of(fd);
 
-    return number == 0 ? REAL(timerfd_gettime)(fd, now) : asked(number, 0, &none, now);
+    if (number == 0)
+        return REAL(timerfd_settime)(fd, flags, new, old);
+    if (flags & ~(TFD_TIMER_ABSTIME | TFD_TIMER_CANCEL_ON_SET)) {
+        errno = EINVAL;
+        return -1;
+    }
+    return set_kept_timer(number, clocks[fd], flags & TFD_TIMER_ABSTIME, new, old);
+}
+
+EXPORT int timerfd_gettime(int fd, struct itimerspec *now)
+{
+    int32_t number = number_of(fd);
+
+    return number == 0 ? REAL(timerfd_gettime)(fd, now) : look_at_timer(number, now);
 }

@@ -1,14 +1,10 @@
-/* alarm and setitimer by the hub's time; what goes on by the computer's clock is told to whoever looks. */
+/* alarm and setitimer by the hub's time. */
 #include "timed.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <sys/time.h>
 #include <unistd.h>
-
-struct span { /* until it goes off, 0: never; and then again each time */
-    int64_t first_ns, then_ns;
-};
 
 /* What was set before, in `before`; -1 and errno. */
 static int set_timer(const struct span *span, struct span *before)
@@ -82,13 +78,4 @@ EXPORT int pause(void)
 EXPORT int sigsuspend(const sigset_t *mask)
 {
     return timed() ? suspended(mask) : REAL(sigsuspend)(mask);
-}
-
-/* what takes no part */
-
-EXPORT int timer_create(clockid_t clock, struct sigevent *restrict event, timer_t *restrict timer)
-{
-    if (timed())
-        note(NOTE_CLOCK, "timer_create");
-    return REAL(timer_create)(clock, event, timer);
 }

@@ -22,13 +22,15 @@ class Keeps(Protocol):
 
     def call_at_ns(self, due_ns: int, call: Callable[[], object]) -> Timer: ...
     def stir(self) -> None: ...
+    def interrupt(self, process: int, number: int, value: int, timer: int) -> None: ...
 
 
 class _TimerDescriptor:
-    """One of `process`; this end of the eventfd does not keep who writes."""
+    """One of `process`; this end of the eventfd does not keep who writes. `signal`: number (0: none) and value."""
 
-    def __init__(self, process: int, nonblocking: bool) -> None:
+    def __init__(self, process: int, nonblocking: bool, signal: tuple[int, int]) -> None:
         self.process = process
+        self.signal = signal
         self.descriptor = os.eventfd(0, os.EFD_CLOEXEC | (os.EFD_NONBLOCK if nonblocking else 0))
         self.timer: Timer | None = None
         self.due_ns = self.then_ns = 0
@@ -42,13 +44,16 @@ class TimerDescriptors:
         self._made: dict[int, _TimerDescriptor] = {}
         self._last = 0
 
-    def open(self, process: int, nonblocking: bool) -> tuple[int, int]:
-        """Number and descriptor of a new one, not armed; raises OSError where there are too many."""
+    def open(self, process: int, nonblocking: bool, signal: tuple[int, int] = (0, 0)) -> tuple[int, int]:
+        """Number and descriptor of a new one, not armed; raises OSError where there are too many.
+
+        One with a `signal`, its number and value, sends that to the program and counts nothing (timer_create).
+        """
         own = [number for number, one in self._made.items() if one.process == process]
         if len(own) >= MOST:  # the oldest ones were closed: nobody has so many descriptors
             self._close(own[0])
         self._last += 1
-        made = self._made[self._last] = _TimerDescriptor(process, nonblocking)
+        made = self._made[self._last] = _TimerDescriptor(process, nonblocking, signal)
         return self._last, made.descriptor
 
     def set(self, number: int, times_ns: tuple[int, ...] | None) -> tuple[int, int]:
@@ -68,7 +73,7 @@ class TimerDescriptors:
                 one.timer = None
             _drain(one.descriptor)
             if first_ns > 0:
-                self._arm(one, self._time.now_ns + first_ns)
+                self._arm(number, one, self._time.now_ns + first_ns)
         return before
 
     def forget(self, process: int) -> None:
@@ -80,16 +85,19 @@ class TimerDescriptors:
         for number in list(self._made):
             self._close(number)
 
-    def _arm(self, one: _TimerDescriptor, due_ns: int) -> None:
+    def _arm(self, number: int, one: _TimerDescriptor, due_ns: int) -> None:
         one.due_ns = due_ns
-        one.timer = self._time.call_at_ns(due_ns, lambda: self._goes_off(one))
+        one.timer = self._time.call_at_ns(due_ns, lambda: self._goes_off(number, one))
 
-    def _goes_off(self, one: _TimerDescriptor) -> None:
+    def _goes_off(self, number: int, one: _TimerDescriptor) -> None:
         one.timer = None
-        os.eventfd_write(one.descriptor, 1)
         if one.then_ns > 0:
-            self._arm(one, one.due_ns + one.then_ns)
-        self._time.stir()
+            self._arm(number, one, one.due_ns + one.then_ns)
+        if one.signal[0]:
+            self._time.interrupt(one.process, *one.signal, number)
+        else:
+            os.eventfd_write(one.descriptor, 1)
+            self._time.stir()
 
     def _close(self, number: int) -> None:
         one = self._made.pop(number)

@@ -15,6 +15,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.loop import READABLE, URGENT, Polled
+from canwire.socketcan.timed.signals import send_timer_signal
 from canwire.socketcan.timed.timers import TimerDescriptors
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class TimedWaiter:
         self._seats: dict[tuple[int, int], Seat] = {}
         self._ends: dict[int, int] = {}  # by process: a descriptor that tells its end
         self._timers: dict[int, tuple[Timer, int]] = {}  # by process, with the interval
-        self._signalled: dict[int, int] = {}  # processes whose timer has gone off: 1
+        self._signalled: dict[int, int] = {}  # the last signal that a process got and has not seen
         self.timers = TimerDescriptors(self)
         self._last: Seat | None = None
         self._round = 0
@@ -168,8 +169,20 @@ class TimedWaiter:
             return
         if then_ns > 0:
             self.set_timer(process, then_ns, then_ns)
-        signal.pidfd_send_signal(self._ends[process], signal.SIGALRM)
-        self._signalled[process] = 1
+        with suppress(ProcessLookupError):  # it ends
+            signal.pidfd_send_signal(self._ends[process], signal.SIGALRM)
+        self._interrupted(process, signal.SIGALRM)
+
+    def interrupt(self, process: int, number: int, value: int, timer: int) -> None:
+        """Send this signal, as a timer of the kernel's would."""
+        if process in self._ends:
+            with suppress(ProcessLookupError):
+                send_timer_signal(self._ends[process], number, value, timer)
+            self._interrupted(process, number)
+
+    def _interrupted(self, process: int, number: int) -> None:
+        """It has a turn, in which its handler has run, or it finds the signal that it waits for."""
+        self._signalled[process] = number
         seat = next((seat for key, seat in self._seats.items() if key[0] == process), None)
         if seat is not None and seat.give not in (None, _nothing):
             self._give(seat)  # it is interrupted already
