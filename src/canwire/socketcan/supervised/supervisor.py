@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_RAW
 from canwire.socketcan.loop import READABLE
+from canwire.socketcan.sockets.j1939.socket import J1939Socket
 from canwire.socketcan.supervised.names import answer_about_interface
 from canwire.socketcan.supervised.notices import Call, Listener
 from canwire.socketcan.supervised.options import get_socket_option, set_socket_option
@@ -108,7 +109,7 @@ class Supervisor:
             program.write(c, shown[:room])
             program.write(d, struct.pack("<I", min(len(shown), room)))
         elif call.name == "sendto":
-            return self._sent_to(found, program.read(a, min(b, _LARGEST)), program.read(d, min(e, 128)))
+            return _sent(found, program.read(a, min(b, _LARGEST)), program.read(d, min(e, 128)))
         else:
             return self._send_message(program, found, a)
         return 0
@@ -118,6 +119,8 @@ class Supervisor:
             return None
         table = self._setting.table
         name = _ADDRESS.pack(AF_CAN, table.bound_to(found.slot))
+        if isinstance(found, J1939Socket):
+            name = found.name(of_peer=False)
         if table.protocol(found.slot) == CAN_ISOTP:
             name += struct.pack("<II", *table.identifiers(found.slot))
         program.put(place, length, name)
@@ -128,18 +131,7 @@ class Supervisor:
         if not message.name and self._setting.table.protocol(found.slot) == CAN_RAW and not message.control:
             return None  # its messages are frames
         address = program.read(message.name, min(message.name_size, 128)) if message.name else b""
-        return self._sent_to(found, program.gather(message.parts), address)
-
-    def _sent_to(self, found: CanSocket, data: bytes, address: bytes) -> int:
-        index = self._setting.table.bound_to(found.slot)
-        if address:
-            if len(address) < _ADDRESS.size or _ADDRESS.unpack_from(address)[0] != AF_CAN:
-                return -errno.EINVAL
-            index = _ADDRESS.unpack_from(address)[1]
-        if index not in self._setting.interfaces.by_index:
-            return -errno.ENXIO
-        found.send_to(data, index)
-        return len(data)
+        return _sent(found, program.gather(message.parts), address)
 
     def _receive(self, receiving: Receiving, found: CanSocket) -> None:
         over = False
@@ -164,3 +156,8 @@ class Supervisor:
         look()
         if look in found.waiting and receiving.limit_s:
             self._setting.loop.call_in(receiving.limit_s, expire)
+
+
+def _sent(found: CanSocket, data: bytes, address: bytes) -> int:
+    found.sent_to(data, address)
+    return len(data)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from canwire import Hub
-    from canwire.socketcan.control import Asked, Request
     from canwire.socketcan.loop import Loop, Timer
+    from canwire.socketcan.requests.control import Asked, Request
     from canwire.socketcan.table import Table
 
 NEVER = (1 << 63) - 1
