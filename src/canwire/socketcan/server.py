@@ -15,7 +15,7 @@ from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.netlink.door import NetlinkDoor
 from canwire.socketcan.netlink.links import Links
 from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.programs import calls_itself, trouble_with
+from canwire.socketcan.programs import calls_itself, is_for_musl, trouble_with
 from canwire.socketcan.requests.control import Asked, Control, Request
 from canwire.socketcan.requests.operations import TAKING_PART, Operation, do_with_socket
 from canwire.socketcan.rings import Rings
@@ -244,11 +244,11 @@ class Server:
             self._say_once(
                 f"{request.program} becomes a program that preloads nothing: it has CAN, and its own time"
             )
-        Supervisor(self._setting, self._sockets, Listener(descriptor))
+        Supervisor(self._setting, self._sockets, Listener(descriptor), self._netlink)
         asked.answer(0)
 
     def _note(self, request: Request) -> int:
-        """1: its calls are to be answered, see supervised/."""
+        """1: its calls are to be answered, see supervised/; 2: and nothing is to be preloaded."""
         if request.a == NOTE_NETLINK:
             self._say_once(
                 f"{request.program} opened a netlink socket, which finds the kernel's interfaces alone: "
@@ -261,7 +261,7 @@ class Server:
         elif request.a == NOTE_EXEC:
             path = os.fsdecode(request.data)
             if calls_itself(path):
-                return 1
+                return 2 if is_for_musl(path) else 1
             if trouble := trouble_with(path):
                 self._say_once(f"{path} {trouble}; it has no CAN")
         elif request.a == NOTE_NOT_SUPERVISED:

@@ -61,14 +61,19 @@ class NetlinkDoor:
             data, ancillary, _, sender = self._end.recvmsg(_LARGEST, socket.CMSG_SPACE(_CREDENTIALS.size))
             users = [_CREDENTIALS.unpack(value)[1] for _, _, value in ancillary]
             if users and users[0] in (0, os.geteuid()):  # anybody can send to such a socket
-                for request in requests_in(data):
-                    self._answer(request, sender[0])
+                self.answer(data, sender[0])
+
+    def answer(self, data: bytes, port: int) -> None:
+        """What a program's socket of this port has sent to the kernel."""
+        for request in requests_in(data):
+            self._answer(request, port)
 
     def _answer(self, request: Request, port: int) -> None:
         interface = self._links.meant(request.body)
         try:
             if request.kind == GET_LINK and request.dumps:
-                self._send(b"".join(self._link(one, request, port, MULTI) for one in self._links.all), port)
+                for one in self._links.all:  # each by itself: programs have room for a page
+                    self._send(self._link(one, request, port, MULTI), port)
                 self._ask_kernel(request, port)
             elif interface is None or request.kind not in (GET_LINK, SET_LINK, NEW_LINK, DELETE_LINK):
                 self._ask_kernel(request, port)
