@@ -123,6 +123,32 @@ NOT_SET = {
 }
 
 
+FILES = """
+import os
+below = "/sys/class/net"
+names = os.listdir(below)
+assert {"can0", "HW000001_0", "lo"} <= set(names), names
+def said(path):
+    with open(f"{below}/{path}") as file:
+        return file.read()
+assert said("can0/type") == "280\\n"
+assert said("lo/type") == "772\\n"
+assert (said("can0/flags"), said("can0/operstate"), said("can0/ifindex")) == ("0x400c1\\n", "up\\n", "1001\\n")
+assert said("can0/statistics/tx_packets") == "0\\n"
+assert os.path.isdir(f"{below}/can0/statistics") and os.access(f"{below}/can0/mtu", os.R_OK)
+assert not os.path.exists(f"{below}/can7") and not os.path.exists(f"{below}er")
+os.system("cansend can0 123#11; ip link set can0 down")
+assert (said("can0/operstate"), said("can0/statistics/tx_packets")) == ("down\\n", "1\\n")
+"""
+
+
+@pytest.mark.conforms("N-50")
+def test_files_of_sysfs(bench: Bench) -> None:
+    find_program("cansend")
+    find_program("ip")
+    bench.run(sys.executable, "-c", FILES)
+
+
 def test_what_cannot_be_set(bench: Bench) -> None:
     find_program("ip")
     script = "".join(f"ip link set can0 {what}; echo $? >&2; " for what in NOT_SET)

@@ -13,6 +13,7 @@ from canwire import Event, HubError
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.netlink.door import NetlinkDoor
+from canwire.socketcan.netlink.files import NetFiles
 from canwire.socketcan.netlink.links import Links
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.programs import calls_itself, is_for_musl, trouble_with
@@ -91,8 +92,10 @@ class Server:
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._netlink: NetlinkDoor | None = None
+        links = Links(self._setting, self._ports)
+        self._files = NetFiles(os.path.join(directory, "net"), links)
         with suppress(OSError):  # a kernel that gives none: programs have its own alone, and that is said
-            self._netlink = NetlinkDoor(self._setting, Links(self._setting, self._ports))
+            self._netlink = NetlinkDoor(self._setting, links)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
         self._say_what_is_unplaced()
 
@@ -220,6 +223,10 @@ class Server:
             return
         if request.operation == Operation.NOTE:
             asked.answer(self._note(request))
+            return
+        if request.operation == Operation.PLACE_FILES:
+            self._files.refresh(os.fsdecode(request.data))
+            asked.answer(0)
             return
         if request.operation == Operation.SUPERVISE:
             self._supervise(request, asked)

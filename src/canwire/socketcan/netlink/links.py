@@ -44,9 +44,24 @@ _STATS64, _GROUP, _PROMISCUITY, _SEND_QUEUES, _RECEIVE_QUEUES, _CARRIER, _ALT_NA
 )
 _INFO_KIND, _INFO_DATA, _INFO_XSTATS = 1, 2, 3
 _FLAG_UP, _FLAG_RUNNING, _NO_ARP, _LOWER_UP, _ECHO = 0x1, 0x40, 0x80, 0x10000, 0x40000
-_ARPHRD_CAN = 280
+TYPE_CAN = 280  # ARPHRD_CAN
 _DOWN, _OPERATES = 2, 6  # IF_OPER_
-_QUEUE_LENGTH = 1000
+QUEUE_LENGTH = 1000
+COUNTS = (  # of struct rtnl_link_stats64, in its order
+    *(
+        "rx_packets",
+        "tx_packets",
+        "rx_bytes",
+        "tx_bytes",
+        "rx_errors",
+        "tx_errors",
+        "rx_dropped",
+        "tx_dropped",
+    ),
+    *("multicast", "collisions", "rx_length_errors", "rx_over_errors", "rx_crc_errors", "rx_frame_errors"),
+    *("rx_fifo_errors", "rx_missed_errors", "tx_aborted_errors", "tx_carrier_errors", "tx_fifo_errors"),
+    *("tx_heartbeat_errors", "tx_window_errors", "rx_compressed", "tx_compressed"),
+)
 _NEEDS_DOWN = "the line runs; take it down before it is set up otherwise"
 
 
@@ -86,18 +101,17 @@ class Links:
         """The body of an RTM_NEWLINK. Raises CanwireError."""
         place, mode, status = self._line_of(interface)
         up = bool(interface.flags & UP)
-        runs = up and not interface.flags & OFF
+        flags, runs = _flags(interface)
         state = ErrorState(status.state) if status.running else ErrorState.STOPPED
         if up and not status.running:  # it starts when a socket is bound to it
             state = ErrorState.ERROR_ACTIVE
-        flags = _NO_ARP | _ECHO | (_FLAG_UP if up else 0) | (_FLAG_RUNNING | _LOWER_UP if runs else 0)
         word = struct.Struct("<I").pack
         data = controller.shown(place.info.capabilities, mode, status, state)
         info = attribute(_INFO_KIND, b"can\0") + attribute(_INFO_DATA, data)
         parts = [
-            INFO.pack(0, _ARPHRD_CAN, interface.index, flags, 0),
+            INFO.pack(0, TYPE_CAN, interface.index, flags, 0),
             attribute(_NAME, interface.name.encode() + b"\0"),
-            attribute(_QUEUE, word(_QUEUE_LENGTH)),
+            attribute(_QUEUE, word(QUEUE_LENGTH)),
             attribute(_OPERATING, bytes((_OPERATES if runs else _DOWN,))),
             attribute(_LINK_MODE, bytes(1)),
             attribute(_MTU, word(interface.mtu)),
@@ -112,11 +126,18 @@ class Links:
         ]
         return b"".join(parts)
 
-    def _statistics(self, interface: Interface, status: LineStatus) -> list[bytes]:
+    def seen(self, interface: Interface) -> tuple[int, bool, list[int]]:
+        """Its flags, whether it is running, and its COUNTS. Raises CanwireError."""
+        return *_flags(interface), self._counts(interface, self._line_of(interface)[2])
+
+    def _counts(self, interface: Interface, status: LineStatus) -> list[int]:
         """Frames; a line does not count their bytes."""
         dropped = self._setting.interfaces.dropped_by(interface.name)
         numbers = [status.frames_received, status.frames_sent, 0, 0, status.errors, 0, status.lost, dropped]
-        numbers += [0] * 15
+        return numbers + [0] * (len(COUNTS) - len(numbers))
+
+    def _statistics(self, interface: Interface, status: LineStatus) -> list[bytes]:
+        numbers = self._counts(interface, status)
         short = struct.pack("<23I", *(number & 0xFFFF_FFFF for number in numbers))
         return [attribute(_STATS64, struct.pack("<24Q", *numbers, 0)), attribute(_STATS, short)]
 
@@ -189,6 +210,13 @@ class Links:
             port.leave_company()
         if port is None:
             self._setting.interfaces.show(interface, interface.flags & ~UP)
+
+
+def _flags(interface: Interface) -> tuple[int, bool]:
+    """IFF_..., and whether it is running."""
+    up = bool(interface.flags & UP)
+    running = up and not interface.flags & OFF
+    return _NO_ARP | _ECHO | (_FLAG_UP if up else 0) | (_FLAG_RUNNING | _LOWER_UP if running else 0), running
 
 
 def _candidate(hub: Hub, interface: Interface) -> LinePlace:

@@ -38,6 +38,7 @@ class Operation(IntEnum):
     SEND_J1939 = 15
     NAME = 16
     TAKE_ERROR = 17
+    PLACE_FILES = 18
     SUPERVISE = 100
 
 

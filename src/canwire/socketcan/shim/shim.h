@@ -122,6 +122,7 @@ enum operation {
     SEND_J1939,      /* a = size of an address that comes first, and MORE_FOLLOWS; data = address and bytes */
     NAME,            /* CAN_J1939: a = the peer's; the reply's data is a struct sockaddr_can */
     TAKE_ERROR,      /* the error queue's oldest: size of its data (uint32_t), data, control messages */
+    PLACE_FILES,     /* data = an interface, or nothing: have the files of /sys/class/net in the directory's net/ */
     SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };
 
