@@ -113,7 +113,7 @@ enum operation {
     SEND_BCM,        /* a = interface or 0, data = struct bcm_msg_head and frames */
     SEND_ISOTP,      /* a = flags, data = PDU */
     NOTE,            /* a = enum note, data = text */
-    AWAIT_TURN,      /* a = this is no new wait, b = SA_RESTART, data = int64_t until, ns; the answer is the turn */
+    AWAIT_TURN,      /* a = AGAIN, SLEEPS, b = SA_RESTART, data = int64_t until, ns; the answer is the turn */
     LEAVE_TIME,      /* this thread takes part no longer */
     SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
     OPEN_TIMER,      /* a = TFD_NONBLOCK; the reply is its number and brings a descriptor */
@@ -137,6 +137,8 @@ struct request {
 };
 
 #define MORE_FOLLOWS 0x100
+#define AGAIN 1  /* this is no new wait */
+#define SLEEPS 2 /* until then, whatever happens */
 
 /* real.c */
 #define REAL(name)                                                                                                     \
