@@ -36,8 +36,8 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 @pytest.mark.conforms("PL-12", "N-21")
 def test_the_page_s_terminals(bench: Bench) -> None:
-    serve, dump, generate, write, *static = COMMANDS
-    assert static == [
+    serve, dump, generate, write, *others = COMMANDS
+    assert others[4:] == [
         "gcc -static -o my-dump my-dump.c",
         "canwire run ./my-dump",
     ]  # socketcan/test_supervised.py
@@ -54,6 +54,19 @@ def test_the_page_s_terminals(bench: Bench) -> None:
     assert [line[1:] for line in lines] == [["can0", "100#4711"]] * 3 + [["can0", "7C1#564349"]]
     times = [float(line[0].strip("()")) for line in lines]
     assert times == sorted(times)
+
+
+@pytest.mark.conforms("N-49", "N-50")
+def test_its_terminals_of_links_and_j1939(bench: Bench) -> None:
+    need("ip")
+    need("testj1939")
+    set_up, show, receive, send = (command.split()[2:] for command in COMMANDS[4:8])
+    bench.run(*set_up)
+    assert "bitrate 250000" in bench.run(*show)
+    receiver = bench.listening("stdbuf", "-oL", *receive)
+    bench.run(*send)
+    assert receiver.stdout is not None
+    assert receiver.stdout.readline().startswith("80 ")
 
 
 def examples() -> list[str]:

@@ -28,7 +28,8 @@ int main(void)
     struct can_frame frame;
     struct iovec part = {&frame, sizeof frame};
     char control[200];
-    struct msghdr message = {&from, sizeof from, &part, 1, control, sizeof control, 0};
+    struct msghdr message = {.msg_name = &from, .msg_namelen = sizeof from, .msg_iov = &part, .msg_iovlen = 1};
+    message.msg_control = control, message.msg_controllen = sizeof control;
     socklen_t length = sizeof from;
     unsigned stamped = 0;
 

@@ -118,7 +118,8 @@ static void mistakes(void)
     FAILS(setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &one, 1), EINVAL);
     sent(fd, 1);
     close(fd);
-    FAILS(socket(PF_CAN, SOCK_DGRAM, 7), EPROTONOSUPPORT);
+    FAILS(socket(PF_CAN, SOCK_RAW, 7), EPROTOTYPE);
+    FAILS(socket(PF_CAN, SOCK_DGRAM, 5), EPROTONOSUPPORT);
     FAILS(socket(PF_CAN, SOCK_STREAM, CAN_RAW), EPROTOTYPE);
     FAILS(socket(PF_CAN, SOCK_RAW, 42), EINVAL);
     fd = socket(PF_CAN, SOCK_DGRAM, CAN_BCM);

@@ -61,7 +61,7 @@ def test_thousands_of_sockets(bench: Bench, program: str) -> None:
 def test_what_is_not_there_is_said_once(bench: Bench, program: str) -> None:
     process = bench.start(program, "mistakes")
     _, errors = process.communicate(timeout=30)
-    assert errors.count("asked for CAN_J1939, which there is not here") == 1
+    assert errors.count("asked for CAN protocol 5, which there is not here") == 1
 
 
 def test_a_hub_that_goes_is_a_network_that_is_down(bench: Bench) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -14,12 +15,41 @@ from tests.socketcan.bench import Bench, finished
 HERE = Path(__file__).parent
 
 
+def built(factory: pytest.TempPathFactory, compiler: str, *switches: str) -> str:
+    """dump.c, by this compiler."""
+    find_program(compiler)
+    made = factory.mktemp("built") / "dump"
+    subprocess.run(
+        [compiler, "-std=gnu11", "-O2", *switches, str(HERE / "dump.c"), "-o", str(made)], check=True
+    )
+    return str(made)
+
+
 @pytest.fixture(scope="module")
 def static(tmp_path_factory: pytest.TempPathFactory) -> str:
-    find_program("gcc")
-    made = tmp_path_factory.mktemp("static") / "dump"
-    subprocess.run(["gcc", "-std=gnu11", "-O2", "-static", str(HERE / "dump.c"), "-o", str(made)], check=True)
-    return str(made)
+    return built(tmp_path_factory, "gcc", "-static")
+
+
+def kernel_headers(folder: Path) -> str:
+    """Those of Linux without the C library's, for musl's compiler."""
+    usual = Path("/usr/include")
+    for name in ("linux", "asm-generic"):
+        (folder / name).symlink_to(usual / name)
+    (folder / "asm").symlink_to(next(usual.glob("*-linux-gnu/asm"), usual / "asm"))
+    return str(folder)
+
+
+def exchange(bench: Bench, *words: str) -> None:
+    """The program sends 100#00, hears two frames of ours, and says what it heard first."""
+    others = bench.listening("candump", "can0")
+    program = bench.start(*words)
+    assert others.stdout is not None
+    assert others.stdout.readline() == "  can0  100   [1]  00\n"
+    bench.run("cansend", "can0", "124#55")  # which its filter does not let pass
+    bench.run("cansend", "can0", "123#1122")
+    bench.run("cansend", "can0", "123#33")
+    output, errors = program.communicate(timeout=30)
+    assert (program.returncode, output, errors) == (0, "can0 123 [2] 1\n", "")
 
 
 @pytest.mark.conforms("N-48")
@@ -28,15 +58,40 @@ def static(tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_a_static_program_has_the_interfaces(bench: Bench, static: str, before: tuple[str, ...]) -> None:
     """By itself, from a shell, and by execvp: its name and time come with a frame, and it sends by every way."""
     find_program("cansend")
-    others = bench.listening("candump", "can0")
-    program = bench.start(*before, static)
-    assert others.stdout is not None
-    assert others.stdout.readline() == "  can0  100   [1]  00\n"
-    bench.run("cansend", "can0", "124#55")  # which its filter does not let pass
-    bench.run("cansend", "can0", "123#1122")
-    bench.run("cansend", "can0", "123#33")
+    exchange(bench, *before, static)
+
+
+@pytest.mark.conforms("N-48")
+@pytest.mark.parametrize("switches", [(), ("-static",)], ids=["dynamic", "static"])
+def test_a_program_of_musl_has_them(
+    bench: Bench, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, switches: tuple[str, ...]
+) -> None:
+    """By itself, and from a shell, whose LD_PRELOAD its loader could not take."""
+    find_program("cansend")
+    made = built(tmp_path_factory, "musl-gcc", *switches, "-isystem", kernel_headers(tmp_path))
+    exchange(bench, made)
+    exchange(bench, "sh", "-c", f"{made}")
+
+
+@pytest.mark.conforms("N-48")
+@pytest.mark.parametrize("cgo", ["0", "1"])
+def test_a_go_program_has_them(bench: Bench, tmp_path: Path, cgo: str) -> None:
+    """With its own resolver of names, by netlink, and with the C library linked in."""
+    made = tmp_path / "frames"
+    environment = {
+        **os.environ,
+        "CGO_ENABLED": cgo,
+        "GOCACHE": str(tmp_path / "cache"),
+        "GOFLAGS": "-mod=mod",
+    }
+    source = str(HERE / "frames.go")
+    subprocess.run([find_program("go"), "build", "-o", str(made), source], check=True, env=environment)
+    dump = bench.listening("candump", "can0", "-n", "1")
+    program = bench.start(str(made))
+    assert finished(dump) == "  can0  123   [2]  47 6F\n"
+    bench.run("cansend", "can0", "321#33")
     output, errors = program.communicate(timeout=30)
-    assert (program.returncode, output, errors) == (0, "can0 123 [2] 1\n", "")
+    assert (program.returncode, output, errors) == (0, "can0 1001 72: 321 33\n", "")
 
 
 def test_a_static_program_starts_dynamic_ones(bench: Bench) -> None:

@@ -1,14 +1,15 @@
 """Numbers of the kernel's SocketCAN.
 
-Source: linux/can.h, linux/can/raw.h, linux/can/bcm.h, linux/can/isotp.h (Debian's linux-libc-dev 6.1).
+Source: linux/can.h, linux/can/raw.h, linux/can/bcm.h, linux/can/isotp.h,
+linux/can/j1939.h (Debian's linux-libc-dev 6.1).
 """
 
 from __future__ import annotations
 
 AF_CAN = 29
-CAN_RAW, CAN_BCM, CAN_ISOTP = 1, 2, 6
+CAN_RAW, CAN_BCM, CAN_ISOTP, CAN_J1939 = 1, 2, 6, 7
 SOCK_DGRAM, SOCK_RAW = 2, 3
-TYPE_OF_PROTOCOL = {CAN_RAW: SOCK_RAW, CAN_BCM: SOCK_DGRAM, CAN_ISOTP: SOCK_DGRAM}
+TYPE_OF_PROTOCOL = {CAN_RAW: SOCK_RAW, CAN_BCM: SOCK_DGRAM, CAN_ISOTP: SOCK_DGRAM, CAN_J1939: SOCK_DGRAM}
 
 CAN_EFF_FLAG = 0x8000_0000
 CAN_RTR_FLAG = 0x4000_0000
@@ -24,6 +25,7 @@ CANFD_BRS, CANFD_ESI = 0x01, 0x02
 SOL_CAN_BASE = 100
 SOL_CAN_RAW = SOL_CAN_BASE + CAN_RAW
 SOL_CAN_ISOTP = SOL_CAN_BASE + CAN_ISOTP
+SOL_CAN_J1939 = SOL_CAN_BASE + CAN_J1939
 
 CAN_RAW_FILTER = 1
 CAN_RAW_ERR_FILTER = 2

@@ -17,7 +17,7 @@ from canwire.socketcan.constants import CAN_MTU, CANFD_MTU
 from canwire.socketcan.table import GONE, UP, Table
 
 if TYPE_CHECKING:
-    from canwire import Hub, LinePlace
+    from canwire import Hub, LinePlace, WantedMode
 
 # why frames were dropped
 WENT, FULL = "sent when the interface went", "sent when its queue was full"
@@ -40,6 +40,7 @@ class Interface:
     of_all: bool
     mtu: int
     flags: int = UP
+    wanted: WantedMode | None = None  # as netlink has set it; None: as `canwire run` was told
 
 
 def parse_mapping(text: str) -> tuple[str, str]:
@@ -95,6 +96,10 @@ class Interfaces:
         """So many frames were taken from a program and cannot go out; Linux calls it tx_dropped."""
         if count:
             self.dropped[self._names.get(index, f"interface {index}"), why] += count
+
+    def dropped_by(self, name: str) -> int:
+        """How many frames."""
+        return sum(count for (dropper, _), count in self.dropped.items() if dropper == name)
 
     def losses(self) -> list[str]:
         """A sentence for each interface that dropped frames, gone ones as well."""

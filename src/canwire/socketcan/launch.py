@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from canwire import CanwireError, Unsupported
+from canwire.socketcan.programs import is_for_musl
 
 DIRECTORY_VARIABLE = "CANWIRE_SOCKETCAN"
 _LONGEST_PATH = 90  # of a socket there, below what struct sockaddr_un holds
@@ -38,10 +39,12 @@ def shim() -> str:
     return str(found[0])
 
 
-def environment(directory: str) -> dict[str, str]:
+def environment(directory: str, *, preloads: bool = True) -> dict[str, str]:
     """For the program."""
-    preloaded = [shim(), *filter(None, [os.environ.get("LD_PRELOAD")])]
-    return {**os.environ, "LD_PRELOAD": ":".join(preloaded), DIRECTORY_VARIABLE: directory}
+    variables = {**os.environ, DIRECTORY_VARIABLE: directory}
+    if preloads:
+        variables["LD_PRELOAD"] = ":".join([shim(), *filter(None, [os.environ.get("LD_PRELOAD")])])
+    return variables
 
 
 def launch(
@@ -57,7 +60,8 @@ def launch(
     `supervised`: it preloads nothing, and the server answers its calls.
     """
     directory = tempfile.mkdtemp(prefix="canwire-run-", dir=_place())
-    variables = environment(directory)
+    musl = is_for_musl(shutil.which(program) or program)
+    variables = environment(directory, preloads=not musl)
     complaint = _start(directory, serving)
     if complaint:
         raise CanwireError(complaint)
@@ -65,7 +69,7 @@ def launch(
     for name in _IGNORED_BY_PYTHON:  # a program that is started otherwise finds them as they are by default
         signal.signal(getattr(signal, name), signal.SIG_DFL)
     if supervised:
-        os.environ.update(variables)
+        os.environ[DIRECTORY_VARIABLE] = directory  # where canwire_supervise finds the server
         if error := ctypes.CDLL(shim()).canwire_supervise():
             complain(
                 f"{program} preloads nothing, and seccomp is not allowed here ({os.strerror(error)}): it has no CAN"

@@ -117,23 +117,23 @@ class MessageOutlet:
     def __init__(self, ring: RingPair) -> None:
         self.drops = 0
         self._ring = ring
-        self._messages: deque[bytes] = deque()
+        self._messages: deque[tuple[bytes, bytes]] = deque()
 
     @property
     def waiting(self) -> int:
         return len(self._messages)
 
-    def put(self, message: bytes) -> None:
-        """Send it or keep it."""
+    def put(self, message: bytes, about: bytes = b"") -> None:
+        """Send it or keep it; `about`: a J1939 message's addresses."""
         if len(self._messages) >= self.LIMIT:
             self.drops += 1
             return
-        self._messages.append(message)
+        self._messages.append((message, about))
         self.flush()
 
     def flush(self) -> None:
         """Send what there is room for."""
-        while self._messages and self._ring.publish_message(self._messages[0]):
+        while self._messages and self._ring.publish_message(*self._messages[0]):
             self._messages.popleft()
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 from collections import deque
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from canwire import BusEvent, CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
 from canwire.socketcan.cyclic import CyclicFrames
@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 
     import numpy
 
+    from canwire import Lease, LinePlace, WantedMode
     from canwire.socketcan.interfaces import Interface
+    from canwire.socketcan.listener import Listener
     from canwire.socketcan.loop import Timer
     from canwire.socketcan.setting import Setting
 
@@ -43,19 +45,6 @@ _GATHER_S = 0.0005  # ... and else after this, or twice that where so many had c
 _SEVERAL = 3
 _STUCK_S, _LOOK_S = 0.25, 0.02
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO)
-
-
-class Listener(Protocol):
-    """A socket that hears an interface."""
-
-    def take(self, batch: Batch) -> None:
-        """Its rows are everybody's: copy what is kept."""
-
-    def congested(self) -> bool:
-        """A hub in fast time should wait for whoever reads there."""
-
-    def interface_lost(self, interface: Interface, error: int) -> None:
-        """ENETDOWN: its line was stopped; ENODEV: it is gone."""
 
 
 class Port:
@@ -74,10 +63,11 @@ class Port:
         self._pumps = False
         self._stuck: Timer | None = None
         hub = setting.hub
-        self.place, self._channel = channel_on(hub, interface.target, setting.wanted)
+        wanted = interface.wanted or setting.wanted
+        self.place, self._channel = channel_on(hub, interface.target, wanted)
         self.cyclic = CyclicFrames(hub, self.place)
-        by_bus = interface.target == self.place.info.bus
-        self._company = company_for(hub, self.place, setting.wanted) if by_bus else None
+        self._company: tuple[LinePlace, Lease] | None = None
+        self.seek_company(wanted)
         events = tuple(map(int, _EVENTS))
         self._channel.set_up(
             ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=events, kin="SocketCAN")
@@ -89,6 +79,17 @@ class Port:
         running = self._channel.activate().running  # it may have been stopped since it was brought up
         setting.interfaces.show(interface, UP if running else 0)
         self.pump()
+
+    def seek_company(self, wanted: WantedMode) -> None:
+        """Where it is named after its bus: another line there that acknowledges, unless one runs."""
+        if self._company is None and self.interface.target == self.place.info.bus:
+            self._company = company_for(self._setting.hub, self.place, wanted)
+
+    def leave_company(self) -> None:
+        """A second time does nothing."""
+        company, self._company = self._company, None
+        if company is not None:
+            company[1].close()
 
     # receiving
 
@@ -290,5 +291,4 @@ class Port:
         self._loop.forget(self._writing.descriptor.fileno())
         self._waiting.clear()
         self._channel.close()
-        if self._company is not None:
-            self._company[1].close()
+        self.leave_company()

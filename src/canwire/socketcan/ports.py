@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from canwire import CanwireError, HubLost, NoSuchBoard, Unplugged
 from canwire.socketcan.port import Port
+from canwire.socketcan.table import UP
 
 if TYPE_CHECKING:
     from canwire.socketcan.interfaces import Interface
@@ -34,6 +35,8 @@ class Ports:
         interface = self._setting.interfaces.by_index.get(index)
         if interface is None:
             raise refuse(errno.ENODEV)
+        if not interface.flags & UP:  # taken down by netlink
+            raise refuse(errno.ENETDOWN)
         return self._opened(interface)
 
     def of_all(self) -> list[Port]:

@@ -1,4 +1,4 @@
-"""Which programs cannot be helped by a preloaded library, and why: told before they silently have no CAN.
+"""Which programs cannot be helped by a preloaded library, and why: their calls are answered, or it is said.
 
 Source: the ELF format (elf(5)), ld.so(8) on secure execution, what Go's linker writes.
 """
@@ -9,21 +9,29 @@ import os
 import platform
 import stat
 import struct
+from typing import BinaryIO
 
 _HEADER = struct.Struct("<4sBB10xHHIQQQIHHHHHH")
 _PROGRAM = struct.Struct("<IIQQQQQQ")
 _INTERPRETER = 3  # PT_INTERP
 _CLASS_64, _LITTLE = 2, 1
 _MACHINES = {"x86_64": 62, "aarch64": 183, "riscv64": 243}
-_GO = b"\xff Go buildinf:"
-_LOOKED_AT = 1 << 20
+_SECTION = struct.Struct("<I4xQQQQ24x")
+_GO = b".go.buildinfo"
+_LOOKED_AT = 1 << 16
 STATIC = "is linked statically: nothing can be preloaded there"
 GO = "is a Go program: it makes its system calls itself"
+MUSL = "is linked with musl: canwire's shim is for glibc"
 
 
 def calls_itself(path: str) -> bool:
-    """This program makes its system calls itself (it is linked statically, or Go's): supervised/ can answer them."""
-    return trouble_with(path) in (STATIC, GO) and platform.machine() in ("x86_64", "aarch64")
+    """This program has nothing of the shim (it is linked statically or with musl, or Go's): supervised/ answers it."""
+    return trouble_with(path) in (STATIC, GO, MUSL) and platform.machine() in ("x86_64", "aarch64")
+
+
+def is_for_musl(path: str) -> bool:
+    """Its loader fails where it is to preload something for glibc."""
+    return trouble_with(path) == MUSL
 
 
 def trouble_with(path: str) -> str:
@@ -32,6 +40,7 @@ def trouble_with(path: str) -> str:
         with open(path, "rb") as file:
             start = file.read(_LOOKED_AT)
             mode = os.fstat(file.fileno()).st_mode
+            sections = _sections(file, start)
     except OSError:
         return ""  # exec says what is wrong
     if start[:2] == b"#!":
@@ -41,10 +50,26 @@ def trouble_with(path: str) -> str:
         return ""
     if mode & (stat.S_ISUID | stat.S_ISGID) and os.geteuid() != 0:
         return "is set-uid or set-gid: the loader preloads nothing there"
-    return _trouble_with_elf(start)
+    return _trouble_with_elf(start, sections)
 
 
-def _trouble_with_elf(start: bytes) -> str:
+def _sections(file: BinaryIO, start: bytes) -> bytes:
+    """Their names, one after the other."""
+    if start[:4] != b"\x7fELF" or len(start) < _HEADER.size:
+        return b""
+    *_, at, _, _, _, _, size, count, names = _HEADER.unpack_from(start)
+    if size != _SECTION.size or names >= count:
+        return b""
+    file.seek(at + names * size)
+    header = file.read(size)
+    if len(header) < size:
+        return b""
+    _, _, _, offset, length = _SECTION.unpack(header)
+    file.seek(offset)
+    return file.read(min(length, _LOOKED_AT))
+
+
+def _trouble_with_elf(start: bytes, sections: bytes) -> str:
     _, word, order, _, machine, _, _, at, _, _, _, size, count, *_ = _HEADER.unpack_from(start)
     ours = _MACHINES.get(platform.machine())
     if word != _CLASS_64 or order != _LITTLE or (ours is not None and machine != ours):
@@ -60,7 +85,7 @@ def _trouble_with_elf(start: bytes) -> str:
     if not interpreter:
         return STATIC
     if b"musl" in interpreter:
-        return "is linked with musl: canwire's shim is for glibc"
-    if _GO in start:
+        return MUSL
+    if _GO in sections:
         return GO
     return ""

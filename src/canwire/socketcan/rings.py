@@ -6,7 +6,7 @@ import ctypes
 import mmap
 import os
 import struct
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from canwire.socketcan.table import MOST_SLOTS
 from canwire.socketcan.wire import HEADER_SIZE, numpy_module, sent_dtype
@@ -17,7 +17,20 @@ if TYPE_CHECKING:
     Array = numpy.ndarray
 
 _HEADER = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
+_ABOUT_SIZE = 24  # shim/shim.h, struct about
 COLLECTED = 512  # rows at once
+
+
+class Row(NamedTuple):
+    """What is beside a message; `about`: a J1939 message's addresses, else zeros."""
+
+    stamp_ns: int
+    drops: int
+    interface: int
+    flags: int
+    error: int
+    length: int
+    about: bytes
 
 
 class Rings:
@@ -60,18 +73,22 @@ class RingPair:
         count = self._library.canwire_collect(self._block, self._rings.rows_address, min(limit, COLLECTED))
         return self._rings.rows[:count]
 
-    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
-        """Of the oldest message, which has these bytes: stamp, drops, interface, flags, error, length; else zeros."""
-        room = ctypes.create_string_buffer(HEADER_SIZE)
-        if not self._library.canwire_take_row(self._block, data, len(data), int(peeks), room):
-            return (0, 0, 0, 0, 0, len(data))
-        found: tuple[int, int, int, int, int, int] = _HEADER.unpack(room.raw)
-        return found
+    def row_of_message(self, data: bytes, peeks: bool) -> Row:
+        """Of the oldest message, which has these bytes; zeros where there is none."""
+        room, about = ctypes.create_string_buffer(HEADER_SIZE), ctypes.create_string_buffer(_ABOUT_SIZE)
+        if not self._library.canwire_take_row(self._block, data, len(data), int(peeks), room, about):
+            return Row(0, 0, 0, 0, 0, len(data), about.raw)
+        stamp_ns, drops, interface, flags, error, length = _HEADER.unpack(room.raw)
+        return Row(stamp_ns, drops, interface, flags, error, length, about.raw)
 
-    def publish_message(self, message: bytes) -> bool:
+    def publish_message(self, message: bytes, about: bytes) -> bool:
         """A header and a payload of any length; False: there is no room."""
         header, payload = message[:HEADER_SIZE], message[HEADER_SIZE:]
-        return bool(self._library.canwire_publish_message(self._block, header, payload, self._descriptor))
+        about = about.ljust(_ABOUT_SIZE, b"\0")
+        published = self._library.canwire_publish_message(
+            self._block, header, payload, about, self._descriptor
+        )
+        return bool(published)
 
     def want_frames(self) -> bool:
         """A byte will come with the next frame; False: there is one."""
@@ -86,8 +103,14 @@ def _library(path: str) -> Any:
         "canwire_prepare": (None, [pointer]),
         "canwire_publish": (long, [pointer, pointer, long, number]),
         "canwire_collect": (long, [pointer, pointer, long]),
-        "canwire_take_row": (number, [pointer, ctypes.c_char_p, ctypes.c_ulong, number, ctypes.c_char_p]),
-        "canwire_publish_message": (number, [pointer, ctypes.c_char_p, ctypes.c_char_p, number]),
+        "canwire_take_row": (
+            number,
+            [pointer, ctypes.c_char_p, ctypes.c_ulong, number, ctypes.c_char_p, ctypes.c_char_p],
+        ),
+        "canwire_publish_message": (
+            number,
+            [pointer, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p, number],
+        ),
         "canwire_want_frames": (number, [pointer]),
     }
     for name, (result, arguments) in signatures.items():

@@ -6,17 +6,21 @@ import errno
 import os
 import secrets
 import struct
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import Event, HubError
-from canwire.socketcan.control import Asked, Control, Request
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, URGENT, Loop
+from canwire.socketcan.netlink.door import NetlinkDoor
+from canwire.socketcan.netlink.files import NetFiles
+from canwire.socketcan.netlink.links import Links
 from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.programs import calls_itself, trouble_with
+from canwire.socketcan.programs import calls_itself, is_for_musl, trouble_with
+from canwire.socketcan.requests.control import Asked, Control, Request
+from canwire.socketcan.requests.operations import TAKING_PART, Operation, do_with_socket
 from canwire.socketcan.rings import Rings
 from canwire.socketcan.setting import Setting
-from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.sockets.open_sockets import OpenSockets
 from canwire.socketcan.supervised.notices import Listener, fetched
 from canwire.socketcan.supervised.supervisor import Supervisor
@@ -28,24 +32,6 @@ if TYPE_CHECKING:
 
     from canwire import Hub, WantedMode
 
-(
-    OPEN_SOCKET,
-    BIND,
-    CONNECT,
-    SET_OPTION,
-    GET_OPTION,
-    SEND_BCM,
-    SEND_ISOTP,
-    NOTE,
-    AWAIT_TURN,
-    LEAVE_TIME,
-    SET_TIMER,
-    OPEN_TIMER,
-    TAKE_PART,
-    SET_TIMER_FD,
-) = range(1, 15)
-_TAKING_PART = (OPEN_SOCKET, AWAIT_TURN, SET_TIMER, OPEN_TIMER, TAKE_PART, SET_TIMER_FD)
-SUPERVISE = 100
 NOTE_PROTOCOL, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK, NOTE_NOT_SUPERVISED = range(1, 6)
 _FLUSH_S = 1.2  # without a frame going out, after which the rest is given up
 _LOOK_S = 0.02
@@ -105,6 +91,11 @@ class Server:
         )
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
+        self._netlink: NetlinkDoor | None = None
+        links = Links(self._setting, self._ports)
+        self._files = NetFiles(os.path.join(directory, "net"), links)
+        with suppress(OSError):  # a kernel that gives none: programs have its own alone, and that is said
+            self._netlink = NetlinkDoor(self._setting, links)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
         self._say_what_is_unplaced()
 
@@ -121,6 +112,8 @@ class Server:
         for one in self._sockets:
             one.close()
         self._control.close()
+        if self._netlink is not None:
+            self._netlink.close()
         self._ports.close()
         self._boards.close()
         self._setting.table.close()
@@ -199,26 +192,26 @@ class Server:
 
     def _answer_in_time(self, turns: TimedWaiter, request: Request, asked: Asked) -> None:
         """Where programs keep one time: who asks runs, until it waits or its answer comes later."""
-        if request.operation == LEAVE_TIME:
+        if request.operation == Operation.LEAVE_TIME:
             turns.leaves(request)
             asked.answer(0)
             return
-        takes_part = request.operation in _TAKING_PART
-        if request.operation == TAKE_PART and request.a:
+        takes_part = request.operation in TAKING_PART
+        if request.operation == Operation.TAKE_PART and request.a:
             takes_part = turns.has_seat(request.a)
         turns.requested(request, asked, takes_part=takes_part)
-        if request.operation == AWAIT_TURN:
+        if request.operation == Operation.AWAIT_TURN:
             turns.waits(request, asked, *_times(_UNTIL, request))
-        elif request.operation == SET_TIMER:
+        elif request.operation == Operation.SET_TIMER:
             before = turns.set_timer(request.process, *_times(_TIMER, request))
             asked.answer(0, _TIMER.pack(*before))
-        elif request.operation == TAKE_PART:
+        elif request.operation == Operation.TAKE_PART:
             asked.answer(0 if takes_part else 1)
-        elif request.operation == OPEN_TIMER:
+        elif request.operation == Operation.OPEN_TIMER:
             value = _times(_UNTIL, request)[0] if request.data else 0
             number, descriptor = turns.timers.open(request.process, bool(request.a), (request.b, value))
             asked.answer(number, descriptor=descriptor)
-        elif request.operation == SET_TIMER_FD:
+        elif request.operation == Operation.SET_TIMER_FD:
             times = _times(_TIMER, request) if request.a else None
             asked.answer(0, _TIMER.pack(*turns.timers.set(request.slot, times)))
         else:
@@ -226,33 +219,23 @@ class Server:
             turns.still_asks(request, asked)
 
     def _do(self, request: Request, asked: Asked) -> None:
-        if request.operation == OPEN_SOCKET:
+        if request.operation == Operation.OPEN_SOCKET:
             self._open(request, asked)
             return
-        if request.operation == NOTE:
+        if request.operation == Operation.NOTE:
             asked.answer(self._note(request))
             return
-        if request.operation == SUPERVISE:
+        if request.operation == Operation.PLACE_FILES:
+            self._files.refresh(os.fsdecode(request.data))
+            asked.answer(0)
+            return
+        if request.operation == Operation.SUPERVISE:
             self._supervise(request, asked)
             return
         found = self._sockets.of_slot(request.slot)
         if found is None:
             raise refuse(errno.EBADF)
-        if request.operation == BIND:
-            found.bind(request.data)
-        elif request.operation == CONNECT:
-            found.connect(request.data)
-        elif request.operation == SET_OPTION:
-            found.set_option(request.a, request.b, request.data)
-        elif request.operation == GET_OPTION:
-            asked.answer(0, found.get_option(request.a, request.b))
-            return
-        elif isinstance(found, MessageSocket):
-            found.sent(request.data, request.a, bool(request.b), asked)
-            return
-        else:
-            raise refuse(errno.EOPNOTSUPP)
-        asked.answer(0)
+        do_with_socket(found, request, asked)
 
     def _open(self, request: Request, asked: Asked) -> None:
         with self._sockets.make(request.a, request.b, request.program) as theirs:
@@ -269,15 +252,15 @@ class Server:
             self._say_once(
                 f"{request.program} becomes a program that preloads nothing: it has CAN, and its own time"
             )
-        Supervisor(self._setting, self._sockets, Listener(descriptor))
+        Supervisor(self._setting, self._sockets, Listener(descriptor), self._netlink)
         asked.answer(0)
 
     def _note(self, request: Request) -> int:
-        """1: its calls are to be answered, see supervised/."""
+        """1: its calls are to be answered, see supervised/; 2: and nothing is to be preloaded."""
         if request.a == NOTE_NETLINK:
             self._say_once(
-                f"{request.program} opened a netlink socket: interfaces are set up by canwire run --bit-rate, "
-                "not by `ip link`"
+                f"{request.program} opened a netlink socket, which finds the kernel's interfaces alone: "
+                "this kernel has no NETLINK_USERSOCK"
             )
         elif request.a == NOTE_CLOCK:
             self._say_once(
@@ -286,7 +269,7 @@ class Server:
         elif request.a == NOTE_EXEC:
             path = os.fsdecode(request.data)
             if calls_itself(path):
-                return 1
+                return 2 if is_for_musl(path) else 1
             if trouble := trouble_with(path):
                 self._say_once(f"{path} {trouble}; it has no CAN")
         elif request.a == NOTE_NOT_SUPERVISED:

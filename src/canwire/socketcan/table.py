@@ -22,7 +22,7 @@ USUAL_RECEIVE_BUFFER = 212_992  # bytes; net.core.rmem_default
 
 _HEADER = struct.Struct("<QII16s")
 _INTERFACE = struct.Struct("<16siiI")
-_SLOT = struct.Struct("<iiiIIIIIIIQI12x")
+_SLOT = struct.Struct("<iiiIIIIIIIQI28x")
 _INTERFACES_AT = 64
 _INTERFACE_SIZE = 64
 _SLOTS_AT = _INTERFACES_AT + MOST_INTERFACES * _INTERFACE_SIZE
@@ -32,8 +32,9 @@ _AT_REST = 64  # places that wait, so that who still looks at one that is gone d
 _FLAGS_OFFSET = 24
 _BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
 _IDENTIFIERS_OFFSET = 52
+_BROADCASTS_OFFSET, _QUEUES_OFFSET, _QUEUED_OFFSET = 64, 68, 72
 _STAMPS, _STAMPS_OFFSET = struct.Struct("<IIII"), 24
-_NOW_AT, _EPOCH_AT, _TIMED_AT = 32, 40, 48
+_NOW_AT, _EPOCH_AT, _TIMED_AT, _QUEUES_AT, _NETLINK_AT = 32, 40, 48, 52, 56
 _LONG = struct.Struct("<Q")
 _PAIR, _WORD = struct.Struct("<iI"), struct.Struct("<I")
 _WORDS = struct.Struct("<II")
@@ -62,6 +63,7 @@ class Table:
         self._interfaces = 0
         self._resting: deque[int] = deque()  # places of interfaces that are gone
         self._uses = Counter[int]()
+        self._queues: set[int] = set()  # slots with an error queue
         self._free = list(range(MOST_SLOTS - 1, -1, -1))
 
     def keep_time(self, epoch_ns: int) -> None:
@@ -71,6 +73,10 @@ class Table:
 
     def set_time(self, now_ns: int) -> None:
         _LONG.pack_into(self._memory, _NOW_AT, now_ns)
+
+    def set_netlink_port(self, port: int) -> None:
+        """Where programs' netlink sockets lead; 0: to the kernel alone."""
+        _WORD.pack_into(self._memory, _NETLINK_AT, port)
 
     # interfaces
 
@@ -144,6 +150,25 @@ class Table:
         """Bytes, as the program has set them; the kernel's default else."""
         found: int = _WORD.unpack_from(self._memory, _at(slot) + _RECEIVE_OFFSET)[0]
         return found
+
+    # CAN_J1939
+
+    def broadcasts(self, slot: int) -> bool:
+        """SO_BROADCAST is set."""
+        return _WORD.unpack_from(self._memory, _at(slot) + _BROADCASTS_OFFSET)[0] != 0
+
+    def set_broadcasts(self, slot: int, on: bool) -> None:
+        _WORD.pack_into(self._memory, _at(slot) + _BROADCASTS_OFFSET, int(on))
+
+    def queue_errors(self, slot: int, on: bool) -> None:
+        """It has an error queue, which poll looks at."""
+        self._queues.add(slot) if on else self._queues.discard(slot)
+        _WORD.pack_into(self._memory, _at(slot) + _QUEUES_OFFSET, int(on))
+        _WORD.pack_into(self._memory, _QUEUES_AT, len(self._queues))
+
+    def count_errors(self, slot: int, count: int) -> None:
+        """So many entries are in its error queue."""
+        _WORD.pack_into(self._memory, _at(slot) + _QUEUED_OFFSET, count)
 
     # of programs whose calls the server answers
 

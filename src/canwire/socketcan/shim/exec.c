@@ -9,10 +9,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#define MOST_WORDS 4096
 extern char **environ;
 
-/* 1: it preloads nothing, and its calls are to be answered. */
+/* 1: it preloads nothing, and its calls are to be answered; 2: its loader fails where it is to preload the shim. */
 static long tell_server(const char *path)
 {
     char whole[PATH_MAX];
@@ -25,15 +24,40 @@ static long tell_server(const char *path)
     return answer;
 }
 
-static int prepare(const char *path)
+#define MOST_WORDS 4096
+
+/* The same variables, but for the first library of LD_PRELOAD, which is the shim. */
+static char *const *without_shim(char *const variables[], char **room, char preloaded[PATH_MAX])
 {
+    static const char name[] = "LD_PRELOAD=";
+    int at = 0, to = 0;
+
+    for (; variables[at] != NULL && to < MOST_WORDS - 1; at++) {
+        room[to++] = variables[at];
+        if (strncmp(variables[at], name, sizeof name - 1) != 0)
+            continue;
+        const char *rest = strchr(variables[at], ':');
+        if (rest == NULL || strlen(rest) + sizeof name > PATH_MAX)
+            to--;
+        else
+            room[to - 1] = strcat(strcpy(preloaded, name), rest + 1);
+    }
+    room[to] = NULL;
+    return room;
+}
+
+static int start(const char *path, const char *name, char *const words[], char *const variables[])
+{
+    char *room[MOST_WORDS], preloaded[PATH_MAX];
+
     leave_if_begun();
-    if (tell_server(path) != 1)
-        return 0;
-    int error = canwire_supervise();
+    long what = tell_server(path);
+    int error = what > 0 ? canwire_supervise() : 0;
     if (error != 0)
         note(NOTE_NOT_SUPERVISED, strerrorname_np(error));
-    return error;
+    if (what == 2)
+        variables = without_shim(variables, room, preloaded);
+    return name == path ? REAL(execve)(path, words, variables) : REAL(execvpe)(name, words, variables);
 }
 
 /* What the C library would start by this name; NULL: nothing. */
@@ -59,30 +83,26 @@ static const char *looked_up(const char *name, char *room)
 
 EXPORT int execve(const char *path, char *const words[], char *const variables[])
 {
-    prepare(path);
-    return REAL(execve)(path, words, variables);
+    return start(path, path, words, variables);
 }
 
 EXPORT int execv(const char *path, char *const words[])
 {
-    prepare(path);
-    return REAL(execv)(path, words);
+    return start(path, path, words, environ);
 }
 
 EXPORT int execvp(const char *name, char *const words[])
 {
     char room[PATH_MAX];
 
-    prepare(looked_up(name, room));
-    return REAL(execvp)(name, words);
+    return start(looked_up(name, room), name, words, environ);
 }
 
 EXPORT int execvpe(const char *name, char *const words[], char *const variables[])
 {
     char room[PATH_MAX];
 
-    prepare(looked_up(name, room));
-    return REAL(execvpe)(name, words, variables);
+    return start(looked_up(name, room), name, words, variables);
 }
 
 /* Words up to NULL; 0: too many. */
@@ -133,7 +153,7 @@ EXPORT int execle(const char *path, const char *first, ...)
 /* What is started so has no moment of its own before it runs: where its calls would have to be answered, it is named. */
 static void name_spawned(const char *path)
 {
-    if (tell_server(path) == 1)
+    if (tell_server(path) > 0)
         note(NOTE_NOT_SUPERVISED, "posix_spawn");
 }
 

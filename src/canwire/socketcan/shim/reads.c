@@ -11,8 +11,12 @@ EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags)
     struct slot *slot = slot_of(fd);
     struct vector vector;
 
-    if (slot == NULL)
-        return ELSEWHERE(recvmsg, fd, message, flags);
+    if (slot == NULL) {
+        ssize_t got = ELSEWHERE(recvmsg, fd, message, flags);
+        if (got >= 0)
+            hide_server(message);
+        return got;
+    }
     if (fetch_message(&vector, message) < 0)
         return -1;
     ssize_t got = receive_message(fd, slot, &vector.message, flags);
@@ -92,8 +96,14 @@ EXPORT ssize_t recvfrom(int fd, void *buffer, size_t size, int flags, struct soc
     struct msghdr message = {.msg_name = address, .msg_iov = &part, .msg_iovlen = 1};
     ssize_t got;
 
-    if (slot == NULL)
-        return ELSEWHERE(recvfrom, fd, buffer, size, flags, address, length);
+    if (slot == NULL) {
+        got = ELSEWHERE(recvfrom, fd, buffer, size, flags, address, length);
+        if (got >= 0 && address != NULL && length != NULL) {
+            message.msg_namelen = *length;
+            hide_server(&message);
+        }
+        return got;
+    }
     message.msg_namelen = address != NULL && length != NULL ? *length : 0;
     got = receive_message(fd, slot, &message, flags);
     if (got >= 0 && address != NULL && length != NULL)

@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/can.h>
+#include <linux/can/j1939.h>
 #include <linux/net_tstamp.h>
 #include <poll.h>
 #include <stdlib.h>
@@ -13,7 +14,14 @@
 #include <time.h>
 #include <unistd.h>
 
-static void put_control(struct msghdr *message, size_t *used, int type, const void *data, size_t length)
+struct arrival { /* the oldest message: its first bytes, all of a frame's */
+    char data[RECEIVED_PREFIX];
+    ssize_t length;
+    struct received header;
+    struct about about;
+};
+
+static void put_control(struct msghdr *message, size_t *used, int level, int type, const void *data, size_t length)
 {
     size_t room = message->msg_controllen - *used, whole = CMSG_LEN(length);
 
@@ -22,7 +30,7 @@ static void put_control(struct msghdr *message, size_t *used, int type, const vo
     if (room < sizeof(struct cmsghdr))
         return;
     struct cmsghdr *header = (struct cmsghdr *)((char *)message->msg_control + *used);
-    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_level = level;
     header->cmsg_type = type;
     header->cmsg_len = room < whole ? room : whole; /* as much of it as there is room for, as the kernel does */
     memcpy(CMSG_DATA(header), data, header->cmsg_len - sizeof *header);
@@ -37,26 +45,39 @@ static void put_stamps(const struct slot *slot, const struct received *header, s
     uint32_t flags = slot->stamping_flags;
 
     if (slot->stamp == SO_TIMESTAMPNS || slot->stamp == 64)
-        put_control(message, used, (int)slot->stamp, &stamp, sizeof stamp);
+        put_control(message, used, SOL_SOCKET, (int)slot->stamp, &stamp, sizeof stamp);
     else if (slot->stamp != 0)
-        put_control(message, used, (int)slot->stamp, &coarse, sizeof coarse);
+        put_control(message, used, SOL_SOCKET, (int)slot->stamp, &coarse, sizeof coarse);
     if (flags & SOF_TIMESTAMPING_SOFTWARE)
         stamps[0] = stamp;
     if (flags & SOF_TIMESTAMPING_RAW_HARDWARE)
         stamps[2] = stamp;
     if (flags & (SOF_TIMESTAMPING_SOFTWARE | SOF_TIMESTAMPING_RAW_HARDWARE))
-        put_control(message, used, (int)slot->stamping, stamps, sizeof stamps);
+        put_control(message, used, SOL_SOCKET, (int)slot->stamping, stamps, sizeof stamps);
 }
 
-static int tell(struct slot *slot, const struct received *header, struct msghdr *message, size_t room)
+static void put_about(const struct about *about, struct msghdr *message, size_t *used)
 {
+    if (about->destination != J1939_NO_ADDR)
+        put_control(message, used, SOL_CAN_J1939, SCM_J1939_DEST_ADDR, &about->destination, 1);
+    if (about->destination_name != J1939_NO_NAME)
+        put_control(message, used, SOL_CAN_J1939, SCM_J1939_DEST_NAME, &about->destination_name,
+                    sizeof about->destination_name);
+    put_control(message, used, SOL_CAN_J1939, SCM_J1939_PRIO, &about->priority, 1);
+}
+
+static int tell(struct slot *slot, const struct arrival *arrival, struct msghdr *message, size_t room)
+{
+    const struct received *header = &arrival->header;
     size_t used = 0;
 
     message->msg_controllen = room;
     message->msg_flags &= ~MSG_CTRUNC;
+    if (slot->protocol == CAN_J1939)
+        put_about(&arrival->about, message, &used);
     put_stamps(slot, header, message, &used);
     if (slot->counts_drops && header->drops != 0)
-        put_control(message, &used, SO_RXQ_OVFL, &header->drops, sizeof header->drops);
+        put_control(message, &used, SOL_SOCKET, SO_RXQ_OVFL, &header->drops, sizeof header->drops);
     message->msg_controllen = used;
     if (header->flags & RECEIVED_LOCAL)
         message->msg_flags |= MSG_DONTROUTE;
@@ -65,6 +86,11 @@ static int tell(struct slot *slot, const struct received *header, struct msghdr 
     if (message->msg_name != NULL) {
         struct sockaddr_can name = {.can_family = AF_CAN, .can_ifindex = header->interface};
         socklen_t length = address_length(slot);
+        if (slot->protocol == CAN_J1939) {
+            name.can_addr.j1939.name = arrival->about.source_name;
+            name.can_addr.j1939.pgn = arrival->about.pgn;
+            name.can_addr.j1939.addr = arrival->about.source;
+        }
         int error = copy_out(message->msg_name, &name, message->msg_namelen < length ? message->msg_namelen : length);
         message->msg_namelen = length;
         return error;
@@ -72,10 +98,10 @@ static int tell(struct slot *slot, const struct received *header, struct msghdr 
     return 0;
 }
 
-static ssize_t finish(struct slot *slot, const struct received *header, struct msghdr *message, ssize_t length)
+static ssize_t finish(struct slot *slot, const struct arrival *arrival, struct msghdr *message, ssize_t length)
 {
-    __atomic_store_n(&slot->last_stamp_ns, header->stamp_ns, __ATOMIC_RELAXED);
-    int error = tell(slot, header, message, message->msg_control != NULL ? message->msg_controllen : 0);
+    __atomic_store_n(&slot->last_stamp_ns, arrival->header.stamp_ns, __ATOMIC_RELAXED);
+    int error = tell(slot, arrival, message, message->msg_control != NULL ? message->msg_controllen : 0);
     if (error != 0)
         errno = error;
     return error != 0 ? -1 : length;
@@ -122,18 +148,12 @@ static int wait_for_row(int fd, const struct slot *slot, int flags, struct wait 
     return REAL(recv)(fd, &byte, 1, MSG_PEEK | (flags & MSG_DONTWAIT)) < 0 ? -1 : 0;
 }
 
-struct arrival { /* the oldest message: its first bytes, all of a frame's */
-    char data[RECEIVED_PREFIX];
-    ssize_t length;
-    struct received header;
-};
-
 /* What the server says of it; what came without a word came now. */
 static void look_up(struct block *block, const struct slot *slot, int peeks, struct arrival *arrival)
 {
     struct timespec now;
 
-    if (take_row(block, arrival->data, (size_t)arrival->length, peeks, &arrival->header))
+    if (take_row(block, arrival->data, (size_t)arrival->length, peeks, &arrival->header, &arrival->about))
         return;
     clock_gettime(CLOCK_REALTIME, &now);
     arrival->header = (struct received){.stamp_ns = (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec,
@@ -160,10 +180,9 @@ static ssize_t hand_over(int fd, struct msghdr *message, const struct arrival *a
 
 /* -1 and EAGAIN: nothing is there. */
 static ssize_t take_message(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags,
-                            struct received *header)
+                            struct arrival *arrival)
 {
     int whole = slot->protocol == CAN_RAW, peek = MSG_PEEK | MSG_TRUNC | MSG_DONTWAIT;
-    struct arrival arrival;
     char byte;
     ssize_t done = -1;
 
@@ -173,14 +192,13 @@ static ssize_t take_message(int fd, struct slot *slot, struct block *block, stru
     }
     if (whole && !(flags & MSG_PEEK))
         peek &= ~MSG_PEEK;
-    arrival.length = REAL(recv)(fd, arrival.data, sizeof arrival.data, peek);
-    if (arrival.length >= 0) {
-        look_up(block, slot, flags & MSG_PEEK, &arrival);
-        *header = arrival.header;
-        done = hand_over(fd, message, &arrival, flags);
+    arrival->length = REAL(recv)(fd, arrival->data, sizeof arrival->data, peek);
+    if (arrival->length >= 0) {
+        look_up(block, slot, flags & MSG_PEEK, arrival);
+        done = hand_over(fd, message, arrival, flags);
         if (slot->protocol == CAN_ISOTP && flags & MSG_TRUNC && done >= 0)
-            done = arrival.length;
-        if (!whole && !(flags & MSG_PEEK) && arrival.length <= (ssize_t)sizeof arrival.data) {
+            done = arrival->length;
+        if (!whole && !(flags & MSG_PEEK) && arrival->length <= (ssize_t)sizeof arrival->data) {
             int before = errno;
             REAL(recv)(fd, &byte, 1, MSG_DONTWAIT);
             errno = before;
@@ -207,6 +225,25 @@ int take_error(int fd, struct slot *slot)
     return error;
 }
 
+void drop_tokens(int fd, struct slot *slot)
+{
+    struct block *block = block_of(slot);
+    struct received header;
+    struct about about;
+    char byte;
+
+    if (block == NULL || __atomic_load_n(&slot->error, __ATOMIC_RELAXED) != 0 || lock_ring(&block->received) != 0)
+        return;
+    int before = errno;
+    while (REAL(recv)(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0 && take_row(block, &byte, 0, 1, &header, &about) &&
+           header.error != 0) {
+        take_row(block, &byte, 0, 0, &header, &about);
+        REAL(recv)(fd, &byte, 1, MSG_DONTWAIT);
+    }
+    errno = before;
+    unlock_ring(&block->received);
+}
+
 /* What a message without data means: 0 where its error was told already. */
 static int error_of(int fd, struct slot *slot, const struct received *header)
 {
@@ -221,25 +258,29 @@ static int error_of(int fd, struct slot *slot, const struct received *header)
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
 {
     struct block *block = block_of(slot);
-    struct received header;
+    struct arrival arrival;
     struct wait wait = {0};
     ssize_t done;
 
     if (slot->protocol == CAN_ISOTP && !slot->bound)
         return errno = EADDRNOTAVAIL, -1;
+    if (slot->protocol == CAN_J1939 && flags & ~(MSG_DONTWAIT | MSG_ERRQUEUE))
+        return errno = EINVAL, -1;
+    if (slot->protocol == CAN_J1939 && flags & MSG_ERRQUEUE)
+        return receive_error(slot, message);
     if (flags & MSG_ERRQUEUE && slot->protocol != CAN_BCM) /* nothing ever comes there */
         return errno = slot->protocol == CAN_ISOTP ? EINVAL : EAGAIN, -1;
     if (block == NULL)
         return errno = ENETDOWN, -1;
     for (;;) {
-        done = take_message(fd, slot, block, message, flags, &header);
+        done = take_message(fd, slot, block, message, flags, &arrival);
         if (done < 0 && (errno != EAGAIN || wait_for_row(fd, slot, flags, &wait) < 0))
             return -1;
         if (done < 0)
             continue;
-        if (header.error == 0)
-            return finish(slot, &header, message, done);
-        int error = error_of(fd, slot, &header);
+        if (arrival.header.error == 0)
+            return finish(slot, &arrival, message, done);
+        int error = error_of(fd, slot, &arrival.header);
         if (error != 0)
             return errno = error, -1;
     }

@@ -61,12 +61,13 @@ static int is_of(const char *row, const char *data, size_t length)
 {
     const struct received *header = (const struct received *)row;
 
-    if (header->length != length || (length == 0) != (header->error != 0))
-        return 0;
+    if (header->length != length)
+        return 0; /* errors have none; neither have some messages of CAN_J1939 */
     return memcmp(row + sizeof *header, data, length < RECEIVED_PREFIX ? length : RECEIVED_PREFIX) == 0;
 }
 
-int take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header)
+int take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header,
+             struct about *about)
 {
     struct ring *ring = &block->received;
     uint64_t head = LOAD(ring->head);
@@ -77,6 +78,7 @@ int take_row(struct block *block, const char *data, size_t length, int peeks, st
         const char *row = block->received_rows + at % RECEIVED_ROWS * RECEIVED_SIZE;
         if (is_of(row, data, length)) {
             memcpy(header, row, sizeof *header);
+            *about = block->abouts[at % RECEIVED_ROWS];
             if (!peeks)
                 ring->tail = at + 1;
             return 1;
@@ -120,13 +122,14 @@ void wait_for_turn(struct block *block, int milliseconds)
 /* the server's side */
 
 /* For a program whose calls the server answers: the row of its oldest message. */
-EXPORT int canwire_take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header)
+EXPORT int canwire_take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header,
+                            struct about *about)
 {
     int found;
 
     if (lock_ring(&block->received) != 0)
         return 0;
-    found = take_row(block, data, length, peeks, header);
+    found = take_row(block, data, length, peeks, header, about);
     unlock_ring(&block->received);
     return found;
 }
@@ -179,12 +182,14 @@ EXPORT long canwire_publish(struct block *block, const char *rows, long count, i
 }
 
 /* A message that may be longer than a row: its header, and its bytes. */
-EXPORT int canwire_publish_message(struct block *block, const struct received *header, const char *data, int fd)
+EXPORT int canwire_publish_message(struct block *block, const struct received *header, const char *data,
+                                   const struct about *about, int fd)
 {
     char row[RECEIVED_SIZE] = {0};
 
     memcpy(row, header, sizeof *header);
     memcpy(row + sizeof *header, data, header->length < RECEIVED_PREFIX ? header->length : RECEIVED_PREFIX);
+    block->abouts[block->received.head % RECEIVED_ROWS] = *about;
     return publish(block, row, data, header->length, fd);
 }
 

@@ -37,13 +37,15 @@ struct block {
     struct ring sent;
     char received_rows[RECEIVED_ROWS * RECEIVED_SIZE];
     char sent_rows[SENT_ROWS * SENT_SIZE];
+    struct about abouts[RECEIVED_ROWS]; /* CAN_J1939: beside each row */
 };
 
 /* the program's side, under the ring's lock: 0, or an errno (EDEADLK in a signal handler of who has it) */
 int lock_ring(struct ring *ring);
 void unlock_ring(struct ring *ring);
 /* The row of a message of so many bytes that begins with these; 0: there is none */
-int take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header);
+int take_row(struct block *block, const char *data, size_t length, int peeks, struct received *header,
+             struct about *about);
 char *next_free(struct block *block); /* NULL: full */
 int commit(struct block *block, int fd);
 void wait_for_turn(struct block *block, int milliseconds);

@@ -20,7 +20,7 @@
 #define STAMPING_NEW 65 /* SO_TIMESTAMPING_NEW */
 #define PATIENCE_MS 100 /* after which a line that is stuck, or down, is noticed */
 
-static size_t total(const struct msghdr *message)
+size_t size_of_message(const struct msghdr *message)
 {
     size_t sum = 0;
 
@@ -30,7 +30,7 @@ static size_t total(const struct msghdr *message)
 }
 
 /* 0, or EFAULT */
-static int gather(const struct msghdr *message, char *into)
+int gather(const struct msghdr *message, char *into)
 {
     for (size_t at = 0; at < message->msg_iovlen; at++) {
         if (copy_in(into, message->msg_iov[at].iov_base, message->msg_iov[at].iov_len) != 0)
@@ -41,7 +41,7 @@ static int gather(const struct msghdr *message, char *into)
 }
 
 /* The interface that a message is for, 0 and errno if there is none; `interface` where its own address says so. */
-static int destination(const struct slot *slot, const struct msghdr *message)
+int destination(const struct slot *slot, const struct msghdr *message)
 {
     if (message->msg_name == NULL)
         return slot->interface;
@@ -77,7 +77,7 @@ static int control_error(const struct msghdr *message)
     return 0;
 }
 
-static int waits(int fd, int flags)
+int waits_to_send(int fd, int flags)
 {
     return !(flags & MSG_DONTWAIT) && !(REAL(fcntl)(fd, F_GETFL) & O_NONBLOCK);
 }
@@ -141,7 +141,7 @@ static int put_row(int fd, struct block *block, const struct sent *header, const
             return error;
         }
         unlock_ring(&block->sent);
-        if (!waits(fd, flags))
+        if (!waits_to_send(fd, flags))
             return ENOBUFS;
         error = wait_for_room(fd, block, interface, &left);
         if (error != 0)
@@ -165,7 +165,7 @@ static ssize_t send_raw(int fd, struct slot *slot, const struct msghdr *message,
 {
     char frame[sizeof(struct canfd_frame)] = {0};
     struct block *block = block_of(slot);
-    size_t size = total(message);
+    size_t size = size_of_message(message);
     int index = destination(slot, message);
     struct interface *interface;
 
@@ -195,37 +195,6 @@ static ssize_t send_raw(int fd, struct slot *slot, const struct msghdr *message,
     return (ssize_t)size;
 }
 
-/* Broadcast manager and ISO-TP: the server answers each, so that its errors are those of this call. */
-static ssize_t send_asked(int fd, struct slot *slot, const struct msghdr *message, int flags)
-{
-    struct request request = {.operation = slot->protocol == CAN_BCM ? SEND_BCM : SEND_ISOTP,
-                              .slot = slot_number(slot)};
-    size_t size = total(message);
-    char *packet;
-    long done;
-
-    request.a = destination(slot, message);
-    request.b = waits(fd, flags);
-    if (request.a < 0)
-        return -1;
-    if (size > 1 << 20) {
-        errno = EMSGSIZE;
-        return -1;
-    }
-    if ((packet = malloc(size + 1)) == NULL) {
-        errno = ENOMEM;
-        return -1;
-    }
-    int error = slot->protocol == CAN_ISOTP ? take_error(fd, slot) : 0;
-    if (error == 0)
-        error = gather(message, packet);
-    done = error == 0 ? ask(&request, packet, size, NULL, NULL, NULL, 0) : -1;
-    error = error == 0 ? errno : error;
-    free(packet);
-    errno = error;
-    return done;
-}
-
 ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, int flags)
 {
     return slot->protocol == CAN_RAW ? send_raw(fd, slot, message, flags) : send_asked(fd, slot, message, flags);
@@ -237,7 +206,7 @@ EXPORT ssize_t sendmsg(int fd, const struct msghdr *message, int flags)
     struct vector vector;
 
     if (slot == NULL)
-        return REAL(sendmsg)(fd, message, flags);
+        return is_link_socket(fd) ? send_to_server(fd, message, flags) : REAL(sendmsg)(fd, message, flags);
     return fetch_message(&vector, message) < 0 ? -1 : send_message(fd, slot, &vector.message, flags);
 }
 
@@ -264,21 +233,25 @@ static ssize_t send_buffer(int fd, struct slot *slot, const void *data, size_t s
     struct msghdr message = {
         .msg_name = (void *)address, .msg_namelen = length, .msg_iov = &part, .msg_iovlen = 1};
 
-    return send_message(fd, slot, &message, flags);
+    return slot == NULL ? send_to_server(fd, &message, flags) : send_message(fd, slot, &message, flags);
 }
 
 EXPORT ssize_t send(int fd, const void *data, size_t size, int flags)
 {
     struct slot *slot = slot_of(fd);
 
-    return slot == NULL ? REAL(send)(fd, data, size, flags) : send_buffer(fd, slot, data, size, flags, NULL, 0);
+    if (slot == NULL && !is_link_socket(fd))
+        return REAL(send)(fd, data, size, flags);
+    return send_buffer(fd, slot, data, size, flags, NULL, 0);
 }
 
 EXPORT ssize_t write(int fd, const void *data, size_t size)
 {
     struct slot *slot = slot_of(fd);
 
-    return slot == NULL ? REAL(write)(fd, data, size) : send_buffer(fd, slot, data, size, 0, NULL, 0);
+    if (slot == NULL && !is_link_socket(fd))
+        return REAL(write)(fd, data, size);
+    return send_buffer(fd, slot, data, size, 0, NULL, 0);
 }
 
 EXPORT ssize_t writev(int fd, const struct iovec *parts, int count)
@@ -297,6 +270,7 @@ EXPORT ssize_t sendto(int fd, const void *data, size_t size, int flags, const st
 {
     struct slot *slot = slot_of(fd);
 
-    return slot == NULL ? REAL(sendto)(fd, data, size, flags, address, length)
-                        : send_buffer(fd, slot, data, size, flags, address, length);
+    if (slot == NULL && !is_link_socket(fd))
+        return REAL(sendto)(fd, data, size, flags, address, length);
+    return send_buffer(fd, slot, data, size, flags, address, length);
 }

@@ -10,6 +10,8 @@
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
+#include <poll.h>
+#include <signal.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <sys/socket.h>
@@ -53,6 +55,10 @@ struct slot { /* one socket; what stands here the program's calls change without
     uint32_t receives;        /* CAN_ISOTP: the two identifiers */
     uint32_t sends;
     uint32_t receive_timeout_us; /* SO_RCVTIMEO as it was set: the kernel rounds it to its ticks */
+    uint32_t broadcasts;         /* CAN_J1939: SO_BROADCAST ... */
+    uint32_t queues_errors;      /* ... SO_J1939_ERRQUEUE ... */
+    uint32_t queued_errors;      /* ... and how much is there */
+    uint32_t reserved;
 };
 
 struct table {
@@ -63,7 +69,9 @@ struct table {
     uint64_t now_ns;   /* where programs keep one time: the hub's ... */
     uint64_t epoch_ns; /* ... and what makes it the wall's */
     uint32_t timed;
-    uint32_t reserved[3];
+    uint32_t error_queues; /* how many sockets have one */
+    uint32_t netlink_port; /* of the server's netlink socket; 0: it has none */
+    uint32_t link_sockets; /* programs have opened some */
     struct interface interface[MOST_INTERFACES];
     struct slot slot[MOST_SLOTS];
 };
@@ -75,6 +83,16 @@ struct received { /* stands before what the server sends */
     uint16_t flags;
     uint16_t error; /* an errno: there is no frame, the call fails with it */
     uint32_t length;
+};
+
+struct about { /* a CAN_J1939 message's own */
+    uint64_t source_name;
+    uint64_t destination_name;
+    uint32_t pgn;
+    uint8_t source;
+    uint8_t destination;
+    uint8_t priority;
+    uint8_t reserved;
 };
 
 struct sent { /* stands before what the program sends */
@@ -95,14 +113,18 @@ enum operation {
     SEND_BCM,        /* a = interface or 0, data = struct bcm_msg_head and frames */
     SEND_ISOTP,      /* a = flags, data = PDU */
     NOTE,            /* a = enum note, data = text */
-    AWAIT_TURN,      /* a = this is no new wait, b = SA_RESTART, data = int64_t until, ns; the answer is the turn, and the
-                        number of the signal that came with it */
+    AWAIT_TURN,      /* a = AGAIN, SLEEPS, b = SA_RESTART, data = int64_t until, ns; the answer is the turn, and the number
+                        of the signal that came with it */
     LEAVE_TIME,      /* this thread takes part no longer */
     SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
     OPEN_TIMER,      /* a = TFD_NONBLOCK, b = a signal instead or 0, data = its int64_t value; the reply is its number and
                         brings a descriptor */
     TAKE_PART,       /* this thread, which has just begun, runs; a = the thread that forked it, if that one takes part */
     SET_TIMER_FD,    /* slot = its number, a = set it (else look), data and reply as of SET_TIMER */
+    SEND_J1939,      /* a = size of an address that comes first, and MORE_FOLLOWS; data = address and bytes */
+    NAME,            /* CAN_J1939: a = the peer's; the reply's data is a struct sockaddr_can */
+    TAKE_ERROR,      /* the error queue's oldest: size of its data (uint32_t), data, control messages */
+    PLACE_FILES,     /* data = an interface, or nothing: have the files of /sys/class/net in the directory's net/ */
     SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };
 
@@ -115,6 +137,10 @@ struct request {
     int32_t b;
     int32_t thread; /* set by `ask` */
 };
+
+#define MORE_FOLLOWS 0x100
+#define AGAIN 1  /* this is no new wait */
+#define SLEEPS 2 /* until then, whatever happens */
 
 /* real.c */
 #define REAL(name)                                                                                                     \
@@ -140,6 +166,8 @@ struct request {
 void *newer_function(const char *name);
 void *real_function(const char *name); /* ends the process where there is none */
 
+int open_can_socket(int type, int protocol); /* sockets.c */
+
 /* table.c */
 extern struct table *shim_table;
 struct slot *slot_of(int fd); /* NULL: not ours; errno is kept */
@@ -148,6 +176,14 @@ struct interface *interface_by_name(const char *name);
 struct interface *interface_by_index(int index);
 
 socklen_t address_length(const struct slot *slot); /* of a name, as the kernel tells it */
+
+/* netlink.c: sockets of NETLINK_ROUTE, which lead to the server */
+int open_link_socket(int type);
+int is_link_socket(int fd);
+int bind_link_socket(int fd, const struct sockaddr *address, socklen_t length);
+int set_link_option(int fd, int name, const void *value, socklen_t length);
+ssize_t send_to_server(int fd, const struct msghdr *message, int flags);
+void hide_server(struct msghdr *message); /* as the kernel's */
 
 /* control.c: -1 and errno, or the reply's number; `size` is the room for the reply's data, and then its length */
 long ask(const struct request *request, const void *data, size_t length, void *reply, size_t *size, int *descriptor,
@@ -171,7 +207,22 @@ int fetch_message(struct vector *vector, const struct msghdr *message); /* -1 an
 
 /* receive.c, send.c */
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);
+ssize_t receive_error(struct slot *slot, struct msghdr *message); /* MSG_ERRQUEUE */
+void drop_tokens(int fd, struct slot *slot); /* empty messages ahead of others, of errors that were told otherwise */
 int take_error(int fd, struct slot *slot); /* the errno that waits, as the kernel's sk_err; 0: none */
 ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, int flags);
+size_t size_of_message(const struct msghdr *message);
+int gather(const struct msghdr *message, char *into);                            /* its bytes: 0, or EFAULT */
+int destination(const struct slot *slot, const struct msghdr *message);          /* an interface; 0, -1 and errno: none */
+int waits_to_send(int fd, int flags);                                            /* it blocks where there is no room */
+ssize_t send_asked(int fd, struct slot *slot, const struct msghdr *message, int flags); /* asked.c */
+
+/* errors.c: the error queues of CAN_J1939 sockets, and POLLERR while there is something in them */
+struct epoll_event;
+int with_error_queues(struct pollfd *fds, unsigned long count);
+int polled_once(struct pollfd *fds, unsigned long count, const sigset_t *mask);
+int poll_error_queues(struct pollfd *fds, unsigned long count, const struct timespec *span, const sigset_t *mask);
+int epolled_once(int fd, struct epoll_event *events, int most, const sigset_t *mask);
+int epoll_error_queues(int fd, struct epoll_event *events, int most, int milliseconds, const sigset_t *mask);
 
 #endif

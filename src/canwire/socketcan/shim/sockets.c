@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
+#include <linux/netlink.h>
 #include <linux/net_tstamp.h>
 #include <net/if.h>
 #include <stdio.h>
@@ -23,7 +24,7 @@
 #define KINDS 11 /* SOCK_MAX */
 #define LARGEST_OPTION 65536
 
-static int open_can_socket(int type, int protocol)
+int open_can_socket(int type, int protocol)
 {
     struct request request = {.operation = OPEN_SOCKET, .a = type & 0xf, .b = protocol};
     int fd = -1;
@@ -47,7 +48,7 @@ EXPORT int socket(int domain, int type, int protocol)
     if (domain == AF_CAN)
         return open_can_socket(type, protocol);
     if (domain == AF_NETLINK && protocol == 0)
-        note(NOTE_NETLINK, program_invocation_short_name);
+        return open_link_socket(type);
     return REAL(socket)(domain, type, protocol);
 }
 
@@ -63,6 +64,8 @@ EXPORT int bind(int fd, const struct sockaddr *address, socklen_t length)
 {
     struct slot *slot = slot_of(fd);
 
+    if (slot == NULL && is_link_socket(fd))
+        return bind_link_socket(fd, address, length);
     return slot == NULL ? REAL(bind)(fd, address, length) : ask_with_address(BIND, slot, address, length);
 }
 
@@ -71,6 +74,19 @@ EXPORT int connect(int fd, const struct sockaddr *address, socklen_t length)
     struct slot *slot = slot_of(fd);
 
     return slot == NULL ? REAL(connect)(fd, address, length) : ask_with_address(CONNECT, slot, address, length);
+}
+
+static int name_of_j1939(const struct slot *slot, int peer, struct sockaddr *address, socklen_t *length)
+{
+    struct request request = {.operation = NAME, .slot = slot_number(slot), .a = peer};
+    struct sockaddr_can name;
+    size_t size = sizeof name;
+
+    if (ask(&request, NULL, 0, &name, &size, NULL, 0) < 0)
+        return -1;
+    int error = copy_out(address, &name, *length < size ? *length : size);
+    *length = (socklen_t)size;
+    return error != 0 ? (errno = error, -1) : 0;
 }
 
 EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
@@ -83,6 +99,8 @@ EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
     name.can_ifindex = slot->interface;
     name.can_addr.tp.rx_id = slot->receives;
     name.can_addr.tp.tx_id = slot->sends;
+    if (slot->protocol == CAN_J1939)
+        return name_of_j1939(slot, 0, address, length);
     if (slot->protocol == CAN_BCM) {
         errno = EOPNOTSUPP;
         return -1;
@@ -97,52 +115,14 @@ EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
 
 EXPORT int getpeername(int fd, struct sockaddr *address, socklen_t *length)
 {
-    if (slot_of(fd) == NULL)
+    struct slot *slot = slot_of(fd);
+
+    if (slot == NULL)
         return REAL(getpeername)(fd, address, length);
+    if (slot->protocol == CAN_J1939)
+        return name_of_j1939(slot, 1, address, length);
     errno = EOPNOTSUPP;
     return -1;
-}
-
-/* what a CAN socket does not do */
-
-static int refused(int fd)
-{
-    if (slot_of(fd) == NULL)
-        return 0;
-    errno = EOPNOTSUPP;
-    return 1;
-}
-
-EXPORT int shutdown(int fd, int how)
-{
-    return refused(fd) ? -1 : REAL(shutdown)(fd, how);
-}
-
-EXPORT int accept(int fd, struct sockaddr *restrict address, socklen_t *restrict length)
-{
-    return refused(fd) ? -1 : REAL(accept)(fd, address, length);
-}
-
-EXPORT int accept4(int fd, struct sockaddr *restrict address, socklen_t *restrict length, int flags)
-{
-    return refused(fd) ? -1 : REAL(accept4)(fd, address, length, flags);
-}
-
-EXPORT int socketpair(int domain, int type, int protocol, int both[2])
-{
-    if (shim_table == NULL || domain != AF_CAN)
-        return REAL(socketpair)(domain, type, protocol, both);
-    int fd = open_can_socket(type, protocol);
-    if (fd >= 0) {
-        REAL(close)(fd);
-        errno = EOPNOTSUPP;
-    }
-    return -1;
-}
-
-EXPORT int listen(int fd, int backlog)
-{
-    return refused(fd) ? -1 : REAL(listen)(fd, backlog);
 }
 
 static int is_stamp(int name)
@@ -178,7 +158,8 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
                 limit.tv_sec > 4000 ? 4000000000u : (uint32_t)(limit.tv_sec * 1000000 + limit.tv_usec);
         return 1;
     }
-    if (name != SO_RCVBUF && name != SO_RCVBUFFORCE && name != SO_RXQ_OVFL && !is_stamp(name) && !is_stamping(name))
+    int broadcasts = name == SO_BROADCAST && slot->protocol == CAN_J1939;
+    if (!broadcasts && name != SO_RCVBUF && name != SO_RCVBUFFORCE && name != SO_RXQ_OVFL && !is_stamp(name) && !is_stamping(name))
         return 1;
     if (length < sizeof number) {
         errno = EINVAL;
@@ -192,7 +173,9 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
         errno = EINVAL;
         return -1;
     }
-    if (name == SO_RXQ_OVFL)
+    if (broadcasts)
+        slot->broadcasts = number != 0;
+    else if (name == SO_RXQ_OVFL)
         slot->counts_drops = number != 0;
     else if (is_stamp(name))
         slot->stamp = number != 0 ? (uint32_t)name : 0;
@@ -209,6 +192,8 @@ EXPORT int setsockopt(int fd, int level, int name, const void *value, socklen_t 
     struct slot *slot = slot_of(fd);
     struct request request = {.operation = SET_OPTION, .a = level, .b = name};
 
+    if (slot == NULL && level == SOL_NETLINK && is_link_socket(fd))
+        return set_link_option(fd, name, value, length);
     if (slot == NULL)
         return REAL(setsockopt)(fd, level, name, value, length);
     if (level == SOL_SOCKET) {
@@ -234,7 +219,9 @@ static int get_socket_option(int fd, struct slot *slot, int name, int *number)
     case SO_ERROR: *number = take_error(fd, slot); return 0;
     default: break;
     }
-    if (is_stamp(name))
+    if (name == SO_BROADCAST && slot->protocol == CAN_J1939)
+        *number = (int)slot->broadcasts;
+    else if (is_stamp(name))
         *number = slot->stamp == (uint32_t)name;
     else if (is_stamping(name))
         *number = (int)slot->stamping_flags;
@@ -259,6 +246,11 @@ EXPORT int getsockopt(int fd, int level, int name, void *value, socklen_t *lengt
     size_t size = sizeof reply;
     int number;
 
+    if (slot == NULL && level == SOL_SOCKET && name == SO_PROTOCOL && is_link_socket(fd)) {
+        number = 0; /* NETLINK_ROUTE */
+        *length = *length < sizeof number ? *length : sizeof number;
+        return given(value, &number, *length);
+    }
     if (slot == NULL)
         return REAL(getsockopt)(fd, level, name, value, length);
     if (level == SOL_SOCKET) {

@@ -58,6 +58,8 @@ struct slot *slot_of(int fd)
 
 socklen_t address_length(const struct slot *slot)
 {
+    if (slot->protocol == CAN_J1939)
+        return sizeof(struct sockaddr_can);
     return slot->protocol == CAN_ISOTP ? offsetof(struct sockaddr_can, can_addr.tp) + sizeof(canid_t[2])
                                        : offsetof(struct sockaddr_can, can_addr);
 }

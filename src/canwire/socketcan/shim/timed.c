@@ -75,10 +75,11 @@ void take_part(void)
 
 int await_turn(struct wait *wait)
 {
-    struct request request = {.operation = AWAIT_TURN, .a = wait->again, .b = wait->restarts};
+    struct request request = {.operation = AWAIT_TURN, .b = wait->restarts};
     sigset_t before;
     long done;
 
+    request.a = (wait->again ? AGAIN : 0) | (wait->sleeps ? SLEEPS : 0);
     pthread_setspecific(leaving, &leaving);
     waits_itself();
     if (wait->mask != NULL)
@@ -98,7 +99,7 @@ int await_turn(struct wait *wait)
 
 int sleep_until(int64_t until_ns)
 {
-    struct wait wait = {.until_ns = until_ns};
+    struct wait wait = {.until_ns = until_ns, .sleeps = 1};
 
     do
         if (await_turn(&wait) < 0)

@@ -24,6 +24,7 @@ struct wait { /* one call that waits */
     int64_t until_ns;
     const sigset_t *mask; /* of signals meanwhile; NULL: as it is */
     int restarts;         /* after a handler with SA_RESTART, as the kernel's own call does */
+    int sleeps;           /* until then, whatever happens */
     int again;            /* it has looked before: nothing that others may wait for has happened since */
 };
 

@@ -16,8 +16,7 @@ static struct timespec of_milliseconds(int milliseconds)
 static int polled(struct pollfd *fds, nfds_t count, struct wait *wait)
 {
     for (;;) {
-        static const struct timespec none;
-        int found = REAL(ppoll)(fds, count, &none, wait->mask);
+        int found = polled_once(fds, count, wait->mask);
         if (found != 0 || (wait->again && expired(wait)))
             return found;
         if (await_turn(wait) < 0)
@@ -27,16 +26,21 @@ static int polled(struct pollfd *fds, nfds_t count, struct wait *wait)
 
 EXPORT int poll(struct pollfd *fds, nfds_t count, int timeout)
 {
+    struct timespec span = of_milliseconds(timeout);
+    if (with_error_queues(fds, count) && (timeout == 0 || !timed()))
+        return poll_error_queues(fds, count, timeout < 0 ? NULL : &span, NULL);
     if (timeout == 0 || !timed())
         return REAL(poll)(fds, count, timeout);
-    struct timespec span = of_milliseconds(timeout);
     struct wait wait = {.until_ns = wait_end_ns(timeout < 0 ? NULL : &span)};
     return polled(fds, count, &wait);
 }
 
 EXPORT int ppoll(struct pollfd *fds, nfds_t count, const struct timespec *span, const sigset_t *mask)
 {
-    if (!timed() || (span != NULL && span->tv_sec == 0 && span->tv_nsec == 0))
+    int at_once = !timed() || (span != NULL && span->tv_sec == 0 && span->tv_nsec == 0);
+    if (at_once && with_error_queues(fds, count))
+        return poll_error_queues(fds, count, span, mask);
+    if (at_once)
         return REAL(ppoll)(fds, count, span, mask);
     struct wait wait = {.until_ns = wait_end_ns(span), .mask = mask};
     return polled(fds, count, &wait);
@@ -125,7 +129,7 @@ EXPORT int pselect(int count, fd_set *restrict reads, fd_set *restrict writes, f
 static int epolled(int fd, struct epoll_event *events, int most, struct wait *wait)
 {
     for (;;) {
-        int found = REAL(epoll_pwait)(fd, events, most, 0, wait->mask);
+        int found = epolled_once(fd, events, most, wait->mask);
         if (found != 0 || (wait->again && expired(wait)))
             return found;
         if (await_turn(wait) < 0)
@@ -135,7 +139,10 @@ static int epolled(int fd, struct epoll_event *events, int most, struct wait *wa
 
 EXPORT int epoll_pwait(int fd, struct epoll_event *events, int most, int timeout, const sigset_t *mask)
 {
-    if (timeout == 0 || !timed())
+    int at_once = timeout == 0 || !timed();
+    if (at_once && shim_table != NULL && shim_table->error_queues != 0)
+        return epoll_error_queues(fd, events, most, timeout, mask);
+    if (at_once)
         return REAL(epoll_pwait)(fd, events, most, timeout, mask);
     struct timespec span = of_milliseconds(timeout);
     struct wait wait = {.until_ns = wait_end_ns(timeout < 0 ? NULL : &span), .mask = mask};
@@ -155,7 +162,9 @@ EXPORT int epoll_pwait2(int fd, struct epoll_event *events, int most, const stru
 
 EXPORT int epoll_wait(int fd, struct epoll_event *events, int most, int timeout)
 {
-    return timed() ? epoll_pwait(fd, events, most, timeout, NULL) : REAL(epoll_wait)(fd, events, most, timeout);
+    if (timed() || (shim_table != NULL && shim_table->error_queues != 0))
+        return epoll_pwait(fd, events, most, timeout, NULL);
+    return REAL(epoll_wait)(fd, events, most, timeout);
 }
 
 /* what _FORTIFY_SOURCE makes of them */

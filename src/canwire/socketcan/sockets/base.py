@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import socket
     from collections.abc import Callable
 
+    from canwire.socketcan.rings import Row
     from canwire.socketcan.setting import Setting
 
 LARGEST_MESSAGE = 1 << 17  # bytes that a program sends past the library
@@ -43,7 +44,7 @@ class CanSocket:
         self._watched = 0
         self.rewatch()
 
-    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+    def row_of_message(self, data: bytes, peeks: bool) -> Row:
         """rings.RingPair.row_of_message."""
         raise NotImplementedError
 
@@ -67,8 +68,15 @@ class CanSocket:
     def get_option(self, level: int, name: int) -> bytes:
         raise refuse(errno.ENOPROTOOPT)
 
+    def sent_to(self, data: bytes, address: bytes) -> None:
+        """sendto of a program whose calls the server answers; no address: to where it is bound."""
+        index = index_of(address) if address else self.setting.table.bound_to(self.slot)
+        if index not in self.setting.interfaces.by_index:
+            raise refuse(errno.ENXIO)
+        self.send_to(data, index)
+
     def send_to(self, data: bytes, index: int) -> None:
-        """sendto of a program whose calls the server answers; 0: to where it is bound."""
+        """The same, to an interface."""
         raise NotImplementedError
 
     # what happens on the descriptor
@@ -160,6 +168,8 @@ def index_of(address: bytes) -> int:
     return int(index)
 
 
-def message_of(payload: bytes, stamp_ns: int, interface: int, drops: int, error: int = 0) -> bytes:
+def message_of(
+    payload: bytes, stamp_ns: int, interface: int, drops: int, error: int = 0, flags: int = 0
+) -> bytes:
     """A message to the program, behind its header."""
-    return _RECEIVED.pack(stamp_ns, drops, interface, 0, error, len(payload)) + payload
+    return _RECEIVED.pack(stamp_ns, drops, interface, flags, error, len(payload)) + payload

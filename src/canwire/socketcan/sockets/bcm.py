@@ -28,10 +28,10 @@ from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.wire import HEADER_SIZE, numpy_module, row_of
 
 if TYPE_CHECKING:
-    from canwire.socketcan.control import Answered
     from canwire.socketcan.cyclic import CyclicFrame
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
+    from canwire.socketcan.requests.control import Answered
     from canwire.socketcan.wire import Batch
 
 Key = tuple[int, int, bool]  # identifier word, interface (0: all), FD

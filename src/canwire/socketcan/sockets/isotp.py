@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     import socket
     from collections.abc import Callable
 
-    from canwire.socketcan.control import Answered
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
+    from canwire.socketcan.requests.control import Answered
     from canwire.socketcan.rings import Rings
     from canwire.socketcan.setting import Setting
     from canwire.socketcan.wire import Batch

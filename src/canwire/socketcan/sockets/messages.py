@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import errno
-from collections import deque
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.control import Unasked
-from canwire.socketcan.interfaces import FULL, REFUSED
+from canwire.socketcan.interfaces import REFUSED
 from canwire.socketcan.outlets import MessageOutlet
 from canwire.socketcan.ports import Ports
+from canwire.socketcan.requests.control import Unasked
 from canwire.socketcan.sockets.base import CanSocket, message_of
-from canwire.socketcan.wire import row_of, sound
+from canwire.socketcan.sockets.frame_queue import FrameQueue
 
 if TYPE_CHECKING:
     import socket
     from collections.abc import Callable
 
-    from canwire.socketcan.control import Answered
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
-    from canwire.socketcan.rings import Rings
+    from canwire.socketcan.requests.control import Answered
+    from canwire.socketcan.rings import Rings, Row
     from canwire.socketcan.setting import Setting
 
-_MOST_WAITING = 4096
 _AT_ONCE = 64
 
 
@@ -41,47 +39,37 @@ class MessageSocket(CanSocket):
     ) -> None:
         self._ring = rings.pair(slot, end.fileno())
         self.outlet = MessageOutlet(self._ring)
-        self._queued: dict[Port, deque[bytes]] = {}
+        self._frames = FrameQueue()
         super().__init__(setting, ports, slot, end, closed)
 
     def sent(self, data: bytes, index: int, waits: bool, asked: Answered) -> None:
         """Answer it, now or later; raises OSError for what fails."""
         raise NotImplementedError
 
-    def tell(self, payload: bytes, stamp_ns: int, index: int, error: int = 0) -> None:
+    def tell(
+        self,
+        payload: bytes,
+        stamp_ns: int,
+        index: int,
+        error: int = 0,
+        *,
+        flags: int = 0,
+        about: bytes = b"",
+    ) -> None:
         """Put a message before the program."""
         if self.over:
             return
-        self.outlet.put(message_of(payload, stamp_ns, index, self.outlet.drops, error))
+        header = message_of(payload, stamp_ns, index, self.outlet.drops, error, flags)
+        self.outlet.put(header, about)
         self.setting.stir()
         self.rewatch()
         self.told()
 
     def send_frame(self, port: Port, frame: bytes) -> None:
         """A struct can_frame or canfd_frame; waits here while the line has no room."""
-        waiting = self._queued.setdefault(port, deque())
-        if len(waiting) < _MOST_WAITING:
-            waiting.append(frame)
-        else:
-            port.drop(1, FULL)
-        if len(waiting) == 1:
-            self._drain(port)
+        self._frames.send(port, self.slot, frame)
 
-    def _drain(self, port: Port) -> None:
-        waiting = self._queued.get(port)
-        if waiting is None:  # dropped with its interface
-            return
-        while waiting and port.room():
-            row = row_of(waiting.popleft(), port.interface.index)
-            if sound(row).all():
-                port.send(self.slot, row)
-        if port.lost:
-            port.drop(len(waiting))
-            del self._queued[port]
-        elif waiting:
-            port.when_room(lambda: self._drain(port))
-
-    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+    def row_of_message(self, data: bytes, peeks: bool) -> Row:
         return self._ring.row_of_message(data, peeks)
 
     def send_to(self, data: bytes, index: int) -> None:

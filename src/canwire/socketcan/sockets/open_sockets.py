@@ -8,18 +8,18 @@ import socket
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.constants import CAN_BCM, CAN_RAW, TYPE_OF_PROTOCOL
+from canwire.socketcan.constants import CAN_BCM, CAN_J1939, CAN_RAW, TYPE_OF_PROTOCOL
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.sockets.base import CanSocket
 from canwire.socketcan.sockets.bcm import BcmSocket
 from canwire.socketcan.sockets.isotp import IsoTpSocket
+from canwire.socketcan.sockets.j1939.bus import J1939Buses
+from canwire.socketcan.sockets.j1939.socket import J1939Socket
 from canwire.socketcan.sockets.raw import RawSocket
 
 if TYPE_CHECKING:
     from canwire.socketcan.rings import Rings
     from canwire.socketcan.setting import Setting
-
-_J1939 = 7
 
 
 class OpenSockets:
@@ -37,6 +37,7 @@ class OpenSockets:
         self._setting = setting
         self._ports = ports
         self._rings = rings
+        self._buses = J1939Buses(setting)
         self._prefix = prefix
         self._on_closed = closed
         self._say_once = say_once
@@ -59,8 +60,7 @@ class OpenSockets:
     def make(self, type: int, protocol: int, program: str) -> socket.socket:
         """The program's end of a new one; raises OSError with what its `socket` fails with."""
         if protocol not in TYPE_OF_PROTOCOL:
-            what = "CAN_J1939" if protocol == _J1939 else f"CAN protocol {protocol}"
-            self._say_once(f"{program} asked for {what}, which there is not here")
+            self._say_once(f"{program} asked for CAN protocol {protocol}, which there is not here")
             raise refuse(errno.EPROTONOSUPPORT)
         if type != TYPE_OF_PROTOCOL[protocol]:
             raise refuse(errno.EPROTOTYPE)
@@ -84,5 +84,7 @@ class OpenSockets:
 
         if protocol == CAN_RAW:
             return RawSocket(self._setting, self._ports, slot, end, closed, self._rings)
+        if protocol == CAN_J1939:
+            return J1939Socket(self._setting, self._ports, slot, end, closed, self._rings, self._buses)
         kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
         return kind(self._setting, self._ports, slot, end, closed, self._rings)

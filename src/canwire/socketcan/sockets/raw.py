@@ -17,7 +17,7 @@ from canwire.socketcan.constants import (
 from canwire.socketcan.interfaces import NOT_BOUND, NOT_FRAMES
 from canwire.socketcan.outlets import RowOutlet
 from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.rings import COLLECTED, Rings
+from canwire.socketcan.rings import COLLECTED, Rings, Row
 from canwire.socketcan.sockets.base import CanSocket, index_of
 from canwire.socketcan.sockets.raw_options import RawOptions
 from canwire.socketcan.wire import numpy_module, received_dtype, row_of, sound
@@ -166,7 +166,7 @@ class RawSocket(CanSocket):
             return
         self._send_all(row_of(frame, index))
 
-    def row_of_message(self, data: bytes, peeks: bool) -> tuple[int, int, int, int, int, int]:
+    def row_of_message(self, data: bytes, peeks: bool) -> Row:
         return self._ring.row_of_message(data, peeks)
 
     def send_to(self, data: bytes, index: int) -> None:

@@ -17,6 +17,7 @@ from canwire.socketcan.supervised.program import Message, Program
 from canwire.socketcan.table import Stamps
 
 if TYPE_CHECKING:
+    from canwire.socketcan.rings import Row
     from canwire.socketcan.sockets.base import CanSocket
     from canwire.socketcan.supervised.notices import Call
 
@@ -31,11 +32,7 @@ class Arrived(NamedTuple):
     """A message, and what its row says."""
 
     data: bytes
-    stamp_ns: int
-    drops: int
-    interface: int
-    flags: int
-    error: int
+    row: Row
 
 
 class Receiving:
@@ -64,12 +61,11 @@ class Receiving:
                 if blocks and self._waits:
                     return None
                 raise
-        stamp_ns, drops, interface, flags, error, _ = self._socket.row_of_message(data, bool(peeks))
-        return self._told(Arrived(data, stamp_ns, drops, interface, flags, error))
+        return self._told(Arrived(data, self._socket.row_of_message(data, bool(peeks))))
 
     def _told(self, arrived: Arrived) -> int:
-        if arrived.error:
-            raise refuse(arrived.error)
+        if arrived.row.error:
+            raise refuse(arrived.row.error)
         if self.call.name == "recvmsg":
             return self._as_message(arrived)
         _, place, size, _, name, length = self.call.arguments
@@ -86,19 +82,19 @@ class Receiving:
         control, cut = _fitting(self._control(arrived), message.control_size if message.control else 0)
         program.write(message.control, control)
         flags = (_TRUNCATED if done < len(arrived.data) else 0) | (_CONTROL_TRUNCATED if cut else 0)
-        flags |= (_DONTROUTE if arrived.flags & 1 else 0) | (_CONFIRM if arrived.flags & 2 else 0)
+        flags |= (_DONTROUTE if arrived.row.flags & 1 else 0) | (_CONFIRM if arrived.row.flags & 2 else 0)
         message.finish(program, len(name), len(control), flags)
         return done
 
     def _address(self, arrived: Arrived) -> bytes:
         table, slot = self._socket.setting.table, self._socket.slot
         if table.protocol(slot) == CAN_ISOTP:
-            return struct.pack("<HxxiII", AF_CAN, arrived.interface, *table.identifiers(slot))
-        return struct.pack("<Hxxi", AF_CAN, arrived.interface)
+            return struct.pack("<HxxiII", AF_CAN, arrived.row.interface, *table.identifiers(slot))
+        return struct.pack("<Hxxi", AF_CAN, arrived.row.interface)
 
     def _control(self, arrived: Arrived) -> list[tuple[int, bytes]]:
         stamps: Stamps = self._socket.setting.table.stamps(self._socket.slot)
-        seconds, ns = divmod(arrived.stamp_ns, 1_000_000_000)
+        seconds, ns = divmod(arrived.row.stamp_ns, 1_000_000_000)
         fine, found = struct.pack("<qq", seconds, ns), []
         if stamps.plain:
             coarse = struct.pack("<qq", seconds, ns // 1000)
@@ -107,8 +103,8 @@ class Receiving:
             software = fine if stamps.flags & _SOFTWARE else bytes(16)
             hardware = fine if stamps.flags & _HARDWARE else bytes(16)
             found.append((stamps.stamping, software + bytes(16) + hardware))
-        if stamps.counts_drops and arrived.drops:
-            found.append((_LOST, struct.pack("<I", arrived.drops)))
+        if stamps.counts_drops and arrived.row.drops:
+            found.append((_LOST, struct.pack("<I", arrived.row.drops)))
         return found
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import struct
+from socket import AF_NETLINK
 from typing import TYPE_CHECKING, Protocol
 
 from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_RAW
 from canwire.socketcan.loop import READABLE
+from canwire.socketcan.sockets.j1939.socket import J1939Socket
+from canwire.socketcan.supervised.links import LinkSockets
 from canwire.socketcan.supervised.names import answer_about_interface
 from canwire.socketcan.supervised.notices import Call, Listener
 from canwire.socketcan.supervised.options import get_socket_option, set_socket_option
@@ -18,6 +21,7 @@ from canwire.socketcan.supervised.receiving import Receiving
 if TYPE_CHECKING:
     import socket
 
+    from canwire.socketcan.netlink.door import NetlinkDoor
     from canwire.socketcan.setting import Setting
     from canwire.socketcan.sockets.base import CanSocket
 
@@ -40,10 +44,13 @@ class Sockets(Protocol):
 class Supervisor:
     """Of one program and what it starts; `listener` is closed with the last of them."""
 
-    def __init__(self, setting: Setting, sockets: Sockets, listener: Listener) -> None:
+    def __init__(
+        self, setting: Setting, sockets: Sockets, listener: Listener, door: NetlinkDoor | None
+    ) -> None:
         self._setting = setting
         self._sockets = sockets
         self._listener = listener
+        self._links = LinkSockets(door) if door is not None else None
         setting.loop.watch(listener.descriptor, READABLE, self._called)
 
     def close(self) -> None:
@@ -73,17 +80,30 @@ class Supervisor:
             if found is not None and call.name in ("recvfrom", "recvmsg"):
                 self._receive(Receiving(call, program, found), found)
                 return
-            done = None if found is None else self._done(call, program, found)
+            if found is not None:
+                done = self._done(call, program, found)
+            else:
+                done = self._links.answer(call, program) if self._links is not None else None
         if done is None:
             self._listener.let_pass(call)
         else:
             self._listener.answer(call, done)
 
     def _open(self, call: Call, program: Program) -> None:
-        _, type, protocol, *_ = call.arguments
+        family, type, protocol, *_ = call.arguments
+        if family & 0xFFFFFFFF == AF_NETLINK:
+            self._open_link(call, type, protocol)
+            return
         with self._sockets.make(type & 0xF, protocol & 0xFFFFFFFF, program.name) as end:
             if type & _NONBLOCK:
                 end.setblocking(False)
+            self._listener.put_descriptor(call, end.fileno(), close_on_exec=bool(type & _CLOEXEC))
+
+    def _open_link(self, call: Call, type: int, protocol: int) -> None:
+        if self._links is None or protocol & 0xFFFFFFFF:
+            self._listener.let_pass(call)
+            return
+        with self._links.open(type & (0xF | _NONBLOCK)) as end:
             self._listener.put_descriptor(call, end.fileno(), close_on_exec=bool(type & _CLOEXEC))
 
     def _done(self, call: Call, program: Program, found: CanSocket) -> int | None:
@@ -108,7 +128,7 @@ class Supervisor:
             program.write(c, shown[:room])
             program.write(d, struct.pack("<I", min(len(shown), room)))
         elif call.name == "sendto":
-            return self._sent_to(found, program.read(a, min(b, _LARGEST)), program.read(d, min(e, 128)))
+            return _sent(found, program.read(a, min(b, _LARGEST)), program.read(d, min(e, 128)))
         else:
             return self._send_message(program, found, a)
         return 0
@@ -118,6 +138,8 @@ class Supervisor:
             return None
         table = self._setting.table
         name = _ADDRESS.pack(AF_CAN, table.bound_to(found.slot))
+        if isinstance(found, J1939Socket):
+            name = found.name(of_peer=False)
         if table.protocol(found.slot) == CAN_ISOTP:
             name += struct.pack("<II", *table.identifiers(found.slot))
         program.put(place, length, name)
@@ -128,18 +150,7 @@ class Supervisor:
         if not message.name and self._setting.table.protocol(found.slot) == CAN_RAW and not message.control:
             return None  # its messages are frames
         address = program.read(message.name, min(message.name_size, 128)) if message.name else b""
-        return self._sent_to(found, program.gather(message.parts), address)
-
-    def _sent_to(self, found: CanSocket, data: bytes, address: bytes) -> int:
-        index = self._setting.table.bound_to(found.slot)
-        if address:
-            if len(address) < _ADDRESS.size or _ADDRESS.unpack_from(address)[0] != AF_CAN:
-                return -errno.EINVAL
-            index = _ADDRESS.unpack_from(address)[1]
-        if index not in self._setting.interfaces.by_index:
-            return -errno.ENXIO
-        found.send_to(data, index)
-        return len(data)
+        return _sent(found, program.gather(message.parts), address)
 
     def _receive(self, receiving: Receiving, found: CanSocket) -> None:
         over = False
@@ -164,3 +175,8 @@ class Supervisor:
         look()
         if look in found.waiting and receiving.limit_s:
             self._setting.loop.call_in(receiving.limit_s, expire)
+
+
+def _sent(found: CanSocket, data: bytes, address: bytes) -> int:
+    found.sent_to(data, address)
+    return len(data)

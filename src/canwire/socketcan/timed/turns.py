@@ -22,21 +22,26 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from canwire import Hub
-    from canwire.socketcan.control import Asked, Request
     from canwire.socketcan.loop import Loop, Timer
+    from canwire.socketcan.requests.control import Asked, Request
     from canwire.socketcan.table import Table
 
 NEVER = (1 << 63) - 1
+_AGAIN, _SLEEPS = 1, 2  # of a wait: shim/shim.h
 
 
 class Seat:
-    """A thread that takes part: it runs, or waits for `give`. `round` is the server's turn in which it had its last."""
+    """A thread that takes part: it runs, or waits for `give`. `round` is the server's turn in which it had its last.
+
+    One that `sleeps` waits for nothing but its time.
+    """
 
     def __init__(self, process: int) -> None:
         self.process = process
         self.give: Callable[[], object] | None = None
         self.until_ns = NEVER
         self.looks = False
+        self.sleeps = False
         self.round = -1
 
 
@@ -115,7 +120,7 @@ class TimedWaiter:
             seat = self._seats[key] = Seat(request.process)
             self._watch_process(request.process)
         if seat is not None:
-            seat.give = None
+            seat.give, seat.sleeps = None, False
             asked.hold = lambda give: self._hold(seat, give)
 
     def has_seat(self, thread: int) -> bool:
@@ -132,9 +137,9 @@ class TimedWaiter:
         """This thread waits for its turn."""
         seat = self._seats[request.process, request.thread]
         asked.hold = None
-        if not request.a:
+        if not request.a & _AGAIN:
             self.stir()
-        seat.until_ns, seat.looks = until_ns, False
+        seat.until_ns, seat.looks, seat.sleeps = until_ns, False, bool(request.a & _SLEEPS)
 
         def interrupted() -> None:
             seat.give = None
@@ -188,9 +193,10 @@ class TimedWaiter:
             self._give(seat)  # it is interrupted already
 
     def stir(self) -> None:
-        """Everybody looks again."""
+        """Everybody looks again, but for who sleeps, and those to whom the answer to a request is their turn."""
         for seat in self._seats.values():
-            seat.looks = True
+            if seat.give is not _nothing and not seat.sleeps:
+                seat.looks = True
 
     def _hold(self, seat: Seat, give: Callable[[], object]) -> None:
         """An answer: at once while the asker runs, else at its turn."""

@@ -1,0 +1,1 @@
+"""What shims ask the server for, one message each."""

@@ -1,0 +1,182 @@
+"""`ip link` and whatever else speaks rtnetlink: the interfaces shown, set up, taken down."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+import pytest
+
+import canwire
+from canwire.socketcan.netlink import messages as m
+from tests.hubs import LONG_S
+from tests.missing import find_program
+from tests.socketcan.bench import Bench
+
+
+def shown(bench: Bench, *words: str) -> dict[str, Any]:
+    """`ip -json -details -statistics link show` of can0, after `ip link` with these words."""
+    find_program("ip")
+    commands = [f"ip link set can0 {word}" for word in words]
+    commands.append("ip -json -details -statistics link show can0")
+    (found,) = json.loads(bench.run("sh", "-ec", "; ".join(commands)))
+    assert isinstance(found, dict)
+    return found
+
+
+def refused(bench: Bench, what: str, *, before: str = "true") -> str:
+    """What `ip link set can0` says to this."""
+    find_program("ip")
+    process = bench.start("sh", "-c", f"{before}; exec ip link set can0 {what}")
+    _, errors = process.communicate(timeout=LONG_S)
+    assert process.returncode == 2
+    return errors.strip()
+
+
+@pytest.mark.conforms("N-50")
+@pytest.mark.finding("socketcan 5")
+def test_what_is_shown(bench: Bench) -> None:
+    link = shown(bench)
+    assert {"NOARP", "UP", "LOWER_UP", "ECHO"} == set(link["flags"])
+    assert (link["ifindex"], link["operstate"], link["link_type"], link["txqlen"]) == (
+        1001,
+        "UP",
+        "can",
+        1000,
+    )
+    data = link["linkinfo"]["info_data"]
+    assert (data["state"], data["berr_counter"]) == ("ERROR-ACTIVE", {"tx": 0, "rx": 0})
+    assert data["bittiming"]["bitrate"] == 500_000
+    assert set(link["stats64"]["rx"].values()) == {0}
+
+
+def test_all_are_beside_the_kernel_s(bench: Bench) -> None:
+    find_program("ip")
+    names = {link["ifname"] for link in json.loads(bench.run("ip", "-json", "link"))}
+    assert {"can0", "HW000001_0", "lo"} <= names
+    assert "127.0.0.1" in bench.run("ip", "addr", "show", "lo")
+
+
+@pytest.mark.conforms("N-50")
+def test_a_line_is_set_up_and_started_for_good(bench: Bench) -> None:
+    data = shown(bench, "up type can bitrate 250000 sample-point 0.8")["linkinfo"]["info_data"]
+    assert (data["bittiming"]["bitrate"], data["bittiming"]["sample_point"]) == (250_000, "0.800")
+    running = [place.status(bench.hub) for place in canwire.every_line(bench.hub, "CAN")]
+    (status,) = [status for status in running if status.running]
+    assert status.mode is not None
+    assert status.mode.persistent
+    assert shown(bench)["linkinfo"]["info_data"]["bittiming"]["bitrate"] == 250_000
+    assert shown(bench, "down")["operstate"] == "DOWN"
+    assert not any(place.status(bench.hub).running for place in canwire.every_line(bench.hub, "CAN"))
+
+
+@pytest.mark.conforms("N-50")
+def test_statistics_are_the_line_s(bench: Bench) -> None:
+    program = """
+import json, socket, subprocess
+wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+wire.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_RECV_OWN_MSGS, 1)
+wire.bind(("can0",))
+for _ in range(3):
+    wire.send(bytes(16))
+    wire.recv(16)
+(link,) = json.loads(subprocess.check_output(["ip", "-json", "-s", "link", "show", "can0"]))
+assert link["stats64"]["tx"]["packets"] == 3, link
+"""
+    find_program("ip")
+    bench.run(sys.executable, "-c", program)
+
+
+@pytest.mark.conforms("N-50")
+def test_a_program_on_it_notices(bench: Bench) -> None:
+    """Its read fails once the interface goes down, and it hears again once that is up, at the new rate."""
+    program = """
+import errno, socket, subprocess
+wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+wire.bind(("can0",))
+wire.settimeout(10)
+def ip(*words):
+    subprocess.run(["ip", "link", "set", "can0", *words], check=True)
+ip("down")
+try:
+    wire.recv(16)
+except OSError as error:
+    assert error.errno == errno.ENETDOWN, error
+ip("type", "can", "bitrate", "125000")
+ip("up")
+other = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+other.bind(("can0",))
+other.send(bytes([0x23, 1, 0, 0, 1]) + bytes(3) + b"1" + bytes(7))
+assert wire.recv(16)[8:9] == b"1"
+"""
+    find_program("ip")
+    bench.run(sys.executable, "-c", program)
+
+
+NOT_SET = {
+    "type can bitrate 123456789": "Invalid argument",
+    "type can restart-ms 100": "Operation not supported",
+    "type can one-shot on": "Operation not supported",
+    "mtu 1500": "can0: its MTU is its line's",
+    "name other": "canwire run --interface NAME=LINE gives other names",
+}
+
+
+FILES = """
+import os
+below = "/sys/class/net"
+names = os.listdir(below)
+assert {"can0", "HW000001_0", "lo"} <= set(names), names
+def said(path):
+    with open(f"{below}/{path}") as file:
+        return file.read()
+assert said("can0/type") == "280\\n"
+assert said("lo/type") == "772\\n"
+assert (said("can0/flags"), said("can0/operstate"), said("can0/ifindex")) == ("0x400c1\\n", "up\\n", "1001\\n")
+assert said("can0/statistics/tx_packets") == "0\\n"
+assert os.path.isdir(f"{below}/can0/statistics") and os.access(f"{below}/can0/mtu", os.R_OK)
+assert not os.path.exists(f"{below}/can7") and not os.path.exists(f"{below}er")
+os.system("cansend can0 123#11; ip link set can0 down")
+assert (said("can0/operstate"), said("can0/statistics/tx_packets")) == ("down\\n", "1\\n")
+"""
+
+
+@pytest.mark.conforms("N-50")
+def test_files_of_sysfs(bench: Bench) -> None:
+    find_program("cansend")
+    find_program("ip")
+    bench.run(sys.executable, "-c", FILES)
+
+
+def test_what_cannot_be_set(bench: Bench) -> None:
+    find_program("ip")
+    script = "".join(f"ip link set can0 {what}; echo $? >&2; " for what in NOT_SET)
+    _, errors = bench.start("sh", "-c", script).communicate(timeout=LONG_S)
+    said = errors.splitlines()
+    assert said[1::2] == ["2"] * len(NOT_SET)
+    assert all(why in line for why, line in zip(NOT_SET.values(), said[::2], strict=True)), errors
+
+
+def test_a_line_that_runs_is_not_set_up_otherwise(bench: Bench) -> None:
+    find_program("candump")
+    said = refused(bench, "type can bitrate 125000", before="candump can0 -n 1 -T 3000 & sleep 0.5")
+    assert "can0: the line runs; take it down before it is set up otherwise" in said
+
+
+def test_a_bus_that_runs_at_another_rate(bench: Bench) -> None:
+    shown(bench, "up type can bitrate 250000")
+    assert "HW000001:0 runs at 250000 bit/s" in refused(bench, "up type can bitrate 125000")
+
+
+def test_whoever_else_sends_to_the_server_is_not_heard() -> None:
+    """Messages that are cut short, lengths that cannot be: nothing of them is taken, and nothing fails."""
+    whole = m.message(m.GET_LINK, 0, 7, 0, bytes(16))
+    assert [one.sequence for one in m.requests_in(whole + whole)] == [7, 7]
+    assert list(m.requests_in(whole[:-1])) == []
+    assert list(m.requests_in(b"\xff" * 64)) == []
+    assert list(m.requests_in(bytes(64))) == []
+    assert m.attributes_in(b"\0" * 12) == {}
+    assert m.attributes_in(m.attribute(3, b"can0\0") + b"\x0c") == {3: b"can0\0"}
+    error = next(m.requests_in(m.answer_to(next(m.requests_in(whole)), 9, 19, "why")))
+    assert (error.kind, error.flags, error.body[:4]) == (m.ERROR, m.WITH_ATTRIBUTES, b"\xed\xff\xff\xff")
