@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
+import time
+from datetime import UTC, datetime, timedelta, timezone
 
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
@@ -12,8 +13,12 @@ _MICROSECOND = timedelta(microseconds=1)
 
 
 def ns_of(moment: datetime) -> int:
-    """Nanoseconds since 1970; a moment without a zone is local time."""
-    return (moment.astimezone(UTC) - _EPOCH) // _MICROSECOND * 1000
+    """Nanoseconds since 1970; a moment without a zone is local time, where the system knows none the zone's standard."""
+    try:
+        since = moment.astimezone(UTC) - _EPOCH
+    except OSError:  # Windows: local time begins in 1970 and ends in 3000
+        since = moment.replace(tzinfo=timezone(timedelta(seconds=-time.timezone))) - _EPOCH
+    return since // _MICROSECOND * 1000
 
 
 def local(time_ns: int) -> datetime:
