@@ -13,7 +13,7 @@ _MICROSECOND = timedelta(microseconds=1)
 
 
 def ns_of(moment: datetime) -> int:
-    """Nanoseconds since 1970; a moment without a zone is local time, where the system knows none the zone's standard."""
+    """Nanoseconds since 1970; a moment without a zone is local time, where the system has none the standard time."""
     try:
         since = moment.astimezone(UTC) - _EPOCH
     except OSError:  # Windows: local time begins in 1970 and ends in 3000
