@@ -32,7 +32,7 @@ ON_A_HUB = {  # in this order
     f"gen {BEGINS} --count 5": "5 sent",
     f"lin dump {BEGINS}": "canwire:",
     "load --count 1": "can0",
-    "registers HW000002": "MOD",
+    "registers HW000002": "an ideal controller, without registers",
     "fault can0 flip --id 7FF --bit 20 --stay": "",
     "fault can0 --list": "flip",
     "fault can0 --clear": "",
@@ -65,17 +65,9 @@ def unexpected(said: dict[str, str], expected: dict[str, str]) -> dict[str, str]
     return {words: text for words, text in said.items() if expected[words] not in text or "Traceback" in text}
 
 
-def test_what_one_sends_another_shows_and_a_log_keeps(windows: Windows, hub: str, tmp_path: Path) -> None:
-    log, other = tmp_path / "a log.blf", tmp_path / "another.asc"
+def test_what_one_sends_another_shows(windows: Windows, hub: str) -> None:
     windows.canwire("up", "HW000002:0", "--hub", hub)
-    recorder = windows.start(
-        "-m", "canwire", "record", "HW000002:0", windows.path(log), "--hub", hub, "--count", "1"
-    )
     dump = windows.start("-m", "canwire", "dump", "HW000002:0", "--hub", hub, "--count", "1")
-    while (
-        dump.poll() is None or recorder.poll() is None
-    ):  # they say nothing of when they have begun to listen
+    while dump.poll() is None:  # it listens as soon as it has begun, of which it says nothing
         windows.canwire("send", BEGINS, "123#1122", "--hub", hub)
     assert "11 22" in line_of(dump, "123")
-    windows.canwire("convert", windows.path(log), windows.path(other))
-    assert b" 11 22" in other.read_bytes()
