@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from datetime import datetime, timedelta, tzinfo
 
 import pytest
@@ -20,12 +21,18 @@ class OnWindows(datetime):
 
 
 @pytest.fixture
-def _in_new_york(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(time, "timezone", 5 * 3600)
+def _in_new_york(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    if not hasattr(time, "tzset"):
+        pytest.skip("Windows has one zone for all programs")
+    with monkeypatch.context() as patch:
+        patch.setenv("TZ", "EST5")
+        time.tzset()
+        yield
+    time.tzset()
 
 
 @pytest.mark.usefixtures("_in_new_york")
-def test_before_1970_windows_has_the_zone_s_standard_time() -> None:
+def test_before_1970_windows_has_the_time_of_1970() -> None:
     assert ns_of(OnWindows(1969, 12, 31, 19, 0, 1)) == 1_000_000_000
 
 

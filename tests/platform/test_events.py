@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import importlib
 import inspect
@@ -11,13 +12,18 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from types import ModuleType
+from contextlib import closing
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 
+from canwire import HubError, pacing
+from canwire.hub.links.loopback import client
 from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
+from canwire.timeline import Timeline
 
 linux: Any = importlib.import_module("canwire.platform.linux") if hasattr(select, "poll") else None
 AGES = 60.0
@@ -295,3 +301,27 @@ def test_the_portable_poller_refuses_what_select_cannot_watch() -> None:
     with pytest.raises(OSError, match="1024 sockets"):
         poller.watch(5000, polling.Poller.READABLE)
     poller.close()
+
+
+def test_sleeps_on_windows_end_within_a_millisecond(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr(polling.sys, "platform", "win32")
+    monkeypatch.setattr(
+        ctypes, "windll", SimpleNamespace(winmm=SimpleNamespace(timeBeginPeriod=asked.append)), False
+    )
+    polling.sharpen_sleep()
+    assert asked == [1]
+
+
+def test_a_lab_in_real_time_and_programs_on_a_hub_have_their_sleeps_sharp(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sharp = threading.Event()
+    monkeypatch.setattr(pacing, "sharpen_sleep", sharp.set)
+    with closing(pacing.Pacer(Timeline())):
+        assert sharp.wait(AGES)
+    sharp.clear()
+    monkeypatch.setattr(client, "sharpen_sleep", sharp.set)
+    with pytest.raises(HubError):
+        client.LoopbackLink(str(tmp_path / "hub"), "program")
+    assert sharp.is_set()

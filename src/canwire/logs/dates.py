@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta
 
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
@@ -13,11 +12,11 @@ _MICROSECOND = timedelta(microseconds=1)
 
 
 def ns_of(moment: datetime) -> int:
-    """Nanoseconds since 1970; a moment without a zone is local time, where the system has none the standard time."""
+    """Nanoseconds since 1970; a moment without a zone is local time, where the system has none that of January 1970."""
     try:
         since = moment.astimezone(UTC) - _EPOCH
     except OSError:  # Windows: local time begins in 1970 and ends in 3000
-        since = moment.replace(tzinfo=timezone(timedelta(seconds=-time.timezone))) - _EPOCH
+        since = moment.replace(tzinfo=datetime(1970, 1, 3).astimezone().tzinfo) - _EPOCH
     return since // _MICROSECOND * 1000
 
 
