@@ -24,6 +24,7 @@ from canwire.hub.links.loopback import client
 from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
 from canwire.timeline import Timeline
+from tests.missing import not_on_windows
 
 linux: Any = importlib.import_module("canwire.platform.linux") if hasattr(select, "poll") else None
 AGES = 60.0
@@ -296,10 +297,36 @@ def test_a_poller_waits_as_long_as_it_should(poller: Any) -> None:
     assert time.monotonic() - begun >= 0.06
 
 
+@not_on_windows("counts sockets, whatever their numbers")
 def test_the_portable_poller_refuses_what_select_cannot_watch() -> None:
     poller = polling.Poller()
     with pytest.raises(OSError, match="1024 sockets"):
         poller.watch(5000, polling.Poller.READABLE)
+    poller.close()
+
+
+def test_on_windows_sockets_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(polling.sys, "platform", "win32")
+    monkeypatch.setattr(polling, "_SELECT_TAKES", 1)
+    poller, (reader, writer) = polling.Poller(), connected_pair()
+    poller.watch(reader.fileno(), poller.READABLE)
+    with pytest.raises(OSError, match="1 sockets"):
+        poller.watch(writer.fileno(), poller.READABLE)
+    for each in (poller, reader, writer):
+        each.close()
+
+
+def test_where_select_refuses_to_wait_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(10022, "Invalid argument")
+
+    monkeypatch.setattr(
+        polling.selectors,
+        "SelectSelector",
+        type("Refusing", (polling.selectors.SelectSelector,), {"select": refuse}),
+    )
+    poller = polling.Poller()
+    assert poller.wait(0) == []
     poller.close()
 
 
