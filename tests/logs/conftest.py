@@ -1,4 +1,4 @@
-"""Files are treated as Windows has it: what is open can be neither removed nor replaced."""
+"""Files are treated as Windows has it: what is open can be neither removed nor replaced. Packages may be missing."""
 
 from __future__ import annotations
 
@@ -10,6 +10,16 @@ from pathlib import Path
 import pytest
 
 _OPEN = Path("/proc/self/fd")
+_NEEDS = {"parquet": "pyarrow", "trace": "pyarrow", "mf4": "asammdf"}
+
+
+@pytest.fixture(autouse=True)
+def _packages_of_its_format(request: pytest.FixtureRequest) -> None:
+    """A test that is repeated for each format is skipped for those whose packages are missing."""
+    callspec = getattr(request.node, "callspec", None)
+    for value in callspec.params.values() if callspec else ():
+        if isinstance(value, str) and value.lstrip(".") in _NEEDS:
+            pytest.importorskip(_NEEDS[value.lstrip(".")])
 
 
 @pytest.fixture(autouse=_OPEN.is_dir())
