@@ -158,7 +158,9 @@ def socketcan_shim() -> list[Extension]:
 
 def native_libraries() -> list[Extension]:
     """What programs in C and C++ are linked with: no Python in them either."""
-    return [native_library(name) for name in LIBRARIES] if sys.platform == "linux" else []
+    if not sysconfig.get_platform().startswith("linux"):
+        return []
+    return [native_library(name) for name in LIBRARIES]
 
 
 def needs(extension: Extension) -> tuple[str, ...]:

@@ -32,6 +32,11 @@ def needs_program(program: str) -> pytest.MarkDecorator:
     return pytest.mark.skipif(shutil.which(program) is None, reason=reason(program))
 
 
+def not_on_windows(why: str) -> pytest.MarkDecorator:
+    """A mark: skipped on Windows, for this reason."""
+    return pytest.mark.skipif(os.name == "nt", reason=f"Windows {why}")
+
+
 def find_program(program: str) -> str:
     """The path of this program; where it is not installed, the test is skipped."""
     found = shutil.which(program)

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from canwire.platform import sharpen_sleep
 from canwire.timeline import NEVER, Timeline
 
 _KEPT = 100_000
@@ -79,6 +80,7 @@ class Pacer:
         self.check()
 
     def _run(self) -> None:
+        sharpen_sleep()
         with self._changed:
             while not self._stopping:
                 try:

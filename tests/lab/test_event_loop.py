@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from pathlib import Path
 
 import pytest
 
 from canwire import BadValue, Closed, Frame, Lab, LabBus, NodeScript
+from canwire.lab.event_loop import run
+from canwire.timeline import Timeline
 
 pytestmark = [pytest.mark.conforms("PL-03"), pytest.mark.finding("newcomer F12")]
 
@@ -116,6 +119,19 @@ def test_what_another_thread_brings_wakes_a_lab_where_nothing_happens(lab: Lab) 
         return await asyncio.to_thread(lambda: "from a thread")
 
     assert lab.run(main()) == "from a thread"
+
+
+def test_threads_that_end_late_take_no_time_of_the_lab() -> None:
+    timeline, late = Timeline(), threading.Event()
+
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        waiting = loop.run_in_executor(None, late.wait)
+        await loop.shutdown_default_executor(300)  # as asyncio.Runner does from Python 3.12 on
+        assert await waiting
+
+    run(timeline, main(), late.set)
+    assert timeline.now_ns == 0
 
 
 def test_the_same_every_time(tmp_path: Path) -> None:

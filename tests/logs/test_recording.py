@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import resource
 import signal
 import subprocess
 import sys
@@ -203,6 +202,7 @@ def test_killed_all_that_is_older_than_a_second_is_there(killed: Path, suffix: s
 @pytest.fixture
 def small_files() -> Iterator[None]:
     """No file of this process may grow beyond 100,000 bytes: a full disk's error at a place that is known."""
+    resource = pytest.importorskip("resource", reason="limits of files are Linux'")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
     yield

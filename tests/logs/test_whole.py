@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import resource
 import signal
 import sqlite3
 from collections.abc import Iterator
@@ -62,6 +61,7 @@ def long(tmp_path: Path) -> Path:
 @pytest.fixture
 def small_files() -> Iterator[None]:
     """No file of this process may grow beyond 100,000 bytes: a full disk's error at a place that is known."""
+    resource = pytest.importorskip("resource", reason="limits of files are Linux'")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
     yield

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
+import importlib
 import inspect
 import os
 import select
@@ -10,15 +12,21 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from types import ModuleType
+from contextlib import closing
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 
-from canwire.platform import linux
+from canwire import HubError, pacing
+from canwire.hub.links.loopback import client
 from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
+from canwire.timeline import Timeline
+from tests.missing import not_on_windows
 
+linux: Any = importlib.import_module("canwire.platform.linux") if hasattr(select, "poll") else None
 AGES = 60.0
 PORTABLE = {
     "EventDescriptor": events,
@@ -33,7 +41,10 @@ PORTABLE = {
 }
 
 
-@pytest.fixture(params=[linux, events], ids=["linux", "portable"])
+needs_linux = pytest.mark.skipif(linux is None, reason="Windows has no poll")
+
+
+@pytest.fixture(params=[pytest.param(linux, marks=needs_linux), events], ids=["linux", "portable"])
 def kind(request: pytest.FixtureRequest) -> ModuleType:
     module: ModuleType = request.param
     return module
@@ -50,6 +61,7 @@ def readable(source: Any) -> bool:
     return bool(select.select([source], [], [], 0)[0])
 
 
+@needs_linux
 @pytest.mark.parametrize("name", PORTABLE)
 def test_both_variants_have_the_same_names(name: str) -> None:
     one, other = getattr(linux, name), getattr(PORTABLE[name], name)
@@ -252,9 +264,9 @@ def test_a_stranger_who_is_quicker_gets_no_end_of_a_pair(monkeypatch: pytest.Mon
         end.close()
 
 
-@pytest.fixture(params=[linux.Poller, polling.Poller], ids=["linux", "portable"])
+@pytest.fixture(params=[pytest.param("linux", marks=needs_linux), "portable"])
 def poller(request: pytest.FixtureRequest) -> Iterator[Any]:
-    made = request.param()
+    made = (linux if request.param == "linux" else polling).Poller()
     yield made
     made.close()
 
@@ -285,8 +297,58 @@ def test_a_poller_waits_as_long_as_it_should(poller: Any) -> None:
     assert time.monotonic() - begun >= 0.06
 
 
+@not_on_windows("counts sockets, whatever their numbers")
 def test_the_portable_poller_refuses_what_select_cannot_watch() -> None:
     poller = polling.Poller()
     with pytest.raises(OSError, match="1024 sockets"):
         poller.watch(5000, polling.Poller.READABLE)
     poller.close()
+
+
+def test_on_windows_sockets_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(polling.sys, "platform", "win32")
+    monkeypatch.setattr(polling, "_SELECT_TAKES", 1)
+    poller, (reader, writer) = polling.Poller(), connected_pair()
+    poller.watch(reader.fileno(), poller.READABLE)
+    with pytest.raises(OSError, match="1 sockets"):
+        poller.watch(writer.fileno(), poller.READABLE)
+    for each in (poller, reader, writer):
+        each.close()
+
+
+def test_where_select_refuses_to_wait_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(10022, "Invalid argument")
+
+    monkeypatch.setattr(
+        polling.selectors,
+        "SelectSelector",
+        type("Refusing", (polling.selectors.SelectSelector,), {"select": refuse}),
+    )
+    poller = polling.Poller()
+    assert poller.wait(0) == []
+    poller.close()
+
+
+def test_sleeps_on_windows_end_within_a_millisecond(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr(polling.sys, "platform", "win32")
+    monkeypatch.setattr(
+        ctypes, "windll", SimpleNamespace(winmm=SimpleNamespace(timeBeginPeriod=asked.append)), False
+    )
+    polling.sharpen_sleep()
+    assert asked == [1]
+
+
+def test_a_lab_in_real_time_and_programs_on_a_hub_have_their_sleeps_sharp(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sharp = threading.Event()
+    monkeypatch.setattr(pacing, "sharpen_sleep", sharp.set)
+    with closing(pacing.Pacer(Timeline())):
+        assert sharp.wait(AGES)
+    sharp.clear()
+    monkeypatch.setattr(client, "sharpen_sleep", sharp.set)
+    with pytest.raises(HubError):
+        client.LoopbackLink(str(tmp_path / "hub"), "program")
+    assert sharp.is_set()

@@ -19,6 +19,7 @@ from canwire.platform.portable.memory import (
     map_memory,
     remove_stale,
 )
+from tests.missing import not_on_windows
 
 NAME = f"canwire-{os.getpid()}-{'a' * 32}.ring"
 
@@ -31,6 +32,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@not_on_windows("has the rights of folders instead")
 def test_both_ends_see_the_same_and_then_the_name_is_gone(place: Path) -> None:
     made = create_memory(4096)
     [name] = place.iterdir()
@@ -61,6 +63,7 @@ def test_the_name_stays_for_as_long_as_somebody_may_pass_it_on(place: Path) -> N
     assert list(place.iterdir()) == []
 
 
+@not_on_windows("has no list of what is open")
 def test_no_room_is_an_error_that_leaves_nothing(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(descriptor: int, size: int) -> None:
         raise OSError(28, "No space left on device")
@@ -72,6 +75,7 @@ def test_no_room_is_an_error_that_leaves_nothing(place: Path, monkeypatch: pytes
     assert (list(place.iterdir()), len(os.listdir("/proc/self/fd"))) == ([], before)
 
 
+@not_on_windows("has the rights of folders instead")
 @pytest.mark.parametrize("mode", [0o660, 0o604, 0o777])
 def test_a_file_that_others_may_open_is_refused(place: Path, mode: int) -> None:
     (place / NAME).write_bytes(bytes(8))
@@ -80,6 +84,7 @@ def test_a_file_that_others_may_open_is_refused(place: Path, mode: int) -> None:
         Memory.open(str(place / NAME))
 
 
+@not_on_windows("has the rights of folders instead")
 def test_another_users_file_is_refused(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (place / NAME).touch(0o600)
     stranger = (place / NAME).stat().st_uid + 1
@@ -100,6 +105,7 @@ def test_other_names_are_not_even_looked_at(place: Path, name: str) -> None:
         Memory.open(str(place / name))
 
 
+@not_on_windows("has the rights of folders instead")
 def test_links_and_directories_are_refused(place: Path) -> None:
     (place / "precious").write_bytes(bytes(8))
     (place / NAME).symlink_to(place / "precious")
@@ -111,6 +117,7 @@ def test_links_and_directories_are_refused(place: Path) -> None:
         Memory.open(str(place / NAME))
 
 
+@not_on_windows("refuses to remove what lives: trying tells")
 def test_what_a_killed_process_left_is_removed_by_the_next_that_makes_some(place: Path) -> None:
     code = "import os; from canwire.platform.portable.memory import create_memory; m = create_memory(8); os._exit(9)"
     source = str(Path(memory.__file__).parent.parent.parent.parent)
@@ -126,6 +133,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next_that_makes_some(place
     assert not left.exists()
 
 
+@not_on_windows("refuses to remove what lives: trying tells")
 def test_numbers_that_are_no_process_are_left_alone(place: Path) -> None:
     name = f"canwire-{2**80}-{'0' * 32}.ring"
     (place / name).touch()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import pty
 import subprocess
+import termios
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -26,6 +29,69 @@ class Windows(NamedTuple):
     def path(path: Path) -> str:
         return "Z:" + str(path).replace("/", "\\")
 
+    def canwire(self, *words: str) -> str:
+        """What this verb says."""
+        return self.run("-m", "canwire", *words)
+
+
+class Console:
+    """A program of Windows in a console of its own, which a pseudo terminal of Linux shows."""
+
+    def __init__(self, *words: str) -> None:
+        self._shown, program = pty.openpty()
+        self._said = b""
+        self.process = subprocess.Popen(
+            [PYTHON, *words], stdin=program, stdout=program, stderr=program, preexec_fn=_have_the_terminal
+        )
+        os.close(program)
+
+    def wait_for(self, text: str) -> str:
+        """What was shown, as soon as it has this in it."""
+        while text.encode() not in self._said:
+            self._said += self._read() or _ended(self._said, text)
+        return self._said.decode(errors="replace")
+
+    def type(self, keys: bytes) -> None:
+        os.write(self._shown, keys)
+
+    def end(self) -> int:
+        """Its exit status, once it has ended by itself."""
+        while self._read():
+            pass
+        return self.process.wait(LONG_S)
+
+    def close(self) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait(LONG_S)
+        os.close(self._shown)
+
+    def _read(self) -> bytes:
+        try:
+            return os.read(self._shown, 4096)
+        except OSError:  # Linux' way to say that nobody has the other end any more
+            return b""
+
+
+def _ended(said: bytes, text: str) -> bytes:
+    raise AssertionError(f"it ended without {text!r}: {said.decode(errors='replace')}")
+
+
+def _have_the_terminal() -> None:
+    os.setsid()
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+
+def line_of(program: Program, holds: str) -> str:
+    """The first line of its output with these words in it."""
+    assert program.stdout is not None
+    said = []
+    for line in program.stdout:
+        said.append(line)
+        if holds in line:
+            return line
+    raise AssertionError(f"{program.args} ended without {holds!r}: {''.join(said)}")
+
 
 @pytest.fixture
 def windows() -> Iterator[Windows]:
@@ -40,7 +106,7 @@ def windows() -> Iterator[Windows]:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            text=True,
+            encoding="cp1252",
         )
         running.append(made)
         return made
@@ -53,3 +119,11 @@ def windows() -> Iterator[Windows]:
     for program in running:
         program.kill()
         program.communicate(timeout=LONG_S)
+
+
+@pytest.fixture
+def hub(windows: Windows, tmp_path: Path) -> str:
+    """A hub on Windows: its address there."""
+    address = windows.path(tmp_path / "hub")
+    line_of(windows.start("-m", "canwire", "serve", "--time", "fast", "--socket", address), "canwire hub on")
+    return address

@@ -1,7 +1,8 @@
-"""Verbs as processes of Windows on a hub there; hubs of Linux and Windows, and the other's programs on them."""
+"""Hubs of Linux and Windows, and the other's programs on them; five interfaces in five processes of Windows."""
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from contextlib import closing
@@ -10,43 +11,11 @@ from pathlib import Path
 import pytest
 
 import canwire
+from tests.docs.test_five_programs import GUIDE, PROGRAM, SHOWN
 from tests.hubs import free_port, offering, served_here
-from tests.windows.conftest import LONG_S, Program, Windows
+from tests.windows.conftest import LONG_S, Windows, line_of
 
 BEGINS = "HW000001:0"
-
-
-def line_of(program: Program, holds: str) -> str:
-    """The first line of its output with these words in it."""
-    assert program.stdout is not None
-    said = []
-    for line in program.stdout:
-        said.append(line)
-        if holds in line:
-            return line
-    raise AssertionError(f"{program.args} ended without {holds!r}: {''.join(said)}")
-
-
-@pytest.fixture
-def hub(windows: Windows, tmp_path: Path) -> str:
-    """A hub on Windows: its address there."""
-    address = windows.path(tmp_path / "hub")
-    line_of(windows.start("-m", "canwire", "serve", "--time", "fast", "--socket", address), "canwire hub on")
-    return address
-
-
-def test_verbs_each_in_a_process_of_its_own(windows: Windows, hub: str) -> None:
-    def canwire_(*words: str) -> str:
-        return windows.run("-m", "canwire", *words)
-
-    assert "uncompiled" in canwire_("--version")
-    assert "HW000001" in canwire_("devices", "--hub", hub)
-    assert "Windows 10" in canwire_("doctor", "--hub", hub)
-    canwire_("up", "HW000002:0", "--hub", hub)
-    dump = windows.start("-m", "canwire", "dump", "HW000002:0", "--hub", hub, "--count", "1")
-    while dump.poll() is None:  # it listens as soon as it has begun, of which it says nothing
-        canwire_("send", BEGINS, "123#1122", "--hub", hub)
-    assert "11 22" in line_of(dump, "123")
 
 
 def test_a_program_of_windows_on_a_hub_of_linux(windows: Windows, tmp_path: Path) -> None:
@@ -86,3 +55,34 @@ def opened(hub: canwire.Hub) -> canwire.HubChannel:
     made.set_up(canwire.ChannelMode(256, 64))
     made.activate()
     return made
+
+
+def test_interfaces_each_in_a_process_of_its_own(windows: Windows, tmp_path: Path) -> None:
+    """docs/five-programs.md: VCI, ACAN, CANDRV, python-can, and a serial adapter (by TCP: no pseudo terminals)."""
+    page = GUIDE.read_text(encoding="utf-8")
+    address, port = windows.path(tmp_path / "hub"), free_port()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CANWIRE_HUB", address)
+        line_of(
+            windows.start("-m", "canwire", "serve", "--time", "fast", "--socket", address), "canwire hub on"
+        )
+        line_of(windows.start("-m", "canwire", "slcan", "--tcp", f"127.0.0.1:{port}"), str(port))
+        programs = {
+            number: windows.start(
+                "-c",
+                text.replace(
+                    'serial.Serial("./ttyCANBUS0"', f'serial.serial_for_url("socket://127.0.0.1:{port}"'
+                ),
+            )
+            for _, number, text in PROGRAM.findall(page)
+        }
+        for program in programs.values():
+            line_of(program, "ready")
+        (go,) = re.findall(r"^\$ canwire (send .*)$", page, re.MULTILINE)
+        windows.canwire(*go.split())
+    expected = SHOWN.findall(page)[0].splitlines()
+    for number, program in programs.items():
+        assert program.stdout is not None
+        assert [program.stdout.readline().strip() for _ in range(4)] == [
+            other for other in expected if not other.startswith(number)
+        ]

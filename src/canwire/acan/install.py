@@ -191,7 +191,7 @@ def setup(port: int, irq: int, directory: str | os.PathLike[str]) -> tuple[Path,
     }
     for name, text in texts.items():
         path = home / name
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8", newline="\n")
         path.chmod(0o755 if name in (START, STOP) else 0o644)
     return tuple(home / name for name in texts)
 

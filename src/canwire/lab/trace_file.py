@@ -10,7 +10,7 @@ class TraceFile:
 
     def __init__(self, path: str | Path) -> None:
         self._path = str(path)
-        self._file = Path(path).open("w", encoding="ascii")  # noqa: SIM115 - `close` closes it
+        self._file = Path(path).open("w", encoding="ascii", newline="\n")  # noqa: SIM115 - `close` closes it
 
     def write(self, text: str) -> int:
         try:

@@ -12,8 +12,12 @@ _MICROSECOND = timedelta(microseconds=1)
 
 
 def ns_of(moment: datetime) -> int:
-    """Nanoseconds since 1970; a moment without a zone is local time."""
-    return (moment.astimezone(UTC) - _EPOCH) // _MICROSECOND * 1000
+    """Nanoseconds since 1970; a moment without a zone is local time, where the system has none that of January 1970."""
+    try:
+        since = moment.astimezone(UTC) - _EPOCH
+    except OSError:  # Windows: local time begins in 1970 and ends in 3000
+        since = moment.replace(tzinfo=datetime(1970, 1, 3).astimezone().tzinfo) - _EPOCH
+    return since // _MICROSECOND * 1000
 
 
 def local(time_ns: int) -> datetime:

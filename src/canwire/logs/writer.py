@@ -49,6 +49,8 @@ class LogWriter:
             self._telling(form.begin)
         except BaseException:
             if beside is not None:
+                with suppress(OSError):  # Windows removes no file that is open
+                    self._close_file()
                 beside.give_up()
             raise
 

@@ -39,6 +39,7 @@ from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Link
 from tests.hub.links.ways import AGES, accept, leave_dead, listen, unix_only
+from tests.missing import not_on_windows
 
 SLOW = BitTiming.for_bit_rate(125_000, clock_hz=80_000_000)
 
@@ -306,6 +307,7 @@ def test_closing_ends_waiting_calls(place: Place) -> None:
     assert isinstance(waiting.error, HubLost)
 
 
+@not_on_windows("has no list of what is open")
 def test_links_leave_nothing_behind(place: Place) -> None:
     def one() -> None:
         link = place.link()
@@ -500,6 +502,7 @@ while True:  # the parent's connection still works, whatever the child closed
 """
 
 
+@not_on_windows("has no fork")
 def test_a_fork_cannot_use_its_parents_connection_nor_keep_it_alive(tmp_path: Path) -> None:
     place = Place("socket", tmp_path / "s")
     assert place.server is not None

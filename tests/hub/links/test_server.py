@@ -9,7 +9,6 @@ import array
 import contextlib
 import gc
 import os
-import resource
 import socket
 import stat
 import threading
@@ -550,6 +549,7 @@ def test_replies_come_in_pieces_and_descriptors_once(hub: Hub, wire: Wire) -> No
 
 
 def test_callers_beyond_the_limit_of_descriptors_are_turned_away(hub: Hub, bystander: Wire) -> None:
+    resource = pytest.importorskip("resource", reason="limits of descriptors are Linux'")
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     caller, address = bare(), address_at(hub.path)
     gc.collect()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import resource
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -176,6 +175,7 @@ def test_a_recording_begins_files_by_size_and_time(
 @pytest.fixture
 def full_disk() -> Iterator[None]:
     """No file of this process may grow beyond 100,000 bytes."""
+    resource = pytest.importorskip("resource", reason="limits of files are Linux'")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
     yield

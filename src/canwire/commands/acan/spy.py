@@ -113,7 +113,7 @@ class Trace:
 
     def redirect(self, path: Path | None) -> None:
         """Lines from now on go to the end of that file, too; None: no more. Raises OSError."""
-        file = path.open("a", encoding="utf-8") if path else None
+        file = path.open("a", encoding="utf-8", newline="\n") if path else None
         self.close()
         self._file = file
 

@@ -78,7 +78,7 @@ def _again(arguments: argparse.Namespace) -> int:
         arguments.file, arguments.repeat, seed=arguments.seed, time_limit=arguments.time_limit
     )
     if arguments.log is not None:
-        Path(arguments.log).write_text("".join(line + "\n" for line in log))
+        Path(arguments.log).write_text("".join(line + "\n" for line in log), encoding="utf-8", newline="\n")
     print(one.trace, end="")
     print(_line(one))
     for name, value in one.figures.items():

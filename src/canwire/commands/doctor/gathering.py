@@ -139,8 +139,8 @@ def _interfaces(folder: Path) -> tuple[Interface, ...]:
     found = []
     for path in sorted(folder.glob("*")):
         try:
-            if (path / "type").read_text().strip() == _CAN:
-                found.append(Interface(path.name, (path / "operstate").read_text().strip()))
+            if (path / "type").read_text(encoding="utf-8").strip() == _CAN:
+                found.append(Interface(path.name, (path / "operstate").read_text(encoding="utf-8").strip()))
         except OSError:  # gone meanwhile, or no interface
             continue
     return tuple(found)

@@ -23,7 +23,7 @@ class Output:
 @contextlib.contextmanager
 def opened(path: str) -> Iterator[Output]:
     """A new file, or one made empty; also what was kept back until it is closed may not fit."""
-    with naming(path), open(path, "w", encoding="utf-8") as file:
+    with naming(path), open(path, "w", encoding="utf-8", newline="\n") as file:
         yield Output(file, path)
 
 

@@ -28,7 +28,7 @@ def write_page(path: str, tracks: Tracks, title: str) -> None:
     ]
     data = json.dumps(panels, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     page = _PAGE.read_text(encoding="utf-8").replace("{title}", escape(title))
-    Path(path).write_text(page.replace("{data}", data), encoding="utf-8")
+    Path(path).write_text(page.replace("{data}", data), encoding="utf-8", newline="\n")
 
 
 def _short(values: Any) -> list[float]:

@@ -45,10 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
     if not words:
         raise BadValue("no program to run; `canwire run candump any` shows every bus")
     arguments.words = words
+    shim()  # says so first where there is none, on Windows
     path = shutil.which(words[0])
     if path is None:
         raise BadValue(f"{words[0]}: no such program")
-    shim()
     supervised = calls_itself(path)
     if not supervised and (trouble := trouble_with(path)):
         complain(f"{path} {trouble}; it has no CAN")

@@ -132,7 +132,7 @@ class ViewScreen(App[None]):
         path = self._folder / f"canwire-view-{self._clock():%Y%m%d-%H%M%S}.csv"
         shown = [texts_of(row, self._decode) for row in self._rows() if self._wanted.accepts(row)]
         try:
-            path.write_text(format_csv(shown), encoding="utf-8")
+            path.write_text(format_csv(shown), encoding="utf-8", newline="\n")
         except OSError as error:
             self._note = f"not saved: {error}"
         else:

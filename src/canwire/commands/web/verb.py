@@ -45,10 +45,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 @contextmanager
 def leading_to(address: str) -> Iterator[str]:
     """The URL of a file that leads there, for this user alone: everybody can read a program's arguments."""
-    with tempfile.NamedTemporaryFile("w", suffix=".html") as file:  # mode 0600
-        file.write(f'<meta http-equiv="refresh" content="0;url={escape(address)}">')
-        file.flush()
-        yield Path(file.name).as_uri()
+    number, name = tempfile.mkstemp(suffix=".html")  # mode 0600
+    try:
+        with open(
+            number, "w", encoding="utf-8", newline="\n"
+        ) as file:  # closed: Windows lets nobody else read it before
+            file.write(f'<meta http-equiv="refresh" content="0;url={escape(address)}">')
+        yield Path(name).as_uri()
+    finally:
+        os.unlink(name)
 
 
 def run(arguments: argparse.Namespace) -> int:

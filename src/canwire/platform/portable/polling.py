@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import selectors
 import sys
+import threading
 from typing import Any
 
 _SELECT_TAKES = 512 if sys.platform == "win32" else 1024
@@ -37,6 +38,9 @@ class Poller:
 
     def wait(self, timeout: float | None) -> list[tuple[int, int]]:
         """Sockets and their events within `timeout` seconds (None: for ever). A broken one is readable, too."""
+        if self._limited and not self._selector.get_map():  # Windows' select refuses to wait for nothing
+            threading.Event().wait(timeout)
+            return []
         return [(key.fd, events) for key, events in self._selector.select(timeout)]
 
     def close(self) -> None:

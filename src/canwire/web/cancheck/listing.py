@@ -86,7 +86,7 @@ class Listing:
         with self._lock:
             if self._log is not None:
                 raise BadValue(f"{self.log_name} is open; close it first")
-            self._log = path.open("w" if overwrite else "x", encoding="utf-8", buffering=1)
+            self._log = path.open("w" if overwrite else "x", encoding="utf-8", newline="\n", buffering=1)
             self.log_name, self.trouble = path.name, ""
         self._changed()
 

@@ -15,6 +15,7 @@ from canwire.hub.links.loopback.sockets import dial
 from canwire.hub.links.stream.client import HELLO_S, StreamLink
 from canwire.platform.portable.events import EventDescriptor
 from canwire.platform.portable.memory import Memory
+from canwire.platform.portable.polling import sharpen_sleep
 
 if TYPE_CHECKING:
     from canwire.hub.protocol.link import Answer
@@ -36,6 +37,7 @@ class LoopbackLink(StreamLink):
         self._left: deque[int] = (
             deque()
         )  # events that were closed, which the hub is told of with the next request
+        sharpen_sleep()  # of the whole program: what it waits for with a timeout ends on time, too
         super().__init__(address, name, hello_s)
 
     def ring(self, number: int) -> None:

@@ -147,7 +147,7 @@ def open_for_hub(settings: Settings, access: Access | None) -> Any:
         }
         if passwords:
             path = os.path.join(place, "passwords")
-            with open(path, "w", encoding="utf-8") as file:
+            with open(path, "w", encoding="utf-8", newline="\n") as file:
                 file.writelines(f"{name}:{password}\n" for name, password in passwords.items())
             settings = {**settings, "transport/auth/usrpwd/dictionary_file": path}
             settings |= _credentials("hub", os.urandom(16).hex())
