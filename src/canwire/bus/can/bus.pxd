@@ -25,6 +25,7 @@ cdef class CanBus(BusState):
     cdef int _acknowledgers, _listeners
     cdef unsigned long long _pause_ns, _next_ns
     cdef long long _noise_taken
+    cdef int _slot
     cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _flag_passive
     cdef list _members
 

@@ -48,7 +48,7 @@ class CanBus(BusState):
         self.scripted: Callable[[Mailbox], bool] | None = None
         self._pause_ns = 0
         self._next_ns = 0
-        self._flag_passive = False
+        self._flag_passive, self._slot = False, 0  # of the last frame that nobody acknowledged: its ACK slot's bit
         self._sleeping = False
         self._acknowledged = False
         self._members: list[Node] = []
@@ -130,7 +130,7 @@ class CanBus(BusState):
             self._replay()
         elif self._state == _ERRING:
             self._enter_at(self._end_ps - _ACK_SLOT_TO_FREE * self._sender.bit_ps)
-            phases.fail_unacknowledged(self.bits.clocks, self._sender, self._box, self._flag_passive)
+            phases.fail_unacknowledged(self.bits.clocks, self._sender, self._slot, self._flag_passive)
             self._replay()
             self._rest_if_over()
         elif self._state == _REST and len(self._members) == 1 and self.timeline.now_ns < self._free_ns:
@@ -436,8 +436,8 @@ class CanBus(BusState):
         rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
         sender.segment = _ACK_SLOT
         sender.read_dominant = False
-        extra = 7 if box.words[1] >> 32 & _FD else 8
-        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self.timeline.now_ns)
+        self._slot = box.bits - (8 if box.words[1] >> 32 & _FD else 9)  # the mailbox may be loaded anew now
+        sender.error(_ACK_ERROR, self._slot, True, rule, self.timeline.now_ns)
         sender.contending = None
 
     def _end_error_frame(self) -> None:

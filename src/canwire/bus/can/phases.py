@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.node import Node
 from canwire.bus.can.station import IDLE, SUSPEND, WAITING, Station
 
 _GROUP = 11
@@ -60,11 +60,11 @@ def resume_frame(clocks: Sequence[Clock]) -> None:
             station.sof_seen = True
 
 
-def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, box: Mailbox, passive: bool) -> None:
+def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, slot: int, passive: bool) -> None:
     """Where the ACK slot begins: the sender has been told that nobody filled it."""
     for clock in clocks:
         if clock.node is sender:
-            clock.station.fail_unacknowledged(box, passive)
+            clock.station.fail_unacknowledged(slot, passive)
             clock.sampling = False
             clock.due_ps = sender.bit_ps
 

@@ -40,7 +40,7 @@ cdef class Station:
     cpdef bint ready_to_send(self) except -1
     cpdef bint transmits(self) noexcept
     cpdef int activity(self) except -1
-    cpdef int fail_unacknowledged(self, Mailbox box, bint passive) except -1
+    cpdef int fail_unacknowledged(self, int slot, bint passive) except -1
     cpdef int resume_intermission(self, bint sent) except -1
     cpdef bint resting(self) except -1
     cpdef int wait_for_bus(self) except -1

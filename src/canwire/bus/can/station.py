@@ -154,10 +154,10 @@ class Station:
             return _SENT if self.transmitting or self.flagged else _RECEIVED_LAST
         return _QUIET
 
-    def fail_unacknowledged(self, box: Mailbox, passive: bool) -> None:
-        """Go on behind an ACK slot that nobody filled, which the node has been told of."""
-        self.sent, self.contending = box, None
-        self.index = box.bits - (7 if box.words[1] >> 32 & _FD else 8)
+    def fail_unacknowledged(self, slot: int, passive: bool) -> None:
+        """Go on from the frame's bit `slot`, an ACK slot that nobody filled, which the node has been told of."""
+        self.contending = None
+        self.index = slot + 1
         self.transmitting = self.tally.erring = True
         self.tec_due = passive
         self._begin_flag(_PASSIVE_FLAG if passive else _ACTIVE_FLAG)
