@@ -48,7 +48,7 @@ class CanBus(BusState):
         self.scripted: Callable[[Mailbox], bool] | None = None
         self._pause_ns = 0
         self._next_ns = 0
-        self._flag_passive, self._slot = False, 0  # of the last frame that nobody acknowledged: its ACK slot's bit
+        self._flag_passive, self._slot = False, 0  # of the last frame that nobody acknowledged
         self._sleeping = False
         self._acknowledged = False
         self._members: list[Node] = []

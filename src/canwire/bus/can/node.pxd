@@ -33,6 +33,7 @@ cdef class Node:
     cdef public long long data_bit_ps, data_sample_ps, data_quantum_ps, data_jump_ps
     cdef public long long loop_ps, second_sample_ps, least_second_ps
     cdef public bint compensates, measures_delay, edge_filter, restricted, protocol_exception
+    cdef public object timing
 
     cpdef received(self, Mailbox box, unsigned long long at_ns)
     cpdef transmitted(self, Mailbox box, unsigned long long at_ns)

@@ -6,11 +6,14 @@ a chip fills them in. Nothing above knows how a chip is built; nothing here know
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from canwire import _mem
 from canwire.timeline import NEVER, Source, Timeline
 from canwire.values.record import RECORD_SIZE
+
+if TYPE_CHECKING:
+    from canwire.values.timing.check import NodeTiming
 
 # what a detected error does to the counters, by the numbers of reference/can-protocol.md section 7
 NO_RULE = 0
@@ -83,7 +86,8 @@ class Node:
     `least_second_ps` behind their start at the least; if it measures none, `second_sample_ps` behind their start.
     While it waits for the bus an `edge_filter` ignores dominant time of less than two quanta. In `restricted` operation
     it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
-    know: at a recessive res bit, a classic node at FDF.
+    know: at a recessive res bit, a classic node at FDF. `timing` is how it was set up, for warnings of what could not
+    work on copper; None where nobody has said so.
 
     It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer,
     for as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns` (and
@@ -141,6 +145,7 @@ class Node:
         self.edge_filter = False
         self.restricted = False
         self.protocol_exception = False
+        self.timing: NodeTiming | None = None
 
     def received(self, box: Mailbox, at_ns: int) -> None:
         """A valid frame ended; `box` is the sender's, good until this returns."""

@@ -22,6 +22,7 @@ from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.link import BusSide
 from canwire.timeline import Timer
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.check import NodeTiming
 
 _NORMAL, _SLEEP, _LOOP_BACK, _LISTEN_ONLY, _CONFIGURATION = (
     m.NORMAL, m.SLEEP, m.LOOP_BACK, m.LISTEN_ONLY, m.CONFIGURATION,
@@ -171,6 +172,7 @@ class Modes(BusSide):
         cells = self.cells
         self.acceptance.load(cells)
         timing = timing_of(cells[m.CNF1], cells[m.CNF2], cells[m.CNF3], self.oscillator_hz)
+        self.timing = NodeTiming("MCP2515", timing, None, self.oscillator_ppm)
         scale = 1.0 / (1.0 + self.oscillator_ppm * 1e-6)
         quantum = timing.quantum_ps
         self.bit_ps = round(timing.bit_time_ps * scale)

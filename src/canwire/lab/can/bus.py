@@ -8,6 +8,7 @@ from typing import Never, Protocol
 
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line, unplug
 from canwire.bus.can.bus import CanBus
+from canwire.bus.can.neighbours import neighbours
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.tally import Tap
 from canwire.bus.medium import one_way_delay_ps
@@ -172,7 +173,10 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
     @property
     def warnings(self) -> list[TimingCheck]:
-        """What could not work on copper, as the nodes are set up now; str() of each is a sentence with its remedy."""
+        """What could not work on copper, as the nodes are set up now; str() of each is a sentence with its remedy.
+
+        Chips that were attached by hand count as well, and lines of boards where the lab serves some.
+        """
         nodes = []
         for node in self.nodes.values():
             settings = node.settings
@@ -185,6 +189,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
                     options=settings.options,
                 )
             )
+        nodes += neighbours(self.wire.nodes, [node.line.controller for node in self.nodes.values()])
         return timing_findings(nodes, self.wire.delay_ps)
 
     def remember(self, limit: int) -> None:
