@@ -89,7 +89,7 @@ def scene(package: ModuleType, chance: random.Random, bitwise: bool) -> tuple[An
     for number in range(chance.randrange(2, 5)):
         chip = model.Sja1000(bus)
         chip.write(6, 0x00)
-        chip.write(7, 0x1C)
+        chip.write(7, chance.choice([0x1C, 0x1C, 0x9C]))
         chip.write(31, 0x80)
         chip.write(4, chance.randrange(256))
         for k in range(4):

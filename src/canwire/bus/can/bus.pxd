@@ -23,10 +23,10 @@ cdef class CanBus(BusState):
     cdef public long long noise_left
     cdef public object scripted
     cdef int _acknowledgers, _listeners
-    cdef unsigned long long _pause_ns, _next_ns
+    cdef unsigned long long _next_ns
     cdef long long _noise_taken
     cdef int _slot
-    cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _flag_passive
+    cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _early, _flag_passive
     cdef list _members
 
     @cython.locals(free="unsigned long long", soonest="unsigned long long", ready="unsigned long long", node=Node, box=Mailbox)
@@ -79,5 +79,3 @@ cdef class CanBus(BusState):
 
     @cython.locals(origin_ps="long long")
     cdef int _enter_at(self, long long at_ps) except -1
-
-    cdef void _begin_late(self, unsigned long long start_ns) noexcept

@@ -46,10 +46,9 @@ class CanBus(BusState):
         self.bitwise = False
         self.noise_left = -1  # undisturbed bits before the next one that noise inverts; -1: no noise
         self.scripted: Callable[[Mailbox], bool] | None = None
-        self._pause_ns = 0
         self._next_ns = 0
         self._flag_passive, self._slot = False, 0  # of the last frame that nobody acknowledged
-        self._sleeping = False
+        self._sleeping = self._early = False
         self._acknowledged = False
         self._members: list[Node] = []
         self._in_step = self._in_step_fd = self._in_step_switching = True
@@ -85,10 +84,11 @@ class CanBus(BusState):
         members = []
         waiting = []
         self._acknowledgers = self._listeners = 0
-        self._sleeping = False
+        self._sleeping = self._early = False
         for node in self.nodes:
             if node.on_bus:
                 members.append(node)
+                self._early = self._early or node.validates_early
                 if node.listen_only:
                     self._listeners += 1
                 else:
@@ -325,7 +325,7 @@ class CanBus(BusState):
             self._enter_bitwise()
         else:
             self._time_frame()
-            if tainted or (keen and rivals > 1):
+            if tainted or self._early or (keen and rivals > 1):
                 self._contend()
                 self._next_ns = self._look_inside().next_ns(self._end_ns, self._acknowledged)
             elif self._end_ns > limit_ns or not self._acknowledged or self.timeline.interrupted:
@@ -411,7 +411,7 @@ class CanBus(BusState):
                 if node.sink is not None:
                     node.frames_received += 1
                     node.sink.deliver(box, end_ns, 0)
-                else:
+                elif not node.validates_early or node.stored_ns != self._start_ns:
                     node.received(box, end_ns)
             node = node.next_member
         sender.transmitted(box, end_ns)  # last, for it may load the mailbox anew
@@ -447,11 +447,6 @@ class CanBus(BusState):
         self._free_ps = self._end_ps % 1000
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * sender.bit_ps // 1000
-
-    def _begin_late(self, start_ns: int) -> None:
-        self._free_ps = 0
-        if start_ns > self._free_ns + self._pause_ns:
-            self._busy_since_ns = start_ns
 
     # bit by bit
 

@@ -33,6 +33,8 @@ cdef class SteppedFrame:
     @cython.locals(at_bit="long long")
     cdef unsigned long long _loses_ns(self, Node node, Mailbox box) except? 0
     cdef bint _is_to_count(self, Node node) except -1
+    cdef bint _is_to_store(self, Node node) noexcept
+    cdef unsigned long long _valid_ns(self, Node node) except? 0
     cdef unsigned long long _acknowledges_ns(self, Node node) except? 0
 
 @cython.locals(differing="unsigned long long", bit=int)

@@ -1,7 +1,7 @@
 """A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
 
 bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and is told so,
-one whose REC goes down at the ACK slot, one that is looked at. For them alone the same is found out here as
+one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For them alone the same is found out here as
 station.py does bit by bit.
 
 Source: ISO 11898-1:2015 chapters 10.4.2 and 12.1.4; reference/can-protocol.md sections 5 to 7.
@@ -56,11 +56,13 @@ class SteppedFrame:
                 soonest = min(soonest, self._loses_ns(node, box))
             if acknowledged and self._is_to_count(node):
                 soonest = min(soonest, self._acknowledges_ns(node))
+            if acknowledged and self._is_to_store(node):
+                soonest = min(soonest, self._valid_ns(node))
             node = node.next_member
         return soonest
 
     def happen(self, now_ns: int) -> None:
-        """Tell those whose time has come: losers of arbitration, and receivers whose REC goes down."""
+        """Tell those whose time has come: losers of arbitration, receivers whose REC goes down or that have a frame."""
         node = self.first
         while node is not None:
             box = node.contending
@@ -70,6 +72,9 @@ class SteppedFrame:
             elif self._is_to_count(node) and self._acknowledges_ns(node) <= now_ns:
                 node.counted_ns = self.start_ns
                 node.count(_RECEIVED, now_ns)
+            elif self._is_to_store(node) and self._valid_ns(node) <= now_ns:
+                node.stored_ns = self.start_ns
+                node.received(self.box, now_ns)
             if self.over:
                 return
             node = node.next_member
@@ -126,6 +131,13 @@ class SteppedFrame:
             and node is not self.sender
             and node.counted_ns != self.start_ns
         )
+
+    def _is_to_store(self, node: Node) -> bool:
+        return node.validates_early and node is not self.sender and node.stored_ns != self.start_ns
+
+    def _valid_ns(self, node: Node) -> int:
+        """Where this receiver samples the last bit of EOF but one."""
+        return self._at_ns(self.end_ps - 2 * self.sender.bit_ps + node.sample_ps)
 
     def _acknowledges_ns(self, node: Node) -> int:
         """Where this receiver samples its own acknowledge: its REC goes down (rule 8)."""

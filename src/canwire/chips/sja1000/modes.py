@@ -164,6 +164,7 @@ class Modes(BusSide):
         self.quantum_ps = round(quantum * scale)
         self.phase1_ps = round(timing.phase1 * quantum * scale)
         self.jump_ps = round(timing.jump * quantum * scale)
+        self.sample_gap_ps = self.quantum_ps if timing.triple_sampling else 0
 
     def _look(self) -> None:
         """Choose the view of the registers, by CDR.7 and RM."""
