@@ -51,7 +51,7 @@ parse_lin_log_line protected_id record_of_linmsg
 Ring
 Counters LineSettings InfoCode
 LinCounters
-LinLineState
+LinLineState LinConfiguration
 Behaviour
 Periodic
 Timer

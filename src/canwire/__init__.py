@@ -137,7 +137,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.links.network.keys import Offer
     from canwire.hub.offer import offer, offered_hubs
     from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
-    from canwire.hub.protocol.lin_messages import LinLineState
+    from canwire.hub.protocol.lin_messages import LinConfiguration, LinLineState
     from canwire.hub.protocol.time_messages import TimedProgram, TimeState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
@@ -278,7 +278,7 @@ _NAMES = {
     "hub.offer": "offer offered_hubs",
     "hub.protocol.fault_messages": "FaultInfo HubPlace",
     "hub.protocol.time_messages": "TimeState TimedProgram",
-    "hub.protocol.lin_messages": "LinLineState",
+    "hub.protocol.lin_messages": "LinConfiguration LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
     "hub.wall_clock": "epoch_ns",
@@ -462,6 +462,7 @@ __all__ = [
     "LimitsConfig",
     "LinBusFaults",
     "LinCapabilities",
+    "LinConfiguration",
     "LinControl",
     "LinCounters",
     "LinErrorKind",

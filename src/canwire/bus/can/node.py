@@ -85,20 +85,21 @@ class Node:
     looks at its own bits of the data phase `second_sample_ps` behind the delay that it `measures_delay`, and
     `least_second_ps` behind their start at the least; if it measures none, `second_sample_ps` behind their start.
     While it waits for the bus an `edge_filter` ignores dominant time of less than two quanta. In `restricted` operation
-    it sends no flags, and offers nothing. One with a `sample_gap_ps` samples each bit thrice, so far apart, the last time
-    at its sample point, and takes what two of the samples are. One that `validates_early` is told of a frame where
-    receivers may take it as valid, at the sample point of the last bit but one of EOF; others where EOF ends. With `protocol_exception` it leaves a frame alone whose format it does not
-    know: at a recessive res bit, a classic node at FDF. `timing` is how it was set up, for warnings of what could not
-    work on copper; None where nobody has said so.
+    it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
+    know: at a recessive res bit, a classic node at FDF. One with a `sample_gap_ps` samples each bit thrice, so far
+    apart and the last time at its sample point, and takes what two of the samples are. One that `validates_early` is
+    told of a frame where receivers may take it as valid, at the sample point of the last bit but one of EOF; others
+    where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None where nobody has
+    said so.
 
     It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer,
     for as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns` (and
     the picoseconds beyond it, `waiting_from_ps`), `counted_ns` (SOF of the last frame that was counted as received
-    while it went on), `stored_ns` (likewise, of one that it was told of early), before `error` and `count` `segment` (which part of a frame it was, as the low bits of
-    SJA1000's ECC tell), before `error` `read_dominant` (what that bit was read as), and `next_member`, which links
-    those on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead of
-    `received` being called. Only an `attentive` node is told of lost arbitrations, at the very bit; a single-shot
-    frame makes it one.
+    while it went on), `stored_ns` (likewise, of the last one that it was told of early), before `error` and `count`
+    `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell), before `error` `read_dominant`
+    (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames
+    put there and counted in `frames_received` instead of `received` being called. Only an `attentive` node is told of
+    lost arbitrations, at the very bit; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.

@@ -56,8 +56,8 @@ class Station:
     `out` is the level it drives, `rate_change` what its clock has to do at this sample point, `sof_seen` that an edge
     has ended its idle time, `just_free` that the present bit's sample has ended the intermission. `flagged` holds from
     an error or overload flag of its own to the end of the intermission behind it. `counted` says that the node has
-    been told already that the frame on the wire was well received, `stored` that it has that frame. `levels` are those of `layout`, the frame that it
-    sends or sent last.
+    been told already that the frame on the wire was well received, `stored` that it has it. `levels` are those of
+    `layout`, the frame that it sends or sent last.
     """
 
     def __init__(self, node: Node, tally: Tally) -> None:
@@ -165,7 +165,8 @@ class Station:
     def wait_for_bus(self) -> None:
         """Leave whatever was going on; the node looks for 11 recessive bits."""
         self.state = _WAITING
-        self.transmitting = self.flagged = self.sof_seen = self.finished = self.just_free = self.stored = False
+        self.transmitting = self.flagged = self.sof_seen = self.finished = False
+        self.just_free = self.stored = False
         self.run = 0
 
     def _offer(self) -> None:
@@ -254,10 +255,9 @@ class Station:
                 self.tally.tap.transmitted(self.node, self.sent, self.now_ns)
             self.node.contending = None
             self.node.transmitted(self.sent, self.now_ns)
-        elif self.stored:
-            self.stored = False
-        else:
+        elif not self.stored:
             self._hand_over()
+        self.stored = False
 
     def _hand_over(self) -> None:
         """The node gets what it has received."""
@@ -393,7 +393,9 @@ class Station:
             self.left = 3
             if level == 0:
                 self._overload()
-        elif self.reader.left == 1 and self.node.validates_early and not self.transmitting and not self.stored:
+        elif (
+            self.reader.left == 1 and self.node.validates_early and not self.transmitting and not self.stored
+        ):
             self.stored = True
             self._hand_over()
 

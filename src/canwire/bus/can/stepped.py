@@ -1,8 +1,8 @@
 """A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
 
 bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and is told so,
-one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For them alone the same is found out here as
-station.py does bit by bit.
+one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For them alone
+the same is found out here as station.py does bit by bit.
 
 Source: ISO 11898-1:2015 chapters 10.4.2 and 12.1.4; reference/can-protocol.md sections 5 to 7.
 """

@@ -6,9 +6,9 @@ from collections.abc import Hashable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from canwire.boards.can.neighbours import neighbours
 from canwire.boards.can.rates import RunningLine, bus_conflicts
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.neighbours import neighbours
 from canwire.bus.medium import delay_of
 from canwire.values.timing.check import NodeTiming
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from types import NoneType
 from typing import Never, Protocol
 
+from canwire.boards.can.neighbours import neighbours
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line, unplug
 from canwire.bus.can.bus import CanBus
-from canwire.bus.can.neighbours import neighbours
 from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.tally import Tap
 from canwire.bus.medium import one_way_delay_ps
