@@ -52,6 +52,7 @@ Ring
 Counters LineSettings InfoCode
 LinCounters
 LinLineState LinConfiguration
+assign_frame_ids_request assign_nad_request lin_refusal read_by_identifier_request save_configuration_request
 Behaviour
 Periodic
 Timer

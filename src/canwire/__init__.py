@@ -175,6 +175,13 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
     from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
     from canwire.values.lin.record import lin_frame_of_record, linmsg_of_record, record_of_linmsg
+    from canwire.values.lin.requests import (
+        assign_frame_ids_request,
+        assign_nad_request,
+        lin_refusal,
+        read_by_identifier_request,
+        save_configuration_request,
+    )
     from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
     from canwire.values.lin.text import (
         LinLogLine,
@@ -314,6 +321,9 @@ _NAMES = {
     "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
     "values.lin.frame": "LinFrame lin_checksum protected_id",
     "values.lin.record": "lin_frame_of_record linmsg_of_record record_of_linmsg",
+    "values.lin.requests": (
+        "assign_frame_ids_request assign_nad_request lin_refusal read_by_identifier_request save_configuration_request"
+    ),
     "values.lin.schedule": "LinSchedule LinSlot SlotKind",
     "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
     "values.record": (
@@ -548,6 +558,8 @@ __all__ = [
     "WireField",
     "WrongState",
     "__version__",
+    "assign_frame_ids_request",
+    "assign_nad_request",
     "bring_up",
     "bus_conflicts",
     "campaign",
@@ -579,6 +591,7 @@ __all__ = [
     "length_to_dlc",
     "lin_checksum",
     "lin_frame_of_record",
+    "lin_refusal",
     "lines_now",
     "linmsg_of_record",
     "load_database",
@@ -597,11 +610,13 @@ __all__ = [
     "parse_slcan_frame",
     "protected_id",
     "rate_conflicts",
+    "read_by_identifier_request",
     "record",
     "record_dtype",
     "record_of_linmsg",
     "repeat_run",
     "run_campaign",
+    "save_configuration_request",
     "serve",
     "signals_end_waits",
     "start_line",
