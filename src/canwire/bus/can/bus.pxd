@@ -48,7 +48,7 @@ cdef class CanBus(BusState):
     @cython.locals(free="unsigned long long", now="unsigned long long")
     cdef inline bint _go_on(self, unsigned long long limit_ns) except -1
 
-    @cython.locals(inside=SteppedFrame)
+    @cython.locals(inside=SteppedFrame, soonest="unsigned long long")
     cdef int _happen(self) except -1
 
     @cython.locals(sender=Node, node=Node)

@@ -376,11 +376,11 @@ class CanBus(BusState):
 
     def _happen(self) -> None:
         """Somebody notices something in the middle of the frame."""
-        inside = self._look_inside()
-        inside.over = False
-        inside.happen(self.timeline.now_ns)
+        inside = self._inside  # which knows the frame since it began
+        inside.first, inside.over = self._first, False
+        soonest = inside.happen(self.timeline.now_ns, self._end_ns, self._acknowledged)
         if self._state == _SENDING:
-            self._next_ns = inside.next_ns(self._end_ns, self._acknowledged)
+            self._next_ns = soonest
 
     def _succeed(self) -> None:
         """The frame's last EOF bit has passed."""

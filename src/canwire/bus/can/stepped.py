@@ -61,23 +61,39 @@ class SteppedFrame:
             node = node.next_member
         return soonest
 
-    def happen(self, now_ns: int) -> None:
-        """Tell those whose time has come: losers of arbitration, receivers whose REC goes down or that have a frame."""
+    def happen(self, now_ns: int, end_ns: int, acknowledged: bool) -> int:
+        """Tell those whose time has come: losers of arbitration, receivers whose REC goes down or that have a frame.
+
+        Returns when the next thing happens, as `next_ns`, unless one of them has had the frame stepped over no more.
+        """
+        soonest = due = end_ns
         node = self.first
         while node is not None:
             box = node.contending
             if box is not None and node is not self.sender and (node.attentive or box.single_shot):
-                if self._loses_ns(node, box) <= now_ns:
+                due = self._loses_ns(node, box)
+                if due <= now_ns:
                     self._lose(node, box)
-            elif self._is_to_count(node) and self._acknowledges_ns(node) <= now_ns:
-                node.counted_ns = self.start_ns
-                node.count(_RECEIVED, now_ns)
-            elif self._is_to_store(node) and self._valid_ns(node) <= now_ns:
-                node.stored_ns = self.start_ns
-                node.received(self.box, now_ns)
+                else:
+                    soonest = min(soonest, due)
+            if acknowledged and not self.over and self._is_to_count(node):
+                due = self._acknowledges_ns(node)
+                if due <= now_ns:
+                    node.counted_ns = self.start_ns
+                    node.count(_RECEIVED, now_ns)
+                else:
+                    soonest = min(soonest, due)
+            if acknowledged and not self.over and self._is_to_store(node):
+                due = self._valid_ns(node)
+                if due <= now_ns:
+                    node.stored_ns = self.start_ns
+                    node.received(self.box, now_ns)
+                else:
+                    soonest = min(soonest, due)
             if self.over:
-                return
+                return end_ns
             node = node.next_member
+        return soonest
 
     def catch_up(self, node: Node, now_ns: int) -> None:
         """Count a loss of arbitration up to now that nobody had to be told of."""
