@@ -64,7 +64,7 @@ def test_looking_closely_at_an_intermission_moves_no_bit_of_it() -> None:
 def test_the_next_frame_in_a_mailbox_says_nothing_of_the_one_that_nobody_acknowledged(
     lab: Lab, bitwise: bool
 ) -> None:
-    """An error in the error delimiter behind a missing acknowledge counts on from that frame's bits."""
+    """An error in the error delimiter after a missing acknowledge counts on from that frame's bits."""
     bus = lab.can_bus(bit_rate=500_000)
     bus.wire.bitwise = bitwise
     a = bus.node("a")

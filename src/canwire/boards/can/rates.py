@@ -122,7 +122,7 @@ def _neighbours(lines: list[RunningLine]) -> tuple[NodeTiming, ...]:
 
 
 def _others_at_other_rates(lines: list[RunningLine]) -> tuple[NodeTiming, ...]:
-    """Those of the neighbours that do not agree with all lines: of many that do nobody need be told."""
+    """Those of the neighbours that do not agree with all lines; there may be many others."""
     nominal, data = _nominal_rates(lines), _data_rates(lines)
     return tuple(
         node

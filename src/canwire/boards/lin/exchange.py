@@ -20,7 +20,7 @@ Answered = Callable[[bytes | CanwireError], None]
 
 
 class LinExchange:
-    """One request of a master's line; other traffic of that line goes on meanwhile.
+    """One request of a master's line; other traffic of that line continues meanwhile.
 
     `done` is called once: with the payload that answers, b"" for a functional request, which nobody answers, or with
     NotReceived `within_ns` after `begin`, or what else keeps the line from sending.

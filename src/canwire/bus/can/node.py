@@ -88,14 +88,14 @@ class Node:
     it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
     know: at a recessive res bit, a classic node at FDF. One with a `sample_gap_ps` samples each bit thrice, so far
     apart and the last time at its sample point, and takes what two of the samples are. One that `validates_early` is
-    told of a frame where receivers may take it as valid, at the sample point of the last bit but one of EOF; others
-    where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None where nobody has
+    given a frame where receivers may take it as valid, at the sample point of the last bit but one of EOF; others get
+    theirs where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None where nobody has
     said so.
 
     It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer,
     for as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns` (and
     the picoseconds beyond it, `waiting_from_ps`), `counted_ns` (SOF of the last frame that was counted as received
-    while it went on), `stored_ns` (likewise, of the last one that it was told of early), before `error` and `count`
+    while it went on), `stored_ns` (SOF of the last frame that it was given early), before `error` and `count`
     `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell), before `error` `read_dominant`
     (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames
     put there and counted in `frames_received` instead of `received` being called. Only an `attentive` node is told of

@@ -70,7 +70,7 @@ def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, slot: int, passiv
 
 
 def _fail_unacknowledged(station: Station, slot: int, passive: bool) -> None:
-    """Go on from the frame's bit `slot`, an ACK slot that nobody filled, which the node has been told of."""
+    """Go on from the frame's bit `slot`, an ACK slot that nobody filled, which the node knows already."""
     station.contending = None
     station.index = slot + 1
     station.transmitting = station.flagged = station.tally.erring = True

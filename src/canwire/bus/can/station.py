@@ -56,8 +56,8 @@ class Station:
     `out` is the level it drives, `rate_change` what its clock has to do at this sample point, `sof_seen` that an edge
     has ended its idle time, `just_free` that the present bit's sample has ended the intermission. `flagged` holds from
     an error or overload flag of its own to the end of the intermission behind it. `counted` says that the node has
-    been told already that the frame on the wire was well received, `stored` that it has it. `levels` are those of
-    `layout`, the frame that it sends or sent last.
+    been told already that the frame on the wire was well received, `stored` that it has been given this frame. `levels`
+    are those of `layout`, the frame that it sends or sent last.
     """
 
     def __init__(self, node: Node, tally: Tally) -> None:

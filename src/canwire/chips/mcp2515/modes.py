@@ -104,7 +104,7 @@ class Modes(BusSide):
         self._enter(self._wanted)
 
     def _look_later(self) -> None:
-        """Nobody tells when the bus is idle again, behind a frame that has been stored or an error."""
+        """Nobody tells when the bus is idle again, after a frame that has been stored or an error."""
         if not self._looking and self.bus is not None:
             self._looking = True
             later_ns = self._now_ns() + _LOOK_AGAIN_BITS * self.bit_ps // 1000

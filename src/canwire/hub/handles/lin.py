@@ -88,7 +88,7 @@ class LinControl(Lease):
         return bytes(self.ask(wanted).value)
 
     def configure(self, attributes: LinNodeAttributes) -> None:
-        """Slave only: answer node configuration and identification from now on, in the hub, whoever is the master.
+        """Slave only: answer node configuration and identification from now on, in the hub, to any master.
 
         The frames of `attributes` are responses of the line (`respond`), which move to the identifiers that a master
         assigns. It ends when the line is set up anew or reset. Raises WrongState, and Unsupported for attributes with
