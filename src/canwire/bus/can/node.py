@@ -89,8 +89,8 @@ class Node:
     know: at a recessive res bit, a classic node at FDF. One with a `sample_gap_ps` samples each bit thrice, so far
     apart and the last time at its sample point, and takes what two of the samples are. One that `validates_early` is
     given a frame where receivers may take it as valid, at the sample point of the last bit but one of EOF; others get
-    theirs where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None where nobody has
-    said so.
+    theirs where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None where
+    nobody has said so.
 
     It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer,
     for as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns` (and
