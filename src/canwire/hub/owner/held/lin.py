@@ -73,8 +73,13 @@ class LinSlot(LineSlot):
             self._requesting = False
             done(result)
 
-        LinExchange(self.lin, nad, payload, within_ns, over).begin()
+        exchange = LinExchange(self.lin, nad, payload, within_ns, over)
         self._requesting = True
+        try:
+            exchange.begin()
+        except CanwireError:
+            self._requesting = False
+            raise
 
     def settle(self) -> None:
         if self.control is None:
