@@ -51,7 +51,8 @@ parse_lin_log_line protected_id record_of_linmsg
 Ring
 Counters LineSettings InfoCode
 LinCounters
-LinLineState
+LinLineState LinConfiguration
+assign_frame_ids_request assign_nad_request lin_refusal read_by_identifier_request save_configuration_request
 Behaviour
 Periodic
 Timer

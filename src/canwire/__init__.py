@@ -137,7 +137,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.links.network.keys import Offer
     from canwire.hub.offer import offer, offered_hubs
     from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
-    from canwire.hub.protocol.lin_messages import LinLineState
+    from canwire.hub.protocol.lin_messages import LinConfiguration, LinLineState
     from canwire.hub.protocol.time_messages import TimedProgram, TimeState
     from canwire.hub.serve import serve
     from canwire.hub.usual import default_address, state_directory
@@ -175,6 +175,13 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.lin.event import LinErrorKind, LinEvent, LinEventKind, LinOutcome, LinState
     from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
     from canwire.values.lin.record import lin_frame_of_record, linmsg_of_record, record_of_linmsg
+    from canwire.values.lin.requests import (
+        assign_frame_ids_request,
+        assign_nad_request,
+        lin_refusal,
+        read_by_identifier_request,
+        save_configuration_request,
+    )
     from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
     from canwire.values.lin.text import (
         LinLogLine,
@@ -278,7 +285,7 @@ _NAMES = {
     "hub.offer": "offer offered_hubs",
     "hub.protocol.fault_messages": "FaultInfo HubPlace",
     "hub.protocol.time_messages": "TimeState TimedProgram",
-    "hub.protocol.lin_messages": "LinLineState",
+    "hub.protocol.lin_messages": "LinConfiguration LinLineState",
     "hub.serve": "serve",
     "hub.usual": "default_address state_directory",
     "hub.wall_clock": "epoch_ns",
@@ -314,6 +321,9 @@ _NAMES = {
     "values.lin.event": "LinErrorKind LinEvent LinEventKind LinOutcome LinState",
     "values.lin.frame": "LinFrame lin_checksum protected_id",
     "values.lin.record": "lin_frame_of_record linmsg_of_record record_of_linmsg",
+    "values.lin.requests": (
+        "assign_frame_ids_request assign_nad_request lin_refusal read_by_identifier_request save_configuration_request"
+    ),
     "values.lin.schedule": "LinSchedule LinSlot SlotKind",
     "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
     "values.record": (
@@ -462,6 +472,7 @@ __all__ = [
     "LimitsConfig",
     "LinBusFaults",
     "LinCapabilities",
+    "LinConfiguration",
     "LinControl",
     "LinCounters",
     "LinErrorKind",
@@ -547,6 +558,8 @@ __all__ = [
     "WireField",
     "WrongState",
     "__version__",
+    "assign_frame_ids_request",
+    "assign_nad_request",
     "bring_up",
     "bus_conflicts",
     "campaign",
@@ -578,6 +591,7 @@ __all__ = [
     "length_to_dlc",
     "lin_checksum",
     "lin_frame_of_record",
+    "lin_refusal",
     "lines_now",
     "linmsg_of_record",
     "load_database",
@@ -596,11 +610,13 @@ __all__ = [
     "parse_slcan_frame",
     "protected_id",
     "rate_conflicts",
+    "read_by_identifier_request",
     "record",
     "record_dtype",
     "record_of_linmsg",
     "repeat_run",
     "run_campaign",
+    "save_configuration_request",
     "serve",
     "signals_end_waits",
     "start_line",

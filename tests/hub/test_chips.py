@@ -19,11 +19,15 @@ from canwire import (
     LimitReached,
     LineMode,
     NoChannel,
+    RateConflict,
     Unsupported,
     WrongState,
+    conflicts_on,
 )
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
+from canwire.chips.sja1000 import register_map as m
+from canwire.chips.sja1000.controller import Sja1000
 from tests.hub.in_memory import Bench
 
 TIMING = BitTiming.from_btr(0x01, 0x1C)
@@ -263,3 +267,41 @@ def test_two_boards_may_share_an_interrupt_if_both_say_so(hub: Hub) -> None:
     assert [frame.id for frame in everything(receiver) if isinstance(frame, Frame)] == [0x123]
     hub.unplug(names[0])
     assert hub.line_status(hub.board(names[1]).id, 0).state == ErrorState.ERROR_ACTIVE
+
+
+def test_a_bit_timing_written_into_registers_is_warned_of(bench: Any, hub: Hub) -> None:
+    warned: list[str] = []
+    bench.world.warn = warned.append
+    control = started(hub, "netdcu")
+    started(hub, "usb-to-can")
+    assert (conflicts_on(hub), warned) == ([], [])
+    control.write_register(6, 0x43, reset_mode=True)  # BTR0: 250 kbit/s become 125
+    (found,) = conflicts_on(hub)
+    assert isinstance(found, RateConflict)
+    assert "HW000002:0 at 125000 bit/s by its chip's registers" in str(found)
+    assert warned == [str(found)]
+    assert control.status().mode.timing == TIMING  # that is what programs agreed on
+    control.write_register(6, 0x01, reset_mode=True)
+    assert conflicts_on(hub) == []
+
+
+def test_a_chip_that_is_no_line_is_warned_of(bench: Any, hub: Hub) -> None:
+    warned: list[str] = []
+    bench.world.warn = warned.append
+    chip = Sja1000(bench.world.buses["can0"])
+    for address, value in ((m.BASIC_BTR0, 0x00), (m.BASIC_BTR1, 0x1C), (m.BASIC_CR, 0)):
+        chip.write(address, value)
+    assert conflicts_on(hub) == []  # nobody else takes part
+    control = started(hub, "usb-to-can")
+    (found,) = conflicts_on(hub)
+    assert isinstance(found, RateConflict)
+    assert str(found).endswith("; SJA1000 no. 1 at 500000 bit/s")
+    assert warned == [str(found)]
+    chip.write(m.BASIC_CR, m.CR_RR)
+    assert control.status().neighbours == ()
+    assert conflicts_on(hub) == []
+    chip.write(m.BASIC_BTR0, 0x01)
+    chip.write(m.BASIC_BTR1, 0x16)  # of 10 quanta: another rate again
+    chip.write(m.BASIC_CR, 0)
+    assert [node.name for node in control.status().neighbours] == ["SJA1000 no. 1"]
+    assert len(conflicts_on(hub)) == 1

@@ -11,6 +11,7 @@ from canwire.errors import BadTiming, BadValue, Unsupported
 from canwire.values.controller_options import ControllerOptions, DelayCompensation
 from canwire.values.event import ErrorState
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.check import NodeTiming
 
 if TYPE_CHECKING:
     from canwire.chips.host import Host
@@ -32,6 +33,7 @@ class Controller(Protocol):
     bus: Any
     sink: Sink | None
     attentive: bool
+    timing: NodeTiming | None
 
     def configure(
         self,
@@ -80,6 +82,9 @@ class CanFdDriver(Driver):
             fd,
             settings.listen_only,
             _options(settings),
+        )
+        self._controller.timing = NodeTiming(
+            "controller", settings.timing, data, ppm, options=settings.options
         )
         self.listen_only, self.fd = settings.listen_only or settings.options.restricted, fd
 

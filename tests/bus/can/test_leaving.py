@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from canwire import Frame, Lab
+from canwire import ErrorKind, EventKind, Frame, Lab
 from canwire.bus.can.node import QUIET
 from tests.bus.can.test_two_ways import start_with_counters
 
@@ -58,6 +58,25 @@ def test_looking_closely_at_an_intermission_moves_no_bit_of_it() -> None:
     for length in range(9):
         plain, close = (busy_with_a_passive_sender(length, descends) for descends in (False, True))
         assert plain == close, length
+
+
+@pytest.mark.parametrize("bitwise", [False, True])
+def test_the_next_frame_in_a_mailbox_says_nothing_of_the_one_that_nobody_acknowledged(
+    lab: Lab, bitwise: bool
+) -> None:
+    """An error in the error delimiter after a missing acknowledge counts on from that frame's bits."""
+    bus = lab.can_bus(bit_rate=500_000)
+    bus.wire.bitwise = bitwise
+    a = bus.node("a")
+    a.events()
+    a.send(C04, single_shot=True)
+    a.send(Frame(0x123, bytes(8)))
+    lab.at(61 * BIT_NS, bus.faults.short)  # in the delimiter
+    lab.at(63 * BIT_NS, bus.faults.clear_short)
+    lab.run_until(70 * BIT_NS)
+    errors = [(event.error, event.bit) for event in a.events(EventKind.ERROR)]
+    assert errors[0] == (ErrorKind.ACK, 53)
+    assert errors[1] == (ErrorKind.FORM, 54)
 
 
 def busy_after_a_stop(stop_ns: int, bitwise: bool, names: list[str]) -> int:

@@ -22,6 +22,7 @@ from canwire import (
     BitTiming,
     ControllerOptions,
     DelayCompensation,
+    LinProduct,
     LinSchedule,
     LinSlot,
 )
@@ -69,6 +70,7 @@ SIMPLE = {
     type(None): st.none(),
     BitTiming: st.sampled_from(TIMINGS),
     ControllerOptions: OPTIONS,
+    LinProduct: st.builds(LinProduct, st.integers(0, 0x7FFE), st.integers(0, 0xFFFE), st.integers(0, 0xFF)),
     LinSchedule: st.builds(LinSchedule.of, st.lists(SLOTS, min_size=1, max_size=4), st.text(max_size=10)),
 }
 REQUESTS = typing.get_args(m.Request | LinRequest)
@@ -85,6 +87,8 @@ def values_of(kind: Any) -> st.SearchStrategy[Any]:
         if parts[-1] is Ellipsis:
             return st.lists(values_of(parts[0]), max_size=4).map(tuple)
         return st.tuples(*(values_of(part) for part in parts))
+    if origin is dict:
+        return st.dictionaries(values_of(parts[0]), values_of(parts[1]), max_size=4)
     if origin in (typing.Union, types.UnionType):
         return st.one_of(*(values_of(part) for part in parts))
     if issubclass(kind, IntEnum):

@@ -60,3 +60,21 @@ def test_a_master_identifies_and_configures_a_slave(tmp_path: Path) -> None:
             assert (message.msg_info.pid & 0x3F, message.data) == (0x07, b"\x07")
         assert slave.configuration is not None
         assert (slave.configuration.nad, slave.configuration.identifiers) == (0x01, {0: 0x07})
+
+
+def test_a_slave_on_a_line_of_a_plain_hub_is_configured_too(
+    hub: canwire.Hub, program: Program, lin_board: str
+) -> None:
+    with hub.open_lin_control(hub.board(lin_board).id, 2) as slave:
+        slave.initialise(canwire.LinMode(master=False, bit_rate=19_200))
+        slave.respond(canwire.LinFrame(0x20, b"\x07"))
+        slave.configure(LinNodeAttributes(LinProduct(0x1234, 0x5678, 1), nad=0x11, frames={0: 0x20}))
+        slave.start()
+        port = program.monitor("HW000001")
+        control = program.lin("HW000001", op_mode=vci.LIN_OPMODE_MASTER | vci.LIN_OPMODE_ERRORS)
+        assert exchange(control, port, bytes.fromhex("1106B200FF7FFFFF")).hex() == "1106f23412785601"
+        assert exchange(control, port, bytes.fromhex("1106B70047FFFFFF")).hex() == "1101f7ffffffffff"
+        put(control, vci.LinMsg(pid=0x07, ido=1, dlen=1, ecs=1))
+        message = port.message(vci.LIN_MSGTYPE_DATA)
+        assert (message.msg_info.pid & 0x3F, message.data) == (0x07, b"\x07")
+        assert slave.configuration().frames == {0: 0x07}

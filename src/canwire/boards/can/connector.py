@@ -61,6 +61,14 @@ class CanLine:
         return self.line.driver.running
 
     @property
+    def chip_timing(self) -> BitTiming | None:
+        """What the registers of its chip say while it runs, where somebody has written another timing into them."""
+        made = self.line.controller.timing
+        if made is None or self.mode is None or self.mode.timing is None or not self.running:
+            return None
+        return None if _in_time(made.nominal) == _in_time(self.mode.timing) else made.nominal
+
+    @property
     def coupling_fault(self) -> bool:
         """The fault-tolerant transceiver reports a fault of its wires."""
         return self.mode is not None and self.mode.low_speed and is_shorted(self.bus)
@@ -419,3 +427,8 @@ class CanLine:
     def _options_of(self, mode: LineMode) -> ControllerOptions:
         """Those that a program asked for, with what is a fact of the board."""
         return self._options if mode.options is None else mode.options.on_board(self._options)
+
+
+def _in_time(timing: BitTiming) -> tuple[int, int, int]:
+    """What matters of a timing, by whichever clock."""
+    return timing.bit_time_ps, timing.sample_time_ps, timing.sjw * timing.quantum_ps

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import prod
 from typing import Any
 
-_CLASSIC = ("bit_ps", "sample_ps", "quantum_ps", "phase1_ps", "jump_ps")
+_CLASSIC = ("bit_ps", "sample_ps", "quantum_ps", "phase1_ps", "jump_ps", "sample_gap_ps")
 _FD = (
     *_CLASSIC,
     "data_bit_ps",

@@ -71,6 +71,7 @@ class Detection:
         driver = self._line.driver
         now_ns = self._timeline.now_ns
         driver.configure(LineSettings(nominal, data, self._iso_fd, listen_only=True))
+        self._line.controller.timing = None  # it only tries this: no reason to warn anybody
         driver.start(now_ns)
         self._timer = self._timeline.at(now_ns + self._timeout_ns, self._next)
 

@@ -7,6 +7,7 @@ from canwire.values.controller_options import ControllerOptions
 from canwire.values.frozen import dataclass
 from canwire.values.named import NamedInt
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.check import NodeTiming
 
 
 class FilterMode(NamedInt):
@@ -107,6 +108,8 @@ class LineStatus:
     `behind_ns` is how far bus time is behind the clock now, `skipped_ns` what it has left out since the hub began.
     `obstacle` says why a real adapter does not take part in its bus, "" where nothing is known to keep it away.
     `delay_ps` is its bus's, one way, and `drift_ppm` how far its oscillator is off (positive: fast).
+    `chip_timing` is what the registers of the line's chip say where that is not the timing of `mode`. `neighbours` take
+    part in its bus without being a line: nodes of a lab, chips attached to it.
     """
 
     initialised: bool
@@ -137,6 +140,8 @@ class LineStatus:
     delay_ps: int = 0
     drift_ppm: float = 0.0
     obstacle: str = ""
+    chip_timing: BitTiming | None = None
+    neighbours: tuple[NodeTiming, ...] = ()
 
     @property
     def unused(self) -> bool:

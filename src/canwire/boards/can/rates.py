@@ -8,6 +8,7 @@ from typing import NamedTuple
 from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.values.controller_options import USUAL
 from canwire.values.timing.agreement import timing_findings
+from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.check import NodeTiming, TimingCheck
 
 
@@ -19,17 +20,25 @@ class RunningLine(NamedTuple):
     status: LineStatus
 
     def __str__(self) -> str:
-        return f"{self.address} at {format_rates(self.status.mode)}, {format_setter(self.status)}"
+        setter = format_setter(self.status)
+        if self.status.chip_timing is not None:
+            return f"{self.address} at {self.status.chip_timing.bit_rate} bit/s by its chip's registers, {setter}"
+        return f"{self.address} at {format_rates(self.status.mode)}, {setter}"
 
 
 class RateConflict(NamedTuple):
-    """Lines of one bus that run at different rates, as copper allows it: they destroy each other's frames."""
+    """Lines of one bus that run at different rates, as copper allows it: they destroy each other's frames.
+
+    `others` are nodes that are no lines, chips attached to the bus among them, where their rates differ.
+    """
 
     bus: str
     lines: tuple[RunningLine, ...]
+    others: tuple[NodeTiming, ...] = ()
 
     def __str__(self) -> str:
-        return f"{self.bus}: different bit rates on one bus: {'; '.join(map(str, self.lines))}"
+        nodes = [*map(str, self.lines), *(f"{node.name} at {_node_rates(node)}" for node in self.others)]
+        return f"{self.bus}: different bit rates on one bus: {'; '.join(nodes)}"
 
 
 class TimingConflict(NamedTuple):
@@ -55,21 +64,24 @@ def bus_conflicts(lines: Iterable[RunningLine]) -> list[Conflict]:
     return found
 
 
-def node_timing(name: str, mode: LineMode, drift_ppm: float = 0.0) -> NodeTiming | None:
-    """What the rules need of a line that is set up so; None while its rate is still to be found."""
-    if mode.timing is None:
+def node_timing(name: str, status: LineStatus) -> NodeTiming | None:
+    """What the rules need of a line; None of one that is not set up, or whose rate is still to be found."""
+    mode, timing = status.mode, _timing(status)
+    if mode is None or timing is None:
         return None
-    return NodeTiming(name, mode.timing, mode.data_timing, drift_ppm, options=mode.options or USUAL)
+    return NodeTiming(name, timing, mode.data_timing, status.drift_ppm, options=mode.options or USUAL)
+
+
+def _timing(status: LineStatus) -> BitTiming | None:
+    """Its chip's, where somebody has written that into registers; else as the line was set up."""
+    return status.chip_timing or (None if status.mode is None else status.mode.timing)
 
 
 def _timing_conflicts(lines: list[RunningLine]) -> list[Conflict]:
     """Those of one bus."""
-    nodes = [
-        node
-        for line in lines
-        if line.status.mode is not None
-        and (node := node_timing(line.address, line.status.mode, line.status.drift_ppm)) is not None
-    ]
+    found_nodes = (node_timing(line.address, line.status) for line in lines)
+    nodes = [node for node in found_nodes if node is not None]
+    nodes += _neighbours(lines)
     delay_ps = max((line.status.delay_ps for line in lines), default=0)
     found: list[Conflict] = []
     for check in timing_findings(nodes, delay_ps):
@@ -89,15 +101,43 @@ def _by_bus(lines: Iterable[RunningLine]) -> list[list[RunningLine]]:
 
 
 def rate_conflicts(lines: Iterable[RunningLine]) -> list[RateConflict]:
-    """One for each bus whose lines disagree, in bit rate or, those that have one, in data bit rate."""
-    return [RateConflict(found[0].bus, tuple(found)) for found in _by_bus(lines) if _disagree(found)]
+    """One for each bus whose nodes disagree, in bit rate or, those that have one, in data bit rate."""
+    return [
+        RateConflict(found[0].bus, tuple(found), _others_at_other_rates(found))
+        for found in _by_bus(lines)
+        if _disagree(found)
+    ]
 
 
 def _disagree(lines: list[RunningLine]) -> bool:
-    modes = [line.status.mode for line in lines if line.status.mode is not None]
-    nominal = {mode.timing.bit_rate for mode in modes if mode.timing is not None}
-    data = {rate for mode in modes if (rate := data_rate(mode)) is not None}
+    others = _neighbours(lines)
+    nominal = _nominal_rates(lines) | {node.nominal.bit_rate for node in others}
+    data = _data_rates(lines) | {node.data.bit_rate for node in others if node.data is not None}
     return len(nominal) > 1 or len(data) > 1
+
+
+def _neighbours(lines: list[RunningLine]) -> tuple[NodeTiming, ...]:
+    """The same for all lines of one bus."""
+    return lines[0].status.neighbours if lines else ()
+
+
+def _others_at_other_rates(lines: list[RunningLine]) -> tuple[NodeTiming, ...]:
+    """Those of the neighbours that do not agree with all lines; there may be many others."""
+    nominal, data = _nominal_rates(lines), _data_rates(lines)
+    return tuple(
+        node
+        for node in _neighbours(lines)
+        if nominal - {node.nominal.bit_rate} or (node.data is not None and data - {node.data.bit_rate})
+    )
+
+
+def _nominal_rates(lines: list[RunningLine]) -> set[int]:
+    return {timing.bit_rate for line in lines if (timing := _timing(line.status)) is not None}
+
+
+def _data_rates(lines: list[RunningLine]) -> set[int]:
+    modes = (line.status.mode for line in lines)
+    return {rate for mode in modes if mode is not None and (rate := data_rate(mode)) is not None}
 
 
 def same_rates(now: LineMode, wanted: LineMode) -> bool:
@@ -111,8 +151,15 @@ def format_rates(mode: LineMode | None) -> str:
     """`500000 bit/s`, with `, 2000000 after BRS` where there is such a phase."""
     if mode is None or mode.timing is None:
         return "no bit rate yet"
-    data = data_rate(mode)
-    return f"{mode.timing.bit_rate} bit/s" + ("" if data is None else f", {data} after BRS")
+    return _rates(mode.timing.bit_rate, data_rate(mode))
+
+
+def _node_rates(node: NodeTiming) -> str:
+    return _rates(node.nominal.bit_rate, None if node.data is None else node.data.bit_rate)
+
+
+def _rates(nominal: int, data: int | None) -> str:
+    return f"{nominal} bit/s" + ("" if data is None else f", {data} after BRS")
 
 
 def format_setter(status: LineStatus) -> str:

@@ -41,7 +41,7 @@ class LinLine(LinHost):
     """Splitter between one controller and its monitors, and the control over it. No I/O; times are the timeline's.
 
     Whoever makes it sets its `driver`. `busy` while what was sent last is not over. `when_awake` is called when a
-    sleep ends, `when_free` when the line is busy no more.
+    sleep ends, `when_free` when the line is busy no more, `when_cleared` when settings and responses are forgotten.
     """
 
     driver: LinDriver
@@ -56,6 +56,7 @@ class LinLine(LinHost):
         self.mode: LinMode | None = None
         self.when_awake: Callable[[], None] | None = None
         self.when_free: Callable[[], None] | None = None
+        self.when_cleared: Callable[[], object] = lambda: None
         self._splitter = LinSplitter(timeline, capabilities.stamps.tick_ns)
         self.controller = LinController(self, self._splitter)
         self._told = (LinState.STOPPED, 0)
@@ -262,6 +263,7 @@ class LinLine(LinHost):
     def _clear(self) -> None:
         """Off the bus at this moment, without settings and responses."""
         self.leave()
+        self.when_cleared()
         self.driver.clear()
         self.mode = None
         self._splitter.end_stamps()

@@ -112,6 +112,7 @@ class BitLevel:
             clock.station.begin()
             clock.begin(0)
         clock.station.counted = node.counted_ns == self.origin_ns
+        clock.station.stored = node.stored_ns == self.origin_ns
         clock.station.now_ns = self.at_ns(0)
         self._take_in(clock, 0)
 
@@ -166,7 +167,7 @@ class BitLevel:
     def next_ps(self) -> int:
         soonest = self._change_ps
         for clock in self.clocks:
-            soonest = min(soonest, clock.due_ps, clock.edge_ps, clock.check_ps)
+            soonest = min(soonest, clock.next_ps(self.now_ps))
         return soonest
 
     def transmits(self, node: Node) -> bool:
@@ -321,6 +322,8 @@ class BitLevel:
         for clock in self.clocks:
             if clock.check_ps <= at_ps:
                 clock.check(self._undisturbed_level(clock, at_ps), at_ps)
+            if clock.node.sample_gap_ps and clock.looks_before(at_ps):
+                clock.look(self._seen_by(clock, at_ps))
             if clock.due_ps == at_ps and clock.sampling:
                 clock.station.sample(clock.found(self._seen_by(clock, at_ps)))
                 clock.sampled(at_ps)

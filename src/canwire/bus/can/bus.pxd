@@ -23,9 +23,10 @@ cdef class CanBus(BusState):
     cdef public long long noise_left
     cdef public object scripted
     cdef int _acknowledgers, _listeners
-    cdef unsigned long long _pause_ns, _next_ns
+    cdef unsigned long long _next_ns
     cdef long long _noise_taken
-    cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _flag_passive
+    cdef int _slot
+    cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _early, _flag_passive
     cdef list _members
 
     @cython.locals(free="unsigned long long", soonest="unsigned long long", ready="unsigned long long", node=Node, box=Mailbox)
@@ -47,7 +48,7 @@ cdef class CanBus(BusState):
     @cython.locals(free="unsigned long long", now="unsigned long long")
     cdef inline bint _go_on(self, unsigned long long limit_ns) except -1
 
-    @cython.locals(inside=SteppedFrame)
+    @cython.locals(inside=SteppedFrame, soonest="unsigned long long")
     cdef int _happen(self) except -1
 
     @cython.locals(sender=Node, node=Node)
@@ -78,5 +79,3 @@ cdef class CanBus(BusState):
 
     @cython.locals(origin_ps="long long")
     cdef int _enter_at(self, long long at_ps) except -1
-
-    cdef void _begin_late(self, unsigned long long start_ns) noexcept

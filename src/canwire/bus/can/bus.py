@@ -46,10 +46,9 @@ class CanBus(BusState):
         self.bitwise = False
         self.noise_left = -1  # undisturbed bits before the next one that noise inverts; -1: no noise
         self.scripted: Callable[[Mailbox], bool] | None = None
-        self._pause_ns = 0
         self._next_ns = 0
-        self._flag_passive = False
-        self._sleeping = False
+        self._flag_passive, self._slot = False, 0  # of the last frame that nobody acknowledged
+        self._sleeping = self._early = False
         self._acknowledged = False
         self._members: list[Node] = []
         self._in_step = self._in_step_fd = self._in_step_switching = True
@@ -85,10 +84,11 @@ class CanBus(BusState):
         members = []
         waiting = []
         self._acknowledgers = self._listeners = 0
-        self._sleeping = False
+        self._sleeping = self._early = False
         for node in self.nodes:
             if node.on_bus:
                 members.append(node)
+                self._early = self._early or node.validates_early
                 if node.listen_only:
                     self._listeners += 1
                 else:
@@ -130,7 +130,7 @@ class CanBus(BusState):
             self._replay()
         elif self._state == _ERRING:
             self._enter_at(self._end_ps - _ACK_SLOT_TO_FREE * self._sender.bit_ps)
-            phases.fail_unacknowledged(self.bits.clocks, self._sender, self._box, self._flag_passive)
+            phases.fail_unacknowledged(self.bits.clocks, self._sender, self._slot, self._flag_passive)
             self._replay()
             self._rest_if_over()
         elif self._state == _REST and len(self._members) == 1 and self.timeline.now_ns < self._free_ns:
@@ -325,7 +325,7 @@ class CanBus(BusState):
             self._enter_bitwise()
         else:
             self._time_frame()
-            if tainted or (keen and rivals > 1):
+            if tainted or self._early or (keen and rivals > 1):
                 self._contend()
                 self._next_ns = self._look_inside().next_ns(self._end_ns, self._acknowledged)
             elif self._end_ns > limit_ns or not self._acknowledged or self.timeline.interrupted:
@@ -376,11 +376,11 @@ class CanBus(BusState):
 
     def _happen(self) -> None:
         """Somebody notices something in the middle of the frame."""
-        inside = self._look_inside()
-        inside.over = False
-        inside.happen(self.timeline.now_ns)
+        inside = self._inside  # which knows the frame since it began
+        inside.first, inside.over = self._first, False
+        soonest = inside.happen(self.timeline.now_ns, self._end_ns, self._acknowledged)
         if self._state == _SENDING:
-            self._next_ns = inside.next_ns(self._end_ns, self._acknowledged)
+            self._next_ns = soonest
 
     def _succeed(self) -> None:
         """The frame's last EOF bit has passed."""
@@ -411,7 +411,7 @@ class CanBus(BusState):
                 if node.sink is not None:
                     node.frames_received += 1
                     node.sink.deliver(box, end_ns, 0)
-                else:
+                elif not node.validates_early or node.stored_ns != self._start_ns:
                     node.received(box, end_ns)
             node = node.next_member
         sender.transmitted(box, end_ns)  # last, for it may load the mailbox anew
@@ -436,8 +436,8 @@ class CanBus(BusState):
         rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
         sender.segment = _ACK_SLOT
         sender.read_dominant = False
-        extra = 7 if box.words[1] >> 32 & _FD else 8
-        sender.error(_ACK_ERROR, box.bits - extra - 1, True, rule, self.timeline.now_ns)
+        self._slot = box.bits - (8 if box.words[1] >> 32 & _FD else 9)  # the mailbox may be loaded anew now
+        sender.error(_ACK_ERROR, self._slot, True, rule, self.timeline.now_ns)
         sender.contending = None
 
     def _end_error_frame(self) -> None:
@@ -447,11 +447,6 @@ class CanBus(BusState):
         self._free_ps = self._end_ps % 1000
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * sender.bit_ps // 1000
-
-    def _begin_late(self, start_ns: int) -> None:
-        self._free_ps = 0
-        if start_ns > self._free_ns + self._pause_ns:
-            self._busy_since_ns = start_ns
 
     # bit by bit
 

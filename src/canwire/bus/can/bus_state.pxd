@@ -16,7 +16,7 @@ cdef class BusState(Bus):
     cdef public BitLevel bits
     cdef public Tally tally
     cdef int _state, _rivals
-    cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _end_ns
+    cdef unsigned long long _free_ns, _start_ns, _busy_since_ns, _busy_from_ns, _pause_ns, _end_ns
     cdef long long _free_ps, _end_ps
     cdef SteppedFrame _inside
     cdef Joining _joining
@@ -35,6 +35,9 @@ cdef class BusState(Bus):
     @cython.final
     @cython.locals(node=Node)
     cdef void _contend(self) noexcept
+
+    @cython.final
+    cdef void _begin_late(self, unsigned long long start_ns) noexcept
 
     @cython.final
     @cython.locals(node=Node)

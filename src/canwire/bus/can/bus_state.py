@@ -39,6 +39,7 @@ class BusState(Bus):
         self._start_ns = 0
         self._busy_since_ns = 0
         self._busy_from_ns = 0
+        self._pause_ns = 0
         self._end_ns = 0
         self._end_ps = 0
         self._inside = SteppedFrame()
@@ -126,6 +127,12 @@ class BusState(Bus):
                     node.arbitration_losses -= 1
                     self._rivals += 1
             node = node.next_member
+
+    def _begin_late(self, start_ns: int) -> None:
+        """The bus has rested up to this SOF, if only for a moment."""
+        self._free_ps = 0
+        if start_ns > self._free_ns + self._pause_ns:
+            self._busy_since_ns = start_ns
 
     def _forget_contenders(self) -> None:
         for node in self.nodes:

@@ -13,7 +13,7 @@ cdef class Clock:
     cdef public Station station
     cdef public Node node
     cdef public long long start_ps, due_ps, edge_ps, check_ps
-    cdef public int forced, seen
+    cdef public int forced, seen, looks
     cdef public bint sampling, synchronised, data_rate, free, joins, edged
     cdef public Echo echo
     cdef readonly long long ahead_start_ps, ahead_due_ps
@@ -25,6 +25,11 @@ cdef class Clock:
     cdef long long sample_ps(self) noexcept
     cpdef int begin_bit(self, long long at_ps) except -1
     cdef int _compensate(self, long long at_ps) except -1
+    @cython.locals(soonest="long long", gap_ps="long long")
+    cdef long long next_ps(self, long long now_ps) noexcept
+    @cython.locals(before_ps="long long", gap_ps="long long")
+    cdef bint looks_before(self, long long at_ps) noexcept
+    cdef void look(self, int level) noexcept
     cpdef int found(self, int level) except -1
     cpdef void check(self, int level, long long at_ps) except *
     @cython.locals(change=int)

@@ -54,6 +54,7 @@ class Clock:
         self.free = True  # none did so up to now
         self.seen = 1
         self.data_rate = False
+        self.looks = 3  # what it has seen before its sample point, newest in bit 0
 
     def go_off(self, at_ps: int, at_end: bool) -> None:
         """Its node takes part no more; what it drives ends now, or `at_end` of its bit."""
@@ -93,8 +94,33 @@ class Clock:
         elif self.station.state == _FRAME and self.station.reader.field == _RES_FIELD:
             self.edge_ps = min(self.edge_ps, self.echo.measure_from(at_ps))
 
+    def next_ps(self, now_ps: int) -> int:
+        """When something happens here next."""
+        soonest = min(self.due_ps, self.edge_ps, self.check_ps)
+        gap_ps = self.node.sample_gap_ps
+        if gap_ps and self.sampling:
+            if self.due_ps - 2 * gap_ps > now_ps:
+                return min(soonest, self.due_ps - 2 * gap_ps)
+            if self.due_ps - gap_ps > now_ps:
+                return min(soonest, self.due_ps - gap_ps)
+        return soonest
+
+    def looks_before(self, at_ps: int) -> bool:
+        """It looks at the wire once or twice more before the sample point that it is about to reach."""
+        before_ps, gap_ps = self.due_ps - at_ps, self.node.sample_gap_ps
+        return self.sampling and (before_ps == gap_ps or before_ps == 2 * gap_ps)
+
+    def look(self, level: int) -> None:
+        """It sees this level there."""
+        self.looks = self.looks << 1 & 2 | level
+
     def found(self, level: int) -> int:
-        """What a sample of this level says to the station: a compensating sender has looked at its bits elsewhere."""
+        """What a sample of this level says to the station: a compensating sender has looked at its bits elsewhere.
+
+        Of three samples two decide.
+        """
+        if self.node.sample_gap_ps:
+            return 1 if (self.looks & 1) + (self.looks >> 1) + level > 1 else 0
         if self.data_rate and self.node.compensates and self.station.transmitting:
             return self.echo.outcome(self.station.out)
         return level

@@ -156,8 +156,8 @@ class Stretch:
             return 0 if station.fast else 1
         if field == _ACK_DELIMITER:
             good = station.acknowledged if station.transmitting else reader.crc_ok
-            return 1 + _EOF_BITS if good else 0
-        return reader.left if field == _EOF else 0
+            return station.bits_till_valid(1 + _EOF_BITS) if good else 0
+        return station.bits_till_valid(reader.left) if field == _EOF else 0
 
     def _bits_before_error(self, reader: FrameReader, level: int) -> int:
         """The same for all that have read the same: the last answer holds on."""

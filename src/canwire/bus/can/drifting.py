@@ -244,6 +244,7 @@ def _runs_freely(clock: Clock) -> bool:
         and clock.check_ps == _NEVER
         and clock.forced == _FREE
         and clock.node.loop_ps == 0
+        and clock.node.sample_gap_ps == 0
         and not clock.node.compensates
     )
 

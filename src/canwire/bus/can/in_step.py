@@ -50,7 +50,7 @@ def data_bits_coincide(members: Sequence[Node], waiting: Sequence[Node]) -> bool
 
 def reads_itself(node: Node) -> bool:
     """Nothing but its own bit is there when a node looks at one, in the nominal phase."""
-    return node.loop_ps <= node.sample_ps
+    return node.loop_ps <= node.sample_ps - 2 * node.sample_gap_ps
 
 
 def reads_its_data(node: Node) -> bool:

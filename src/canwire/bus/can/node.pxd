@@ -26,13 +26,14 @@ cdef class Node:
     cdef public bint on_bus, listen_only, passive, tainted, self_test, asleep, read_dominant
     cdef public int fd, segment
     cdef public Mailbox offer, contending
-    cdef public unsigned long long suspended_ns, waiting_from_ns, counted_ns
+    cdef public unsigned long long suspended_ns, waiting_from_ns, counted_ns, stored_ns
     cdef public long long waiting_from_ps
     cdef public int waiting, sequences
     cdef public long long bit_ps, sample_ps, quantum_ps, phase1_ps, jump_ps
     cdef public long long data_bit_ps, data_sample_ps, data_quantum_ps, data_jump_ps
-    cdef public long long loop_ps, second_sample_ps, least_second_ps
-    cdef public bint compensates, measures_delay, edge_filter, restricted, protocol_exception
+    cdef public long long loop_ps, second_sample_ps, least_second_ps, sample_gap_ps
+    cdef public bint compensates, measures_delay, edge_filter, restricted, validates_early, protocol_exception
+    cdef public object timing
 
     cpdef received(self, Mailbox box, unsigned long long at_ns)
     cpdef transmitted(self, Mailbox box, unsigned long long at_ns)

@@ -6,11 +6,14 @@ a chip fills them in. Nothing above knows how a chip is built; nothing here know
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from canwire import _mem
 from canwire.timeline import NEVER, Source, Timeline
 from canwire.values.record import RECORD_SIZE
+
+if TYPE_CHECKING:
+    from canwire.values.timing.check import NodeTiming
 
 # what a detected error does to the counters, by the numbers of reference/can-protocol.md section 7
 NO_RULE = 0
@@ -83,16 +86,20 @@ class Node:
     `least_second_ps` behind their start at the least; if it measures none, `second_sample_ps` behind their start.
     While it waits for the bus an `edge_filter` ignores dominant time of less than two quanta. In `restricted` operation
     it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
-    know: at a recessive res bit, a classic node at FDF.
+    know: at a recessive res bit, a classic node at FDF. One with a `sample_gap_ps` samples each bit thrice, so far
+    apart and the last time at its sample point, and takes what two of the samples are. One that `validates_early` is
+    given a frame where receivers may take it as valid, at the sample point of the last bit but one of EOF; others get
+    theirs where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None where
+    nobody has said so.
 
     It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer,
     for as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns` (and
     the picoseconds beyond it, `waiting_from_ps`), `counted_ns` (SOF of the last frame that was counted as received
-    while it went on), before `error` and `count` `segment` (which part of a frame it was, as the low bits of
-    SJA1000's ECC tell), before `error` `read_dominant` (what that bit was read as), and `next_member`, which links
-    those on the bus. A node with a `sink` has its frames put there and counted in `frames_received` instead of
-    `received` being called. Only an `attentive` node is told of lost arbitrations, at the very bit; a single-shot
-    frame makes it one.
+    while it went on), `stored_ns` (SOF of the last frame that it was given early), before `error` and `count`
+    `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell), before `error` `read_dominant`
+    (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames
+    put there and counted in `frames_received` instead of `received` being called. Only an `attentive` node is told of
+    lost arbitrations, at the very bit; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.
@@ -124,6 +131,7 @@ class Node:
         self.waiting_from_ns = 0
         self.waiting_from_ps = 0
         self.counted_ns = NEVER
+        self.stored_ns = NEVER
         self.bit_ps = 2_000_000
         self.sample_ps = 1_750_000
         self.quantum_ps = 125_000
@@ -140,7 +148,10 @@ class Node:
         self.least_second_ps = 0
         self.edge_filter = False
         self.restricted = False
+        self.validates_early = False
+        self.sample_gap_ps = 0
         self.protocol_exception = False
+        self.timing: NodeTiming | None = None
 
     def received(self, box: Mailbox, at_ns: int) -> None:
         """A valid frame ended; `box` is the sender's, good until this returns."""

@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from canwire.bus.can.node import Mailbox, Node
-from canwire.bus.can.station import IDLE, SUSPEND, WAITING, Station
+from canwire.bus.can.node import Node
+from canwire.bus.can.station import ACTIVE_FLAG, IDLE, INTERMISSION, PASSIVE_FLAG, SUSPEND, WAITING, Station
 
-_GROUP = 11
+_GROUP, _FLAG_BITS, _INTERMISSION_BITS = 11, 6, 3
 
 
 class Clock(Protocol):
@@ -60,13 +60,23 @@ def resume_frame(clocks: Sequence[Clock]) -> None:
             station.sof_seen = True
 
 
-def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, box: Mailbox, passive: bool) -> None:
+def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, slot: int, passive: bool) -> None:
     """Where the ACK slot begins: the sender has been told that nobody filled it."""
     for clock in clocks:
         if clock.node is sender:
-            clock.station.fail_unacknowledged(box, passive)
+            _fail_unacknowledged(clock.station, slot, passive)
             clock.sampling = False
             clock.due_ps = sender.bit_ps
+
+
+def _fail_unacknowledged(station: Station, slot: int, passive: bool) -> None:
+    """Go on from the frame's bit `slot`, an ACK slot that nobody filled, which the node knows already."""
+    station.contending = None
+    station.index = slot + 1
+    station.transmitting = station.flagged = station.tally.erring = True
+    station.tec_due = passive
+    station.state, station.left = (PASSIVE_FLAG if passive else ACTIVE_FLAG), _FLAG_BITS
+    station.run = station.dominant_run = 0
 
 
 def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
@@ -77,7 +87,10 @@ def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
             clock.begin(
                 0
             )  # that its suspend time is known in whole nanoseconds moves no bit of the intermission
-        station.resume_intermission(clock.node is sender or station.state == SUSPEND)
+        sent = clock.node is sender or station.state == SUSPEND
+        station.contending = None
+        if station.state != WAITING:
+            station.state, station.transmitting, station.left = INTERMISSION, sent, _INTERMISSION_BITS
 
 
 def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ps: int) -> None:

@@ -25,7 +25,7 @@ cdef class Station:
     cdef public unsigned long long now_ns, sof_ns
     cdef public int state, out, last_sample, rate_change, index, run, left, dominant_run, flag_level
     cdef public FrameReader reader
-    cdef public bint fast, sof_seen, transmitting, finished, rejoined, overload, tec_due, just_free, flagged, counted
+    cdef public bint fast, sof_seen, transmitting, finished, rejoined, overload, tec_due, just_free, flagged, counted, stored
     cdef public Mailbox box, sent, contending
     cdef public bytes levels
     cdef public KeptLayout layout
@@ -40,8 +40,6 @@ cdef class Station:
     cpdef bint ready_to_send(self) except -1
     cpdef bint transmits(self) noexcept
     cpdef int activity(self) except -1
-    cpdef int fail_unacknowledged(self, Mailbox box, bint passive) except -1
-    cpdef int resume_intermission(self, bint sent) except -1
     cpdef bint resting(self) except -1
     cpdef int wait_for_bus(self) except -1
     @cython.locals(node=Node, box=Mailbox)
@@ -56,6 +54,9 @@ cdef class Station:
     @cython.locals(node=Node)
     cdef void _waiting_bit(self, int level) except *
     cdef int _deliver(self) except -1
+    cdef int _hand_over(self) except -1
+    @cython.locals(early=bint)
+    cdef int bits_till_valid(self, int left) noexcept
     @cython.locals(stuff_bit=bint)
     cdef int _frame_bit(self, int level) except -1
     @cython.locals(reader=FrameReader, tail=bint, outcome=int)

@@ -56,8 +56,8 @@ class Station:
     `out` is the level it drives, `rate_change` what its clock has to do at this sample point, `sof_seen` that an edge
     has ended its idle time, `just_free` that the present bit's sample has ended the intermission. `flagged` holds from
     an error or overload flag of its own to the end of the intermission behind it. `counted` says that the node has
-    been told already that the frame on the wire was well received. `levels` are those of `layout`, the frame that it
-    sends or sent last.
+    been told already that the frame on the wire was well received, `stored` that it has been given this frame. `levels`
+    are those of `layout`, the frame that it sends or sent last.
     """
 
     def __init__(self, node: Node, tally: Tally) -> None:
@@ -82,7 +82,7 @@ class Station:
         self.just_free = self.finished = False
         # the last bit that it waited for has been sampled, and an SOF comes before it is over
         self.rejoined = self.sof_seen = bool(node.waiting) and node.sequences >= node.waiting
-        self.overload = self.flagged = self.counted = False
+        self.overload = self.flagged = self.counted = self.stored = False
         self.tec_due = False
         self._begin_frame()
 
@@ -154,22 +154,6 @@ class Station:
             return _SENT if self.transmitting or self.flagged else _RECEIVED_LAST
         return _QUIET
 
-    def fail_unacknowledged(self, box: Mailbox, passive: bool) -> None:
-        """Go on behind an ACK slot that nobody filled, which the node has been told of."""
-        self.sent, self.contending = box, None
-        self.index = box.bits - (7 if box.words[1] >> 32 & _FD else 8)
-        self.transmitting = self.tally.erring = True
-        self.tec_due = passive
-        self._begin_flag(_PASSIVE_FLAG if passive else _ACTIVE_FLAG)
-
-    def resume_intermission(self, sent: bool) -> None:
-        """Go on behind a frame that was stepped over."""
-        self.contending = None
-        if self.state != _WAITING:
-            self.state = _INTERMISSION
-            self.transmitting = sent
-            self.left = 3
-
     def resting(self) -> bool:
         """Nothing of a frame or an error is under way here."""
         if self.finished or self.rejoined or self.sof_seen:
@@ -181,7 +165,8 @@ class Station:
     def wait_for_bus(self) -> None:
         """Leave whatever was going on; the node looks for 11 recessive bits."""
         self.state = _WAITING
-        self.transmitting = self.flagged = self.sof_seen = self.finished = self.just_free = False
+        self.transmitting = self.flagged = self.sof_seen = self.finished = False
+        self.just_free = self.stored = False
         self.run = 0
 
     def _offer(self) -> None:
@@ -270,13 +255,23 @@ class Station:
                 self.tally.tap.transmitted(self.node, self.sent, self.now_ns)
             self.node.contending = None
             self.node.transmitted(self.sent, self.now_ns)
+        elif not self.stored:
+            self._hand_over()
+        self.stored = False
+
+    def _hand_over(self) -> None:
+        """The node gets what it has received."""
+        reader_state.store(self.reader, self.box.words)
+        if self.node.sink is not None:
+            self.node.frames_received += 1
+            self.node.sink.deliver(self.box, self.now_ns, 0)
         else:
-            reader_state.store(self.reader, self.box.words)
-            if self.node.sink is not None:
-                self.node.frames_received += 1
-                self.node.sink.deliver(self.box, self.now_ns, 0)
-            else:
-                self.node.received(self.box, self.now_ns)
+            self.node.received(self.box, self.now_ns)
+
+    def bits_till_valid(self, left: int) -> int:
+        """Of so many recessive bits up to the frame's end, those before the one at which the node takes it as valid."""
+        early = self.node.validates_early and not self.transmitting and not self.stored
+        return left - 2 if early and left > 1 else left
 
     # inside a frame
 
@@ -398,6 +393,11 @@ class Station:
             self.left = 3
             if level == 0:
                 self._overload()
+        elif (
+            self.reader.left == 1 and self.node.validates_early and not self.transmitting and not self.stored
+        ):
+            self.stored = True
+            self._hand_over()
 
     # errors
 

@@ -17,8 +17,8 @@ cdef class SteppedFrame:
     cdef int take(self, unsigned long long start_ns, long long lead_ps, long long end_ps, Node sender, Mailbox box) except -1
     @cython.locals(soonest="unsigned long long", node=Node, box=Mailbox)
     cdef unsigned long long next_ns(self, unsigned long long end_ns, bint acknowledged) except? 0
-    @cython.locals(node=Node, box=Mailbox)
-    cdef void happen(self, unsigned long long now_ns) except *
+    @cython.locals(soonest="unsigned long long", due="unsigned long long", node=Node, box=Mailbox)
+    cdef unsigned long long happen(self, unsigned long long now_ns, unsigned long long end_ns, bint acknowledged) except? 0
     @cython.locals(box=Mailbox)
     cdef void catch_up(self, Node node, unsigned long long now_ns) except *
     @cython.locals(joined=bint)
@@ -33,6 +33,8 @@ cdef class SteppedFrame:
     @cython.locals(at_bit="long long")
     cdef unsigned long long _loses_ns(self, Node node, Mailbox box) except? 0
     cdef bint _is_to_count(self, Node node) except -1
+    cdef bint _is_to_store(self, Node node) noexcept
+    cdef unsigned long long _valid_ns(self, Node node) except? 0
     cdef unsigned long long _acknowledges_ns(self, Node node) except? 0
 
 @cython.locals(differing="unsigned long long", bit=int)

@@ -1,8 +1,8 @@
 """A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
 
 bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and is told so,
-one whose REC goes down at the ACK slot, one that is looked at. For them alone the same is found out here as
-station.py does bit by bit.
+one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For them alone
+the same is found out here as station.py does bit by bit.
 
 Source: ISO 11898-1:2015 chapters 10.4.2 and 12.1.4; reference/can-protocol.md sections 5 to 7.
 """
@@ -56,23 +56,44 @@ class SteppedFrame:
                 soonest = min(soonest, self._loses_ns(node, box))
             if acknowledged and self._is_to_count(node):
                 soonest = min(soonest, self._acknowledges_ns(node))
+            if acknowledged and self._is_to_store(node):
+                soonest = min(soonest, self._valid_ns(node))
             node = node.next_member
         return soonest
 
-    def happen(self, now_ns: int) -> None:
-        """Tell those whose time has come: losers of arbitration, and receivers whose REC goes down."""
+    def happen(self, now_ns: int, end_ns: int, acknowledged: bool) -> int:
+        """Tell those whose time has come: losers of arbitration, receivers whose REC goes down or that have a frame.
+
+        Returns when the next thing happens, as `next_ns`, unless one of them has had the frame stepped over no more.
+        """
+        soonest = due = end_ns
         node = self.first
         while node is not None:
             box = node.contending
             if box is not None and node is not self.sender and (node.attentive or box.single_shot):
-                if self._loses_ns(node, box) <= now_ns:
+                due = self._loses_ns(node, box)
+                if due <= now_ns:
                     self._lose(node, box)
-            elif self._is_to_count(node) and self._acknowledges_ns(node) <= now_ns:
-                node.counted_ns = self.start_ns
-                node.count(_RECEIVED, now_ns)
+                else:
+                    soonest = min(soonest, due)
+            if acknowledged and not self.over and self._is_to_count(node):
+                due = self._acknowledges_ns(node)
+                if due <= now_ns:
+                    node.counted_ns = self.start_ns
+                    node.count(_RECEIVED, now_ns)
+                else:
+                    soonest = min(soonest, due)
+            if acknowledged and not self.over and self._is_to_store(node):
+                due = self._valid_ns(node)
+                if due <= now_ns:
+                    node.stored_ns = self.start_ns
+                    node.received(self.box, now_ns)
+                else:
+                    soonest = min(soonest, due)
             if self.over:
-                return
+                return end_ns
             node = node.next_member
+        return soonest
 
     def catch_up(self, node: Node, now_ns: int) -> None:
         """Count a loss of arbitration up to now that nobody had to be told of."""
@@ -126,6 +147,13 @@ class SteppedFrame:
             and node is not self.sender
             and node.counted_ns != self.start_ns
         )
+
+    def _is_to_store(self, node: Node) -> bool:
+        return node.validates_early and node is not self.sender and node.stored_ns != self.start_ns
+
+    def _valid_ns(self, node: Node) -> int:
+        """Where this receiver samples the last bit of EOF but one."""
+        return self._at_ns(self.end_ps - 2 * self.sender.bit_ps + node.sample_ps)
 
     def _acknowledges_ns(self, node: Node) -> int:
         """Where this receiver samples its own acknowledge: its REC goes down (rule 8)."""

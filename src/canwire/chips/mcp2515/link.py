@@ -9,6 +9,8 @@ Interpretations [INT] where the data sheet is silent:
 - ERRIF follows every change of EFLG's state bits, for the better too; what cannot be cleared because "the condition
   still prevails" (7.7) is ERRIF while an overflow flag is set.
 - In bus-off TEC reads 255. Frames that are to be sent stay so, and go out after recovery.
+- A received frame is stored at the sample point of the last EOF bit but one, where ISO 11898-1 has a receiver take it
+  as valid.
 - Bytes of a receive buffer beyond a frame's own are 0. RXM = 11 does not take in frames that end in an error.
 """
 
@@ -40,7 +42,7 @@ class BusSide(InterruptPin):
 
     def __init__(self) -> None:
         super().__init__()
-        self.attentive = True
+        self.attentive = self.validates_early = True
         self.acceptance = Acceptance()
         self.confinement = Confinement()
         self.mode = m.CONFIGURATION

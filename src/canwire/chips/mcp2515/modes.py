@@ -10,7 +10,8 @@ Interpretations [INT] where the data sheet is silent:
   REQOP keeps what was written, and counts again when it is written. A chip that has been woken waits for 128 periods
   of its oscillator and 11 recessive bits.
 - In loop-back mode a frame takes as long as on the wire, intermission included.
-- A PHSEG2 of one quantum counts as two. SAM, WAKFIL and SOF change nothing.
+- A PHSEG2 of one quantum counts as two. With SAM set a bit is what two of three samples are, the last at the sample
+  point, half a quantum apart. WAKFIL and SOF change nothing.
 """
 
 from __future__ import annotations
@@ -22,12 +23,13 @@ from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.link import BusSide
 from canwire.timeline import Timer
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.check import NodeTiming
 
 _NORMAL, _SLEEP, _LOOP_BACK, _LISTEN_ONLY, _CONFIGURATION = (
     m.NORMAL, m.SLEEP, m.LOOP_BACK, m.LISTEN_ONLY, m.CONFIGURATION,
 )  # fmt: skip
 _START_UP_PERIODS = 128
-_LOOK_AGAIN_BITS = 11
+_LOOK_AGAIN_BITS = 2  # an intermission has three, which a busy bus rests for
 _INTERMISSION = 3
 
 
@@ -102,7 +104,7 @@ class Modes(BusSide):
         self._enter(self._wanted)
 
     def _look_later(self) -> None:
-        """Nobody tells when the bus is idle again, after an error."""
+        """Nobody tells when the bus is idle again, after a frame that has been stored or an error."""
         if not self._looking and self.bus is not None:
             self._looking = True
             later_ns = self._now_ns() + _LOOK_AGAIN_BITS * self.bit_ps // 1000
@@ -171,6 +173,7 @@ class Modes(BusSide):
         cells = self.cells
         self.acceptance.load(cells)
         timing = timing_of(cells[m.CNF1], cells[m.CNF2], cells[m.CNF3], self.oscillator_hz)
+        self.timing = NodeTiming("MCP2515", timing, None, self.oscillator_ppm)
         scale = 1.0 / (1.0 + self.oscillator_ppm * 1e-6)
         quantum = timing.quantum_ps
         self.bit_ps = round(timing.bit_time_ps * scale)
@@ -178,6 +181,7 @@ class Modes(BusSide):
         self.quantum_ps = round(quantum * scale)
         self.phase1_ps = round(timing.phase1 * quantum * scale)
         self.jump_ps = round(timing.jump * quantum * scale)
+        self.sample_gap_ps = self.quantum_ps // 2 if timing.triple_sampling else 0
 
     # loop-back
 

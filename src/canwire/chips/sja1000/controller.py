@@ -9,8 +9,10 @@ Interpretations [INT] where the data sheet is silent, besides those of link.py a
 - Commands that ask for a transmission are lost in reset mode, and while a request is pending; AT among them still
   makes the pending one a single shot. Registers and RAM are 0 at power-up where the data sheet says X.
 - ALC and ECC keep their values when they are read.
-- Output control and the comparator bypass change nothing on the bus: transceivers belong to the board. Nor do SAM
-  (a bit is sampled once) and RXINTEN.
+- With SAM set a bit is what two of three samples are, the last at the sample point, one clock period of the bit
+  timing logic (a quantum) apart.
+- Output control and the comparator bypass change nothing on the bus: transceivers belong to the board. Nor does
+  RXINTEN.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Sja1000 (controller.py) adds the side towards the processor. Source: data sheet 
 4 to 8.
 
 Interpretations [INT] where the data sheet is silent:
-- A received frame is stored when its last EOF bit has passed, one bit later than the chip's last-but-one.
+- A received frame is stored at the sample point of the last EOF bit but one, whatever the last one is.
 - TS and RS last to the end of the intermission; TS is also 1 in an error or overload frame that the chip takes part in.
 - Beside errors in frames, ECC captures bit errors in active error and overload flags, and every eighth dominant bit
   that is tolerated behind a flag (form error, 0x13); the first dominant bit behind a flag only counts.
@@ -76,7 +76,7 @@ class BusSide(Node):
 
     def __init__(self) -> None:
         super().__init__()
-        self.attentive = True
+        self.attentive = self.validates_early = True
         self.cells = bytearray(CELLS)
         self.cells[ONES] = 0xFF
         self.interrupts = Interrupts()

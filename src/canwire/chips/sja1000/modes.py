@@ -20,6 +20,7 @@ from canwire.chips.sja1000.filter import BASIC_FILTER, DUAL_FILTER, SINGLE_FILTE
 from canwire.chips.sja1000.link import BusSide
 from canwire.chips.sja1000.register_map import BASIC, PELICAN
 from canwire.values.timing.bit_timing import BitTiming
+from canwire.values.timing.check import NodeTiming
 
 _MOD, _SR, _IER, _CDR, _ACR0, _AMR0 = names.MOD, names.SR, names.IER, names.CDR, names.ACR0, names.AMR0
 _RM, _SM = names.MOD_RM, names.MOD_SM
@@ -155,6 +156,7 @@ class Modes(BusSide):
         self.listen_only = mode & names.MOD_LOM != 0
         self.self_test = mode & names.MOD_STM != 0
         timing = BitTiming.from_btr(cells[names.BTR0], cells[names.BTR1], self.oscillator_hz)
+        self.timing = NodeTiming("SJA1000", timing, None, self.oscillator_ppm)
         scale = 1.0 / (1.0 + self.oscillator_ppm * 1e-6)
         quantum = timing.quantum_ps
         self.bit_ps = round(timing.bit_time_ps * scale)
@@ -162,6 +164,7 @@ class Modes(BusSide):
         self.quantum_ps = round(quantum * scale)
         self.phase1_ps = round(timing.phase1 * quantum * scale)
         self.jump_ps = round(timing.jump * quantum * scale)
+        self.sample_gap_ps = self.quantum_ps if timing.triple_sampling else 0
 
     def _look(self) -> None:
         """Choose the view of the registers, by CDR.7 and RM."""

@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.boards.lin.monitor import message_of_record
-from canwire.errors import NotInitialised
+from canwire.errors import NotInitialised, Unsupported
 from canwire.hub.handles.ends import RingEnd
 from canwire.hub.handles.lease import Lease
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor, close_descriptors
 from canwire.ring import Ring
+from canwire.values.checks import instance, nanoseconds, octets, whole
+from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.record import record_of_lin_frame
 
 if TYPE_CHECKING:
     from canwire.hub.handles.client import Client
+    from canwire.hub.protocol.lin_messages import LinConfiguration
     from canwire.values.lin.event import LinEvent
     from canwire.values.lin.frame import LinFrame
     from canwire.values.lin.schedule import LinSchedule
@@ -72,6 +75,51 @@ class LinControl(Lease):
     def stop_schedule(self) -> None:
         """End the table that runs, if one does."""
         self.ask(m.RunSchedule(self.handle, None, 0))
+
+    def request(self, nad: int, payload: bytes, *, within: float = 1.0) -> bytes:
+        """Master only: send a request (SID and data, 1 to 4095 bytes) to this NAD; returns the payload that answers.
+
+        b"" for a functional request (NAD 0x7E). A negative response is a payload too: 7F, the SID, a code. The hub
+        sends it between what else the line sends. Raises NotReceived after `within` seconds of bus time, WrongState (a
+        slave, or not started), NotInitialised, and Busy while another request is not over.
+        """
+        whole("nad", nad, 0, 0xFF)
+        wanted = m.RequestLin(self.handle, nad, octets("payload", payload), nanoseconds("within", within))
+        return bytes(self.ask(wanted).value)
+
+    def configure(self, attributes: LinNodeAttributes) -> None:
+        """Slave only: answer node configuration and identification from now on, in the hub, to any master.
+
+        The frames of `attributes` are responses of the line (`respond`), which move to the identifiers that a master
+        assigns. It ends when the line is set up anew or reset. Raises WrongState, and Unsupported for attributes with
+        functions (`data_dump`, `service`), which a hub cannot call.
+        """
+        instance("attributes", attributes, LinNodeAttributes)
+        if attributes.data_dump is not None or attributes.service is not None:
+            raise Unsupported(f"{self.name}: a hub cannot call data_dump and service; leave them out")
+        self.ask(
+            m.ConfigureLin(
+                self.handle,
+                attributes.product,
+                attributes.nad,
+                dict(attributes.frames),
+                attributes.serial,
+                dict(attributes.identifiers),
+                attributes.message_ids,
+                attributes.p2_ns,
+                attributes.n_as_ns,
+                attributes.n_cr_ns,
+            )
+        )
+
+    def configuration(self) -> LinConfiguration:
+        """A configured slave's `nad`, and `frames`: its identifiers by index (None: unassigned). Raises WrongState."""
+        state: LinConfiguration = self.ask(m.GetLinConfiguration(self.handle, False))
+        return state
+
+    def power_up(self) -> None:
+        """As after power was away: a configured slave has the NAD and identifiers saved last. Raises WrongState."""
+        self.ask(m.GetLinConfiguration(self.handle, True))
 
     def status(self) -> m.LinLineState:
         """LinLineStatus in `status`, and who holds what."""

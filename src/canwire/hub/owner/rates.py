@@ -3,13 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from canwire.boards.can.neighbours import neighbours
 from canwire.boards.can.rates import RunningLine, bus_conflicts
+from canwire.bus.can.bus import CanBus
 from canwire.bus.medium import delay_of
+from canwire.values.timing.check import NodeTiming
 
 if TYPE_CHECKING:
     from canwire.hub.owner.held.can import CanSlot
+
+
+class Neighbours:
+    """Who takes part in a hub's buses without being one of all its lines; each bus is looked at once."""
+
+    def __init__(self, slots: Iterable[CanSlot]) -> None:
+        self._lines = [slot.can.line.controller for slot in slots]
+        self._found: dict[str, tuple[NodeTiming, ...]] = {}
+
+    def of(self, slot: CanSlot) -> tuple[NodeTiming, ...]:
+        """Those of this line's bus; of one without a name there are none."""
+        name, bus = slot.can.info.bus, slot.can.bus
+        if not isinstance(bus, CanBus) or not name:
+            return ()
+        if name not in self._found:
+            self._found[name] = tuple(neighbours(bus.nodes, self._lines))
+        return self._found[name]
 
 
 class RateWatch:
@@ -20,13 +41,22 @@ class RateWatch:
         self._told: dict[str, list[str]] = {}
 
     def news(self, bus: str, slots: Iterable[CanSlot]) -> list[str]:
-        """What is to be said of this bus, whose CAN lines these are; nothing of what was said the last time."""
-        running = [slot for slot in slots if slot.can.running]
-        ways = (len(running) > 1, frozenset(_way(slot) for slot in running))
+        """What is to be said of this bus; `slots` are all CAN lines. Nothing of what was said the last time."""
+        every = list(slots)
+        others = Neighbours(every)
+        running = [slot for slot in every if slot.can.info.bus == bus and slot.can.running]
+        ways = (
+            len(running) > 1,
+            frozenset(_way(slot) for slot in running),
+            running and others.of(running[0]),
+        )
         if ways == self._seen.get(bus) and not self._told.get(bus):
             return []  # a look at each line's status costs far more
         self._seen[bus] = ways
-        conflicts = bus_conflicts(RunningLine(slot.name, bus, slot.status()) for slot in running)
+        conflicts = bus_conflicts(
+            RunningLine(slot.name, bus, replace(slot.status(), neighbours=others.of(slot)))
+            for slot in running
+        )
         texts = [str(conflict) for conflict in conflicts]
         known, self._told[bus] = self._told.get(bus, []), texts
         return [text for text in texts if text not in known]
@@ -36,4 +66,5 @@ def _way(slot: CanSlot) -> Hashable:
     mode = slot.can.mode
     if mode is None:
         return None
-    return mode.timing, mode.data_timing, mode.options, slot.can.crystal.drift_ppm, delay_of(slot.can.bus)
+    timing = slot.can.chip_timing or mode.timing
+    return timing, mode.data_timing, mode.options, slot.can.crystal.drift_ppm, delay_of(slot.can.bus)

@@ -209,6 +209,10 @@ class World:
             raise Unsupported(f"{found.name} is a LIN line: it has no channels, filters and cyclic list")
         return found
 
+    def can_slots(self) -> list[CanSlot]:
+        """Every CAN line."""
+        return [slot for slot in self.slots.values() if isinstance(slot, CanSlot)]
+
     def lin_slot(self, board_id: int, line: int) -> LinSlot:
         """A LIN line; raises NoSuchBoard, or Unsupported for a CAN line."""
         found = self.line_slot(board_id, line)
@@ -225,10 +229,7 @@ class World:
 
     def look_at_rates(self, bus: str) -> None:
         """A line was started on this bus, or a fault set: warn of lines that could not work together, once for each."""
-        slots = (
-            slot for slot in self.slots.values() if isinstance(slot, CanSlot) and slot.can.info.bus == bus
-        )
-        for text in self._rates.news(bus, slots):
+        for text in self._rates.news(bus, self.can_slots()):
             self.warn(text)
 
     def next_luid(self) -> int:

@@ -6,6 +6,7 @@ from typing import get_args
 
 from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.hub.protocol.message import Message
+from canwire.values.lin.configuration import LinProduct
 from canwire.values.lin.schedule import LinSchedule
 
 # a client's requests; what each one is answered with stands behind it
@@ -55,6 +56,37 @@ class RunSchedule(Message):
     rounds: int
 
 
+class ConfigureLin(Message):
+    """Control of a LIN line -> None: a slave that answers node configuration from now on, as LinNodeAttributes say."""
+
+    handle: int
+    product: LinProduct
+    nad: int
+    frames: dict[int, int]
+    serial: int | None
+    identifiers: dict[int, bytes]
+    message_ids: bool
+    p2_ns: int
+    n_as_ns: int
+    n_cr_ns: int
+
+
+class GetLinConfiguration(Message):
+    """Control of a LIN line -> LinConfiguration; with `power_up` a configured slave has what was saved last before."""
+
+    handle: int
+    power_up: bool
+
+
+class RequestLin(Message):
+    """Control of a LIN line -> Note, the payload that answers; deferred for `within_ns` at most."""
+
+    handle: int
+    nad: int
+    payload: bytes
+    within_ns: int
+
+
 class OpenMonitor(Message):
     """-> Opened"""
 
@@ -93,6 +125,13 @@ class LinStatuses(Message):
     values: tuple[tuple[int, int, LinLineState], ...]
 
 
+class LinConfiguration(Message):
+    """A configured slave's NAD, and the identifiers of its frames by index (None: unassigned)."""
+
+    nad: int
+    frames: dict[int, int | None]
+
+
 class MonitorState(Message):
     status: LinMonitorStatus
 
@@ -104,9 +143,12 @@ LinRequest = (
     | WriteLin
     | WakeLin
     | RunSchedule
+    | ConfigureLin
+    | GetLinConfiguration
+    | RequestLin
     | OpenMonitor
     | SetUpMonitor
     | GetMonitorStatus
 )
-LinReply = LinLineState | LinStatuses | MonitorState
+LinReply = LinLineState | LinStatuses | LinConfiguration | MonitorState
 NAMES = frozenset(message.__name__ for message in get_args(LinRequest | LinReply))

@@ -73,6 +73,8 @@ from canwire.hub.protocol.time_messages import TimeState as TimeState
 from canwire.values.timing.bit_timing import BitTiming
 
 if TYPE_CHECKING:  # what __getattr__ says to the interpreter
+    from canwire.hub.protocol.lin_messages import ConfigureLin as ConfigureLin
+    from canwire.hub.protocol.lin_messages import GetLinConfiguration as GetLinConfiguration
     from canwire.hub.protocol.lin_messages import GetLinStatus as GetLinStatus
     from canwire.hub.protocol.lin_messages import GetLinStatuses as GetLinStatuses
     from canwire.hub.protocol.lin_messages import GetMonitorStatus as GetMonitorStatus
@@ -81,6 +83,7 @@ if TYPE_CHECKING:  # what __getattr__ says to the interpreter
     from canwire.hub.protocol.lin_messages import LinStatuses as LinStatuses
     from canwire.hub.protocol.lin_messages import MonitorState as MonitorState
     from canwire.hub.protocol.lin_messages import OpenMonitor as OpenMonitor
+    from canwire.hub.protocol.lin_messages import RequestLin as RequestLin
     from canwire.hub.protocol.lin_messages import RunSchedule as RunSchedule
     from canwire.hub.protocol.lin_messages import SetUpMonitor as SetUpMonitor
     from canwire.hub.protocol.lin_messages import WakeLin as WakeLin

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from types import NoneType
 from typing import Never, Protocol
 
+from canwire.boards.can.neighbours import neighbours
 from canwire.boards.catalogue import ideal_line, plug, sja1000_line, unplug
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.node import Mailbox, Node
@@ -172,7 +173,10 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
     @property
     def warnings(self) -> list[TimingCheck]:
-        """What could not work on copper, as the nodes are set up now; str() of each is a sentence with its remedy."""
+        """What could not work on copper, as the nodes are set up now; str() of each is a sentence with its remedy.
+
+        Chips that were attached by hand count as well, and lines of boards where the lab serves some.
+        """
         nodes = []
         for node in self.nodes.values():
             settings = node.settings
@@ -185,6 +189,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
                     options=settings.options,
                 )
             )
+        nodes += neighbours(self.wire.nodes, [node.line.controller for node in self.nodes.values()])
         return timing_findings(nodes, self.wire.delay_ps)
 
     def remember(self, limit: int) -> None:

@@ -12,7 +12,7 @@ from canwire.bus.lin.wire import LinTap
 from canwire.drivers.lin_driver import LinSettings
 from canwire.errors import BadValue
 from canwire.lab.bus import BenchBus
-from canwire.lab.lin.exchange import Exchange
+from canwire.lab.lin.exchange import exchange
 from canwire.lab.lin.faults import LabLinFaults
 from canwire.lab.lin.node import LinBenchNode, Responses
 from canwire.lab.lin.schedule import Table, tables_of
@@ -39,7 +39,7 @@ class LabLinNode(LinBenchNode["LabLinBus"]):
         b"" for a functional request (NAD 0x7E). Up to `within` seconds pass. Raises NotReceived, WrongState.
         """
         self._check_open()
-        return Exchange(self.time, self.line, nad).run(payload, within)
+        return exchange(self.time, self.line, nad, payload, within)
 
     def close(self) -> None:
         """Leave the bus for good, with its name; a second time does nothing."""

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from types import NoneType
 from typing import TypeVar
 
+from canwire.boards.lin.configured import ConfiguredSlave
 from canwire.boards.lin.line import LinLine
 from canwire.boards.lin.modes import LinMode, LinMonitorMode
 from canwire.boards.lin.monitor import LinMonitor
 from canwire.drivers.lin_driver import LinCounters, LinSettings
 from canwire.errors import BadValue, QueueFull, WrongState
-from canwire.lab.lin.configured import ConfiguredSlave
 from canwire.lab.lin.schedule import LabSchedule
 from canwire.lab.node import BenchNode
 from canwire.lab.time import LabTime
@@ -170,13 +170,14 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         """Answer node configuration and the transport layer from now on; `LabLinBus.slave` does it."""
         instance("attributes", attributes, LinNodeAttributes)
         with self.time.touch():
-            self._configured = ConfiguredSlave(self.time, self.line, attributes)
+            self._configured = ConfiguredSlave(self.line, attributes)
 
     def power_up(self) -> None:
         """As after power was away: a configured slave has the NAD and identifiers that were saved last."""
         self._check_open()
         if self._configured is not None:
-            self._configured.power_up()
+            with self.time.touch():
+                self._configured.power_up()
 
     # state
 

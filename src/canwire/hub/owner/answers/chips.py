@@ -41,6 +41,7 @@ def _write_register(request: m.WriteRegister, session: Session, world: World) ->
 
     def write() -> Answer:
         can.line.driver.write_register(request.address, request.value, request.reset_mode)
+        world.look_at_rates(can.info.bus)  # it may be one of the bit timing's
         return DONE
 
     return _quietly(can, write) if request.reset_mode else write()

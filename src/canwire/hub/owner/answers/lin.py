@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from canwire.errors import BadFrame, Unsupported, WrongState
+from canwire.errors import BadFrame, BadValue, CanwireError, Unsupported, WrongState
 from canwire.hub.owner.answers.registry import DONE, Answers, opened
+from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.lin import HeldMonitor, LinSlot
 from canwire.hub.owner.held.line import HeldControl
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.lin_messages import LinConfiguration
 from canwire.hub.protocol.link import Answer
+from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.record import lin_frame_of_record
 from canwire.values.record import RECORD_SIZE
+
+_LONGEST_NS = 3_600_000_000_000  # of a request: 4095 bytes at 1 kbit/s take a tenth of it
 
 answers = Answers()
 
@@ -68,6 +73,44 @@ def _run_schedule(request: m.RunSchedule, session: Session, world: World) -> Ans
         raise WrongState(f"{slot.name}: initialise the line as master before it runs a schedule")
     slot.run_schedule(request.schedule, request.rounds)
     return DONE
+
+
+@answers.to(m.ConfigureLin)
+def _configure_lin(request: m.ConfigureLin, session: Session, world: World) -> Answer:
+    attributes = LinNodeAttributes(
+        request.product,
+        request.nad,
+        request.frames,
+        request.serial,
+        request.identifiers,
+        request.message_ids,
+        p2_ns=request.p2_ns,
+        n_as_ns=request.n_as_ns,
+        n_cr_ns=request.n_cr_ns,
+    )
+    _slot(session, request.handle).configure(attributes)
+    return DONE
+
+
+@answers.to(m.GetLinConfiguration)
+def _get_lin_configuration(request: m.GetLinConfiguration, session: Session, world: World) -> Answer:
+    slave = _slot(session, request.handle).slave
+    if request.power_up:
+        slave.power_up()
+    return LinConfiguration(slave.configuration.nad, dict(slave.configuration.identifiers)), ()
+
+
+@answers.to(m.RequestLin)
+def _request_lin(request: m.RequestLin, session: Session, world: World) -> Deferred:
+    deferred = Deferred()
+
+    def answered(result: bytes | CanwireError) -> None:
+        deferred.settle(result if isinstance(result, CanwireError) else (m.Note(result), ()))
+
+    if not 0 < request.within_ns <= _LONGEST_NS:
+        raise BadValue(f"within {request.within_ns / 1e9} s: above 0, and {_LONGEST_NS // 10**9} s at most")
+    _slot(session, request.handle).request(request.nad, request.payload, request.within_ns, answered)
+    return deferred
 
 
 @answers.to(m.OpenMonitor)

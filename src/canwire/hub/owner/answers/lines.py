@@ -14,6 +14,7 @@ from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.can import CanSlot
 from canwire.hub.owner.held.lin import LinSlot
 from canwire.hub.owner.held.line import HeldControl
+from canwire.hub.owner.rates import Neighbours
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
@@ -24,22 +25,22 @@ answers = Answers()
 
 @answers.to(m.GetLineStatus)
 def _get_line_status(request: m.GetLineStatus, session: Session, world: World) -> Answer:
-    return m.LineState(
-        _status(world.can_slot(request.board, request.line), world.lateness(), request.kin)
-    ), ()
+    slot = world.can_slot(request.board, request.line)
+    return m.LineState(_status(slot, world.lateness(), Neighbours(world.can_slots()), request.kin)), ()
 
 
 @answers.to(m.GetLineStatuses)
 def _get_line_statuses(request: m.GetLineStatuses, session: Session, world: World) -> Answer:
     slots = world.slots_of(request.boards)
     lateness = world.lateness()  # once: it looks at every controller
+    others = Neighbours(world.can_slots())
     found = ((at, slot) for at, slot in slots if isinstance(slot, CanSlot))
-    return m.LineStatuses(tuple((*at, _status(slot, lateness)) for at, slot in found)), ()
+    return m.LineStatuses(tuple((*at, _status(slot, lateness, others)) for at, slot in found)), ()
 
 
-def _status(slot: CanSlot, lateness: tuple[int, int], kin: str = "") -> LineStatus:
+def _status(slot: CanSlot, lateness: tuple[int, int], others: Neighbours, kin: str = "") -> LineStatus:
     behind_ns, skipped_ns = lateness
-    return replace(slot.status(kin), behind_ns=behind_ns, skipped_ns=skipped_ns)
+    return replace(slot.status(kin), behind_ns=behind_ns, skipped_ns=skipped_ns, neighbours=others.of(slot))
 
 
 @answers.to(m.Initialise)

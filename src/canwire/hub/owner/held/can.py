@@ -102,6 +102,7 @@ class CanSlot(LineSlot):
             delay_ps=delay_of(can.bus),
             drift_ppm=can.crystal.drift_ppm,
             obstacle=obstacle_of(can.line),
+            chip_timing=can.chip_timing,
         )
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from canwire.boards.lin.configured import ConfiguredSlave
+from canwire.boards.lin.exchange import Answered, LinExchange
 from canwire.boards.lin.line import LinLine
 from canwire.boards.lin.modes import LinMode, LinMonitorMode, LinMonitorStatus
 from canwire.boards.lin.monitor import LinMonitor
 from canwire.boards.lin.schedule import LinScheduler
-from canwire.errors import CanwireError, NotInitialised
+from canwire.errors import Busy, CanwireError, NotInitialised, WrongState
 from canwire.hub.owner.held.held import Holder
 from canwire.hub.owner.held.line import HeldQueue, LineSlot
 from canwire.hub.owner.held.shared_ring import SharedRings
 from canwire.platform import Descriptor
+from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.schedule import LinSchedule
 
 
@@ -25,6 +28,8 @@ class LinSlot(LineSlot):
         super().__init__(board, lin.name)
         self.lin = lin
         self._scheduler: LinScheduler | None = None
+        self._slave: ConfiguredSlave | None = None
+        self._requesting = False
 
     def initialise(self, holder: Holder, mode: LinMode) -> None:
         """LinLine's, for a program that has the control; raises InUse where the rate is not its to change."""
@@ -44,6 +49,37 @@ class LinSlot(LineSlot):
         if schedule is not None:
             self._scheduler = LinScheduler(self.lin, schedule)
             self._scheduler.start(schedule.name, rounds=rounds or None)
+
+    def configure(self, attributes: LinNodeAttributes) -> None:
+        """Answer node configuration from now on, until the line is set up anew or reset. Raises WrongState."""
+        mode = self.lin.mode
+        if mode is None or mode.master:
+            raise WrongState(f"{self.name}: initialise the line as slave before it is given a configuration")
+        self._slave = ConfiguredSlave(self.lin, attributes)
+
+    @property
+    def slave(self) -> ConfiguredSlave:
+        """That answers node configuration here; raises WrongState where none does."""
+        if self._slave is None or not self._slave.answers:
+            raise WrongState(f"{self.name}: it has no node configuration; use configure first")
+        return self._slave
+
+    def request(self, nad: int, payload: bytes, within_ns: int, done: Answered) -> None:
+        """As master through the transport layer. Raises WrongState, NotInitialised, Busy for a second one at a time."""
+        if self._requesting:
+            raise Busy(self.name)
+
+        def over(result: bytes | CanwireError) -> None:
+            self._requesting = False
+            done(result)
+
+        exchange = LinExchange(self.lin, nad, payload, within_ns, over)
+        self._requesting = True
+        try:
+            exchange.begin()
+        except CanwireError:
+            self._requesting = False
+            raise
 
     def settle(self) -> None:
         if self.control is None:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from canwire.boards.lin.line import LinLine
 from canwire.boards.lin.modes import LinMonitorMode
 from canwire.boards.lin.monitor import LinMonitor
-from canwire.lab.time import LabTime
 from canwire.timeline import Timer
 from canwire.values.lin.configuration import LinNodeAttributes, LinSlaveConfiguration
 from canwire.values.lin.frame import MASTER_REQUEST, SLAVE_RESPONSE, LinFrame
@@ -18,25 +15,47 @@ _QUEUE = 64
 class ConfiguredSlave:
     """Runs values/lin/configuration.py on a line: what it hears goes there, what it answers into the response table.
 
-    It has a queue of its own, so whoever has the node receives everything as before.
+    It has a queue of its own, so other monitors of the line receive everything as before. It ends with the settings
+    and responses of the line, or with `close`.
     """
 
-    def __init__(self, time: LabTime, line: LinLine, attributes: LinNodeAttributes) -> None:
+    def __init__(self, line: LinLine, attributes: LinNodeAttributes) -> None:
         self.configuration = LinSlaveConfiguration(attributes)
-        self._time = time
         self._line = line
+        self._timeline = line.timeline
         self._placed: dict[int, int | None] = dict(attributes.frames)
         self._kept: dict[int, object] = {}  # frames without an identifier
         self._timer: Timer | None = None
         self._monitor = line.open(LinMonitor(LinMonitorMode(_QUEUE, own=True, events=())))
         line.activate(self._monitor)
-        self._monitor.ring.listener = partial(time.soon, self._take)
+        self._monitor.ring.listener = self._listen
+        line.when_cleared()  # another one ends
+        line.when_cleared = self.close
 
     def power_up(self) -> None:
         """As after power was away: what was not saved is forgotten."""
-        with self._time.touch():
-            self.configuration.power_up()
-            self._apply()
+        self.configuration.power_up()
+        self._apply()
+
+    @property
+    def answers(self) -> bool:
+        """It has not ended."""
+        return self._monitor.ring.listener is not None
+
+    def close(self) -> None:
+        """Answer no more; a second time does nothing."""
+        if not self.answers:
+            return
+        self._monitor.ring.listener = None
+        self._line.dismiss(self._monitor)
+        self._line.when_cleared = lambda: None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _listen(self) -> None:
+        """Something was heard, in the middle of the bus's work: look at it when that is over."""
+        self._timeline.at(self._timeline.now_ns, self._take)
 
     def _take(self) -> None:
         while (message := self._monitor.take()) is not None:
@@ -54,7 +73,7 @@ class ConfiguredSlave:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        now_ns = self._time.timeline.now_ns
+        now_ns = self._timeline.now_ns
         answer, driver = self.configuration.response(now_ns), self._line.driver
         if answer is None:
             driver.withdraw(SLAVE_RESPONSE)
@@ -63,7 +82,7 @@ class ConfiguredSlave:
         times = (self.configuration.ready_ns, self.configuration.due_ns)
         later = [time_ns for time_ns in times if time_ns is not None and time_ns > now_ns]
         if later:
-            self._timer = self._time.timeline.at(min(later), self._apply, background=True)
+            self._timer = self._timeline.at(min(later), self._apply, background=True)
 
     def _move_frames(self) -> None:
         wanted, driver = self.configuration.identifiers, self._line.driver
