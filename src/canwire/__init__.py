@@ -154,6 +154,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
     from canwire.logs.formats import LogFormat, log_formats
     from canwire.logs.log import Log, open_log
+    from canwire.logs.merging import merge_logs
     from canwire.logs.queries.trace import Trace, open_trace
     from canwire.logs.recording.record import record
     from canwire.logs.recording.recorder import Recorder
@@ -294,6 +295,7 @@ _NAMES = {
     "logs.formats": "LogFormat log_formats",
     "logs.log": "Log open_log",
     "logs.convert": "convert_log",
+    "logs.merging": "merge_logs",
     "logs.queries.trace": "Trace open_trace",
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
@@ -584,6 +586,7 @@ __all__ = [
     "log_dtype",
     "log_formats",
     "log_statistics",
+    "merge_logs",
     "offer",
     "offered_hubs",
     "open_log",
