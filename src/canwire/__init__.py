@@ -103,6 +103,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.campaigns.playing import CampaignRun
     from canwire.campaigns.running import repeat_run, run_campaign
     from canwire.core import core_mode
+    from canwire.databases.checking import MessageCheck
     from canwire.databases.columns import SignalColumns
     from canwire.databases.database import Database
     from canwire.databases.decoded import DecodedMessage
@@ -154,6 +155,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
     from canwire.logs.formats import LogFormat, log_formats
     from canwire.logs.log import Log, open_log
+    from canwire.logs.merging import merge_logs
     from canwire.logs.queries.trace import Trace, open_trace
     from canwire.logs.recording.record import record
     from canwire.logs.recording.recorder import Recorder
@@ -251,6 +253,7 @@ _NAMES = {
     "campaigns.running": "repeat_run run_campaign",
     "core": "core_mode",
     "databases.columns": "SignalColumns",
+    "databases.checking": "MessageCheck",
     "databases.database": "Database",
     "databases.decoded": "DecodedMessage",
     "databases.description": "MessageDescription SignalDescription",
@@ -301,6 +304,7 @@ _NAMES = {
     "logs.formats": "LogFormat log_formats",
     "logs.log": "Log open_log",
     "logs.convert": "convert_log",
+    "logs.merging": "merge_logs",
     "logs.queries.trace": "Trace open_trace",
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
@@ -511,6 +515,7 @@ __all__ = [
     "LogStatistics",
     "LogWriter",
     "MarkKind",
+    "MessageCheck",
     "MessageDescription",
     "MessagePort",
     "Monitor",
@@ -598,6 +603,7 @@ __all__ = [
     "log_dtype",
     "log_formats",
     "log_statistics",
+    "merge_logs",
     "offer",
     "offered_hubs",
     "open_log",

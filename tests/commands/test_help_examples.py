@@ -39,6 +39,7 @@ NOT_RUN = {
     r"share\b.*": "adapters",
     r"registers .*--follow": LASTS,
     r"recover .*": "a line that is bus-off: test_recover.py",
+    r"(isotp|uds) .*": "another side: tests/commands/transport has one",
     r"lin dump .*": LASTS,
     r"lin schedule lin0 10#.*": LASTS,
     r"lin send .*": "a slave that answers: lin/test_verb.py",
@@ -88,7 +89,8 @@ def busy_hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
         (tmp_path / name).write_text(halves[0])
     for name in ("engine.dbc", "car.dbc"):
         shutil.copy(EXAMPLES / "engine.dbc", tmp_path / name)
-    shutil.copy(EXAMPLES / "door.ldf", tmp_path)
+    for name in ("door.ldf", "alive.py"):
+        shutil.copy(EXAMPLES / name, tmp_path)
     shutil.copy(EXAMPLES / "campaign.py", tmp_path / "flips.py")
     monkeypatch.chdir(tmp_path)
     for other in ("drive.blf", "trace/"):

@@ -21,7 +21,8 @@ from canwire import (
 )
 from tests.logs.contents import START_NS, entries, frames, fresh, same, some
 
-WRITTEN = [row.name for row in log_formats() if row.writes]
+FOREIGN = ("gvret", "python-can-csv", "python-can-db")  # they say less of a frame: test_foreign_tables.py
+WRITTEN = [row.name for row in log_formats() if row.writes and row.name not in FOREIGN]
 WHOLE = [
     "csv",
     "pcapng",

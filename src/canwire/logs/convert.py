@@ -43,12 +43,13 @@ def convert_log(
     ) as writer:
         while first is not None:
             chosen = first if only is None else only(first)
-            writer.write_batch(_renamed(chosen, channels))
+            writer.write_batch(renamed(chosen, channels))
             first = next(batches, None)
     return writer
 
 
-def _renamed(batch: LogBatch, names: Mapping[str, str] | None) -> LogBatch:
+def renamed(batch: LogBatch, names: Mapping[str, str] | None) -> LogBatch:
+    """The batch with other names for its channels."""
     if not names:
         return batch
     return LogBatch(batch.records, [names.get(name, name) for name in batch.channels])

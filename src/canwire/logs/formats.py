@@ -31,7 +31,7 @@ class LogFormat:
 
 _ROWS = (
     LogFormat("candump", (".log", ".candump", ".txt"), "candump", "candump -l, -L and its screen lines"),
-    LogFormat("csv", (".csv",), "tables.csv", "a row for an entry; python-can's and SavvyCAN's are read"),
+    LogFormat("csv", (".csv",), "tables.csv", "a row for an entry; read by its header's names"),
     LogFormat("asc", (".asc",), "asc", "Vector's text form"),
     LogFormat("trc", (".trc",), "trc", "PEAK's, 1.0 to 2.1; written is 2.1"),
     LogFormat("parquet", (".parquet",), "tables.parquet_file", "a row for an entry, for pandas and DuckDB"),
@@ -43,7 +43,12 @@ _ROWS = (
     LogFormat("mf4", (".mf4",), "mf4", "ASAM MDF 4, in the layout for bus logging"),
     LogFormat("trace", (".trace",), "trace", "a folder of Parquet files, for `canwire query`"),
     LogFormat("journal", (".journal",), "journal", "a recording that is not finished yet"),
+    LogFormat("gvret", (".csv",), "tables.gvret", "SavvyCAN's CSV; `csv` reads it"),
+    LogFormat("python-can-csv", (".csv",), "tables.python_can_csv", "python-can's CSV; `csv` reads it"),
+    LogFormat("python-can-db", (".db",), "tables.python_can_db", "python-can's SQLite; `sqlite` reads it"),
     LogFormat("busmaster", (".log",), "busmaster", "BUSMASTER's text form", writes=False),
+    LogFormat("microchip", (".log",), "microchip", "Microchip's CAN BUS Analyzer", writes=False),
+    LogFormat("carbus", (".trc",), "carbus", "CARBUS Analyzer (CAN-Hacker)", writes=False),
 )
 FORMATS = {row.name: row for row in _ROWS}
 

@@ -94,6 +94,39 @@ def test_mistakes(
     assert log.read_text() == LOG
 
 
+@pytest.mark.conforms("N-57")
+def test_convert_merges_logs(capsys: pytest.CaptureFixture[str], tmp_path: Path, log: Path) -> None:
+    other, out = tmp_path / "other.blf", tmp_path / "out.log"
+    convert_log(log, other)
+    assert main(["convert", str(log), str(other), str(out)]) == 2
+    assert "2 logs into" in capsys.readouterr().err
+    words = ["convert", str(log), "--merge", str(other), "--map", "2:can0=can7,2:can1=can8", str(out)]
+    assert main(words) == 0
+    assert capsys.readouterr().out == "6 entries from candump, blf to candump\n"
+    assert lines_of(out) == [
+        "can0 123#1122", "can7 123#1122", "can1 7FF#R", "can8 7FF#R", "can0 12345678#33", "can7 12345678#33",
+    ]  # fmt: skip
+    assert main([*words[:-2], "3:can0=x", str(out)]) == 2
+    assert "there are the logs 1 to 2" in capsys.readouterr().err
+
+
+@pytest.mark.realtime
+@pytest.mark.conforms("N-57")
+@pytest.mark.parametrize(
+    ("lines", "channels"),
+    [(["can0", "HW000002:0", "lin0"], {"HW000001:0", "HW000002:0", "lin0"}), (["any"], {"can0", "lin0"})],
+)
+def test_record_several_lines(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, served: Served, lines: list[str], channels: set[str]
+) -> None:
+    """Marks alone tell which channels there are; lines on one bus have their addresses."""
+    out = tmp_path / "drive.csv"
+    assert main(["record", *lines, "--for", "0.05", str(out), "--hub", served.address]) == 0
+    assert f"recording {', '.join(lines)} to {out}" in capsys.readouterr().err
+    with open_log(out) as found:
+        assert {entry.channel for entry in found} == channels
+
+
 @pytest.mark.realtime
 @pytest.mark.conforms("PC-09", "PC-10")
 def test_record_until_ctrl_c(tmp_path: Path, served: Served) -> None:

@@ -6,6 +6,7 @@ canwire dump HW000001:0 -e            errors and changes of state as well, with 
 canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 frames
 canwire dump can0 -T 2                until nothing has been heard for two seconds; --seconds 2: after two
 canwire dump can0 -t d                each line with the time since the one before; -t h: the bus's own clock
+canwire dump can0 -a -x               data as characters, too; RX or TX, B for the fast rate, E for error passive
 canwire dump can0 --filter 123        frame 123 only; 100-1FF, 700:700 by mask, ~123 all others
 canwire dump can0 --kind fd,extended  CAN FD frames with 29-bit identifiers only; error: errors only
 canwire dump can0 --db car.dbc        with names and signals, by a database; --message NAME: of this one
@@ -20,6 +21,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -29,7 +31,7 @@ from canwire.commands.databases.chosen import Databases, add_database_argument, 
 from canwire.commands.dump.filters import KINDS as FILTER_KINDS
 from canwire.commands.dump.filters import Capture, Masked, parse_capture
 from canwire.commands.dump.output import Lines, Output
-from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
+from canwire.commands.dump.printing import JSON, LOG, SCREEN, Extras, Printer
 from canwire.commands.dump.stamps import ABSOLUTE, KINDS, Stamps
 from canwire.commands.live.listening import (
     Listening,
@@ -65,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
     )
     _add_capture(parser)
+    _add_extras(parser)
     add_database_argument(parser, "names and signals", several=True)
     parser.add_argument(
         "--message",
@@ -98,19 +101,35 @@ def _add_capture(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_extras(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-a", "--ascii", action="store_true", help="show data as characters, too")
+    parser.add_argument("-x", "--extra", action="store_true", help="show RX or TX, BRS and ESI")
+    parser.add_argument(
+        "-8", "--raw-dlc", action="store_true", help="show length codes above 8 of classic frames"
+    )
+    parser.add_argument(
+        "-c",
+        "--colour",
+        action="count",
+        default=0,
+        help="colours, on a pipe too: of names; -c -c: of lines; -c -c -c: of times, too",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Print lines until COUNT, silence or Ctrl-C; BadValue, NoSuchBoard, HubError for what cannot be."""
     _check(arguments)
     capture = parse_capture(arguments.filter, arguments.kind, arguments.errors)
     databases = databases_of(arguments)
-    if arguments.message and databases is not None:
-        named = tuple(Masked(*found, inverted=False) for found in databases.ids_of(arguments.message))
-        capture = capture._replace(filters=(*capture.filters, *named))
     with ExitStack() as closing:
         hub = connected(arguments, "dump", closing)
         places = places_of(hub, arguments.lines)
         if arguments.bus_name:
             places = [(place.info.bus or name, place) for name, place in places]
+        if arguments.message and databases is not None:
+            capture = capture._replace(
+                named=_named(databases, arguments.message, [name for name, _ in places])
+            )
         events = tuple(int(kind) for kind in capture.events)
         listening = closing.enter_context(Listening(hub, places, wanted_by(arguments), events=events))
         complain_each(listening.told)
@@ -125,6 +144,16 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _named(
+    databases: Databases, messages: Sequence[str], channels: Sequence[str]
+) -> dict[str, tuple[Masked, ...]]:
+    """What --message means on each channel: two of its databases may have messages of one name."""
+    return {
+        channel: tuple(Masked(*found, inverted=False) for found in databases.ids_of(messages, channel))
+        for channel in channels
+    }
+
+
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.count is not None and arguments.count < 1:
         raise BadValue(f"-n {arguments.count}: 1 or more")
@@ -135,6 +164,11 @@ def _check(arguments: argparse.Namespace) -> None:
         raise BadValue("--json: without -l and -t; its time_s is absolute")
     if arguments.log and arguments.stamps:
         raise BadValue("-t: without -l, whose lines have absolute times")
+    for option in ("ascii", "extra", "raw_dlc", "colour"):
+        if getattr(arguments, option) and (arguments.log or arguments.json or arguments.pcapng):
+            raise BadValue(
+                f"--{option.replace('_', '-')}: for lines on a screen; without --log, --json and --pcapng"
+            )
     if arguments.message and not arguments.db:
         raise BadValue("--message: names a message of --db FILE")
     if arguments.log and arguments.db:
@@ -240,4 +274,5 @@ def _printer(
         decode=None if databases is None else databases.decode,
         coloured=not absolute and has_colours(),
         several=len(sources) > 1,
+        extras=Extras(arguments.ascii, arguments.extra, arguments.raw_dlc, arguments.colour),
     )

@@ -31,13 +31,24 @@ def add_map_argument(parser: argparse._ActionsContainer, what: str) -> None:
 
 def parsed_map(texts: Sequence[str]) -> dict[str, str]:
     """The pairs of every --map, which may hold several with commas between them; raises BadValue."""
-    found: dict[str, str] = {}
+    return parsed_maps(texts, 1)[0]
+
+
+def parsed_maps(texts: Sequence[str], logs: int) -> list[dict[str, str]]:
+    """The pairs for each of so many logs: `can0=can1` is meant for all, `2:can0=can1` for the second; BadValue."""
+    found: list[dict[str, str]] = [{} for _ in range(logs)]
     for part in (part for text in texts for part in text.split(",")):
-        channel, equals, name = part.partition("=")
+        number, colon, pair = part.partition(":") if logs > 1 else ("", "", part)
+        if not (colon and number.isdecimal()):
+            number, pair = "", part
+        channel, equals, name = pair.partition("=")
         if not (channel and equals and name):
             raise BadValue(f"--map {part!r}: a channel of the log and a name, can0=can1")
-        if found.setdefault(channel, name) != name:
-            raise BadValue(f"--map {part}: {channel} is {found[channel]} already")
+        if number and not 1 <= int(number) <= logs:
+            raise BadValue(f"--map {part}: there are the logs 1 to {logs}")
+        for names in found[int(number) - 1 : int(number)] if number else found:
+            if names.setdefault(channel, name) != name:
+                raise BadValue(f"--map {part}: {channel} is {names[channel]} already")
     return found
 
 

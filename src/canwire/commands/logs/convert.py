@@ -5,10 +5,15 @@ canwire convert drive.log day/                         a trace: a folder of Parq
 canwire convert drive.blf - --to candump               onto standard output
 canwire convert drive.log part.csv --filter 21A:7FF    these frames only
 canwire convert drive.log two.asc --map vcan0=can1     a channel gets another name
+canwire convert drive.log drive.blf both.mf4 --merge   several logs as one, in the order of their times
+canwire convert drive.log drive.blf two.mf4 --merge --map 2:can0=can2    of the second one only
 
 The format of what is read is told by its first bytes. What cannot be read is left out and said, with its place; then
 the exit status is 1. What the new format cannot hold is named, as in `trc: 3 LIN frames left out`; with --strict
 that is status 1 as well.
+
+With --merge a channel that has the same name in several logs is one channel; --map tells them apart. Logs are put on
+one clock by their dates; where none has one, all begin at 0.
 
 Formats: {formats}.
 """
@@ -17,11 +22,17 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
-from canwire import convert_log, log_formats, open_log
+from canwire import BadValue, convert_log, log_formats, merge_logs, open_log
 from canwire.commands.console import complain
-from canwire.commands.logs.choosing import add_filter_argument, add_map_argument, chosen_by, parsed_map
+from canwire.commands.logs.choosing import add_filter_argument, add_map_argument, chosen_by, parsed_maps
 from canwire.commands.logs.faults import tell_faults
+
+if TYPE_CHECKING:
+    from canwire import Log, LogWriter
 
 __doc__ = (__doc__ or "").format(
     formats=", ".join(row.name + ("" if row.writes else " (read only)") for row in log_formats())
@@ -30,7 +41,9 @@ __doc__ = (__doc__ or "").format(
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument("log", metavar="IN", help="a log of any format; - is standard input")
+    parser.add_argument(
+        "logs", nargs="+", metavar="IN", help="a log of any format; - is standard input; with --merge several"
+    )
     parser.add_argument("out", metavar="OUT", help="the new file; - is standard output")
     parser.add_argument(
         "--from", dest="form", metavar="FORMAT", help="what IN is, if its first bytes do not tell"
@@ -38,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", metavar="FORMAT", help="what OUT becomes, if its suffix does not tell")
     add_filter_argument(parser)
     add_map_argument(parser, "what a channel is called in OUT; again, or with commas: several")
+    parser.add_argument("--merge", action="store_true", help="write several logs into one")
     parser.add_argument("--strict", action="store_true", help="exit status 1 if anything was left out")
     parser.add_argument(
         "--json", action="store_true", help="print what was done as JSON, on stderr where OUT is -"
@@ -46,19 +60,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Convert; 1 for faults in the log. BadLog for a file that is none, BadValue, OSError."""
-    only, names = chosen_by(arguments.filter), parsed_map(arguments.map)
-    with open_log(arguments.log, format=arguments.form) as log:
+    if len(arguments.logs) > 1 and not arguments.merge:
+        raise BadValue(f"{len(arguments.logs)} logs into {arguments.out}: --merge writes them into one")
+    only, names = chosen_by(arguments.filter), parsed_maps(arguments.map, len(arguments.logs))
+    with ExitStack() as closing:
+        logs = [closing.enter_context(open_log(path, format=arguments.form)) for path in arguments.logs]
         try:
-            out = convert_log(log, arguments.out, format=arguments.to, channels=names, only=only)
+            if arguments.merge:
+                out = merge_logs(logs, arguments.out, format=arguments.to, channels=names, only=only)
+            else:
+                out = convert_log(logs[0], arguments.out, format=arguments.to, channels=names[0], only=only)
         finally:
-            tell_faults(log)
-        facts = {"from": log.format, "to": out.format, "entries": out.count, "faults": log.fault_count}
-        if arguments.json:
-            text = json.dumps({**facts, "left_out": out.left_out})
-            print(text) if arguments.out != "-" else complain(text)
-        else:
-            for what, count in out.left_out.items():
-                complain(f"{out.format}: {count} {what} left out")
-            if arguments.out != "-":
-                print(f"{out.count} entries from {log.format} to {out.format}")
-    return 1 if log.fault_count or (arguments.strict and out.left_out) else 0
+            for log in logs:
+                tell_faults(log)
+        _tell(arguments, logs, out)
+    faults = sum(log.fault_count for log in logs)
+    return 1 if faults or (arguments.strict and out.left_out) else 0
+
+
+def _tell(arguments: argparse.Namespace, logs: Sequence[Log], out: LogWriter) -> None:
+    """What was done, in words or as JSON."""
+    formats = ", ".join(dict.fromkeys(log.format for log in logs))
+    if arguments.json:
+        faults = sum(log.fault_count for log in logs)
+        facts = {"from": formats, "to": out.format, "entries": out.count, "faults": faults}
+        text = json.dumps({**facts, "left_out": out.left_out})
+        print(text) if arguments.out != "-" else complain(text)
+        return
+    for what, count in out.left_out.items():
+        complain(f"{out.format}: {count} {what} left out")
+    if arguments.out != "-":
+        print(f"{out.count} entries from {formats} to {out.format}")

@@ -1,4 +1,4 @@
-"""`canwire record`: what happens on a line of the hub, in log files, until Ctrl-C.
+"""`canwire record`: what happens on lines of the hub, in log files, until Ctrl-C.
 
 canwire record can0 drive.blf                          the suffix tells the format
 canwire record can0 drive.log --rotate-size 100M       drive-0001.log, drive-0002.log, ...: 100 MB each
@@ -7,6 +7,8 @@ canwire record can0 drive.pcapng --for 60              a minute
 canwire record can0 day/                               a trace: a folder of Parquet files, for `canwire query`
 canwire record can0 - --format candump                 onto standard output
 canwire record lin0 drive.blf                          a LIN line, too; trc holds no LIN
+canwire record can0 can1 lin0 drive.mf4                several lines, in the order of their times
+canwire record any drive.blf                           a line of every bus
 
 Conditions are an identifier as `canwire dump --filter` has it, data behind it (points stand for any half of a byte),
 error, state, bus-off, or a signal's value; given again, any of them counts. Gaps between parts are marks in the log.
@@ -26,7 +28,7 @@ import time
 
 import canwire
 from canwire import BadValue, HubError, Recorder, RecordTriggers
-from canwire.commands.can_line import add_line_arguments
+from canwire.commands.can_line import add_rate_arguments
 from canwire.commands.console import complain
 from canwire.commands.databases.chosen import add_database_argument, database_of
 from canwire.commands.logs.conditions import any_of
@@ -39,7 +41,13 @@ _TURN_S = 0.1
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    add_line_arguments(parser)
+    parser.add_argument(
+        "lines",
+        nargs="+",
+        metavar="LINE",
+        help="HW000001:0, usb-to-can-fd:1, the name of a bus: can0; several; any: a line of every bus",
+    )
+    add_rate_arguments(parser)
     parser.add_argument("file", metavar="FILE", help="the log; - is standard output")
     parser.add_argument("--format", metavar="FORMAT", help="what FILE becomes, if its suffix does not tell")
     parser.add_argument(
@@ -51,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_triggers(parser)
     parser.add_argument("--for", dest="span", metavar="TIME", help="end after this time: 90s, 10m, 1h")
     parser.add_argument(
-        "--channel", metavar="NAME", help="what the channel is called in the log (the bus's name)"
+        "--channel", metavar="NAME", help="what the channel of one line is called in the log (the bus's name)"
     )
 
 
@@ -78,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
     stop = threading.Event()
     with signals_call(stop.set):
         recorder = canwire.record(
-            arguments.line,
+            arguments.lines,
             arguments.file,
             format=arguments.format,
             channel=arguments.channel,
@@ -93,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
         if seconds is not None:
             recorder.end_after(seconds)
             end_s = time.monotonic() + seconds
-        complain(f"recording {arguments.line} to {recorder.files[0]}")
+        complain(f"recording {', '.join(arguments.lines)} to {recorder.files[0]}")
         try:
             while not stop.wait(_TURN_S) and not recorder.wait(0):
                 if end_s is not None and time.monotonic() >= end_s:

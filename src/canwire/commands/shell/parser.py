@@ -39,14 +39,30 @@ def _columns() -> int:
 class Parser(argparse.ArgumentParser):
     """argparse lets the topmost parser complain of words that a verb does not know; here the verb does.
 
-    Words that look like one that it knows are told which.
+    Words that look like one that it knows are told which. Where a verb takes several words options may stand
+    between them.
     """
 
+    _mixing = False
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        found, unknown = super().parse_known_args(args, namespace)
+        if self._mixing:
+            return super().parse_known_args(args, namespace)
+        if self._takes_several():
+            self._mixing = True
+            try:
+                found, unknown = self.parse_known_intermixed_args(args, namespace)
+            finally:
+                self._mixing = False
+        else:
+            found, unknown = super().parse_known_args(args, namespace)
         if unknown and self._subparsers is None:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{self._meant(unknown)}")
         return found, unknown
+
+    def _takes_several(self) -> bool:
+        counts = [action.nargs for action in self._get_positional_actions()]
+        return "+" in counts and not {argparse.PARSER, argparse.REMAINDER} & set(counts)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

@@ -24,7 +24,8 @@ class LabSource:
     """What a LabNode hears, and its errors and states. `own`: the node was made for this and leaves with it."""
 
     def __init__(self, node: Any, channel: str, *, own: bool) -> None:
-        self.channel = channel
+        self.channels = [channel]
+        self.address = f"{channel}.{node.name}"
         self._node = node
         self._own = own
         self._waiting = False
@@ -37,20 +38,20 @@ class LabSource:
         events = self._node.events(*_EVENTS)
         if not events:
             return frames
-        entries = [LogEntry(event.timestamp_ns, self.channel, event) for event in events]
-        both = load_numpy().concatenate([frames, batch_of(entries, [self.channel]).records])
+        entries = [LogEntry(event.timestamp_ns, self.channels[0], event) for event in events]
+        both = load_numpy().concatenate([frames, batch_of(entries, self.channels).records])
         return in_time(both)
 
-    def lost(self) -> int:
-        return int(self._node.lost)
+    def lost(self) -> list[int]:
+        return [int(self._node.lost)]
 
-    def marks(self) -> list[LogMark]:
+    def marks(self) -> list[LogEntry]:
         settings, now_ns = self._node.settings, self._node.time.now_ns
         data = settings.data_timing.bit_rate if settings.data_timing is not None else 0
-        return [
+        return self._entries(
             LogMark(MarkKind.CLOCK, now_ns, text="lab"),
             LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=settings.timing.bit_rate, data_bit_rate=data),
-        ]
+        )
 
     def start(self, drain: Callable[[], None]) -> bool:
         time = self._node.time
@@ -75,6 +76,9 @@ class LabSource:
             if self._own:
                 self._node.close()
 
+    def _entries(self, *marks: LogMark) -> list[LogEntry]:
+        return [LogEntry(mark.timestamp_ns, self.channels[0], mark) for mark in marks]
+
 
 class LabLinSource(LabSource):
     """The same for a LabLinNode."""
@@ -84,15 +88,16 @@ class LabLinSource(LabSource):
         del timeout_s
         frames = self._node.receive_many(_AT_ONCE)
         entries = [
-            LogEntry(frame.timestamp_ns, self.channel, frame, "T" if frame.sent else "R") for frame in frames
+            LogEntry(frame.timestamp_ns, self.channels[0], frame, "T" if frame.sent else "R")
+            for frame in frames
         ]
         events = self._node.events(*_LIN_EVENTS)
-        entries += [LogEntry(event.timestamp_ns, self.channel, event) for event in events]
-        return in_time(batch_of(entries, [self.channel]).records)
+        entries += [LogEntry(event.timestamp_ns, self.channels[0], event) for event in events]
+        return in_time(batch_of(entries, self.channels).records)
 
-    def marks(self) -> list[LogMark]:
+    def marks(self) -> list[LogEntry]:
         now_ns = self._node.time.now_ns
-        return [
+        return self._entries(
             LogMark(MarkKind.CLOCK, now_ns, text="lab"),
             LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=self._node.bus.bit_rate),
-        ]
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,8 @@ from canwire.logs.recording.files import RecordingFiles
 from canwire.logs.recording.hub_source import HubSource
 from canwire.logs.recording.lab import LabLinSource, LabSource
 from canwire.logs.recording.recorder import Recorder, RecordingSource
-from canwire.logs.recording.shared import SharedSource, shared_source
+from canwire.logs.recording.several import SeveralShared, SeveralSources
+from canwire.logs.recording.shared import SharedSource, shared_sources
 from canwire.logs.recording.shared_lin import SharedLinSource
 from canwire.logs.recording.triggers import RecordTriggers
 from canwire.values.checks import finite, whole
@@ -29,7 +31,14 @@ _QUEUE = 1 << 16  # of the node that listens for a recording
 
 
 def record(
-    line: str | HubChannel | Monitor | LabNode | LabBus | LabLinNode | LabLinBus,
+    line: str
+    | HubChannel
+    | Monitor
+    | LabNode
+    | LabBus
+    | LabLinNode
+    | LabLinBus
+    | Sequence[str | HubChannel | Monitor | LabNode | LabBus | LabLinNode | LabLinBus],
     path: str | os.PathLike[str],
     *,
     format: str | None = None,
@@ -46,8 +55,9 @@ def record(
 
     `line` is the name of a shared one ("can0", "HW000001:0", "lin0"), which is started at `bit_rate` if nobody did (a
     LIN line as a slave); a HubChannel or Monitor that is set up and active, which then belongs to the recorder, and
-    whose times become dates by `epoch_ns`; a node of the lab, or a bus, on which a listening one is put. `format` is
-    told by the path's suffix unless given. `channel` is the name in the log. With `rotate_bytes` or `rotate_s`
+    whose times become dates by `epoch_ns`; a node of the lab, or a bus, on which a listening one is put. Several of
+    them, in a list, go into one log in the order of their times, and "any" is a line of every shared bus. `format` is
+    told by the path's suffix unless given. `channel` is one line's name in the log. With `rotate_bytes` or `rotate_s`
     (seconds) the files are NAME-0001, NAME-0002, ...: a new one as soon as one is larger or older; a trace (`path`
     with a slash at its end) is one folder, which begins its next file then, by bytes of records. `hub` is the hub's
     address. With `triggers` only parts are kept.
@@ -64,21 +74,26 @@ def record(
         whole("rotate_bytes", rotate_bytes, _SMALLEST, 1 << 62)
     if rotate_s is not None:
         finite("rotate_s", rotate_s, 0.5, 1e9)
+    lines = list(line) if isinstance(line, list | tuple) else [line]
     with ExitStack() as closing:
-        source = _source(line, channel, hub, WantedMode(bit_rate, data_bit_rate), epoch_ns)
-        closing.callback(source.close)
-        if isinstance(source, SharedLinSource | LabLinSource):
+        sources = _sources(lines, channel, hub, WantedMode(bit_rate, data_bit_rate), epoch_ns, closing)
+        if any(isinstance(source, SharedLinSource | LabLinSource) for source in sources):
             _check_holds_lin(name, format)
-        dated = isinstance(source, HubSource) and source.epoch_ns > 0
-        clock = "hub" if isinstance(source, HubSource) else "lab"
+        shared = [source for source in sources if isinstance(source, HubSource)]
+        if shared and len(shared) < len(sources):
+            raise BadValue(
+                "lines of a hub and of the lab have different times; record each in a log of its own"
+            )
+        source = sources[0] if len(sources) == 1 else (SeveralShared if shared else SeveralSources)(sources)
+        closing.callback(source.close)
         files = RecordingFiles(
             name,
             format,
             rotate_bytes=rotate_bytes,
             rotate_s=rotate_s,
-            dated=dated,
+            dated=any(one.epoch_ns > 0 for one in shared),
             start_ns=None,
-            clock=clock,
+            clock="hub" if shared else "lab",
         )
         return Recorder(source, files, closing.pop_all(), triggers)
 
@@ -96,11 +111,29 @@ def _check_holds_lin(path: str, format: str | None) -> None:
     raise BadValue(f"{path}: {row.name} holds no LIN frames; these do: {', '.join(others)}")
 
 
-def _source(
-    line: Any, channel: str | None, hub: str | None, wanted: WantedMode, epoch_ns: int
-) -> RecordingSource:
-    if isinstance(line, str):
-        return shared_source(line, hub, wanted, channel)
+def _sources(
+    lines: list[Any],
+    channel: str | None,
+    hub: str | None,
+    wanted: WantedMode,
+    epoch_ns: int,
+    closing: ExitStack,
+) -> list[Any]:
+    """Of shared lines all together, which are lines of one hub; else one of each."""
+    if not lines:
+        raise BadValue("no line to record")
+    if all(isinstance(line, str) for line in lines):
+        return list(shared_sources(lines, hub, wanted, channel, closing))
+    if channel is not None and len(lines) > 1:
+        raise BadValue(f"channel {channel!r}: for one line; these are {len(lines)}")
+    sources = []
+    for line in lines:
+        sources.append(_source(line, channel, epoch_ns))
+        closing.callback(sources[-1].close)
+    return sources
+
+
+def _source(line: Any, channel: str | None, epoch_ns: int) -> RecordingSource:
     if isinstance(line, HubChannel):
         return SharedSource(line, channel or "can0", epoch_ns, None, ExitStack())
     if isinstance(line, Monitor):

@@ -21,17 +21,18 @@ _TURN_S = 0.2
 
 
 class RecordingSource(Protocol):
-    """What is recorded: `channel` is its name in the log."""
+    """What is recorded: `channels` are the names in the log; `address` is a line's own, whatever its bus is called."""
 
-    channel: str
+    channels: list[str]
+    address: str
 
     def take(self, timeout_s: float) -> numpy.ndarray:
         """Records of `log_dtype()` that came, waiting for the first; none where none came in time."""
 
-    def lost(self) -> int:
-        """How many frames and events were lost so far because they were not taken in time."""
+    def lost(self) -> list[int]:
+        """How many frames and events of each channel were lost so far because they were not taken in time."""
 
-    def marks(self) -> list[LogMark]:
+    def marks(self) -> list[LogEntry]:
         """What the log's beginning says: bit rates, the clock."""
 
     def start(self, drain: Callable[[], None]) -> bool:
@@ -58,10 +59,10 @@ class Recorder:
         self._source = source
         self._files = files
         self._closing = closing
-        self._channels = [source.channel]
+        self._channels = list(source.channels)
         self._ends_s: float | None = None
         self._gate = None if triggers is None else Gate(triggers, self._channels)
-        self._lost = 0
+        self._lost = [0] * len(self._channels)
         self._latest_ns = 0
         self._error: Exception | None = None
         self._stop = threading.Event()
@@ -72,9 +73,7 @@ class Recorder:
         marks = source.marks()
         if marks:
             self._begin_ns = marks[0].timestamp_ns
-        entries = [LogEntry(mark.timestamp_ns, source.channel, mark) for mark in marks]
-        if entries:
-            files.write(batch_of(entries, self._channels))
+            files.write(batch_of(marks, self._channels))
         self._thread: threading.Thread | None = None
         if not source.start(self._drain):
             self._thread = threading.Thread(target=self._run, name="canwire recorder", daemon=True)
@@ -93,7 +92,7 @@ class Recorder:
     @property
     def lost(self) -> int:
         """Frames and events that came faster than they were taken, so that the log lacks them."""
-        return self._lost
+        return sum(self._lost)
 
     @property
     def left_out(self) -> dict[str, int]:
@@ -151,7 +150,9 @@ class Recorder:
 
     def __repr__(self) -> str:
         state = "closed" if self._closed else "over" if self._over.is_set() else "recording"
-        return f"<Recorder of {self._source.channel} to {self.files[-1]!r}: {self.count} entries, {state}>"
+        return (
+            f"<Recorder of {', '.join(self._channels)} to {self.files[-1]!r}: {self.count} entries, {state}>"
+        )
 
     def _run(self) -> None:
         while not self._stop.is_set() and not self._over.is_set():
@@ -200,10 +201,9 @@ class Recorder:
         return gate.over or (self._ends_s is not None and time.monotonic() >= self._ends_s)
 
     def _tell_losses(self) -> None:
-        lost = self._source.lost()
-        if lost > self._lost:
-            mark = LogMark(MarkKind.LOST, self._latest_ns, count=lost - self._lost)
-            self._files.write(
-                batch_of([LogEntry(self._latest_ns, self._source.channel, mark)], self._channels)
-            )
-            self._lost = lost
+        for number, lost in enumerate(self._source.lost()):
+            if lost > self._lost[number]:
+                mark = LogMark(MarkKind.LOST, self._latest_ns, count=lost - self._lost[number])
+                entry = LogEntry(self._latest_ns, self._channels[number], mark)
+                self._files.write(batch_of([entry], self._channels))
+                self._lost[number] = lost

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire.boards.can.modes import ChannelMode, LineStatus, Siblings
 from canwire.boards.can.rates import format_rates
-from canwire.errors import BadValue
+from canwire.errors import BadValue, NoSuchBoard
 from canwire.hub.bring_up import bring_up
 from canwire.hub.connect import connect
-from canwire.hub.finding import find_lines
+from canwire.hub.finding import every_line, find_lines
 from canwire.hub.wall_clock import epoch_ns
 from canwire.hub.wanted_mode import WantedMode
 from canwire.logs.batch import records_of_line
-from canwire.logs.entry import LogMark, MarkKind
+from canwire.logs.entry import LogEntry, LogMark, MarkKind
 from canwire.logs.recording.hub_source import HubSource
 from canwire.logs.recording.shared_lin import SharedLinSource, shared_lin_source
 from canwire.values.event import BusEvent, ErrorState, EventKind
@@ -23,8 +24,11 @@ from canwire.values.record import load_numpy, record_dtype
 if TYPE_CHECKING:
     import numpy
 
+    from canwire.hub.finding import LinePlace
     from canwire.hub.handles.channel import HubChannel
+    from canwire.hub.handles.hub import Hub
 
+ANY = "any"
 _QUEUE = 32_768  # frames: more than a second of the busiest classic bus
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.OVERRUN)
 
@@ -35,8 +39,8 @@ class SharedSource(HubSource):
     def __init__(
         self, channel: HubChannel, name: str, epoch_ns: int, status: LineStatus | None, closing: ExitStack
     ) -> None:
-        super().__init__(name, epoch_ns, closing)
-        self._handle = channel
+        super().__init__(channel, name, epoch_ns, closing)
+        self._channel = channel
         self._status = status
         self._missed = b""
         if (
@@ -50,15 +54,12 @@ class SharedSource(HubSource):
         if self._missed:
             heard, self._missed = load_numpy().frombuffer(self._missed, record_dtype()), b""
         else:
-            heard = self._handle.receive_array(None, timeout_s)
+            heard = self._channel.receive_array(None, timeout_s)
         found = records_of_line(heard, 0)
         found["time_ns"] += self.epoch_ns
         return found
 
-    def lost(self) -> int:
-        return self._handle.status().lost
-
-    def marks(self) -> list[LogMark]:
+    def marks(self) -> list[LogEntry]:
         if self._status is None:
             return []
         now_ns = self.epoch_ns + self._status.time_ns
@@ -69,33 +70,70 @@ class SharedSource(HubSource):
             marks.append(
                 LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=mode.timing.bit_rate, data_bit_rate=data)
             )
-        return marks
+        return self._entries(marks)
 
 
-def shared_source(
-    line: str, hub_address: str | None, wanted: WantedMode, name: str | None
-) -> SharedSource | SharedLinSource:
-    """The line of that name, of CAN or LIN, running, with what hears all of it; NoSuchBoard, HubError, BadValue."""
-    with ExitStack() as closing:
-        hub = closing.enter_context(connect(hub_address, name="canwire record"))
-        place = find_lines(hub, line)[0]
+def shared_sources(
+    lines: Sequence[str], hub_address: str | None, wanted: WantedMode, name: str | None, closing: ExitStack
+) -> list[SharedSource | SharedLinSource]:
+    """What hears these lines, of CAN or LIN, running; "any" is one of every bus there is.
+
+    Of several the rates wanted are those of CAN lines. What they hold goes to `closing`, the hub's connection too.
+    Raises NoSuchBoard, HubError, BadValue.
+    """
+    hub = closing.enter_context(connect(hub_address, name="canwire record"))
+    places = _places(hub, lines)
+    if name is not None and len(places) > 1:
+        raise BadValue(f"channel {name!r}: for one line; these {len(places)} have the names of their buses")
+    sources: list[SharedSource | SharedLinSource] = []
+    for called, place in places:
         if place.info.bus_type == "LIN":
-            called = name or place.info.bus or line
-            return shared_lin_source(hub, place, wanted, called, closing)
+            of_lin = WantedMode(None, None) if len(places) > 1 else wanted
+            source: SharedSource | SharedLinSource = shared_lin_source(hub, place, of_lin, name or called)
+        else:
+            source = _shared_source(hub, place, wanted, name or called)
+        closing.callback(source.close)
+        sources.append(source)
+    return sources
+
+
+def _places(hub: Hub, lines: Sequence[str]) -> list[tuple[str, LinePlace]]:
+    """Each line once, with its name in the log."""
+    found: dict[str, tuple[str, LinePlace]] = {}
+    for line in lines:
+        if line == ANY:
+            buses: dict[str, LinePlace] = {}
+            for place in every_line(hub):
+                buses.setdefault(place.info.bus or place.address, place)
+            those = list(buses.values())
+        else:
+            those = find_lines(hub, line)[:1]
+        for place in those:
+            found.setdefault(place.address, (place.info.bus or place.address, place))
+    if not found:
+        raise NoSuchBoard("any: the hub has no line; `canwire plug` puts a board in")
+    return list(found.values())
+
+
+def _shared_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) -> SharedSource:
+    """A channel on this line, which is started unless it runs."""
+
+    def refuse_other_rates(status: LineStatus) -> None:
+        if not wanted.rates_agree(status.mode):
+            raise BadValue(
+                f"{place.address} runs at {format_rates(status.mode)}; leave bit_rate and data_bit_rate out"
+            )
+
+    with ExitStack() as closing:
         channel = closing.enter_context(hub.open_channel(place.board.id, place.line))
         events = tuple(int(kind) for kind in _EVENTS)
         channel.set_up(ChannelMode(receive=_QUEUE, transmit=0, siblings=Siblings.EVERY, events=events))
-
-        def refuse_other_rates(status: LineStatus) -> None:
-            if not wanted.rates_agree(status.mode):
-                raise BadValue(
-                    f"{place.address} runs at {format_rates(status.mode)}; leave bit_rate and data_bit_rate out"
-                )
-
         control = bring_up(
             hub, place, lambda status: wanted.mode(place.info.capabilities), refuse_other_rates
         )
         if control is not None:
             control.close()
         status = channel.activate()  # its marks stand before all that is heard
-        return SharedSource(channel, name or place.info.bus or line, epoch_ns(hub), status, closing.pop_all())
+        source = SharedSource(channel, name, epoch_ns(hub), status, closing.pop_all())
+        source.address = place.address
+        return source

@@ -11,7 +11,7 @@ from canwire.errors import BadValue, InUse
 from canwire.hub.wall_clock import epoch_ns
 from canwire.hub.wanted_mode import WantedMode
 from canwire.logs.batch import records_of_line
-from canwire.logs.entry import LogMark, MarkKind
+from canwire.logs.entry import LogEntry, LogMark, MarkKind
 from canwire.logs.recording.hub_source import HubSource
 from canwire.values.lin.event import LinEventKind
 
@@ -33,7 +33,7 @@ class SharedLinSource(HubSource):
     def __init__(
         self, monitor: Monitor, name: str, epoch_ns: int, status: LinLineStatus | None, closing: ExitStack
     ) -> None:
-        super().__init__(name, epoch_ns, closing)
+        super().__init__(monitor, name, epoch_ns, closing)
         self._monitor = monitor
         self._status = status
 
@@ -49,37 +49,36 @@ class SharedLinSource(HubSource):
         found["time_ns"] += self.epoch_ns
         return found
 
-    def lost(self) -> int:
-        return self._monitor.status().lost
-
-    def marks(self) -> list[LogMark]:
+    def marks(self) -> list[LogEntry]:
         if self._status is None:
             return []
         now_ns = self.epoch_ns + self._status.time_ns
         marks = [LogMark(MarkKind.CLOCK, now_ns, text="hub")]
         if self._status.bit_rate:
             marks.append(LogMark(MarkKind.BIT_RATE, now_ns, bit_rate=self._status.bit_rate))
-        return marks
+        return self._entries(marks)
 
 
-def shared_lin_source(
-    hub: Hub, place: LinePlace, wanted: WantedMode, name: str, closing: ExitStack
-) -> SharedLinSource:
+def shared_lin_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) -> SharedLinSource:
     """This line with a monitor that hears all of it; it is started as a slave unless it runs.
 
-    What `closing` has goes to the source. Raises BadValue, HubError.
+    Raises BadValue, HubError.
     """
     if wanted.data is not None:
         raise BadValue(f"data_bit_rate {wanted.data}: {place.address} is a LIN line")
     begin_ns = _status(hub, place).time_ns  # marks stand before all that is heard
-    monitor = closing.enter_context(hub.open_monitor(place.board.id, place.line))
-    monitor.set_up(LinMonitorMode(receive=_QUEUE, events=tuple(map(int, _EVENTS))))
-    monitor.activate()
-    _start(hub, place, wanted.nominal)
-    status = _status(hub, place)
-    if status.running and wanted.nominal not in (None, status.bit_rate):
-        raise BadValue(f"{place.address} runs at {status.bit_rate} bit/s; leave bit_rate out")
-    return SharedLinSource(monitor, name, epoch_ns(hub), replace(status, time_ns=begin_ns), closing.pop_all())
+    with ExitStack() as closing:
+        monitor = closing.enter_context(hub.open_monitor(place.board.id, place.line))
+        monitor.set_up(LinMonitorMode(receive=_QUEUE, events=tuple(map(int, _EVENTS))))
+        monitor.activate()
+        _start(hub, place, wanted.nominal)
+        status = _status(hub, place)
+        if status.running and wanted.nominal not in (None, status.bit_rate):
+            raise BadValue(f"{place.address} runs at {status.bit_rate} bit/s; leave bit_rate out")
+        began = replace(status, time_ns=begin_ns)
+        source = SharedLinSource(monitor, name, epoch_ns(hub), began, closing.pop_all())
+        source.address = place.address
+        return source
 
 
 def _start(hub: Hub, place: LinePlace, bit_rate: int | None) -> None:

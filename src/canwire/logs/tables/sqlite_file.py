@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, ClassVar
@@ -16,7 +16,7 @@ from canwire.logs.entry import LogEntry, LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.source import Source
 from canwire.logs.tables.columns import COLUMNS, Row, rows_of
-from canwire.logs.tables.csv.rows import error_of_python_can
+from canwire.logs.tables.csv.rows import error_of_python_can, ns_of_float
 from canwire.values.frame import Frame
 
 if TYPE_CHECKING:
@@ -36,6 +36,9 @@ class Writer(FormWriter):
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
     opens: ClassVar[bool] = False
+    table: ClassVar[str] = "entries"
+    schema: ClassVar[str] = _TABLE
+    index: ClassVar[str] = _INDEX
 
     def begin(self) -> None:
         if self.path == "-":
@@ -46,10 +49,23 @@ class Writer(FormWriter):
         self._pending = 0
 
     def put(self, records: numpy.ndarray) -> None:
-        rows = rows_of(records, self.channels)
-        marks = ",".join("?" * len(COLUMNS))
-        self._guarded(lambda: self._database.executemany(f"insert into entries values({marks})", rows))
+        rows = self.rows(records)
+        if rows:
+            marks = ",".join("?" * len(rows[0]))
+            insert = f"insert into {self.table} values({marks})"
+            self._guarded(lambda: self._database.executemany(insert, rows))
         self._pending += len(rows)
+
+    def rows(self, records: numpy.ndarray) -> Sequence[tuple[object, ...]]:
+        """What goes into the table."""
+        return rows_of(records, self.channels)
+
+    def about(self, database: sqlite3.Connection) -> None:
+        """Write what the log says of itself."""
+        facts = {"version": "1", "dated": str(int(self.dated)), "clock": self.clock}
+        if self.start_ns is not None:
+            facts["start_ns"] = str(self.start_ns)
+        database.executemany("insert into canwire values(?, ?)", facts.items())
 
     def sync(self) -> None:
         self._guarded(self._database.commit)
@@ -59,7 +75,7 @@ class Writer(FormWriter):
     def end(self) -> None:
         try:
             self.sync()
-            self._guarded(lambda: self._database.executescript(_INDEX))
+            self._guarded(lambda: self._database.executescript(self.index))
         finally:
             self._database.close()
 
@@ -68,13 +84,10 @@ class Writer(FormWriter):
 
     def _make(self, path: str) -> None:
         """A database without rows."""
-        facts = {"version": "1", "dated": str(int(self.dated)), "clock": self.clock}
-        if self.start_ns is not None:
-            facts["start_ns"] = str(self.start_ns)
         open(path, "wb").close()  # says in the system's words what would be wrong with it
         with closing(sqlite3.connect(path)) as database:
-            database.executescript(_TABLE)
-            database.executemany("insert into canwire values(?, ?)", facts.items())
+            database.executescript(self.schema)
+            self.about(database)
             database.commit()
 
     def _guarded(self, work: object) -> None:
@@ -167,7 +180,7 @@ def _of_ours(values: list[object]) -> LogEntry:
 
 def _of_python_can(values: list[object]) -> LogEntry:
     time_s, id, extended, remote, error, dlc, data = values
-    time_ns = round(float(time_s) * 1e9)  # type: ignore[arg-type]
+    time_ns = ns_of_float(time_s)  # type: ignore[arg-type]
     content = bytes(data or b"")  # type: ignore[call-overload]
     number = int(id)  # type: ignore[call-overload]
     if error:

@@ -19,6 +19,7 @@ from canwire.logs.entry import LogEntry
 from canwire.logs.lines import LONGEST
 from canwire.logs.source import Source
 from canwire.logs.tables.csv import plain
+from canwire.logs.tables.csv.named import dialect_of
 from canwire.logs.tables.csv.rows import GVRET, HEADER, PYTHON_CAN, Parse, parser_of, row_of_ours
 from canwire.values.record import load_numpy
 
@@ -26,18 +27,26 @@ if TYPE_CHECKING:
     import numpy
 
 _AT_ONCE = 20_000
+OTHERS = (HEADER, PYTHON_CAN, GVRET)
+"""Headers whose rows are known; others tell by names what their columns are."""
 
 
 def recognises(head: bytes) -> bool:
     """By the header line."""
-    return head.decode("utf-8", "replace").lstrip("\ufeff").startswith((HEADER, PYTHON_CAN, GVRET))
+    text = head.decode("utf-8", "replace").lstrip("\ufeff")
+    return text.startswith(OTHERS) or dialect_of(text.partition("\n")[0]) is not None
 
 
 def read(source: Source) -> Iterator[LogBatch]:
     """Some ten thousand rows at a time; a row that means nothing is a fault."""
     header = source.file.readline(LONGEST)
-    parse = parser_of(header.decode("utf-8-sig", "replace"))
+    told = header.decode("utf-8-sig", "replace")
     texts = blocks(source)
+    named = None if told.startswith(OTHERS) else dialect_of(told)
+    if named is not None:
+        yield from _read_rows(source, chain([header], texts), named[1].entry, 0, named[0])
+        return
+    parse = parser_of(told)
     simple = header.endswith(b"\n") and b'"' not in header and b"\r" not in header.rstrip(b"\r\n")
     if not simple or parse is not row_of_ours:
         yield from _read_rows(source, chain([header], texts), parse, 0)
@@ -106,13 +115,16 @@ def _is_row(line: str) -> bool:
         return False
 
 
-def _read_rows(source: Source, texts: Iterable[bytes], parse: Parse, number: int) -> Iterator[LogBatch]:
+def _read_rows(
+    source: Source, texts: Iterable[bytes], parse: Parse, number: int, delimiter: str = ","
+) -> Iterator[LogBatch]:
     """The csv module's rows, the first of which has this number; number 0: they begin with the header."""
     pieces = io.BufferedReader(_Pieces(iter(texts)))
     text = io.TextIOWrapper(pieces, "utf-8-sig", errors="replace", newline="")
-    rows = csv.reader(_without_nul(line) for line in text)
+    rows = csv.reader((_without_nul(line) for line in text), delimiter=delimiter)
     if not number:
-        parse, number = parser_of(",".join(next(rows, []))), 2
+        header, number = ",".join(next(rows, [])), 2
+        parse = parser_of(header) if header.startswith(OTHERS) else parse
     entries = _entries(source, rows, parse, number)
     while batch := list(islice(entries, _AT_ONCE)):
         source.infer_date(batch[0].timestamp_ns)

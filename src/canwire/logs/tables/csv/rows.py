@@ -52,7 +52,7 @@ def row_of_ours(row: list[str]) -> LogEntry:
 def _of_python_can(row: list[str]) -> LogEntry:
     """timestamp, identifier in hex, flags, data in base 64; it has no channel and no FD."""
     time_s, id, extended, remote, error, dlc, data = row
-    time_ns = round(float(time_s) * 1e9)
+    time_ns = ns_of_float(time_s)
     content = base64.b64decode(data)
     if error == "1":
         return LogEntry(time_ns, "can0", error_of_python_can(int(id, 16), content, time_ns))
@@ -67,6 +67,12 @@ def _of_python_can(row: list[str]) -> LogEntry:
         timestamp_ns=time_ns,
     )
     return LogEntry(time_ns, "can0", frame)
+
+
+def ns_of_float(seconds: str | float) -> int:
+    """A stamp of python-can's: a float, which since 1970 holds no more than microseconds."""
+    value = float(seconds)
+    return round(value * 1e9) if value < 1e6 else round(value * 1e6) * 1000
 
 
 def error_of_python_can(id: int, data: bytes, time_ns: int) -> BusEvent:

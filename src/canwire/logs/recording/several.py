@@ -1,0 +1,112 @@
+"""Several lines as one source, for one log: what they bring, in the order of its time stamps."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from canwire.errors import BadValue
+from canwire.hub.handles.event import Event
+from canwire.logs.batch import in_time, log_dtype
+from canwire.logs.entry import LogEntry
+from canwire.logs.recording.recorder import RecordingSource
+from canwire.values.record import load_numpy
+
+if TYPE_CHECKING:
+    import numpy
+
+    from canwire.hub.handles.ends import RingEnd
+
+
+class QueuedSource(RecordingSource, Protocol):
+    """A source on a shared line."""
+
+    @property
+    def reading(self) -> RingEnd:
+        """The queue that is emptied, to be waited on."""
+
+
+class SeveralSources:
+    """Sources of the lab, which are all there up to now whenever one of them is looked at."""
+
+    def __init__(self, sources: Sequence[RecordingSource]) -> None:
+        self._sources = list(sources)
+        self.channels = _distinct(sources)
+        self.address = ", ".join(source.address for source in sources)
+
+    def take(self, timeout_s: float) -> numpy.ndarray:
+        """By their time stamps; never waits."""
+        del timeout_s
+        return self._taken()
+
+    def lost(self) -> list[int]:
+        return [lost for source in self._sources for lost in source.lost()]
+
+    def marks(self) -> list[LogEntry]:
+        found = [
+            mark._replace(channel=channel)
+            for source, channel in zip(self._sources, self.channels, strict=True)
+            for mark in source.marks()
+        ]
+        return sorted(found, key=lambda mark: mark.timestamp_ns)
+
+    def start(self, drain: Callable[[], None]) -> bool:
+        return all(source.start(drain) for source in self._sources)
+
+    def close(self) -> None:
+        for source in self._sources:
+            source.close()
+
+    def _taken(self) -> numpy.ndarray:
+        pieces = [load_numpy().zeros(0, log_dtype())]
+        for number, source in enumerate(self._sources):
+            piece = source.take(0.0)
+            piece["channel"] = number
+            pieces.append(piece)
+        return in_time(load_numpy().concatenate(pieces))
+
+
+class SeveralShared(SeveralSources):
+    """Lines of a hub, whose queues are looked into one after the other.
+
+    What comes into a queue behind the look may be older than what the next queue has: it waits for the next look. The
+    hub fills queues in the order of time, so a look that begins after a stamp was seen finds all that is older.
+    """
+
+    def __init__(self, sources: Sequence[QueuedSource]) -> None:
+        super().__init__(sources)
+        self._held = load_numpy().zeros(0, log_dtype())
+        self._event = Event()
+        self._ends = [source.reading for source in sources]
+        for end in self._ends:
+            end.assign(self._event)
+
+    def take(self, timeout_s: float) -> numpy.ndarray:
+        """What certainly has nothing older behind it, waiting for the first; without a timeout all there is."""
+        seen_ns = int(self._held["time_ns"].max(initial=0))
+        found = self._taken()
+        if not len(found) and not len(self._held):
+            for end in self._ends:
+                end.lease.check()
+            if timeout_s and self._event.wait(timeout_s):
+                found = self._taken()
+        found = in_time(load_numpy().concatenate([self._held, found]))
+        ready = found["time_ns"] <= seen_ns if timeout_s else found["time_ns"] >= 0
+        self._held = found[~ready]
+        return found[ready]
+
+    def close(self) -> None:
+        for end in self._ends:
+            end.assign(None)
+        super().close()
+        self._event.close()
+
+
+def _distinct(sources: Sequence[RecordingSource]) -> list[str]:
+    """Their names; lines on one bus, which have the same, have their addresses instead."""
+    counts = Counter(source.channels[0] for source in sources)
+    found = [one.channels[0] if counts[one.channels[0]] == 1 else one.address for one in sources]
+    if len(set(found)) < len(found):
+        raise BadValue(f"{', '.join(found)}: the same line twice; each once")
+    return found
