@@ -176,6 +176,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.values.lin.frame import LinFrame, lin_checksum, protected_id
     from canwire.values.lin.record import lin_frame_of_record, linmsg_of_record, record_of_linmsg
     from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
+    from canwire.values.lin.slots import parse_lin_schedule
     from canwire.values.lin.text import (
         LinLogLine,
         format_lin_frame,
@@ -315,6 +316,7 @@ _NAMES = {
     "values.lin.frame": "LinFrame lin_checksum protected_id",
     "values.lin.record": "lin_frame_of_record linmsg_of_record record_of_linmsg",
     "values.lin.schedule": "LinSchedule LinSlot SlotKind",
+    "values.lin.slots": "parse_lin_schedule",
     "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
     "values.record": (
         "ABORT_ON_ERROR CONFIRM CONFIRM_LOAD DLC_MASK DLC_SHIFT ERROR_STATE_INDICATOR EXTENDED "
@@ -592,6 +594,7 @@ __all__ = [
     "parse_frame",
     "parse_lin_frame",
     "parse_lin_log_line",
+    "parse_lin_schedule",
     "parse_log_line",
     "parse_slcan_frame",
     "protected_id",

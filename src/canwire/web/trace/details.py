@@ -52,7 +52,7 @@ def details_of(record: str, following: str, database: Database, word: Words) -> 
     if isinstance(content, Frame):
         return _frame_details(content, database, word)
     if isinstance(content, LinFrame):
-        return _lin_frame_details(content, word)
+        return _lin_frame_details(content, database, word)
     if isinstance(content, LinEvent):
         return _lin_event_details(content, word)
     if isinstance(content, int):
@@ -121,7 +121,7 @@ def _event_details(event: BusEvent, repeated: Frame | None, word: Words) -> Deta
     return details
 
 
-def _lin_frame_details(frame: LinFrame, word: Words) -> Details:
+def _lin_frame_details(frame: LinFrame, database: Database, word: Words) -> Details:
     model = word("trace.enhanced" if frame.enhanced else "trace.classic")
     facts = [
         (word("trace.time"), f"{frame.timestamp_ns / 1e9:.6f} s"),
@@ -132,7 +132,7 @@ def _lin_frame_details(frame: LinFrame, word: Words) -> Details:
     ]
     if not frame.header_only:
         facts.append((word("trace.checksum"), f"{frame.checksum:02X} ({model})"))
-    return Details(format_lin_frame(frame), facts)
+    return Details(database.name_of(frame) or format_lin_frame(frame), facts, database.signals(frame))
 
 
 def _lin_event_details(event: LinEvent, word: Words) -> Details:

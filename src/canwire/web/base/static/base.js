@@ -97,6 +97,11 @@ function keepChoices() {
   for (const field of document.querySelectorAll("[data-remember]")) {
     const key = field.dataset.remember;
     const kept = remembered(key, null);
+    if (field.tagName === "DETAILS") {
+      field.open = kept === true;
+      field.addEventListener("toggle", () => remember(key, field.open));
+      continue;
+    }
     if (field.type === "checkbox") {
       if (kept !== null) field.checked = kept;
     } else if (kept !== null && (field.tagName !== "SELECT" || [...field.options].some((one) => one.value === kept))) {

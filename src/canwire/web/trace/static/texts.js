@@ -28,7 +28,7 @@ export function makeTexts(viewing, names) {
     type: (place) => rows.typeText(place),
     id: (place) => rows.idText(place),
     pid: (place) => rows.pidText(place),
-    name: (place) => (!rows.frame(place) ? "" : names()[rows.idText(place)] || ""),
+    name: (place) => (!rows.frame(place) ? "" : names.of(viewing.busOf(rows.line(place)), rows.idText(place))),
     len: (place) => rows.dlcText(place),
     sum: (place) => rows.checksumText(place),
     data: (place) => rows.dataText(place),

@@ -62,6 +62,11 @@ export class Viewing {
     requestAnimationFrame(() => this.send()); // a page that nobody sees asks for nothing
   }
 
+  /** The bus of the line with this number in rows. */
+  busOf(number) {
+    return this.lines.find((line) => line.number === number)?.bus ?? "";
+  }
+
   /** Nanoseconds since 1970 of the time zero that a row counts from; 0 where it is not known. */
   epoch(number) {
     let found = 0;
