@@ -32,6 +32,8 @@ class Input(NamedTuple):
     unit: str
     choices: list[str]
     range: str
+    minimum: float
+    maximum: float
 
 
 class Database:
@@ -161,7 +163,7 @@ def _typed(signal: SignalDescription, text: str) -> str:
 def _input(signal: SignalDescription) -> Input:
     choices = list(dict.fromkeys(signal.choices.values()))
     usual = choices[0] if choices else f"{max(signal.minimum, 0):g}"
-    return Input(signal.name, usual, signal.unit, choices, _range(signal))
+    return Input(signal.name, usual, signal.unit, choices, _range(signal), signal.minimum, signal.maximum)
 
 
 def _range(signal: SignalDescription) -> str:

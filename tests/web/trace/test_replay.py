@@ -152,7 +152,7 @@ def test_in_the_browser_a_log_is_replayed_and_marks_are_saved(
         rows.filter(has_text="103").click()
         page.keyboard.press("m")
         page.locator("#save").click()
-        page.get_by_label("Rows", exact=True).select_option("marked")
+        page.locator("#saving-form [name=what]").select_option("marked")
         page.get_by_label("Format of the file").select_option("candump")
         with page.expect_download() as downloading:
             page.locator("#save-now").click()

@@ -83,6 +83,21 @@ class Sending:
         fields = Fields({**before, **given, "number": str(number)}, call.word)
         return self.list.put(typed_row(fields, call.word, self.database_of))
 
+    def set_signal(self, call: Call, line: str, message: str, signal: str, value: str) -> None:
+        """Change it in the row of this message, made where there is none, and send that unless it is in its cycle.
+
+        Raises BadFields, BadValue, and what keeps the frame from being queued.
+        """
+        for row in self.list.rows:
+            if row.line == line and row.content.message == message:
+                row = self.change(row.number, {f"signal.{signal}": value}, call)
+                break
+        else:
+            fields = Fields({"line": line, "message": message, f"signal.{signal}": value}, call.word)
+            row = self.list.put(typed_row(fields, call.word, self.database_of))
+        if not row.running:
+            self.list.send_now(row.number)
+
     def _send(self, row: int, line: str, frame: Sent) -> None:
         if isinstance(frame, LinFrame):
             self._lin.send(row, line, frame)

@@ -47,7 +47,10 @@ class Wanted(NamedTuple):
 
 
 class Played(NamedTuple):
-    """The replay of this `number`, from 1. `sent` were given to the line, `delivered` acknowledged, `skipped` are no CAN frames or were refused."""
+    """The replay of this `number`, from 1: `sent` were given to the line, `delivered` acknowledged.
+
+    `skipped` are no CAN frames.
+    """
 
     number: int = 0
     running: bool = False
