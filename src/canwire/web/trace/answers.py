@@ -49,7 +49,7 @@ class Answers:
         """Rows from place `at` on; `found` is the place that was looked for, -1 where there is none."""
         rows = shown.selection.rows(at, count)
         head = self._head(shown)
-        head |= {"at": at, "rows": len(rows), "count": shown.selection.count}
+        head |= {"at": at, "rows": len(rows), "count": shown.selection.count, "byFrame": False}
         if found is not None:
             head["found"] = found
         return _packed(head, self._coloured(rows).tobytes())
@@ -67,6 +67,7 @@ class Answers:
         extra["changed"] = numpy.clip(ages, 0, 255)
         head = self._head(shown)
         head |= {"at": page.at, "rows": len(page.rows), "count": page.length, "leftOut": left_out}
+        head["byFrame"] = True
         head["signals"] = [self._signals(shown.source, row) for row in page.rows]
         return _packed(head, self._coloured(page.rows).tobytes() + extra.tobytes())
 

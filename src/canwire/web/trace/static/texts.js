@@ -84,13 +84,20 @@ export function markSignals(cell, key, signals) {
   const drawn = parts.join();
   if (cell.marked === drawn) return;
   cell.marked = drawn;
-  cell.replaceChildren(...parts.flatMap(([name, text, step], k) => {
-    const signal = document.createElement("button");
-    signal.type = "button";
-    signal.tabIndex = -1;
+  const names = parts.map(([name]) => name).join();
+  if (cell.names !== names || cell.children.length !== parts.length) {
+    cell.names = names;
+    cell.replaceChildren(...parts.flatMap(([name], k) => {
+      const signal = document.createElement("button");
+      signal.type = "button";
+      signal.tabIndex = -1;
+      signal.dataset.signal = name;
+      return k ? [" ", signal] : [signal];
+    }));
+  }
+  parts.forEach(([name, text, step], k) => { // the same buttons, so that a click on one is not lost when it changes
+    const signal = cell.children[k];
     signal.className = `signal${step ? ` fresh-${step}` : ""}`;
-    signal.dataset.signal = name;
     signal.textContent = `${name} ${text}`;
-    return k ? [" ", signal] : [signal];
-  }));
+  });
 }

@@ -50,7 +50,7 @@ export class Viewing {
         if (line.number >= 0) this.labels[line.number] = line.bus ? `${line.bus} ${line.address}` : line.address;
       }
     }
-    if (head.look !== this.look.number) {
+    if (head.look !== this.look.number || head.byFrame !== this.wanted().byFrame) { // of what was asked before
       this.send();
       return;
     }
