@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from starlette.responses import PlainTextResponse
 from starlette.routing import Route, WebSocketRoute
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
+from websockets.sync.client import connect
 
 from canwire.web import patience
 from canwire.web.gate import BODY_BYTES, Gate
@@ -172,3 +174,12 @@ def test_half_a_request_is_let_go(steady: Site, monkeypatch: pytest.MonkeyPatch,
         half.sendall(sent.replace(b"{host}", f"127.0.0.1:{steady.port}".encode()))
         while half.recv(65_536):
             pass
+
+
+def test_a_web_socket_outlives_the_limit_for_requests(steady: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(patience, "HEAD_S", 0.05)
+    with connect(f"ws://127.0.0.1:{steady.port}/trace/live", max_size=None) as web_socket:
+        with socket.create_connection(("127.0.0.1", steady.port), LONG_S) as silent:
+            assert silent.recv(1) == b""  # its limit, which began later, is over
+        web_socket.send(json.dumps({"look": {"number": 7, "lines": []}, "ask": {"at": 0, "rows": 1}}))
+        assert b'"look"' in web_socket.recv(LONG_S)
