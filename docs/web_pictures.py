@@ -1,4 +1,4 @@
-"""Takes the pictures in docs/web/: each view of `canwire web`, light and dark, 1280 and 480 pixels wide.
+"""Takes the pictures in docs/web/: each view of `canwire web`, light and dark, 1280 and 390 pixels wide.
 
 python docs/web_pictures.py            needs canwire[web,databases], playwright, Pillow, and Debian's chromium
 """
@@ -24,7 +24,9 @@ import canwire
 from canwire import ChannelMode, Frame, WantedMode
 
 PICTURES = Path(__file__).parent / "web"
-WIDTHS = (1280, 480)
+WIDTHS = (1280, 390)
+VIEWS = ("boards", "trace", "beside", "send", "panels", "cancheck", "statistics")
+PARTS = (("value", "Speed"), ("slider", "Speed"), ("value", "Temperature"), ("switch", "Running"))
 THEMES = ("light", "dark")
 TALLEST = 2600
 ENGINE = '#body .trace-row:not([hidden]):has(.c-id:text-is("100"))'
@@ -44,14 +46,17 @@ VAL_ 256 Running 1 "yes" 0 "no" ;
 """
 ROWS = (
     {
-        "id": "100",
-        "data": "A0 0F 32 01 00 00 00 00",
+        "message": "Engine",
+        "signal.Speed": "1000",
+        "signal.Temperature": "90",
+        "signal.Running": "yes",
+        "changes": "Speed 800..4000..800/40",
         "cycle": "10",
         "key": "e",
-        "comment": "engine at 1000 rpm",
+        "comment": "up and down",
     },
-    {"id": "120", "data": "03 00", "cycle": "50", "key": "g", "comment": "third gear"},
-    {"id": "7DF", "data": "02 01 0C 00 00 00 00 00", "key": "d", "comment": "ask for the engine speed"},
+    {"id": "120", "data": "03 00", "cycle": "50", "exact": "on", "key": "g", "comment": "third gear"},
+    {"format": "sequence", "steps": "7DF#02010C; 50; 7DF#02010D", "cycle": "500", "comment": "two requests"},
     {"id": "18DAF110", "extended": "on", "format": "remote", "dlc": "8", "comment": "remote frame"},
 )
 
@@ -96,10 +101,25 @@ def arranged(page: Page, name: str) -> None:
         page.locator("#pause").click()
         page.locator(ENGINE).nth(3).click()
         page.locator(".wire svg").wait_for()
+    elif name == "beside":
+        page.locator("#mode-id").click()
+        page.locator("#beside summary").click()
+        page.locator("tr[data-row]").nth(len(ROWS) - 1).wait_for()
+        if page.locator("#head .c-signals").count():  # not on a phone
+            page.locator("#body .signal").first.dispatch_event("click")
+            page.locator("#plot-keys", has_text=".").wait_for()
+    elif name == "panels":
+        for kind, signal in PARTS:
+            page.locator("#add").click()
+            page.locator("#part-form [name=kind]").select_option(kind)
+            page.locator("#part-form [name=message]").select_option("Engine")
+            page.locator("#part-form [name=signal]").select_option(signal)
+            page.locator("#keep-part").click()
+        page.locator(".part .now", has_text="rpm").first.wait_for()
     elif name == "send":
         page.locator("tr[data-row]").nth(len(ROWS) - 1).wait_for()
     elif name == "cancheck":
-        page.locator(".window [data-generators] tr[data-index]").click()
+        page.locator(".window [data-generators] tr[data-index]").dispatch_event("click")
         page.locator("[data-kind=send] [data-list] tr").nth(8).wait_for()
         page.locator("[data-kind=receive] [data-list] tr").nth(8).wait_for()
     elif name == "statistics":
@@ -112,7 +132,7 @@ def take(browser: Browser, url: str, address: str, name: str, theme: Any, width:
         page = context.new_page()
         page.set_default_timeout(15_000)
         page.goto(address)
-        page.goto(f"{url}{name}")
+        page.goto(f"{url}{'trace' if name == 'beside' else name}")
         page.get_by_text("Hub connected").wait_for()
         arranged(page, name)
         tall = page.locator("html").evaluate("one => one.scrollHeight")
@@ -150,7 +170,7 @@ def main() -> None:
         closing.callback(browser.close)
         fill_list(browser, url, address)
         start_cancheck(browser, url, address)
-        for name in sys.argv[1:] or ("boards", "trace", "send", "cancheck", "statistics"):
+        for name in sys.argv[1:] or VIEWS:
             for theme in THEMES:
                 for width in WIDTHS:
                     take(browser, url, address, name, theme, width)
@@ -165,7 +185,8 @@ def fill_list(browser: Browser, url: str, address: str) -> None:
         for row in ROWS:
             form = {"line": "HW000001:0", "format": "classic", **row}
             assert context.request.post(f"{url}send/put", form=form).ok
-        context.request.post(f"{url}send/start", form={"number": "1"})
+        for number in ("1", "2", "3"):
+            context.request.post(f"{url}send/start", form={"number": number})
         page.goto(f"{url}trace")
         page.locator("#shown", has_text=re.compile(r"\d{3}")).wait_for()
 

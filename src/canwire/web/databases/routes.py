@@ -58,7 +58,7 @@ class DatabaseRoutes:
             loaded = await run_in_threadpool(self._desk.databases.load, path, bus, name)
         except (CanwireError, OSError) as error:
             path.unlink(missing_ok=True)
-            return JSONResponse({"message": str(error).replace(f"{folder}/", "")}, 409)
+            return JSONResponse({"message": word.error(error).replace(f"{folder}/", "")}, 409)
         count = len(loaded.file.messages)
         return JSONResponse({"message": word("databases.opened", name=name, count=count)} | _told(loaded))
 

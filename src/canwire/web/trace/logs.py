@@ -135,7 +135,7 @@ class Logs:
             key = self._opened.open(name, folder, path)
         except (OSError, BadValue) as error:
             folder.cleanup()
-            return JSONResponse({"message": str(error)}, 409)
+            return JSONResponse({"message": self._desk.words(request).error(error)}, 409)
         return JSONResponse({"message": self._desk.words(request)("trace.opened", name=name), "key": key})
 
     def _close(self, call: Call) -> str:

@@ -14,6 +14,11 @@ export function decimal(number, digits) {
   return language === "de" ? text.replace(".", ",") : text;
 }
 
+/** A text that begins with a number as programs write it, with that point or comma. */
+export function localised(text) {
+  return language === "de" ? text.replace(/^(-?\d+)\.(\d+)/, "$1,$2") : text;
+}
+
 export const writer = document.body.dataset.writer === "yes";
 
 /** A kept choice, or the fallback. */

@@ -1,5 +1,5 @@
 // Panels: values, switches and sliders bound to signals; this browser keeps them, and saves them to files.
-import { live, remember, remembered, say, word, writer } from "/static/base/base.js";
+import { live, localised, remember, remembered, say, word, writer } from "/static/base/base.js";
 import { post } from "/static/base/forms.js";
 import { busesAre } from "/static/databases/databases.js";
 
@@ -92,7 +92,7 @@ function show(values) {
   shown.forEach((one, k) => {
     const value = values[k];
     const unit = value?.unit ? Object.assign(document.createElement("small"), { textContent: ` ${value.unit}` }) : "";
-    one.now.replaceChildren(value ? value.text : "–", unit);
+    one.now.replaceChildren(value ? localised(value.text) : "–", unit);
     if (!value || value.number === null || !one.control) return;
     if (one.part.kind === "slider" && document.activeElement !== one.control) one.control.value = value.number;
     if (one.part.kind === "switch") {

@@ -1,5 +1,5 @@
 // What stands in a row's cells.
-import { decimal, word } from "/static/base/base.js";
+import { decimal, localised, word } from "/static/base/base.js";
 
 const SILENT_S = 2;
 const FRESH = 100; // hundredths of a second for which a changed byte can be seen
@@ -17,12 +17,12 @@ export function makeTexts(viewing, names) {
   const { rows } = viewing;
   return {
     no: (place) => String(rows.number(place)),
-    time: (place) => rows.time(place).toFixed(6),
+    time: (place) => decimal(rows.time(place), 6),
     wall: (place) => {
       const epoch = viewing.epoch(rows.number(place));
       return epoch ? clock(epoch + rows.time(place) * 1e9) : "";
     },
-    delta: (place) => (rows.has(place - 1) ? (rows.time(place) - rows.time(place - 1)).toFixed(6) : ""),
+    delta: (place) => (rows.has(place - 1) ? decimal(rows.time(place) - rows.time(place - 1), 6) : ""),
     line: (place) => viewing.labels[rows.line(place)] || "",
     dir: (place) => (!rows.frame(place) ? "" : rows.sent(place) ? "Tx" : "Rx"),
     type: (place) => rows.typeText(place),
@@ -98,6 +98,6 @@ export function markSignals(cell, key, signals) {
   parts.forEach(([name, text, step], k) => { // the same buttons, so that a click on one is not lost when it changes
     const signal = cell.children[k];
     signal.className = `signal${step ? ` fresh-${step}` : ""}`;
-    signal.textContent = `${name} ${text}`;
+    signal.textContent = `${name} ${localised(text)}`;
   });
 }
