@@ -46,16 +46,14 @@ VAL_ 256 Running 1 "yes" 0 "no" ;
 """
 ROWS = (
     {
-        "message": "Engine",
-        "signal.Speed": "1000",
-        "signal.Temperature": "90",
-        "signal.Running": "yes",
-        "changes": "Speed 800..4000..800/40",
-        "cycle": "10",
+        "message": "Wheels",
+        "signal.FrontLeft": "50",
+        "changes": "FrontLeft 20..120..20/0.5",
+        "cycle": "20",
         "key": "e",
         "comment": "up and down",
     },
-    {"id": "120", "data": "03 00", "cycle": "50", "exact": "on", "key": "g", "comment": "third gear"},
+    {"id": "130", "data": "03 00", "cycle": "50", "exact": "on", "key": "g", "comment": "third gear"},
     {"format": "sequence", "steps": "7DF#02010C; 50; 7DF#02010D", "cycle": "500", "comment": "two requests"},
     {"id": "18DAF110", "extended": "on", "format": "remote", "dlc": "8", "comment": "remote frame"},
 )
@@ -76,7 +74,7 @@ def process(*words: str) -> Iterator[str]:
 def traffic(hub: canwire.Hub, lines: list[canwire.LinePlace], ends: threading.Event) -> None:
     """A small car on can0."""
     with hub.open_channel(lines[0].board.id, lines[0].line) as channel:
-        channel.set_up(ChannelMode(receive=8, transmit=64))
+        channel.set_up(ChannelMode(receive=8, transmit=64, frames=False))
         channel.activate()
         number = 0
         while not ends.wait(0.01):
@@ -85,8 +83,6 @@ def traffic(hub: canwire.Hub, lines: list[canwire.LinePlace], ends: threading.Ev
             channel.send(Frame(0x100, speed.to_bytes(2, "little") + bytes([50, 1, 0, 0, 0, number & 0xFF])))
             if number % 5 == 0:
                 channel.send(Frame(0x120, bytes([number // 200 % 5 + 1, 0])))
-            if number % 10 == 0:
-                channel.send(Frame(0x200, (number * 3 % 30000).to_bytes(2, "little") * 4))
             if number % 50 == 0:
                 channel.send(Frame(0x18FF1234, bytes(range(8)), extended=True))
 
@@ -130,12 +126,13 @@ def arranged(page: Page, name: str) -> None:
 def take(browser: Browser, url: str, address: str, name: str, theme: Any, width: int) -> None:
     with browser.new_context(viewport={"width": width, "height": 900}, color_scheme=theme) as context:
         page = context.new_page()
-        page.set_default_timeout(15_000)
+        page.set_default_timeout(60_000)
         page.goto(address)
         page.goto(f"{url}{'trace' if name == 'beside' else name}")
         page.get_by_text("Hub connected").wait_for()
         arranged(page, name)
         tall = page.locator("html").evaluate("one => one.scrollHeight")
+        tall = 1000 if name == "beside" and width > 760 else tall
         page.set_viewport_size(
             {"width": width, "height": min(TALLEST, max(900 if width > 760 else 600, tall))}
         )
@@ -180,7 +177,7 @@ def fill_list(browser: Browser, url: str, address: str) -> None:
     """Rows of the transmit list, the first one in its cycle; and a minute of statistics begins."""
     with browser.new_context() as context:
         page = context.new_page()
-        page.set_default_timeout(15_000)
+        page.set_default_timeout(60_000)
         page.goto(address)
         for row in ROWS:
             form = {"line": "HW000001:0", "format": "classic", **row}

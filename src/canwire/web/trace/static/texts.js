@@ -84,6 +84,7 @@ export function markSignals(cell, key, signals) {
   const drawn = parts.join();
   if (cell.marked === drawn) return;
   cell.marked = drawn;
+  cell.title = parts.map(([name, text]) => `${name} ${localised(text)}`).join("\n"); // all of them, where the column has no room
   const names = parts.map(([name]) => name).join();
   if (cell.names !== names || cell.children.length !== parts.length) {
     cell.names = names;
