@@ -28,7 +28,8 @@ from canwire import ChannelMode, Frame, WantedMode
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync"]  # fmt: skip
 BIT_RATE = 1_000_000
-BATCH_S = 0.004  # frames are queued so often
+BATCH_S = 0.004  # between two batches
+ALONE_S = 60.0  # the longest time for the hub without viewers
 WATCH = """() => {
   window.ages = [];
   document.addEventListener("drawn", ({ detail: { rows, last } }) => {
@@ -81,9 +82,11 @@ def main() -> None:
     )
     parser.add_argument("--rate", type=int, default=5000, help="frames a second (%(default)s)")
     parser.add_argument(
-        "--seconds", type=float, default=20.0, help="with, and as long without a viewer (%(default)s)"
+        "--seconds", type=float, default=20.0, help="with viewers, and up to a minute without (%(default)s)"
     )
-    parser.add_argument("--viewers", type=int, default=1, help="tabs that look at once (%(default)s)")
+    parser.add_argument(
+        "--viewers", type=int, default=1, help="browsers that look at the same time (%(default)s)"
+    )
     arguments = parser.parse_args()
     with (
         tempfile.TemporaryDirectory() as home,
@@ -97,8 +100,9 @@ def main() -> None:
         channel.set_up(ChannelMode(receive=8, transmit=1024))
         channel.activate()
         before = processor_s(served.pid)
-        drive(channel, arguments.rate, arguments.seconds)
-        alone = processor_s(served.pid) - before
+        alone_s = min(arguments.seconds, ALONE_S)
+        drive(channel, arguments.rate, alone_s)
+        alone = (processor_s(served.pid) - before) * arguments.seconds / alone_s
         measure(served.pid, channel, f"{home}/hub", arguments, alone)
 
 
@@ -121,6 +125,7 @@ def measure(
         hub_before, server_before = processor_s(pid), processor_s(server.pid)
         others = [browser.new_page() for _ in range(arguments.viewers - 1)]
         for other in others:
+            other.goto(printed.split()[-1])  # for its cookie
             other.goto(page.url)
         sent = drive(channel, arguments.rate, arguments.seconds)
         hub_s, server_s = processor_s(pid) - hub_before, processor_s(server.pid) - server_before

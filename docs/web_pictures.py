@@ -1,4 +1,4 @@
-"""Takes the pictures in docs/web/: each view of `canwire web`, light and dark, 1280 and 480 pixels wide.
+"""Takes the pictures in docs/web/: each view of `canwire web`, light and dark, 1280 and 390 pixels wide.
 
 python docs/web_pictures.py            needs canwire[web,databases], playwright, Pillow, and Debian's chromium
 """
@@ -24,7 +24,9 @@ import canwire
 from canwire import ChannelMode, Frame, WantedMode
 
 PICTURES = Path(__file__).parent / "web"
-WIDTHS = (1280, 480)
+WIDTHS = (1280, 390)
+VIEWS = ("boards", "trace", "beside", "send", "panels", "cancheck", "statistics")
+PARTS = (("value", "Speed"), ("slider", "Speed"), ("value", "Temperature"), ("switch", "Running"))
 THEMES = ("light", "dark")
 TALLEST = 2600
 ENGINE = '#body .trace-row:not([hidden]):has(.c-id:text-is("100"))'
@@ -44,14 +46,15 @@ VAL_ 256 Running 1 "yes" 0 "no" ;
 """
 ROWS = (
     {
-        "id": "100",
-        "data": "A0 0F 32 01 00 00 00 00",
-        "cycle": "10",
+        "message": "Wheels",
+        "signal.FrontLeft": "50",
+        "changes": "FrontLeft 20..120..20/0.5",
+        "cycle": "20",
         "key": "e",
-        "comment": "engine at 1000 rpm",
+        "comment": "up and down",
     },
-    {"id": "120", "data": "03 00", "cycle": "50", "key": "g", "comment": "third gear"},
-    {"id": "7DF", "data": "02 01 0C 00 00 00 00 00", "key": "d", "comment": "ask for the engine speed"},
+    {"id": "130", "data": "03 00", "cycle": "50", "exact": "on", "key": "g", "comment": "third gear"},
+    {"format": "sequence", "steps": "7DF#02010C; 50; 7DF#02010D", "cycle": "500", "comment": "two requests"},
     {"id": "18DAF110", "extended": "on", "format": "remote", "dlc": "8", "comment": "remote frame"},
 )
 
@@ -71,7 +74,7 @@ def process(*words: str) -> Iterator[str]:
 def traffic(hub: canwire.Hub, lines: list[canwire.LinePlace], ends: threading.Event) -> None:
     """A small car on can0."""
     with hub.open_channel(lines[0].board.id, lines[0].line) as channel:
-        channel.set_up(ChannelMode(receive=8, transmit=64))
+        channel.set_up(ChannelMode(receive=8, transmit=64, frames=False))
         channel.activate()
         number = 0
         while not ends.wait(0.01):
@@ -80,8 +83,6 @@ def traffic(hub: canwire.Hub, lines: list[canwire.LinePlace], ends: threading.Ev
             channel.send(Frame(0x100, speed.to_bytes(2, "little") + bytes([50, 1, 0, 0, 0, number & 0xFF])))
             if number % 5 == 0:
                 channel.send(Frame(0x120, bytes([number // 200 % 5 + 1, 0])))
-            if number % 10 == 0:
-                channel.send(Frame(0x200, (number * 3 % 30000).to_bytes(2, "little") * 4))
             if number % 50 == 0:
                 channel.send(Frame(0x18FF1234, bytes(range(8)), extended=True))
 
@@ -96,10 +97,25 @@ def arranged(page: Page, name: str) -> None:
         page.locator("#pause").click()
         page.locator(ENGINE).nth(3).click()
         page.locator(".wire svg").wait_for()
+    elif name == "beside":
+        page.locator("#mode-id").click()
+        page.locator("#beside summary").click()
+        page.locator("tr[data-row]").nth(len(ROWS) - 1).wait_for()
+        if page.locator("#head .c-signals").count():  # not on a phone
+            page.locator("#body .signal").first.dispatch_event("click")
+            page.locator("#plot-keys", has_text=".").wait_for()
+    elif name == "panels":
+        for kind, signal in PARTS:
+            page.locator("#add").click()
+            page.locator("#part-form [name=kind]").select_option(kind)
+            page.locator("#part-form [name=message]").select_option("Engine")
+            page.locator("#part-form [name=signal]").select_option(signal)
+            page.locator("#keep-part").click()
+        page.locator(".part .now", has_text="rpm").first.wait_for()
     elif name == "send":
         page.locator("tr[data-row]").nth(len(ROWS) - 1).wait_for()
     elif name == "cancheck":
-        page.locator(".window [data-generators] tr[data-index]").click()
+        page.locator(".window [data-generators] tr[data-index]").dispatch_event("click")
         page.locator("[data-kind=send] [data-list] tr").nth(8).wait_for()
         page.locator("[data-kind=receive] [data-list] tr").nth(8).wait_for()
     elif name == "statistics":
@@ -110,12 +126,13 @@ def arranged(page: Page, name: str) -> None:
 def take(browser: Browser, url: str, address: str, name: str, theme: Any, width: int) -> None:
     with browser.new_context(viewport={"width": width, "height": 900}, color_scheme=theme) as context:
         page = context.new_page()
-        page.set_default_timeout(15_000)
+        page.set_default_timeout(60_000)
         page.goto(address)
-        page.goto(f"{url}{name}")
+        page.goto(f"{url}{'trace' if name == 'beside' else name}")
         page.get_by_text("Hub connected").wait_for()
         arranged(page, name)
         tall = page.locator("html").evaluate("one => one.scrollHeight")
+        tall = 1000 if name == "beside" and width > 760 else tall
         page.set_viewport_size(
             {"width": width, "height": min(TALLEST, max(900 if width > 760 else 600, tall))}
         )
@@ -150,7 +167,7 @@ def main() -> None:
         closing.callback(browser.close)
         fill_list(browser, url, address)
         start_cancheck(browser, url, address)
-        for name in sys.argv[1:] or ("boards", "trace", "send", "cancheck", "statistics"):
+        for name in sys.argv[1:] or VIEWS:
             for theme in THEMES:
                 for width in WIDTHS:
                     take(browser, url, address, name, theme, width)
@@ -160,12 +177,13 @@ def fill_list(browser: Browser, url: str, address: str) -> None:
     """Rows of the transmit list, the first one in its cycle; and a minute of statistics begins."""
     with browser.new_context() as context:
         page = context.new_page()
-        page.set_default_timeout(15_000)
+        page.set_default_timeout(60_000)
         page.goto(address)
         for row in ROWS:
             form = {"line": "HW000001:0", "format": "classic", **row}
             assert context.request.post(f"{url}send/put", form=form).ok
-        context.request.post(f"{url}send/start", form={"number": "1"})
+        for number in ("1", "2", "3"):
+            context.request.post(f"{url}send/start", form={"number": number})
         page.goto(f"{url}trace")
         page.locator("#shown", has_text=re.compile(r"\d{3}")).wait_for()
 

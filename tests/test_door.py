@@ -47,6 +47,7 @@ parse_candump_line parse_frame parse_log_line record_dtype
 BadDescription Busy LabLinBus LabLinNode LinCapabilities LinControl LinErrorKind LinEvent LinEventKind LinFeature
 LinFrame LinLineStatus LinLogLine LinMode LinMonitorMode LinMonitorStatus LinOutcome LinSchedule LinSlot LinState
 Monitor SlotKind format_lin_frame format_lin_log_line lin_checksum lin_frame_of_record linmsg_of_record parse_lin_frame
+parse_lin_schedule
 parse_lin_log_line protected_id record_of_linmsg
 Ring
 Counters LineSettings InfoCode

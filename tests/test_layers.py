@@ -73,7 +73,7 @@ OUTSIDE_MAY = {
     "pytest_hub": set(),
     "socketcan": set(),
     "pytest_plugin": set(),
-    "web": {"candrv"},
+    "web": {"candrv", "ldf"},
     "native": {"acan", "candrv", "packed", "vci"},  # their forms in C
     "commands": {"acan", "candrv", "ldf", "native", "slcan", "socketcan", "web"},
     "__main__": {"commands"},

@@ -185,6 +185,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
         save_configuration_request,
     )
     from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
+    from canwire.values.lin.slots import parse_lin_schedule
     from canwire.values.lin.text import (
         LinLogLine,
         format_lin_frame,
@@ -329,6 +330,7 @@ _NAMES = {
         "assign_frame_ids_request assign_nad_request lin_refusal read_by_identifier_request save_configuration_request"
     ),
     "values.lin.schedule": "LinSchedule LinSlot SlotKind",
+    "values.lin.slots": "parse_lin_schedule",
     "values.lin.text": "LinLogLine format_lin_frame format_lin_log_line parse_lin_frame parse_lin_log_line",
     "values.record": (
         "ABORT_ON_ERROR CONFIRM CONFIRM_LOAD DLC_MASK DLC_SHIFT ERROR_STATE_INDICATOR EXTENDED "
@@ -612,6 +614,7 @@ __all__ = [
     "parse_frame",
     "parse_lin_frame",
     "parse_lin_log_line",
+    "parse_lin_schedule",
     "parse_log_line",
     "parse_slcan_frame",
     "protected_id",

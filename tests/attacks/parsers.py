@@ -153,7 +153,7 @@ def _web_row(data: bytes) -> None:
 def _database() -> Any:
     from canwire.web.database import Database
 
-    return Database("")
+    return Database()
 
 
 class _Nobody:

@@ -39,6 +39,6 @@ def test_the_terminal_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
             printed = process.stdout.readline()
             process.send_signal(signal.SIGTERM)
             assert process.wait(LONG_S) == 0
-    form = re.escape(shown).replace("40913", r"\d+").replace("x6Fd…", r"\S+")
+    form = re.escape(shown).replace("7457", r"\d+").replace("x6Fd…", r"\S+")
     assert re.fullmatch(form, printed.rstrip("\n"))
     assert printed.removeprefix("canwire web: ").strip() in unescape(Path(f"{browser}.opened").read_text())

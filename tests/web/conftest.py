@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,10 +41,10 @@ SCREEN: ViewportSize = {"width": 1280, "height": 720}
 
 
 @contextmanager
-def served_site(address: str, database: str = "", *, viewers: bool = True) -> Iterator[Site]:
+def served_site(address: str, databases: Iterable[str] = (), *, viewers: bool = True) -> Iterator[Site]:
     """The page of the hub at this address, served by a thread of this process; everybody may look."""
     with canwire.connect(address, name=NAME) as hub:
-        site = Site(hub, epoch_ns, database=database, viewers=viewers)
+        site = Site(hub, epoch_ns, databases=databases, viewers=viewers)
         thread = threading.Thread(target=site.run)
         thread.start()
         try:
@@ -199,7 +199,7 @@ def nameless_controls(page: Page) -> list[str]:
     """Controls that a screen reader has no name for."""
     controls = page.locator("button, select, input:not([type=hidden]), a")
     found: list[str] = controls.evaluate_all(
-        "all => all.filter(one => !(one.innerText || one.ariaLabel || one.labels?.length || one.title))"
+        "all => all.filter(one => !(one.textContent.trim() || one.ariaLabel || one.labels?.length || one.title))"
         ".map(one => one.outerHTML)"
     )
     return found

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import canwire
-from canwire import BadDescription, BadSignals, Frame
+from canwire import BadDescription, BadSignals, Frame, load_database
 from canwire.web.database import Database
 from tests.hubs import LONG_S
 from tests.web.conftest import holds, served_site, somebody, tab
@@ -43,11 +43,11 @@ def dbc(tmp_path: Path) -> Path:
 
 
 def test_names_by_identifier_and_format(dbc: Path) -> None:
-    assert Database(str(dbc)).names == {"123": "EngineData", "18FECA00": "Far", "200": "Pages"}
+    assert Database([load_database(dbc)]).names == {"123": "EngineData", "18FECA00": "Far", "200": "Pages"}
 
 
 def test_signals_are_scaled_and_named(dbc: Path) -> None:
-    signals = Database(str(dbc)).signals(Frame(0x123, bytes.fromhex("A00F010000000000")))
+    signals = Database([load_database(dbc)]).signals(Frame(0x123, bytes.fromhex("A00F010000000000")))
     assert [(one.name, one.value, one.unit) for one in signals] == [
         ("Speed", "1000", "rpm"),
         ("Hot", "yes", ""),
@@ -58,11 +58,11 @@ def test_signals_are_scaled_and_named(dbc: Path) -> None:
     "frame", [Frame(0x124), Frame(0x123, extended=True), Frame(0x123, remote=True, dlc=8), Frame(0x123)]
 )
 def test_what_the_file_does_not_know_or_fit_has_no_signals(dbc: Path, frame: Frame) -> None:
-    assert Database(str(dbc)).signals(frame) == []
+    assert Database([load_database(dbc)]).signals(frame) == []
 
 
 def test_what_was_encoded_is_decoded(dbc: Path) -> None:
-    database = Database(str(dbc))
+    database = Database([load_database(dbc)])
     frame = database.encode("EngineData", {"Speed": "1000", "Hot": "yes"})
     assert frame == Frame(0x123, bytes.fromhex("A00F010000000000"))
     assert {one.name: one.value for one in database.signals(frame)} == {"Speed": "1000", "Hot": "yes"}
@@ -80,12 +80,12 @@ def test_what_was_encoded_is_decoded(dbc: Path) -> None:
 )
 def test_values_that_do_not_fit_are_named(dbc: Path, values: dict[str, str], faults: set[str]) -> None:
     with pytest.raises(BadSignals) as bad:
-        Database(str(dbc)).encode("EngineData", values)
+        Database([load_database(dbc)]).encode("EngineData", values)
     assert set(bad.value.faults) == faults
 
 
 def test_only_what_the_multiplexer_chooses_is_encoded(dbc: Path) -> None:
-    database = Database(str(dbc))
+    database = Database([load_database(dbc)])
     assert database.encode("Pages", {"Page": "1", "Near": "0", "Wide": "200"}) == Frame(0x200, b"\x01\xc8")
     with pytest.raises(BadSignals) as bad:
         database.encode("Pages", {"Page": "7", "Near": "0", "Wide": "200"})
@@ -96,17 +96,17 @@ def test_a_file_that_is_no_description_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "car.dbc"
     path.write_bytes(b"\xff\xfe\x00BO_ what")
     with pytest.raises(BadDescription, match=r"car\.dbc"):
-        Database(str(path))
+        load_database(path)
 
 
 def test_without_a_file_nothing_has_a_name() -> None:
-    database = Database("")
+    database = Database()
     assert (database.names, database.signals(Frame(1)), database.messages()) == ({}, [], [])
 
 
 def test_an_opened_row_shows_its_signals(hub_address: str, dbc: Path) -> None:
     record = canwire.frames_to_array([Frame(0x123, bytes.fromhex("A00F010000000000"))]).tobytes().hex()
-    with served_site(hub_address, str(dbc)) as site, somebody(site) as client:
+    with served_site(hub_address, [str(dbc)]) as site, somebody(site) as client:
         shown = client.get("/trace/row", params={"record": record}).text
     assert "EngineData" in shown
     assert "rpm" in shown
@@ -117,7 +117,7 @@ def test_a_row_by_its_signals_in_the_browser(
 ) -> None:
     with (
         receiving(hub) as channel,
-        served_site(hub_address, str(dbc)) as site,
+        served_site(hub_address, [str(dbc)]) as site,
         tab(browser, site.address) as page,
     ):
         page.get_by_role("link", name="Send").click()
@@ -139,7 +139,7 @@ def test_names_in_the_page_s_rows_and_filter(
     browser: Browser, hub_address: str, hub: canwire.Hub, dbc: Path
 ) -> None:
     with (
-        served_site(hub_address, str(dbc)) as site,
+        served_site(hub_address, [str(dbc)]) as site,
         sender(hub) as channel,
         tab_on_trace(browser, site, canwire.find_lines(hub, "can0")[0].address) as page,
     ):

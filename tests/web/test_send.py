@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 import canwire
-from canwire import BadValue, ChannelMode, Frame, QueueFull, WantedMode
-from canwire.web.send.transmit_list import MOST_ROWS, Row, TransmitList
+from canwire import BadValue, ChannelMode, Frame, InUse, QueueFull, WantedMode
+from canwire.web.send.row import Content, Row, Sent
+from canwire.web.send.transmit_list import MOST_ROWS, TransmitList
 from tests.hubs import LONG_S
 
 if TYPE_CHECKING:
@@ -18,6 +19,19 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 pytestmark = pytest.mark.conforms("PG-03")
+
+
+class NoLists:
+    """A hub without cyclic lists."""
+
+    def start(self, row: Row) -> None:
+        raise InUse(f"row {row.number}: somebody else has the list")
+
+    def stop(self, number: int) -> None:
+        pass
+
+    def over(self, number: int) -> str | None:
+        return None
 
 
 class Bench:
@@ -28,10 +42,10 @@ class Bench:
         self.sent: list[tuple[float, str, int]] = []
         self.full = False
         self.dropped: list[int] = []
-        self.list = TransmitList(self._send, self.dropped.append, lambda: self.now_s)
+        self.list = TransmitList(self._send, self.dropped.append, NoLists(), lambda: self.now_s)
         self.list.close()
 
-    def _send(self, _: int, line: str, frame: Frame) -> None:
+    def _send(self, _: int, line: str, frame: Sent) -> None:
         if self.full:
             raise QueueFull("channel", 256)
         self.sent.append((self.now_s, line, frame.id))
@@ -46,8 +60,8 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_a_cycle_begins_at_once_and_keeps_its_pace(bench: Bench) -> None:
-    row = bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10))
+def test_a_cycle_begins_immediately_and_keeps_its_pace(bench: Bench) -> None:
+    row = bench.list.put(Row(0, "HW1:0", Content(Frame(0x100)), cycle_ms=10))
     bench.list.start(row.number)
     bench.run_until(0.035)
     assert [round(time_s * 1000) for time_s, _, _ in bench.sent] == [0, 10, 20, 30]
@@ -55,7 +69,7 @@ def test_a_cycle_begins_at_once_and_keeps_its_pace(bench: Bench) -> None:
 
 
 def test_a_count_ends_the_cycle(bench: Bench) -> None:
-    row = bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10, most=3))
+    row = bench.list.put(Row(0, "HW1:0", Content(Frame(0x100)), cycle_ms=10, most=3))
     bench.list.start(row.number)
     bench.run_until(1.0)
     assert len(bench.sent) == 3
@@ -63,7 +77,7 @@ def test_a_count_ends_the_cycle(bench: Bench) -> None:
 
 
 def test_who_is_late_sends_no_burst(bench: Bench) -> None:
-    row = bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10))
+    row = bench.list.put(Row(0, "HW1:0", Content(Frame(0x100)), cycle_ms=10))
     bench.list.start(row.number)
     bench.list.fire()
     bench.now_s = 5.0
@@ -74,14 +88,16 @@ def test_who_is_late_sends_no_burst(bench: Bench) -> None:
 
 def test_two_rows_have_cycles_of_their_own(bench: Bench) -> None:
     for identifier, cycle_ms in ((1, 10), (2, 25)):
-        bench.list.start(bench.list.put(Row(0, "HW1:0", Frame(identifier), cycle_ms=cycle_ms)).number)
+        bench.list.start(
+            bench.list.put(Row(0, "HW1:0", Content(Frame(identifier)), cycle_ms=cycle_ms)).number
+        )
     bench.run_until(0.1)
     assert [identifier for _, _, identifier in bench.sent].count(1) == 11
     assert [identifier for _, _, identifier in bench.sent].count(2) == 5
 
 
 def test_what_cannot_be_queued_is_counted_and_told(bench: Bench) -> None:
-    row = bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10))
+    row = bench.list.put(Row(0, "HW1:0", Content(Frame(0x100)), cycle_ms=10))
     bench.full = True
     with pytest.raises(QueueFull):
         bench.list.send_now(row.number)
@@ -93,17 +109,17 @@ def test_what_cannot_be_queued_is_counted_and_told(bench: Bench) -> None:
 
 
 def test_changing_a_row_keeps_its_cycle_and_its_count(bench: Bench) -> None:
-    row = bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10))
+    row = bench.list.put(Row(0, "HW1:0", Content(Frame(0x100)), cycle_ms=10))
     bench.list.start(row.number)
     bench.list.fire()
-    bench.list.put(Row(row.number, "HW1:1", Frame(0x200), cycle_ms=20))
+    bench.list.put(Row(row.number, "HW1:1", Content(Frame(0x200)), cycle_ms=20))
     (now,) = bench.list.rows
     assert (now.running, now.queued, now.line, now.frame.id) == (True, 1, "HW1:1", 0x200)
 
 
 def test_a_row_that_is_stopped_or_removed_takes_back_what_waits(bench: Bench) -> None:
     for _ in range(2):
-        bench.list.start(bench.list.put(Row(0, "HW1:0", Frame(0x100), cycle_ms=10)).number)
+        bench.list.start(bench.list.put(Row(0, "HW1:0", Content(Frame(0x100)), cycle_ms=10)).number)
     bench.list.stop(1)
     bench.list.remove(2)
     assert bench.dropped == [1, 2]
@@ -119,9 +135,9 @@ def test_a_row_that_has_gone_is_named(bench: Bench, do: Callable[[TransmitList, 
 
 def test_the_list_has_an_end(bench: Bench) -> None:
     for _ in range(MOST_ROWS):
-        bench.list.put(Row(0, "HW1:0", Frame(1)))
+        bench.list.put(Row(0, "HW1:0", Content(Frame(1))))
     with pytest.raises(BadValue, match=str(MOST_ROWS)):
-        bench.list.put(Row(0, "HW1:0", Frame(1)))
+        bench.list.put(Row(0, "HW1:0", Content(Frame(1))))
 
 
 GOOD = {"line": "HW000001:0", "format": "classic", "id": "123", "data": "11 22", "cycle": "", "key": ""}
@@ -143,7 +159,7 @@ GOOD = {"line": "HW000001:0", "format": "classic", "id": "123", "data": "11 22",
         ("key", "%"),
         ("key", "ab"),
         ("most", "-1"),
-        ("format", "lin"),
+        ("format", "vax"),
         ("line", ""),
     ],
 )
@@ -227,7 +243,7 @@ def test_alone_on_the_bus_nothing_counts_as_sent_and_nothing_stale_goes_out(
         client.post("/send/start", data={"number": "1"})
         while "nobody has acknowledged" not in (listed := client.get("/send/list").text):
             pass
-        assert '<td class="number bad" data-label="Sent">0' in listed.replace("\n", "")
+        assert '<td class="number counted bad" data-label="Sent">0' in listed.replace("\n", "")
         assert client.post("/send/stop", data={"number": "1"}).status_code == 200
         with (
             hub.open_channel(second.board.id, second.line) as channel,

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from canwire import BadFrame, InUse, NoChannel
 from canwire.web.words import HERE, LANGUAGES, folders, preferred, read, words_in
 
 TEMPLATES = sorted(HERE.rglob("*.jinja"))
@@ -65,3 +66,27 @@ def test_every_language_has_its_file_in_every_folder() -> None:
         if not (folder / "words" / f"{code}.toml").exists()
     ]
     assert missing == []
+
+
+@pytest.mark.parametrize(
+    ("error", "english", "german"),
+    [
+        (InUse("HW1:0: held by x"), "HW1:0: held by x", "Das hat schon jemand anderes (HW1:0: held by x)"),
+        (NoChannel("none"), "none", "Das hat schon jemand anderes (none)"),
+        (BadFrame("no"), "no", "Dieser Wert geht hier nicht (no)"),
+        (KeyError("k"), "'k'", "'k'"),
+    ],
+)
+def test_errors_begin_with_a_sentence_of_the_language(error: Exception, english: str, german: str) -> None:
+    assert (words_in("en").error(error), words_in("de").error(error)) == (english, german)
+
+
+def test_decimals_have_the_language_s_point() -> None:
+    english, german = words_in("en"), words_in("de")
+    assert (english.decimal(1.25, 1), german.decimal(1.25, 1)) == ("1.2", "1,2")
+    assert [german.localised(text) for text in ("-1.5", "1.5 of", "7", "yes.")] == [
+        "-1,5",
+        "1.5 of",
+        "7",
+        "yes.",
+    ]

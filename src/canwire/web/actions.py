@@ -55,9 +55,9 @@ def action(desk: Desk, do: Do) -> Callable[[Request], Awaitable[Response]]:
         except BadFields as bad:
             return _answer(422, word("base.see-fields"), bad.faults)
         except HubLost as error:
-            return _answer(503, str(error))
+            return _answer(503, word.error(error))
         except (CanwireError, OSError) as error:
-            return _answer(409, str(error))
+            return _answer(409, word.error(error))
         return done if isinstance(done, Response) else _answer(200, done)
 
     return endpoint

@@ -11,6 +11,9 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from canwire import HubLost
+from canwire.web.databases.routes import MOST_BYTES as DATABASE_BYTES
+from canwire.web.databases.routes import OPEN_PATH as DATABASE_PATH
+from canwire.web.databases.routes import DatabaseRoutes
 from canwire.web.gate import Gate
 from canwire.web.send.files import MOST_BYTES as LIST_BYTES
 from canwire.web.trace.logs import OPEN_PATH
@@ -23,7 +26,7 @@ if TYPE_CHECKING:
     from canwire.web.desk import Desk
 
 
-UPLOADS = {OPEN_PATH: MOST_BYTES, "/send/load": 4 * LIST_BYTES}
+UPLOADS = {OPEN_PATH: MOST_BYTES, DATABASE_PATH: DATABASE_BYTES, "/send/load": 4 * LIST_BYTES}
 
 
 def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bool) -> Gate:
@@ -32,9 +35,9 @@ def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bo
         Route("/", lambda request: RedirectResponse(f"/{desk.views[0].name}")),
         Route("/link", lambda request: _link(desk, request)),
     ]
-    for folder in ("base", *(view.name for view in desk.views)):
-        if (HERE / folder / "static").is_dir():
-            routes.append(Mount(f"/static/{folder}", StaticFiles(directory=HERE / folder / "static")))
+    for path in sorted(HERE.glob("*/static")):
+        routes.append(Mount(f"/static/{path.parent.name}", StaticFiles(directory=path)))
+    routes += DatabaseRoutes(desk).routes()
     for view in desk.views:
         routes += view.routes(desk)
     handlers: Any = {HubLost: _away, ClientDisconnect: _too_long}

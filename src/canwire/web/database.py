@@ -1,17 +1,17 @@
-"""Names and signals of frames by a network description, as far as there is one: `canwire.Database` for the page."""
+"""Names and signals of frames by network descriptions, as far as there are any: `canwire.Database` for the page."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import BadSignals, BadValue, Frame, load_database
+from canwire import BadSignals, BadValue, Frame, LinFrame
 
 if TYPE_CHECKING:
     import numpy
 
+    import canwire
     from canwire import MessageDescription, SignalDescription
 
 
@@ -32,32 +32,30 @@ class Input(NamedTuple):
     unit: str
     choices: list[str]
     range: str
+    minimum: float
+    maximum: float
 
 
 class Database:
-    """`path` is a DBC, KCD, SYM or ARXML file, "" for none; raises BadDescription, ExtraMissing when made."""
+    """The descriptions of one bus; where several have a message, or a frame, the first of them counts."""
 
-    def __init__(self, path: str) -> None:
-        self.path = path
-        self.name = os.path.basename(path)
-        self._database = load_database(path) if path else None
+    def __init__(self, files: Sequence[canwire.Database] = ()) -> None:
+        self._files = tuple(files)
 
     @cached_property
     def names(self) -> dict[str, str]:
-        """Message names by "1A2" or, with eight digits, "000001A2" for a 29-bit identifier."""
-        return {
-            f"{message.id:08X}" if message.extended else f"{message.id:03X}": name
-            for name, message in self._messages.items()
-        }
+        """Message names by "1A2", with eight digits ("000001A2") for a 29-bit identifier, with two for LIN."""
+        return {_key(message): name for name, message in reversed(self._messages.items())}
 
-    def name_of(self, frame: Frame) -> str:
+    def name_of(self, frame: Frame | LinFrame) -> str:
         """The message that a frame is, J1939's by its parameter group; "" for none."""
-        message = None if self._database is None else self._database.message_of(frame)
-        return "" if message is None else message.name
+        found = (file.message_of(frame) for file in self._files)
+        return next((message.name for message in found if message is not None), "")
 
-    def signals(self, frame: Frame) -> list[Signal]:
-        """Decoded; none for a frame that the file does not know, or whose data do not fit it."""
-        decoded = None if self._database is None else self._database.decode(frame)
+    def signals(self, frame: Frame | LinFrame) -> list[Signal]:
+        """Decoded; none for a frame that no file knows, or whose data do not fit it."""
+        file = next((one for one in self._files if one.message_of(frame) is not None), None)
+        decoded = None if file is None else file.decode(frame)
         if decoded is None:
             return []
         told = decoded.description.signals
@@ -66,12 +64,18 @@ class Database:
             for name, value in decoded.signals.items()
         ]
 
+    def number(self, frame: Frame | LinFrame, name: str) -> float | None:
+        """A signal's physical value; None where the frame does not have it."""
+        decoded = next((one for file in self._files if (one := file.decode(frame)) is not None), None)
+        found = None if decoded is None else decoded.numbers.get(name)
+        return None if found is None or isinstance(found, list) else float(found)
+
     def ids_with(self, name: str) -> list[int]:
         """Identifiers of the messages with a signal of this name, 1 << 31 added where they have 29 bits."""
         return [
             message.id | (1 << 31 if message.extended else 0)
             for message in self._messages.values()
-            if name in message.signals
+            if name in message.signals and not message.lin
         ]
 
     def parsed(self, name: str, text: str) -> float:
@@ -88,64 +92,63 @@ class Database:
                 return float(value)
         raise ValueError(f"{name}: {text}")
 
-    def values_of(
-        self, records: numpy.ndarray, name: str, text: str
-    ) -> Iterator[tuple[numpy.ndarray, tuple[numpy.ndarray, float]]]:
-        """Places of the records that have this signal, with its values, and beside them the value that was typed."""
-        if self._database is None:
-            return
-        for columns in self._database.decode_arrays(records).values():
-            if name in columns.signals:
-                present, values = columns.present[name], columns.signals[name]
-                there = slice(None) if present is None else present
-                yield columns.rows[there], (values[there], self.parsed(name, text))
-
-    def curve(self, records: numpy.ndarray, name: str) -> tuple[numpy.ndarray, numpy.ndarray]:
-        """Times (ns) and physical values of a signal in these records, which are of one message."""
-        import numpy
-
-        if self._database is not None:
-            for columns in self._database.decode_arrays(records).values():
+    def values_of(self, records: numpy.ndarray, name: str) -> Iterator[tuple[numpy.ndarray, numpy.ndarray]]:
+        """Places of the CAN records that have this signal, with its physical values, file by file."""
+        for file in self._files:
+            for columns in file.decode_arrays(records).values():
                 if name in columns.signals:
                     present = columns.present[name]
                     there = slice(None) if present is None else present
-                    return columns.time_ns[there], columns.signals[name][there].astype(float)
-        return numpy.zeros(0), numpy.zeros(0)
+                    yield columns.rows[there], columns.signals[name][there]
 
     def inputs(self, name: str) -> list[Input]:
         """The signals of a message that can be given; none for a message that is not there."""
         message = self._messages.get(name)
         return [] if message is None else [_input(signal) for signal in message.signals.values()]
 
-    def encode(self, name: str, values: Mapping[str, str]) -> Frame:
+    def encode(self, name: str, values: Mapping[str, str]) -> Frame | LinFrame:
         """The message's frame with these values, numbers or their names; raises BadSignals with what would fit."""
-        message = self._messages.get(name)
-        if message is None or self._database is None:
+        file = next((file for file in self._files if name in file.messages), None)
+        if file is None:
             raise BadSignals(name, {"message": name})
+        message = file.messages[name]
         given = {
             signal.name: signal.parse(_typed(signal, values[signal.name]))
             for signal in message.signals.values()
             if values.get(signal.name, "").strip()
         }
-        chosen = self._database.signals_in(name, given)  # the form has those of every multiplexer value
+        chosen = file.signals_in(name, given)  # the form has those of every multiplexer value
         try:
-            frame = self._database.encode(name, {one: given[one] for one in chosen if one in given}, fill=0)
+            return file.encode(name, {one: given[one] for one in chosen if one in given}, fill=0)
         except BadSignals as bad:
             raise BadSignals(name, {one: _range(message.signals[one]) for one in bad.faults}) from None
         except BadValue as error:
             raise BadSignals(name, {"message": str(error)}) from None
-        assert isinstance(frame, Frame)
-        return frame
 
     def messages(self) -> list[str]:
         """The names of all messages, in their order."""
         return sorted(self._messages)
 
-    @property
+    def messages_of(self) -> dict[str, list[str]]:
+        """Those of CAN and of LIN apart."""
+        return {
+            kind: [name for name in self.messages() if self._messages[name].lin == (kind == "lin")]
+            for kind in ("can", "lin")
+        }
+
+    @cached_property
     def _messages(self) -> dict[str, MessageDescription]:
-        """Those of CAN."""
-        there = {} if self._database is None else self._database.messages
-        return {name: message for name, message in there.items() if not message.lin}
+        found: dict[str, MessageDescription] = {}
+        for file in self._files:
+            for name, message in file.messages.items():
+                found.setdefault(name, message)
+        return found
+
+
+def _key(message: MessageDescription) -> str:
+    if message.lin:
+        return f"{message.id:02X}"
+    return f"{message.id:08X}" if message.extended else f"{message.id:03X}"
 
 
 def _shown(value: object) -> str:
@@ -160,7 +163,7 @@ def _typed(signal: SignalDescription, text: str) -> str:
 def _input(signal: SignalDescription) -> Input:
     choices = list(dict.fromkeys(signal.choices.values()))
     usual = choices[0] if choices else f"{max(signal.minimum, 0):g}"
-    return Input(signal.name, usual, signal.unit, choices, _range(signal))
+    return Input(signal.name, usual, signal.unit, choices, _range(signal), signal.minimum, signal.maximum)
 
 
 def _range(signal: SignalDescription) -> str:

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from starlette.responses import HTMLResponse, Response
 
 import canwire
-from canwire.web.database import Database
+from canwire.web.databases.loaded import Databases
 from canwire.web.words import HERE, LANGUAGES, Words, preferred, words_in
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ LANGUAGE_COOKIE = "canwire-language"
 class View:
     """One of the page's tabs: it lives below /`name`, and its title is the word `name.title`.
 
-    `scripts` and `styles` are files of its static folder (a style with a / is found below /static);
+    `scripts` and `styles` are files of its static folder (one with a / is found below /static);
     `vendored` are scripts of base/static/vendor, loaded before them.
     """
 
@@ -47,14 +47,14 @@ class View:
 class Desk:
     """One server's. `epoch_ns(hub)` is what to add to the hub's time to get that of the wall clock.
 
-    `database` is the network description, if there is one. What a view has to close in the end it
+    `databases` are the network descriptions that are open. What a view has to close in the end it
     gives to `closing`, and what other views may use it puts into `kept` under its name.
     """
 
     link: HubLink
     views: tuple[View, ...]
     epoch_ns: Callable[[Hub], int]
-    database: Database
+    databases: Databases
     closing: ExitStack = field(default_factory=ExitStack)
     kept: dict[str, Any] = field(default_factory=dict)
 

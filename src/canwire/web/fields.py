@@ -27,6 +27,11 @@ class Fields:
         self._word = word
         self._faults: dict[str, str] = {}
 
+    @property
+    def given(self) -> Mapping[str, str]:
+        """All of them, unchecked."""
+        return self._values
+
     def fault(self, name: str, message: str) -> None:
         """Note a fault at a field; the first one of each is kept."""
         self._faults.setdefault(name, message)

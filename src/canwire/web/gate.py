@@ -138,7 +138,8 @@ class _Limited:
         if self._whole:
             return await self._receive()
         try:
-            message = await asyncio.wait_for(self._receive(), BODY_S)
+            async with asyncio.timeout(BODY_S):
+                message = await self._receive()
         except TimeoutError:
             return {"type": "http.disconnect"}
         self._whole = not message.get("more_body", False)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import uvicorn
 
 from canwire import BadValue
 from canwire.web.app import make_app
-from canwire.web.database import Database
+from canwire.web.databases.loaded import Databases
 from canwire.web.desk import Desk
 from canwire.web.link import HubLink, connect_again
 from canwire.web.patience import PatientProtocol
@@ -31,7 +31,7 @@ class Site:
     """A page that can be served: `address` has the token, `run` blocks until `stop`.
 
     `port` 0 is any free one, None the usual one where that is free (a browser remembers by ports).
-    With `viewers` everybody on this machine may look, without the token.
+    `databases` are files for Databases. With `viewers` everybody on this machine may look, without the token.
     """
 
     def __init__(
@@ -40,15 +40,15 @@ class Site:
         epoch_ns: Callable[[Hub], int],
         *,
         port: int | None = 0,
-        database: str = "",
+        databases: Iterable[str] = (),
         viewers: bool = False,
     ) -> None:
-        description = Database(database)
+        opened = Databases(databases)
         self._socket = _usual() if port is None else _listening(port)
         self.port = int(self._socket.getsockname()[1])
         self.token = secrets.token_urlsafe(18)
         self.link = HubLink(connect_again(hub))
-        self.desk = Desk(self.link, VIEWS, epoch_ns, description)
+        self.desk = Desk(self.link, VIEWS, epoch_ns, opened)
         hosts = [f"{name}:{self.port}" for name in (LOOPBACK, "localhost")]
         try:
             self.app = make_app(self.desk, self.token, hosts, self.port, viewers=viewers)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -21,6 +22,20 @@ class Words:
 
     def __call__(self, key: str, **values: object) -> str:
         return self.texts[key].format(**values)
+
+    def decimal(self, number: float, digits: int) -> str:
+        """With the language's point or comma."""
+        return f"{number:.{digits}f}".replace(".", self.texts["base.decimal-point"])
+
+    def localised(self, text: str) -> str:
+        """A number as programs write it, with that point; any other text as it is."""
+        return re.sub(r"(?<=^)(-?\d+)\.(?=\d+$)", rf"\1{self.texts['base.decimal-point']}", text)
+
+    def error(self, error: Exception) -> str:
+        """What the hub says, in English, after a sentence of this language's where it has one."""
+        keys = (f"base.error-{kind.__name__.lower()}" for kind in type(error).__mro__)
+        sentence = next((self.texts[key] for key in keys if key in self.texts), "")
+        return f"{sentence} ({error})" if sentence else str(error)
 
 
 def read(folder: Path, language: str) -> dict[str, str]:

@@ -24,10 +24,11 @@ from canwire import (
     LinSlot,
     connect,
     parse_lin_log_line,
+    parse_lin_schedule,
 )
 from canwire.commands import main
 from canwire.commands.lin.line import mode_text
-from canwire.commands.lin.slots import parsed, with_delays
+from canwire.commands.lin.slots import with_delays
 from tests import warm
 
 MS = 1_000_000
@@ -52,7 +53,7 @@ Schedule_tables { Normal { Command delay 20 ms; Status delay 20 ms; } Slow { Com
 
 
 def test_slots() -> None:
-    table, frames = parsed(["10", "11:4@10ms", "12#0102@2.5ms", "3f#00_E", "3C@1s", "13@500us"])
+    table, frames = parse_lin_schedule(["10", "11:4@10ms", "12#0102@2.5ms", "3f#00_E", "3C@1s", "13@500us"])
     assert [(slot.ids[0], slot.length, slot.delay_ns) for slot in table.slots] == [
         (0x10, 0, 0),
         (0x11, 4, 10 * MS),
@@ -79,7 +80,7 @@ def test_slots() -> None:
 )
 def test_no_slots(text: str, error: type[Exception], why: str) -> None:
     with pytest.raises(error, match=re.escape(why)):
-        parsed([text])
+        parse_lin_schedule([text])
 
 
 @pytest.mark.parametrize(("bit_rate", "usual_ms"), [(20_000, 10), (19_200, 10), (9_600, 20), (1_000, 175)])

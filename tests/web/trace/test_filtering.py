@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy
 import pytest
 
-from canwire import BusEvent, ErrorKind, EventKind, Frame, record_dtype
+from canwire import BusEvent, ErrorKind, EventKind, Frame, load_database, record_dtype
 from canwire.values.frame import record_of_frame
 from canwire.values.record import SELF_RECEPTION
 from canwire.web.database import Database
+from canwire.web.trace.store.described import Described, DescribedLines
 from canwire.web.trace.store.filtering import BadFilter, Language, directed
 from canwire.web.trace.store.history import History
 from canwire.web.trace.store.rows import LOST, mark_row, rows_of
@@ -42,7 +43,8 @@ EVENT = len(FRAMES)
 def language(tmp_path_factory: pytest.TempPathFactory) -> Language:
     path = tmp_path_factory.mktemp("dbc") / "car.dbc"
     Path(path).write_text(DBC)
-    return Language(Database(str(path)), {"can0": [0], "hw000001:0": [0], "can1": [1]})
+    described = Described([DescribedLines(Database([load_database(path)]), [0, 1])])
+    return Language(described, {"can0": [0], "hw000001:0": [0], "can1": [1]})
 
 
 @pytest.fixture(scope="module")

@@ -50,7 +50,7 @@ def test_signals_in_rows_are_plotted_by_a_click_and_rows_marked_and_filtered(
     path.write_text(DBC)
     address = canwire.find_lines(hub, "can0")[0].address
     with (
-        served_site(hub_address, str(path)) as site,
+        served_site(hub_address, [str(path)]) as site,
         sender(hub) as channel,
         tab_on_trace(browser, site, address) as page,
     ):

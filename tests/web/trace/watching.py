@@ -98,11 +98,11 @@ def tab_on_trace(browser: Browser, site: Site, *addresses: str) -> Iterator[Page
     with tab(browser, site.address) as page:
         page.goto(f"{site.url}trace")
         for address in addresses:
-            page.get_by_label(address).wait_for()
+            page.locator("#lines").get_by_label(address).wait_for()
         for other in page.locator("#lines input:checked").all():
             if other.input_value() not in addresses:
                 other.uncheck()
         for address in addresses:
-            page.get_by_label(address).check()
+            page.locator("#lines").get_by_label(address).check()
         page.locator("body[data-listening=yes]").wait_for()
         yield page

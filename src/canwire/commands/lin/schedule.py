@@ -6,7 +6,7 @@ import argparse
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from canwire import BadValue
+from canwire import BadValue, parse_lin_schedule
 from canwire.commands.console import complain
 from canwire.commands.lin.line import (
     add_lin_arguments,
@@ -16,7 +16,7 @@ from canwire.commands.lin.line import (
     lin_status_of,
 )
 from canwire.commands.lin.show import Shown, loaded_network, opened_monitor
-from canwire.commands.lin.slots import described, parsed, with_delays
+from canwire.commands.lin.slots import described, with_delays
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     if bool(arguments.slots) == (arguments.ldf is not None):
         raise BadValue("give slots, or a description by --ldf")
     network = loaded_network(arguments.ldf)
-    table, frames = described(network, arguments.table) if network else parsed(arguments.slots)
+    table, frames = described(network, arguments.table) if network else parse_lin_schedule(arguments.slots)
     with ExitStack() as closing:
         hub = connected(arguments, "lin schedule", closing)
         place = find_lin_line(hub, arguments.line, to_send=True)

@@ -37,7 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--viewers", action="store_true", help="let others on this machine look")
     parser.add_argument("--open", action="store_true", help="open the page in the browser")
     parser.add_argument(
-        "--db", default="", metavar="FILE", help="decode frames by this description (DBC, ...)"
+        "--db",
+        action="append",
+        default=[],
+        metavar="[BUS=]FILE",
+        help="decode frames by this description (DBC, ...); again: several, each perhaps for one bus",
     )
     add_hub_argument(parser)
 
@@ -60,15 +64,16 @@ def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM or SIGINT; BadValue for a port or file that will not do, HubError without a hub."""
     if arguments.port is not None and not 0 <= arguments.port <= 65_535:
         raise BadValue(f"--port {arguments.port}: 0 to 65535")
-    if arguments.db and not os.path.isfile(arguments.db):
-        raise BadValue(f"--db {arguments.db}: there is no such file")
+    for path in arguments.db:
+        if not os.path.isfile(path.partition("=")[2] or path):
+            raise BadValue(f"--db {path}: there is no such file")
     try:
         from canwire.web.server import Site
     except ModuleNotFoundError as error:
         raise ExtraMissing(str(error.name), "web") from None
     with ExitStack() as closing:
         hub = connected(arguments, "web", closing)
-        site = Site(hub, epoch_ns, port=arguments.port, database=arguments.db, viewers=arguments.viewers)
+        site = Site(hub, epoch_ns, port=arguments.port, databases=arguments.db, viewers=arguments.viewers)
         closing.callback(site.close)
         closing.enter_context(signals_call(site.stop))
         print(f"canwire web: {site.address}", flush=True)

@@ -54,7 +54,7 @@ def _tree(desk: Desk, request: Request) -> Response:
         notices = [*map(str, conflicts_on(hub)), *lateness_of(lines)]
         leds = {line.place.address: leds_of(hub, line) for line in shown if line.can is not None}
     except HubLost as error:
-        return desk.part(request, "boards/away.jinja", error=str(error))
+        return desk.part(request, "boards/away.jinja", error=desk.words(request).error(error))
     return desk.part(request, "boards/tree.jinja", boards=boards, more=more, notices=notices, leds=leds)
 
 
@@ -72,5 +72,5 @@ def _registers(desk: Desk, request: Request) -> Response:
         found = [one for one in by_board(look(hub), hub.boards()) if _fits(one, request)]
         chips = registers_of(hub, {info.id for info, _ in found[:MOST_SHOWN]})
     except HubLost as error:
-        return desk.part(request, "boards/away.jinja", error=str(error))
+        return desk.part(request, "boards/away.jinja", error=desk.words(request).error(error))
     return desk.part(request, "boards/registers.jinja", chips=chips)

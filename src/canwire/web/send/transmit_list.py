@@ -5,56 +5,50 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Protocol
 
-from canwire import BadValue, CanwireError, Frame
+from canwire import BadValue, CanwireError
+from canwire.web.send.row import Row, Sent
 
 MOST_ROWS = 200
+_RETRY_S = 0.002  # a sequence waits for its last frame to be acknowledged, in such steps
 
 
-@dataclass(frozen=True)
-class Row:
-    """One frame for one line (its address). `cycle_ms` 0: by hand alone; `most` 0: without end, else so often.
+class Exact(Protocol):
+    """Who keeps cycles exactly: the hub's cyclic lists."""
 
-    `message` and `signals` are what the frame was made of, where it was. `running`: it is sent in its cycle now;
-    `queued` counts the frames since it was made, `failed` those that could not be, and `trouble` says why the last
-    one could not.
-    """
+    def start(self, row: Row) -> None:
+        """Begin, or go on with what the row is now; raises CanwireError."""
 
-    number: int
-    line: str
-    frame: Frame
-    cycle_ms: float = 0.0
-    key: str = ""
-    most: int = 0
-    comment: str = ""
-    message: str = ""
-    signals: tuple[tuple[str, str], ...] = ()
-    running: bool = False
-    queued: int = 0
-    left: int = 0
-    failed: int = 0
-    trouble: str = ""
+    def stop(self, number: int) -> None:
+        """Nothing of this row goes out any more."""
+
+    def over(self, number: int) -> str | None:
+        """None while the row is sent; why it is not any more, "" where its times are over."""
 
 
 class TransmitList:
     """`send(row, line, frame)` queues a frame or raises CanwireError; `drop(row)` takes back what still waits.
 
-    Cycles run in a thread of its own until `close`.
+    Cycles run in a thread of its own until `close`, those of exact rows by `exact`.
     """
 
     def __init__(
         self,
-        send: Callable[[int, str, Frame], None],
+        send: Callable[[int, str, Sent], None],
         drop: Callable[[int], None],
+        exact: Exact,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._send = send
         self._drop = drop
+        self._exact = exact
         self._clock_s = clock_s
-        self._changed = threading.Condition()
+        self._changed = threading.Condition()  # reentrant: its lock is an RLock
         self._rows: dict[int, Row] = {}
         self._due_s: dict[int, float] = {}
+        self._begun_s: dict[int, float] = {}  # when a sequence's round began
         self._next = 1
         self._ends = False
         self._thread = threading.Thread(target=self._run, name="transmit list")
@@ -64,63 +58,80 @@ class TransmitList:
     def rows(self) -> list[Row]:
         """As they are now, in the order in which they were made."""
         with self._changed:
+            for row in list(self._rows.values()):
+                if row.exact and row.running and (why := self._exact.over(row.number)) is not None:
+                    self._exact.stop(row.number)
+                    self._rows[row.number] = replace(row, running=False, trouble=why)
             return list(self._rows.values())
 
+    def row(self, number: int) -> Row:
+        """Raises BadValue for one that is not there."""
+        with self._changed:
+            return self._row(number)
+
     def put(self, row: Row) -> Row:
-        """Add a row (number 0), or change one, whose cycle goes on; raises BadValue where the list is full."""
+        """Add a row (number 0), or change one, whose cycle goes on; raises BadValue where the list is full.
+
+        Raises CanwireError where the hub's cyclic list refuses what an exact row has become; it is stopped then.
+        """
         with self._changed:
             if row.number == 0:
                 if len(self._rows) >= MOST_ROWS:
                     raise BadValue(f"the list has {MOST_ROWS} rows; remove one first")
                 row, self._next = replace(row, number=self._next), self._next + 1
-            else:
-                before = self._row(row.number)
-                running = before.running and row.cycle_ms > 0
-                row = replace(row, queued=before.queued, failed=before.failed, running=running, left=row.most)
-                if running:
-                    self._due_s[row.number] = min(
-                        self._due_s[row.number], self._clock_s() + row.cycle_ms / 1000
-                    )
-                    self._changed.notify()
-                else:
-                    self._due_s.pop(row.number, None)
+                self._rows[row.number] = row
+                return row
+            before = self._row(row.number)
+            running = before.running and (row.cycle_ms > 0 or bool(row.content.steps))
+            row = replace(row, queued=before.queued, failed=before.failed, left=row.most)
+            due_s = self._due_s.pop(row.number, None)
+            if before.exact and not (running and row.exact):
+                self._exact.stop(row.number)
             self._rows[row.number] = row
+            if running:
+                self._begin(row, due_s)
             return self._rows[row.number]
 
     def remove(self, number: int) -> None:
         """Raises BadValue for a row that is not there."""
         with self._changed:
-            self._row(number)
+            self.stop(number)
             del self._rows[number]
-            self._due_s.pop(number, None)
-            self._drop(number)
 
     def send_now(self, number: int) -> None:
-        """Once; raises what keeps the frame from being queued, and counts it."""
+        """Once; raises what keeps the frame from being queued, and counts it. A sequence runs through once."""
         with self._changed:
             row = self._row(number)
+            if row.content.steps:
+                self._rows[number] = replace(row, left=1, running=True, step=0)
+                self._wake(number, self._clock_s())
+                return
             try:
-                self._send(row.number, row.line, row.frame)
+                self._send(row.number, row.line, row.content.at(row.queued))
             except CanwireError as error:
-                self._rows[number] = replace(row, failed=row.failed + 1, trouble=str(error))
+                self._rows[number] = row.refused(str(error))
                 raise
-            self._rows[number] = replace(row, queued=row.queued + 1, trouble="")
+            self._rows[number] = row.sent()
 
     def start(self, number: int) -> None:
-        """Begin its cycle, with a frame at once; raises BadValue for a row without one."""
+        """Begin its cycle, with a frame immediately; raises BadValue for a row without one.
+
+        An exact row's first frame comes after one cycle; raises CanwireError where the hub's list refuses it.
+        """
         with self._changed:
             row = self._row(number)
             if not row.cycle_ms:
                 raise BadValue(f"row {number} has no cycle time")
-            self._rows[number] = replace(row, running=True, left=row.most)
-            self._due_s[number] = self._clock_s()
-            self._changed.notify()
+            self._begin(replace(row, left=row.most, step=0), self._clock_s())
 
     def stop(self, number: int) -> None:
         """End its cycle; nothing that still waits goes out. Raises BadValue for a row that is not there."""
         with self._changed:
-            self._rows[number] = replace(self._row(number), running=False)
+            row = self._row(number)
+            self._rows[number] = replace(row, running=False, step=0)
             self._due_s.pop(number, None)
+            if row.exact:
+                self._exact.stop(number)
             self._drop(number)
 
     def stop_all(self) -> None:
@@ -139,24 +150,67 @@ class TransmitList:
         with self._changed:
             now_s = self._clock_s()
             for number in [number for number, due_s in self._due_s.items() if due_s <= now_s]:
-                self._fire(number, now_s)
+                row = self._rows[number]
+                if row.content.steps:
+                    self._fire_step(row, now_s)
+                else:
+                    self._fire(row, now_s)
             return max(0.0, min(self._due_s.values()) - self._clock_s()) if self._due_s else None
 
-    def _fire(self, number: int, now_s: float) -> None:
-        row = self._rows[number]
-        try:
-            self._send(row.number, row.line, row.frame)
-            row = replace(row, queued=row.queued + 1, trouble="")
-        except CanwireError as error:
-            row = replace(row, failed=row.failed + 1, trouble=str(error))
-        if row.most and row.left == 1:
-            self._rows[number] = replace(row, running=False, left=0)
-            del self._due_s[number]
+    def _begin(self, row: Row, due_s: float | None) -> None:
+        if row.exact:
+            try:
+                self._exact.start(row)
+            except CanwireError as error:
+                self._rows[row.number] = row.refused(str(error))
+                raise
+            self._rows[row.number] = replace(row, running=True, trouble="")
             return
-        self._rows[number] = replace(row, left=max(0, row.left - 1))
-        period_s = row.cycle_ms / 1000
+        self._rows[row.number] = replace(row, running=True)
+        now_s = self._clock_s()
+        self._wake(row.number, now_s if due_s is None else min(due_s, now_s + row.cycle_ms / 1000))
+
+    def _wake(self, number: int, due_s: float) -> None:
+        self._due_s[number] = due_s
+        self._begun_s[number] = due_s
+        self._changed.notify()
+
+    def _fire(self, row: Row, now_s: float) -> None:
+        try:
+            self._send(row.number, row.line, row.content.at(row.queued))
+            row = row.sent()
+        except CanwireError as error:
+            row = row.refused(str(error))
+        self._again(row, self._due_s[row.number], now_s)
+
+    def _fire_step(self, row: Row, now_s: float) -> None:
+        """A frame of a sequence; one that cannot be sent yet is waited for, so that their order is kept."""
+        steps = row.content.steps
+        try:
+            self._send(row.number, row.line, steps[row.step].frame)
+        except CanwireError as error:
+            self._rows[row.number] = replace(row, trouble=str(error))
+            self._due_s[row.number] = now_s + _RETRY_S
+            return
+        pause_s = steps[row.step].pause_ms / 1000
+        row = replace(row.sent(), step=row.step + 1)
+        if row.step < len(steps):
+            self._rows[row.number] = row
+            self._due_s[row.number] = max(self._due_s[row.number] + pause_s, now_s)
+            return
+        begun_s = self._begun_s[row.number]
+        self._again(replace(row, step=0), begun_s, max(now_s, self._due_s[row.number] + pause_s))
+
+    def _again(self, row: Row, begun_s: float, earliest_s: float) -> None:
+        """The next round, unless this was the last one."""
+        if row.left == 1 or not row.cycle_ms:
+            self._rows[row.number] = replace(row, running=False, left=0)
+            del self._due_s[row.number]
+            return
+        self._rows[row.number] = replace(row, left=max(0, row.left - 1))
         # a row that is late by more than a cycle leaves those out instead of sending a burst
-        self._due_s[number] = max(self._due_s[number] + period_s, now_s)
+        self._due_s[row.number] = max(begun_s + row.cycle_ms / 1000, earliest_s)
+        self._begun_s[row.number] = self._due_s[row.number]
 
     def _row(self, number: int) -> Row:
         if number not in self._rows:

@@ -1,40 +1,54 @@
-"""The transmit list: by hand, on a key, in a cycle, for any line."""
+"""The transmit list: by hand, on a key, in a cycle, for any line; and schedules of LIN lines."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from canwire import HubLost
+from canwire import CanwireError, LinFrame
 from canwire.web.actions import Call, action
 from canwire.web.desk import View
-from canwire.web.lines import can_lines
-from canwire.web.send.files import MOST_BYTES, read, written
+from canwire.web.fields import Fields
+from canwire.web.lines import look
+from canwire.web.send.exact import ExactCycles
+from canwire.web.send.files import MOST_BYTES, read, typed_of, written
+from canwire.web.send.lin_outlets import LinOutlets
 from canwire.web.send.outlets import Outlets
-from canwire.web.send.transmit_list import Row, TransmitList
+from canwire.web.send.row import Row, Sent
+from canwire.web.send.schedules import Schedules
+from canwire.web.send.transmit_list import TransmitList
 from canwire.web.send.typed import typed_row
 
 if TYPE_CHECKING:
     from starlette.requests import Request
 
+    from canwire.web.database import Database
     from canwire.web.desk import Desk
+
+SCRIPTS, STYLES = ("send/send.js",), ("send/send.css",)  # of every page with the list
 
 
 class Sending:
-    """What the view keeps: the list, and the channels it sends from."""
+    """What the view keeps: the list, and what it sends from."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self._outlets = outlets = Outlets(desk.link)
-        desk.closing.callback(outlets.close)
-        self.list = TransmitList(outlets.send, outlets.drop)
+        self._outlets = Outlets(desk.link)
+        self._lin = LinOutlets(desk.link)
+        self._exact = ExactCycles(desk.link)
+        for close in (self._outlets.close, self._lin.close, self._exact.close):
+            desk.closing.callback(close)
+        self.list = TransmitList(self._send, self._drop, self._exact)
         desk.closing.callback(self.list.close)
+        self._schedules = Schedules(desk, self._lin)
+        desk.kept[VIEW.name] = self
 
     def routes(self) -> list[BaseRoute]:
         actions = {
             "put": self._put,
+            "change": self._change,
             "remove": self._remove,
             "now": self._now,
             "start": self._start,
@@ -43,34 +57,99 @@ class Sending:
             "load": self._load,
         }
         return [
-            Route("/send", self._page),
+            Route("/send", lambda request: self._desk.page(request, VIEW)),
             Route("/send/list", self._list),
+            Route("/send/choices", self._choices),
             Route("/send/signals", self._signals),
             Route("/send/file", self._file),
             *(
                 Route(f"/send/{name}", action(self._desk, do), methods=["POST"])
                 for name, do in actions.items()
             ),
+            *self._schedules.routes(),
         ]
 
-    def _page(self, request: Request) -> Response:
+    def database_of(self, address: str) -> Database:
+        """What describes this line's bus; that of every bus while the hub is away."""
         try:
-            lines = can_lines(self._desk.link.hub)
-        except HubLost:
-            lines = []
-        return self._desk.page(request, VIEW, lines=lines, messages=self._desk.database.messages())
+            buses = {one.place.address: one.place.info.bus for one in look(self._desk.link.hub)}
+        except CanwireError:
+            buses = {}
+        return self._desk.databases.of(buses.get(address, ""))
+
+    def change(self, number: int, given: dict[str, str], call: Call) -> Row:
+        """Change these fields of a row, whose cycle goes on; raises BadFields, BadValue."""
+        before = typed_of(self.list.row(number))
+        fields = Fields({**before, **given, "number": str(number)}, call.word)
+        return self.list.put(typed_row(fields, call.word, self.database_of))
+
+    def set_signal(self, call: Call, line: str, message: str, signal: str, value: str) -> None:
+        """Change it in the row of this message, made where there is none, and send that unless it is in its cycle.
+
+        Raises BadFields, BadValue, and what keeps the frame from being queued.
+        """
+        for row in self.list.rows:
+            if row.line == line and row.content.message == message:
+                row = self.change(row.number, {f"signal.{signal}": value}, call)
+                break
+        else:
+            fields = Fields({"line": line, "message": message, f"signal.{signal}": value}, call.word)
+            row = self.list.put(typed_row(fields, call.word, self.database_of))
+        if not row.running:
+            self.list.send_now(row.number)
+
+    def _send(self, row: int, line: str, frame: Sent) -> None:
+        if isinstance(frame, LinFrame):
+            self._lin.send(row, line, frame)
+        else:
+            self._outlets.send(row, line, frame)
+
+    def _drop(self, row: int) -> None:
+        self._outlets.drop(row)
+        self._lin.drop(row)
+
+    def _delivered(self, row: int) -> int:
+        return self._outlets.delivered(row) + self._lin.delivered(row) + self._exact.delivered(row)
 
     def _list(self, request: Request) -> Response:
-        return self._desk.part(request, "send/list.jinja", rows=[self._shown(row) for row in self.list.rows])
+        rows = [self._shown(row) for row in self.list.rows]
+        return self._desk.part(request, "send/list.jinja", rows=rows, scheduled=self._lin.scheduled)
+
+    def _choices(self, _: Request) -> Response:
+        """What a row can be for: lines with the names of their messages."""
+        try:
+            lines = look(self._desk.link.hub)
+        except CanwireError:
+            lines = []
+        messages = {one.place.info.bus: self._desk.databases.of(one.place.info.bus) for one in lines}
+        told = [
+            {
+                "address": one.place.address,
+                "bus": one.place.info.bus,
+                "board": one.place.board.description,
+                "lin": one.lin is not None,
+                "running": one.running,
+                "state": one.state,
+            }
+            for one in lines
+        ]
+        return JSONResponse(
+            {
+                "lines": told,
+                "messages": {bus: database.messages_of() for bus, database in messages.items()},
+                "tables": self._schedules.tables(),
+            }
+        )
 
     def _signals(self, request: Request) -> Response:
         """Fields for a message's signals."""
-        inputs = self._desk.database.inputs(request.query_params.get("message", ""))
+        query = request.query_params
+        inputs = self.database_of(query.get("line", "")).inputs(query.get("message", ""))
         return self._desk.part(request, "send/signals.jinja", inputs=inputs)
 
     def _file(self, _: Request) -> Response:
         """The list as a file, which `load` takes."""
-        text = written(_fields(row) for row in self.list.rows)
+        text = written(typed_of(row) for row in self.list.rows)
         headers = {"content-disposition": 'attachment; filename="transmit-list.json"'}
         return Response(text, media_type="application/json", headers=headers)
 
@@ -78,25 +157,33 @@ class Sending:
         """Rows of such a file, after those that are there."""
         text = call.fields.text("list", longest=MOST_BYTES, empty=False)
         call.fields.check()
-        rows = read(text, call.word, lambda fields: typed_row(fields, call.word, self._desk.database))
+        rows = read(text, call.word, lambda fields: typed_row(fields, call.word, self.database_of))
         for row in rows:
             self.list.put(row)
         return call.word("send.loaded", count=len(rows))
 
     def _shown(self, row: Row) -> dict[str, object]:
         """For list.jinja: the row, how often it was on the bus, and what is typed for it."""
-        typed = _fields(row)
-        delivered = self._outlets.delivered(row.number)
+        typed = typed_of(row)
+        delivered = self._delivered(row.number)
+        inputs = self.database_of(row.line).inputs(row.content.message) if row.content.message else []
         return {
             "row": row,
             "sent": delivered,
-            "waiting": max(0, row.queued - delivered),
+            "waiting": 0 if row.exact else max(0, row.queued - delivered),
+            "inputs": [(one, row.content.signals.get(one.name, "")) for one in inputs],
             "typed": typed,
         } | typed
 
     def _put(self, call: Call) -> str:
-        row = self.list.put(typed_row(call.fields, call.word, self._desk.database))
+        row = self.list.put(typed_row(call.fields, call.word, self.database_of))
         return call.word("send.kept", number=row.number)
+
+    def _change(self, call: Call) -> str:
+        number = _number(call)
+        given = {name: value for name, value in call.fields.given.items() if name != "number"}
+        self.change(number, given, call)
+        return call.word("send.kept", number=number)
 
     def _remove(self, call: Call) -> str:
         number = _number(call)
@@ -120,6 +207,7 @@ class Sending:
 
     def _stop_all(self, call: Call) -> str:
         self.list.stop_all()
+        self._lin.stop_schedules()
         return call.word("send.all-stopped")
 
 
@@ -129,24 +217,4 @@ def _number(call: Call) -> int:
     return number
 
 
-def _fields(row: Row) -> dict[str, str]:
-    """What is typed to get this row."""
-    frame = row.frame
-    kind = "remote" if frame.remote else "fdbrs" if frame.bit_rate_switch else "fd" if frame.fd else "classic"
-    return {
-        "line": row.line,
-        "format": kind,
-        "id": f"{frame.id:08X}" if frame.extended else f"{frame.id:03X}",
-        "extended": "on" if frame.extended else "",
-        "data": frame.data.hex(" ").upper(),
-        "dlc": str(frame.dlc),
-        "cycle": f"{row.cycle_ms:g}" if row.cycle_ms else "",
-        "most": str(row.most or ""),
-        "key": row.key,
-        "comment": row.comment,
-        "message": row.message,
-        **{f"signal.{name}": value for name, value in row.signals},
-    }
-
-
-VIEW = View("send", lambda desk: Sending(desk).routes(), scripts=("send.js",), styles=("send.css",))
+VIEW = View("send", lambda desk: Sending(desk).routes(), scripts=SCRIPTS, styles=STYLES)

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
 
-from canwire import BadFrame, frame_of_record
-from canwire.web.trace.store.filtering import Test
+from canwire import BadFrame, Frame, LinFrame, frame_of_record
+from canwire.web.trace.store.kinds import Test
+from canwire.web.trace.store.lin import is_lin, lin_message
 
 if TYPE_CHECKING:
-    from canwire.web.database import Database
+    from canwire.web.databases.loaded import Databases
     from canwire.web.trace.look import Look
     from canwire.web.trace.source import Source
     from canwire.web.trace.store.identifiers import Page
@@ -38,9 +39,9 @@ class Shown(NamedTuple):
 class Answers:
     """To one viewer. `rules` are tests with the colours they give."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-        self._texts: dict[bytes, list[tuple[str, str]]] = {}
+    def __init__(self, databases: Databases) -> None:
+        self._databases = databases
+        self._texts: dict[tuple[int, int, bytes], list[tuple[str, str]]] = {}
         self._told: object = None
         self.rules: list[tuple[Test, int]] | None = None
 
@@ -48,7 +49,7 @@ class Answers:
         """Rows from place `at` on; `found` is the place that was looked for, -1 where there is none."""
         rows = shown.selection.rows(at, count)
         head = self._head(shown)
-        head |= {"at": at, "rows": len(rows), "count": shown.selection.count}
+        head |= {"at": at, "rows": len(rows), "count": shown.selection.count, "byFrame": False}
         if found is not None:
             head["found"] = found
         return _packed(head, self._coloured(rows).tobytes())
@@ -66,7 +67,8 @@ class Answers:
         extra["changed"] = numpy.clip(ages, 0, 255)
         head = self._head(shown)
         head |= {"at": page.at, "rows": len(page.rows), "count": page.length, "leftOut": left_out}
-        head["signals"] = [self._signals(row["record"].tobytes()) for row in page.rows]
+        head["byFrame"] = True
+        head["signals"] = [self._signals(shown.source, row) for row in page.rows]
         return _packed(head, self._coloured(page.rows).tobytes() + extra.tobytes())
 
     def _head(self, shown: Shown) -> dict[str, Any]:
@@ -84,6 +86,7 @@ class Answers:
             "late": history.late,
             "lost": sum(line.lost for line in lines),
             "trouble": source.trouble,
+            "databases": self._databases.version,
         }
         told = lines, history.eras
         if told != self._told:
@@ -98,18 +101,28 @@ class Answers:
             rows["colour"][test(rows)] = colour
         return rows
 
-    def _signals(self, record: bytes) -> list[tuple[str, str]]:
-        key = record[8:]
+    def _signals(self, source: Source, row: numpy.ndarray) -> list[tuple[str, str]]:
+        record, line = row["record"].tobytes(), int(row["line"])
+        key = self._databases.version, line, record[8:]
         if key not in self._texts:
             if len(self._texts) >= _KEPT_TEXTS:
                 self._texts.clear()
-            try:
-                frame = None if record[12] else frame_of_record(record)
-            except BadFrame:
-                frame = None
-            found = [] if frame is None else self._database.signals(frame)
+            frame = frame_of(record)
+            database = self._databases.of(source.bus_of(line))
+            found = [] if frame is None else database.signals(frame)
             self._texts[key] = [(one.name, f"{one.value} {one.unit}".strip()) for one in found]
         return self._texts[key]
+
+
+def frame_of(record: bytes) -> Frame | LinFrame | None:
+    """A row's frame; None for a row that is none."""
+    try:
+        if record[12] == 0:
+            return frame_of_record(record)
+        message = lin_message(record) if is_lin(record[12]) else None
+    except (BadFrame, ValueError):
+        return None
+    return message if isinstance(message, LinFrame) else None
 
 
 def _packed(head: dict[str, Any], rows: bytes) -> bytes:

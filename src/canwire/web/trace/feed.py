@@ -88,7 +88,10 @@ class Feed:
         if self._ask is not None and self._viewing is not None and self._viewing.more:
             return 0.0
         try:
-            await asyncio.wait_for(self._news.wait(), TOLD_S)
+            async with asyncio.timeout(
+                TOLD_S
+            ):  # Python 3.11's wait_for loses a cancellation that comes with the news
+                await self._news.wait()
         except TimeoutError:
             return TOLD_S
         self._news.clear()

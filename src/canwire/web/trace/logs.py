@@ -5,10 +5,11 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy
 from starlette.background import BackgroundTask
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import FileResponse, JSONResponse, Response
@@ -16,8 +17,10 @@ from starlette.routing import BaseRoute, Route
 
 from canwire import BadValue, create_log, log_formats
 from canwire.web.actions import Call, action
+from canwire.web.fields import BadFields
 from canwire.web.trace.look import Look
 from canwire.web.trace.opened import OpenedLogs
+from canwire.web.trace.replay import Replay, Wanted
 from canwire.web.trace.saving import write_rows
 from canwire.web.trace.store.filtering import BadFilter
 from canwire.web.trace.store.history import CHUNK
@@ -42,26 +45,28 @@ class Logs:
         self._source = source
         self._opened = opened
         self._taps = taps
+        self.replay = Replay(desk.link)
+        desk.closing.callback(self.replay.stop)
 
     def routes(self) -> list[BaseRoute]:
         return [
             Route("/trace/log", self._save),
             Route(OPEN_PATH, self._open, methods=["POST"]),
             Route("/trace/close", action(self._desk, self._close), methods=["POST"]),
+            Route("/trace/replay", action(self._desk, self._replay), methods=["POST"]),
+            Route("/trace/replay-stop", action(self._desk, self._replay_stop), methods=["POST"]),
         ]
 
     def _save(self, request: Request) -> Response:
-        """The rows that a viewer looks at, as a file of the format asked for."""
-        word = self._desk.words(request)
+        """The rows that a viewer looks at, or those of some numbers, as a file of the format asked for."""
+        query, word = request.query_params, self._desk.words(request)
         try:
-            look = _look(request.query_params)
+            look = _look(query)
             source = self._source(look.source)
-            form = next(
-                one for one in writable_formats() if one == request.query_params.get("format", "candump")
-            )
+            form = next(one for one in writable_formats() if one == query.get("format", "candump"))
             if source.live:
                 self._taps.settle()
-            rows = selected(look, source, self._desk.database)
+            parts = self._parts(look, source, query.get("numbers"))
         except (ValueError, BadFilter, BadValue, StopIteration) as error:
             return JSONResponse({"message": str(error) or word("trace.no-lines")}, 422)
         names = {one.number: one.bus or one.address for one in source.lines(look.lines) if one.number >= 0}
@@ -70,10 +75,10 @@ class Logs:
         suffix = next(one.suffixes[0] for one in log_formats() if one.name == form)
         folder = tempfile.mkdtemp(prefix="canwire-web-")
         path = Path(folder, f"trace{suffix}")
-        errors = request.query_params.get("errors") == "true"
+        errors = query.get("errors") == "true"
         with create_log(path, format=form) as log:
-            for at in range(rows.gone, rows.count, CHUNK):
-                write_rows(log, rows.rows(at, CHUNK), names, source.history.eras, errors=errors)
+            for rows in parts:
+                write_rows(log, rows, names, source.history.eras, errors=errors)
         headers = {"x-canwire-lost": str(sum(line.lost for line in source.lines(look.lines)))}
         return FileResponse(
             path,
@@ -81,6 +86,39 @@ class Logs:
             filename=file_name(suffix.removeprefix(".")),
             headers=headers,
             background=BackgroundTask(shutil.rmtree, folder),
+        )
+
+    def _parts(self, look: Look, source: Source, numbers: str | None) -> Iterator[numpy.ndarray]:
+        """Rows, some at a time: those of these numbers, or all that pass."""
+        if numbers is not None:
+            wanted = sorted({int(one) for one in numbers.split(",") if one})
+            return iter([source.history.pick(numpy.array(wanted, numpy.int64))])
+        rows = selected(look, source, self._desk.databases)
+        return (rows.rows(at, CHUNK) for at in range(rows.gone, rows.count, CHUNK))
+
+    def _replay(self, call: Call) -> str:
+        """Fields: source, channel (of the log), line, speed, and of the range from, to (seconds), filter."""
+        fields = call.fields
+        query = {"lines": fields.text("channel", longest=80, empty=False), "source": fields.text("source")}
+        query["filter"] = fields.text("filter", longest=400)
+        line = fields.text("line", longest=80, empty=False)
+        speed = fields.real("speed", 0, 1000)
+        begin_s = fields.real("from", 0, 1e9) if fields.text("from") else 0.0
+        end_s = fields.real("to", 0, 1e9) if fields.text("to") else None
+        fields.check()
+        log = self._opened.find(query["source"])
+        try:
+            selection = selected(_look(query), log, self._desk.databases)
+        except (ValueError, BadFilter) as bad:
+            raise BadFields({"filter": str(bad)}) from None
+        end_ns = None if end_s is None else round(end_s * 1e9)
+        self.replay.start(Wanted(log.name, selection, line, speed, round(begin_s * 1e9), end_ns))
+        return call.word("trace.replaying", name=log.name, line=line)
+
+    def _replay_stop(self, call: Call) -> str:
+        self.replay.stop()
+        return call.word(
+            "trace.replayed", sent=self.replay.played.sent, delivered=self.replay.played.delivered
         )
 
     async def _open(self, request: Request) -> Response:
@@ -97,7 +135,7 @@ class Logs:
             key = self._opened.open(name, folder, path)
         except (OSError, BadValue) as error:
             folder.cleanup()
-            return JSONResponse({"message": str(error)}, 409)
+            return JSONResponse({"message": self._desk.words(request).error(error)}, 409)
         return JSONResponse({"message": self._desk.words(request)("trace.opened", name=name), "key": key})
 
     def _close(self, call: Call) -> str:

@@ -36,6 +36,7 @@ class OpenedLog:
         self._trouble = ""
         self._folder = folder
         self._channels: list[str] = []
+        self._lin: set[int] = set()  # channels with LIN
         self._ends = threading.Event()
         self._zero_ns: int | None = None
         self._newest_ns = 0
@@ -55,6 +56,10 @@ class OpenedLog:
         """The names of its channels so far."""
         return list(self._channels)
 
+    def kind_of(self, channel: str) -> str:
+        """ "LIN" for a channel on which there was some so far, else "CAN"."""
+        return "LIN" if self.channels.index(channel) in self._lin else "CAN"
+
     def want(self, viewer: object, addresses: Collection[str]) -> None:
         """All of it is read in any case."""
 
@@ -65,6 +70,10 @@ class OpenedLog:
     def lines(self, addresses: Collection[str]) -> list[Watched]:
         channels = self.channels
         return [Watched(channels.index(one), one, one, 0, "") for one in addresses if one in channels]
+
+    def bus_of(self, number: int) -> str:
+        channels = self.channels
+        return channels[number] if 0 <= number < len(channels) else ""
 
     def now_ns(self) -> int:
         return newest_ns(self.history)
@@ -86,6 +95,7 @@ class OpenedLog:
                         self._zero_ns = int(batch.records["time_ns"].min()) if log.dated else 0
                         self.history.begin_era(self._zero_ns)
                     self._channels = list(batch.channels)
+                    self._lin |= set(batch.records["channel"][_is_lin(batch.records)].tolist())
                     self._append(_rows(batch))
                 if log.fault_count:
                     self._trouble = f"{log.fault_count} places could not be read; first {log.faults[0]}"
@@ -145,6 +155,10 @@ class OpenedLogs:
             self.close(key)
 
 
+def _is_lin(records: numpy.ndarray) -> NDArray[numpy.bool_]:
+    return numpy.isin(records["kind"], (LogKind.LIN_FRAME, LogKind.LIN_EVENT))
+
+
 def _rows(batch: LogBatch) -> numpy.ndarray:
     """A log's records as rows; marks that are no loss are left out."""
     records = batch.records
@@ -152,7 +166,7 @@ def _rows(batch: LogBatch) -> numpy.ndarray:
     rows = rows_of(numpy.zeros(len(records), row_dtype()["record"]), 0)
     rows["record"] = numpy.ascontiguousarray(plain).view(row_dtype()["record"]).reshape(-1)
     rows["line"] = records["channel"]
-    lin = numpy.isin(records["kind"], (LogKind.LIN_FRAME, LogKind.LIN_EVENT))
+    lin = _is_lin(records)
     if lin.any():
         rows["record"][lin] = rows_of_lin(rows["record"][lin])
     sent = records["direction"] == 2

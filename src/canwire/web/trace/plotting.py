@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from canwire.web.trace.store.filtering import is_lin
+from canwire.web.trace.store.described import signal_values
+from canwire.web.trace.store.kinds import EXTENDED, identifiers, is_frame, is_lin
 
 if TYPE_CHECKING:
     from canwire.web.database import Database
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
 
 MOST_PLOTTED = 1_000_000  # rows that are looked at: the newest
 MOST_POINTS = 8000
-_KIND, _EXTENDED, _REMOTE = 0xFF, 1 << 23, 1 << 22
 
 
 class Wanted(NamedTuple):
@@ -32,12 +32,11 @@ def curve(
     """Seconds and physical values in the rows between two numbers; of many points those at the peaks."""
     times, values = [numpy.zeros(0)], [numpy.zeros(0)]
     for rows in history.blocks(begin, end):
-        info = rows["record"]["info"]
-        fits = (rows["line"] == wanted.line) & (rows["record"]["id"] == wanted.id) & ~is_lin(rows)
-        fits &= (info & (_KIND | _REMOTE) == 0) & ((info & _EXTENDED != 0) == wanted.extended)
+        fits = is_frame(rows) & (rows["line"] == wanted.line) & (identifiers(rows) == wanted.id)
+        fits &= ((rows["record"]["info"] & EXTENDED != 0) & ~is_lin(rows)) == wanted.extended
         if fits.any():
-            some_ns, some = database.curve(rows["record"][fits], wanted.signal)
-            times.append(some_ns / 1e9)
+            places, some = signal_values(rows[fits], database, wanted.signal)
+            times.append(rows["record"]["time_ns"][fits][places] / 1e9)
             values.append(some)
     return thinned(numpy.concatenate(times), numpy.concatenate(values))
 

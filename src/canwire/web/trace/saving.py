@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy
 
 from canwire import LogBatch, LogEntry, LogKind, LogMark, LogWriter, MarkKind, log_dtype
-from canwire.web.trace.store.filtering import is_frame, is_lin, is_mark, is_sent
 from canwire.web.trace.store.history import Era
+from canwire.web.trace.store.kinds import is_frame, is_lin, is_mark, is_sent
 from canwire.web.trace.store.lin import plain_lin
 from canwire.web.trace.store.rows import EVERY_LINE, LOST
 

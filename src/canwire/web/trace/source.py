@@ -32,6 +32,9 @@ class Source(Protocol):
     def lines(self, addresses: Collection[str]) -> list[Watched]:
         """These lines as they are now."""
 
+    def bus_of(self, number: int) -> str:
+        """The bus of the line with this number in rows; "" where it is not known."""
+
     def now_ns(self) -> int:
         """The time that rows have which come now."""
 
@@ -57,6 +60,9 @@ class LiveSource:
 
     def lines(self, addresses: Collection[str]) -> list[Watched]:
         return self._taps.watched(addresses)
+
+    def bus_of(self, number: int) -> str:
+        return next((line.bus for line in self._taps.watched() if line.number == number), "")
 
     def now_ns(self) -> int:
         epoch_ns = self.history.eras[-1].epoch_ns

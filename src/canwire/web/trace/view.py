@@ -14,6 +14,7 @@ from canwire.web.actions import Call, action
 from canwire.web.desk import View
 from canwire.web.fields import BadFields
 from canwire.web.lines import Line, look
+from canwire.web.send.view import SCRIPTS, STYLES
 from canwire.web.trace.details import details_of
 from canwire.web.trace.feed import Feed
 from canwire.web.trace.logs import Logs, file_name, writable_formats
@@ -22,8 +23,8 @@ from canwire.web.trace.opened import OpenedLogs
 from canwire.web.trace.plotting import MOST_PLOTTED, Wanted, curve
 from canwire.web.trace.recording import Recording
 from canwire.web.trace.source import LiveSource, Source
-from canwire.web.trace.store.filtering import is_frame
 from canwire.web.trace.store.history import CHUNK, History
+from canwire.web.trace.store.kinds import is_frame
 from canwire.web.trace.taps import Taps
 from canwire.web.trace.viewing import Viewing
 
@@ -33,20 +34,22 @@ if TYPE_CHECKING:
 
     from canwire.web.desk import Desk
 
+MOST_BUSES = 512
 _ADDRESS = re.compile(r"[\w-]{1,60}:\d{1,3}")
 
 
 class Tracing:
-    """What the view keeps: the history, the taps that fill it, the database."""
+    """What the view keeps: the history, the taps that fill it, the databases."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self.database = desk.database
+        self.databases = desk.databases
         self.history = History()
         self.taps = Taps(desk.link, self.history, desk.epoch_ns)
         self.live = LiveSource(self.history, self.taps)
         self.recording = Recording(self.history, self.taps)
         self.opened = OpenedLogs()
+        self.logs = Logs(desk, self.source, self.opened, self.taps)
         for close in (self.history.close, self.opened.close_all, self.taps.close, self.recording.close):
             desk.closing.callback(close)
         desk.kept[VIEW.name] = self
@@ -55,9 +58,10 @@ class Tracing:
         return [
             Route("/trace", self._page),
             Route("/trace/lines", self._lines),
+            Route("/trace/names", self._names),
             Route("/trace/row", self._row),
             Route("/trace/plot", self._plot),
-            *Logs(self._desk, self.source, self.opened, self.taps).routes(),
+            *self.logs.routes(),
             Route("/trace/recording", self._recording),
             Route("/trace/record", action(self._desk, self._record), methods=["POST"]),
             Route("/trace/record-stop", action(self._desk, self._record_stop), methods=["POST"]),
@@ -69,27 +73,37 @@ class Tracing:
         return self.opened.find(name) if name else self.live
 
     def _page(self, request: Request) -> Response:
-        return self._desk.page(request, VIEW, database=self.database.name, formats=writable_formats())
+        return self._desk.page(request, VIEW, formats=writable_formats())
 
     def _lines(self, request: Request) -> Response:
         """Every line, its kind of bus, its state; logs that are open; names of messages; how far the recording is."""
         name = request.query_params.get("source", "")
         if name in self.opened.logs:
-            lines = [_channel(one) for one in self.opened.find(name).channels]
+            log = self.opened.find(name)
+            lines = [_channel(one, log.kind_of(one)) for one in log.channels]
         else:
             lines = [_line(one) for one in look(self._desk.link.hub)]
         logs = [
             {"key": key, "name": log.name, "reading": log.reading} for key, log in self.opened.logs.items()
         ]
-        told = {"lines": lines, "logs": logs, "names": self.database.names}
-        return JSONResponse(told | {"recording": self.recording.progress._asdict()})
+        told: dict[str, object] = {"lines": lines, "logs": logs}
+        told["recording"] = self.recording.progress._asdict()
+        told["replay"] = self.logs.replay.played._asdict()
+        return JSONResponse(told)
+
+    def _names(self, request: Request) -> Response:
+        """Names of frames by bus and identifier, and of the files that have them."""
+        buses = request.query_params.get("buses", "").split(",")
+        found = {bus: self.databases.of(bus).names for bus in buses[:MOST_BUSES]}
+        return JSONResponse({"names": found, "files": [one.name for one in self.databases.loaded]})
 
     def _row(self, request: Request) -> Response:
         query, word = request.query_params, self._desk.words(request)
         try:
             record = query.get("record", "")
             following = self._following(query.get("source", ""), query.get("number", ""))
-            details = details_of(record, following, self.database, word)
+            database = self.databases.of(query.get("bus", ""))
+            details = details_of(record, following, database, word)
         except BadFields as bad:
             return JSONResponse({"message": word("trace.no-record"), "faults": bad.faults}, 422)
         return self._desk.part(request, "trace/details.jinja", details=details)
@@ -98,14 +112,15 @@ class Tracing:
         """A signal's times (seconds) and values in the rows from number `from` on, and where to go on."""
         query = request.query_params
         try:
-            history = self.source(query.get("source", "")).history
+            source = self.source(query.get("source", ""))
             wanted = Wanted(int(query["line"]), int(query["id"], 16), len(query["id"]) == 8, query["signal"])
             begin = int(query.get("from", 0))
         except (ValueError, KeyError, BadValue) as error:
             return JSONResponse({"message": str(error)}, 422)
-        end = history.total
+        end = source.history.total
         begin = max(begin, end - MOST_PLOTTED)
-        times, values = curve(history, self.database, wanted, begin, end)
+        database = self.databases.of(source.bus_of(wanted.line))
+        times, values = curve(source.history, database, wanted, begin, end)
         return JSONResponse({"t": times, "v": values, "next": end})
 
     def _following(self, source: str, number: str) -> str:
@@ -143,7 +158,7 @@ class Tracing:
 
     async def _live(self, socket: WebSocket) -> None:
         def viewing(wanted: Look, viewer: object, before: Viewing | None) -> Viewing:
-            return Viewing(wanted, self.source(wanted.source), self.database, viewer, before)
+            return Viewing(wanted, self.source(wanted.source), self.databases, viewer, before)
 
         await Feed(socket, viewing).run()
 
@@ -158,9 +173,9 @@ def _line(line: Line) -> dict[str, object]:
     }
 
 
-def _channel(name: str) -> dict[str, object]:
-    """Of a log; which kind of bus it is the log tells row by row."""
-    return {"address": name, "bus": name, "kind": "LIN", "running": True, "state": ""}
+def _channel(name: str, kind: str) -> dict[str, object]:
+    """Of a log."""
+    return {"address": name, "bus": name, "kind": kind, "running": True, "state": ""}
 
 
 def _addresses(text: str) -> list[str]:
@@ -172,7 +187,7 @@ def _addresses(text: str) -> list[str]:
 VIEW = View(
     "trace",
     lambda desk: Tracing(desk).routes(),
-    scripts=("trace.js",),
-    styles=("trace.css", "base/vendor/uPlot-1.6.32.min.css"),
+    scripts=("trace.js", *SCRIPTS),
+    styles=("trace.css", "base/vendor/uPlot-1.6.32.min.css", *STYLES),
     vendored=("uPlot-1.6.32.iife.min.js",),
 )

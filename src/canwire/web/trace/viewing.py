@@ -9,11 +9,13 @@ import numpy
 
 from canwire.web.trace.answers import Answers, Shown
 from canwire.web.trace.look import Ask, Look
-from canwire.web.trace.store.filtering import BadFilter, Language, Test, directed
+from canwire.web.trace.store.described import Described, DescribedLines
+from canwire.web.trace.store.filtering import BadFilter, Language, directed
+from canwire.web.trace.store.kinds import Test
 from canwire.web.trace.store.selection import Selection
 
 if TYPE_CHECKING:
-    from canwire.web.database import Database
+    from canwire.web.databases.loaded import Databases
     from canwire.web.trace.source import Source
 
 
@@ -25,14 +27,14 @@ class Viewing:
     """
 
     def __init__(
-        self, look: Look, source: Source, database: Database, viewer: object, before: Viewing | None
+        self, look: Look, source: Source, databases: Databases, viewer: object, before: Viewing | None
     ) -> None:
         same = before if before is not None and before.source is source else None
         self.look = look
         self.source: Source = source
         self.fault = ""
         self.bad_rules: list[int] = []
-        self._database = database
+        self._databases = databases
         self._viewer = viewer
         self._grown: Callable[[], None] | None = None
         if before is not None and not same:
@@ -47,7 +49,7 @@ class Viewing:
         if look.since:
             kept = same is not None and same.look.since == look.since
             self._before = same._before if same is not None and kept else identifiers.counts()
-        self._answers = Answers(database)
+        self._answers = Answers(databases)
         self.selection: Selection
         self._indices: list[int] = []
         self._key: object = None
@@ -70,7 +72,7 @@ class Viewing:
     def extend(self) -> None:
         """Find more rows that pass, a part of them where there are many."""
         indices = self.source.indices(self.look.lines)
-        key = indices, self.look.filter, self.look.direction, self.look.since
+        key = indices, self.look.filter, self.look.direction, self.look.since, self._databases.version
         if key != self._key:
             self._indices = indices
             self._compile()
@@ -122,7 +124,7 @@ class Viewing:
         self.source.want(self._viewer, ())
 
     def _language(self) -> Language:
-        return language_of(self.look, self.source, self._database)
+        return language_of(self.look, self.source, self._databases)
 
     def _compile(self) -> None:
         language = self._language()
@@ -147,18 +149,24 @@ class Viewing:
         self._answers.rules = rules
 
 
-def language_of(look: Look, source: Source, database: Database) -> Language:
+def language_of(look: Look, source: Source, databases: Databases) -> Language:
     """Filters there know these lines."""
     known: dict[str, list[int]] = {}
+    groups: dict[str, list[int]] = {}
     for line in source.lines(look.lines):
         for name in {line.address.lower(), line.bus.lower()} - {""}:
             known.setdefault(name, []).append(line.number)
-    return Language(database, known)
+        groups.setdefault(databases.group(line.bus), []).append(line.number)
+    described = [
+        DescribedLines(databases.on(group), [number for number in numbers if number >= 0])
+        for group, numbers in groups.items()
+    ]
+    return Language(Described(described), known)
 
 
-def selected(look: Look, source: Source, database: Database) -> Selection:
+def selected(look: Look, source: Source, databases: Databases) -> Selection:
     """All rows of a look as they are now; raises BadFilter."""
-    test = language_of(look, source, database).compile(look.filter)
+    test = language_of(look, source, databases).compile(look.filter)
     if look.direction:
         test = directed(test, sent=look.direction == "T")
     selection = Selection(source.history, source.indices(look.lines), test, look.since)

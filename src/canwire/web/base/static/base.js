@@ -14,6 +14,11 @@ export function decimal(number, digits) {
   return language === "de" ? text.replace(".", ",") : text;
 }
 
+/** A text that begins with a number as programs write it, with that point or comma. */
+export function localised(text) {
+  return language === "de" ? text.replace(/^(-?\d+)\.(\d+)/, "$1,$2") : text;
+}
+
 export const writer = document.body.dataset.writer === "yes";
 
 /** A kept choice, or the fallback. */
@@ -97,6 +102,11 @@ function keepChoices() {
   for (const field of document.querySelectorAll("[data-remember]")) {
     const key = field.dataset.remember;
     const kept = remembered(key, null);
+    if (field.tagName === "DETAILS") {
+      field.open = kept === true;
+      field.addEventListener("toggle", () => remember(key, field.open));
+      continue;
+    }
     if (field.type === "checkbox") {
       if (kept !== null) field.checked = kept;
     } else if (kept !== null && (field.tagName !== "SELECT" || [...field.options].some((one) => one.value === kept))) {

@@ -13,7 +13,8 @@ export async function post(path, fields, form = null) {
     say(word("base.unreachable"), true);
     return false;
   }
-  say(told.message, !answer.ok);
+  const faults = Object.values(told.faults || {});
+  say(form || !faults.length ? told.message : faults.join(" "), !answer.ok);
   if (form) show(form, told, answer.ok);
   if (form && !answer.ok) form.dispatchEvent(new CustomEvent("refused", { detail: told }));
   if (answer.ok) document.body.dispatchEvent(new CustomEvent("changed", { detail: { path } }));

@@ -1,5 +1,5 @@
 // Four plots of one line's counters, by uPlot; asked for once a second, what is new alone.
-import { word } from "/static/base/base.js";
+import { decimal, word } from "/static/base/base.js";
 
 const LOOK_MS = 1000;
 const KEPT = 1200;
@@ -36,10 +36,10 @@ function make() {
       scales: { x: { time: false, range: range }, y: { range: (_, low, high) => [0, Math.max(1, (high || 0) * 1.1)] } },
       axes: [{ ...axis, values: (_, ticks) => ticks.map((one) => `${one} s`) }, { ...axis, size: 52 }],
       series: [
-        { label: word("statistics.time"), value: (_, value) => (value === null ? "–" : `${value.toFixed(1)} s`) },
+        { label: word("statistics.time"), value: (_, value) => (value === null ? "–" : `${decimal(value, 1)} s`) },
         ...series.map(([key, , name]) => ({
           label: word(`statistics.series-${key}`), stroke: colour(name), width: 1.6, points: { show: false },
-          value: (_, value) => (value === null || value === undefined ? "–" : value.toFixed(key === "load" ? 1 : 0)),
+          value: (_, value) => (value === null || value === undefined ? "–" : decimal(value, key === "load" ? 1 : 0)),
         })),
       ],
     }, dataOf(series), place);
@@ -84,7 +84,7 @@ function draw() {
   for (const plot of plots) plot.setData(dataOf(plot.series_));
   const load = columns[2].at(-1);
   if (load !== undefined) {
-    document.getElementById("plot-load").setAttribute("aria-label", word("statistics.load-now", { load: load.toFixed(1) }));
+    document.getElementById("plot-load").setAttribute("aria-label", word("statistics.load-now", { load: decimal(load, 1) }));
   }
 }
 

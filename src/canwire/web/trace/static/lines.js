@@ -1,11 +1,12 @@
 // Which lines are watched: those that were chosen, else one of each bus, one that runs if there is one.
 import { remember, remembered, word } from "/static/base/base.js";
+import { busesAre } from "/static/databases/databases.js";
 
 const LOOK_MS = 2000;
 const MANY = 24; // lines; they are searched and ordered by bus then
 
 export class LinesChosen {
-  constructor(place, watch, named) {
+  constructor(place, watch) {
     this.place = place;
     this.watch = watch;
     this.watched = [];
@@ -19,7 +20,6 @@ export class LinesChosen {
     this.search.placeholder = word("trace.search-lines");
     this.search.addEventListener("input", () => this.narrow());
     this.source = "";
-    this.named = named;
     this.look();
     setInterval(() => this.look(), LOOK_MS);
     place.addEventListener("change", (event) => {
@@ -47,12 +47,10 @@ export class LinesChosen {
     } catch {
       return; // likewise the server
     }
-    if (this.named) {
-      this.named(told.names);
-      this.named = null;
-    }
     document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
     document.dispatchEvent(new CustomEvent("logs", { detail: told.logs }));
+    document.dispatchEvent(new CustomEvent("replay", { detail: told.replay }));
+    busesAre(told.lines.map((line) => line.bus));
     this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN" && line.running).map((line) => line.address));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));

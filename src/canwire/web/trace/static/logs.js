@@ -1,20 +1,29 @@
 // Logs: one that is opened or dropped here is looked at as the hub's lines are; what is shown is saved in any format.
-import { say, word } from "/static/base/base.js";
+import { decimal, say, word } from "/static/base/base.js";
 import { post } from "/static/base/forms.js";
+import { ENDINGS, openDatabase } from "/static/databases/databases.js";
 
 const element = (id) => document.getElementById(id);
 const choice = element("source");
 
-/** Of all rows of this look, or with "filtered" of those that are shown. */
-export function save(look, fields) {
+/** Of all rows of this look, of those that are shown ("filtered"), or of the marked ones. */
+export function save(look, fields, marked) {
   const { source, since, until } = look;
   const query = { lines: look.lines.join(","), source, since, format: fields.get("format"), errors: "true" };
   if (until !== null) query.until = until;
-  if (fields.get("filtered")) Object.assign(query, { filter: look.filter, direction: look.direction });
+  if (fields.get("what") === "marked") query.numbers = marked.join(",");
+  if (fields.get("what") === "filtered") Object.assign(query, { filter: look.filter, direction: look.direction });
   const link = document.createElement("a");
   link.href = `/trace/log?${new URLSearchParams(query)}`;
   link.download = "";
   link.click();
+}
+
+/** The dialog has marked rows to save, so many. */
+export function offerMarked(count) {
+  const option = element("save-marked");
+  option.disabled = count === 0;
+  option.textContent = word("trace.save-marked", { count });
 }
 
 async function send(file) {
@@ -35,10 +44,11 @@ async function send(file) {
 export function sources(look, chosen) {
   const show = (key) => {
     choice.value = key;
-    element("close-log").hidden = key === "";
+    element("close-log").hidden = element("replay").hidden = key === "";
     chosen(key);
   };
   const open = async (file) => {
+    if (file && ENDINGS.test(file.name)) return openDatabase(file);
     const key = file ? await send(file) : null;
     if (!key) return;
     choice.append(new Option(file.name, key));
@@ -58,9 +68,9 @@ export function sources(look, chosen) {
     post("/trace/close", { key });
   });
   document.addEventListener("dragover", (event) => event.preventDefault());
-  document.addEventListener("drop", (event) => {
+  document.addEventListener("drop", async (event) => {
     event.preventDefault();
-    open(event.dataTransfer.files[0]);
+    for (const file of [...event.dataTransfer.files]) await open(file);
   });
   document.addEventListener("logs", ({ detail: logs }) => {
     const known = [...choice.options].map((option) => option.value);
@@ -69,5 +79,40 @@ export function sources(look, chosen) {
       if (option.value && !logs.some((log) => log.key === option.value)) option.remove();
     }
     element("source-choice").hidden = logs.length === 0;
+  });
+}
+
+/** The dialog that plays the opened log onto a line; `look()` is what is looked at, `channels()` its lines. */
+export function replays(look, channels) {
+  const form = element("replay-form");
+  let running = false;
+  let told = null; // the number of the last replay whose end was said
+  element("replay").addEventListener("click", async () => {
+    if (running) {
+      post("/trace/replay-stop", {});
+      return;
+    }
+    const answer = await fetch("/send/choices").catch(() => null); // the head says that the server is away
+    if (!answer?.ok) return;
+    const { lines } = await answer.json();
+    const fit = lines.filter((line) => !line.lin).sort((one, other) => other.running - one.running);
+    form.elements.line.replaceChildren(...fit.map((line) => new Option(`${line.address} · ${line.bus || "–"}`, line.address)));
+    form.elements.channel.replaceChildren(...channels().map((name) => new Option(name)));
+    element("replaying").showModal();
+  });
+  form.addEventListener("submit", () => {
+    form.elements.source.value = look().source;
+    form.elements.filter.value = element("replay-filtered").checked ? look().filter : "";
+  }, { capture: true });
+  document.addEventListener("replay", ({ detail: now }) => {
+    if (told !== null && now.number > told && !now.running) say(word("trace.replay-over", now), Boolean(now.trouble));
+    if (told === null || !now.running) told = now.running ? now.number - 1 : now.number;
+    running = now.running;
+    const button = element("replay");
+    button.setAttribute("aria-pressed", String(running));
+    button.textContent = running
+      ? word("trace.replay-stop", { sent: now.sent, at: decimal(now.at_s, 1) })
+      : `${word("trace.replay")}…`;
+    if (running) button.hidden = false;
   });
 }

@@ -1,5 +1,5 @@
 // What stands in a row's cells.
-import { decimal, word } from "/static/base/base.js";
+import { decimal, localised, word } from "/static/base/base.js";
 
 const SILENT_S = 2;
 const FRESH = 100; // hundredths of a second for which a changed byte can be seen
@@ -17,18 +17,18 @@ export function makeTexts(viewing, names) {
   const { rows } = viewing;
   return {
     no: (place) => String(rows.number(place)),
-    time: (place) => rows.time(place).toFixed(6),
+    time: (place) => decimal(rows.time(place), 6),
     wall: (place) => {
       const epoch = viewing.epoch(rows.number(place));
       return epoch ? clock(epoch + rows.time(place) * 1e9) : "";
     },
-    delta: (place) => (rows.has(place - 1) ? (rows.time(place) - rows.time(place - 1)).toFixed(6) : ""),
+    delta: (place) => (rows.has(place - 1) ? decimal(rows.time(place) - rows.time(place - 1), 6) : ""),
     line: (place) => viewing.labels[rows.line(place)] || "",
     dir: (place) => (!rows.frame(place) ? "" : rows.sent(place) ? "Tx" : "Rx"),
     type: (place) => rows.typeText(place),
     id: (place) => rows.idText(place),
     pid: (place) => rows.pidText(place),
-    name: (place) => (!rows.frame(place) ? "" : names()[rows.idText(place)] || ""),
+    name: (place) => (!rows.frame(place) ? "" : names.of(viewing.busOf(rows.line(place)), rows.idText(place))),
     len: (place) => rows.dlcText(place),
     sum: (place) => rows.checksumText(place),
     data: (place) => rows.dataText(place),
@@ -84,13 +84,21 @@ export function markSignals(cell, key, signals) {
   const drawn = parts.join();
   if (cell.marked === drawn) return;
   cell.marked = drawn;
-  cell.replaceChildren(...parts.flatMap(([name, text, step], k) => {
-    const signal = document.createElement("button");
-    signal.type = "button";
-    signal.tabIndex = -1;
+  cell.title = parts.map(([name, text]) => `${name} ${localised(text)}`).join("\n"); // all of them, where the column has no room
+  const names = parts.map(([name]) => name).join();
+  if (cell.names !== names || cell.children.length !== parts.length) {
+    cell.names = names;
+    cell.replaceChildren(...parts.flatMap(([name], k) => {
+      const signal = document.createElement("button");
+      signal.type = "button";
+      signal.tabIndex = -1;
+      signal.dataset.signal = name;
+      return k ? [" ", signal] : [signal];
+    }));
+  }
+  parts.forEach(([name, text, step], k) => { // the same buttons, so that a click on one is not lost when it changes
+    const signal = cell.children[k];
     signal.className = `signal${step ? ` fresh-${step}` : ""}`;
-    signal.dataset.signal = name;
-    signal.textContent = `${name} ${text}`;
-    return k ? [" ", signal] : [signal];
-  }));
+    signal.textContent = `${name} ${localised(text)}`;
+  });
 }

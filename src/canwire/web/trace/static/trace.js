@@ -1,21 +1,24 @@
 // The trace: what the server has of it is shown as far as it fits on the screen, by time or by identifier.
 import { remember, remembered, say, typing, word } from "/static/base/base.js";
-import { refused, rules } from "/static/trace/colours.js";
+import { rules } from "/static/trace/colours.js";
 import { COLUMNS, chooseColumns, leastWidth, templateOf, widen } from "/static/trace/columns.js";
+import { FilterField } from "/static/trace/filter.js";
+import { showHead } from "/static/trace/head.js";
 import { LinesChosen } from "/static/trace/lines.js";
 import { List } from "/static/trace/list.js";
 import { Marks } from "/static/trace/marks.js";
 import { menu } from "/static/trace/menu.js";
+import { Names } from "/static/trace/names.js";
 import { Plots } from "/static/trace/plots.js";
-import { save, sources } from "/static/trace/logs.js";
+import { offerMarked, replays, save, sources } from "/static/trace/logs.js";
 import { record } from "/static/trace/recording.js";
 import { frameText, isSilent, makeTexts, markBytes, markSignals } from "/static/trace/texts.js";
 import { Viewing } from "/static/trace/viewing.js";
 
 const element = (id) => document.getElementById(id);
-const state = { mode: remembered("trace.mode", "time"), names: {}, columns: [], gone: 0, dirty: false, pausedHead: null };
-const database = document.body.querySelector("main [data-database]") !== null;
+const state = { mode: remembered("trace.mode", "time"), columns: [], gone: 0, dirty: false, pausedHead: null };
 const marks = new Marks();
+const names = new Names(() => columns());
 let kept = JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}");
 
 const list = new List(element("head"), element("body"), element("spacer"), fill, open, () => viewing.send());
@@ -23,7 +26,7 @@ const viewing = new Viewing(answered, wanted, (there) => {
   element("live").textContent = there ? "" : word("base.unreachable");
 });
 const { rows } = viewing;
-const texts = makeTexts(viewing, () => state.names);
+const texts = makeTexts(viewing, names);
 const byFrame = () => state.mode === "id";
 
 /** Which rows the screen needs; -1: the newest. */
@@ -34,24 +37,9 @@ function wanted() {
 }
 
 function answered(head) {
-  const field = element("filter");
-  element("filter-fault").textContent = head.fault ? word("trace.bad-filter", { part: head.fault }) : "";
-  if (head.fault) field.setAttribute("aria-invalid", "true");
-  else field.removeAttribute("aria-invalid");
-  refused(head.badRules);
-  element("grid").dataset.filter = viewing.look.filter; // what the rows on the screen have passed
-  const counts = { lost: head.lost, late: head.late, gone: head.first };
-  for (const [id, count] of Object.entries(counts)) {
-    element(id).textContent = count;
-    element(id).parentElement.classList.toggle("bad", count > 0);
-    element(id).parentElement.hidden = count === 0 && id !== "lost";
-  }
+  showHead(head, viewing.look.filter);
   if (head.lines) lines.told(head.lines);
-  element("trouble").textContent = head.trouble;
-  element("left-out").hidden = !head.leftOut;
-  element("left-out").textContent = head.leftOut ? word("trace.left-out", { count: head.leftOut }) : "";
-  const scanned = head.end - head.cursor > 100_000 ? Math.floor((100 * head.cursor) / head.end) : 100;
-  element("scanning").textContent = scanned < 100 ? word("trace.scanning", { percent: scanned }) : "";
+  names.look(head.databases, viewing.lines.map((line) => line.bus));
   if (!byFrame() && head.gone > state.gone) list.dropped(head.gone - state.gone);
   state.gone = head.gone;
   if (head.found !== undefined) found(head.found);
@@ -119,7 +107,7 @@ function draw() {
 }
 
 function columns() {
-  state.columns = chooseColumns({ lin: lines.lin, byFrame: byFrame(), database });
+  state.columns = chooseColumns({ lin: lines.lin, byFrame: byFrame(), database: names.any });
   widths();
   list.label(state.columns.map((key) => ({ key, label: word(`trace.column-${key}`), number: COLUMNS[key].number })));
   draw();
@@ -167,7 +155,7 @@ async function open(index) {
   const place = placeOf(index);
   state.opening = rows.has(place) ? null : index; // it is opened when its row has come
   if (state.opening !== null) return;
-  const query = new URLSearchParams({ record: rows.hex(place), source: viewing.look.source });
+  const query = new URLSearchParams({ record: rows.hex(place), source: viewing.look.source, bus: viewing.busOf(rows.line(place)) });
   if (rows.kind(place) === 2 && !byFrame()) query.set("number", rows.number(place));
   state.opened = query;
   state.frame = rows.frame(place) ? { line: rows.line(place), id: rows.idText(place) } : null;
@@ -191,18 +179,11 @@ function search(text, step) {
   viewing.jump({ find: text, begin: Math.max(begin, -1), step });
 }
 
-let typed = 0;
-function setFilter(text, now = false) {
-  if (element("filter").value !== text) element("filter").value = text;
-  clearTimeout(typed);
-  typed = setTimeout(() => {
-    remember("trace.filter", text);
-    const direction = element("direction").value;
-    list.selected = -1;
-    list.setFollow(!byFrame() && !state.paused);
-    viewing.change({ filter: text, direction });
-  }, now ? 0 : 120);
-}
+const filter = new FilterField((look) => {
+  list.selected = -1;
+  list.setFollow(!byFrame() && !state.paused);
+  viewing.change(look);
+});
 
 element("mode-time").addEventListener("click", () => setMode("time"));
 element("mode-id").addEventListener("click", () => setMode("id"));
@@ -213,17 +194,6 @@ element("clear").addEventListener("click", () => {
   list.setFollow(!byFrame());
   keep({ since: viewing.head?.total ?? 0, until: null });
 });
-element("direction").value = remembered("trace.direction", "");
-element("direction").addEventListener("change", (event) => {
-  remember("trace.direction", event.target.value);
-  setFilter(element("filter").value, true);
-});
-element("filter").value = remembered("trace.filter", "");
-element("filter").addEventListener("input", (event) => setFilter(event.target.value));
-element("filter").addEventListener("keydown", (event) => {
-  if (event.key === "Escape") setFilter("", true);
-  else if (event.key === "Enter") setFilter(event.target.value, true);
-});
 element("search").addEventListener("keydown", (event) => {
   if (event.key === "Enter") search(event.target.value, event.shiftKey ? -1 : 1);
 });
@@ -231,7 +201,7 @@ element("next-error").addEventListener("click", () => search("error", 1));
 element("next-mark").addEventListener("click", () => nextMark(1));
 element("save-now").addEventListener("click", () => {
   if (!lines.watched.length) say(word("trace.no-lines"), true);
-  else save(viewing.look, new FormData(element("saving-form")));
+  else save(viewing.look, new FormData(element("saving-form")), marks.numbers);
 });
 element("record").addEventListener("click", async () => {
   await record(lines.watched);
@@ -287,7 +257,7 @@ menu(element("body"), element("row-menu"), (index) => list.select(index, false),
   else if (rows.idText(place)) {
     const part = `id:${rows.idText(place)}`;
     const before = element("filter").value.trim();
-    setFilter(what === "only" ? part : [before, `!${part}`].filter(Boolean).join(", "), true);
+    filter.set(what === "only" ? part : [before, `!${part}`].filter(Boolean).join(", "), true);
   }
 }, () => list.selected);
 
@@ -315,10 +285,7 @@ setInterval(() => { if (byFrame()) draw(); }, 100); // what changed fades, and w
 if (kept.until !== undefined && kept.until !== null) showPaused(true);
 const lines = new LinesChosen(element("lines"), (addresses) => {
   columns();
-  viewing.change({ lines: addresses, filter: element("filter").value, direction: element("direction").value, rules: rules(), ...kept });
-}, (names) => {
-  state.names = names;
-  draw();
+  viewing.change({ lines: addresses, ...filter.look, rules: rules(), ...kept });
 });
 sources(viewing.look, (source) => {
   kept = { source, since: 0, until: null };
@@ -328,4 +295,6 @@ sources(viewing.look, (source) => {
   list.setFollow(!byFrame() && !source);
   element("body").scrollTop = 0;
 });
+replays(() => viewing.look, () => lines.watched);
+element("save").addEventListener("click", () => offerMarked(marks.numbers.length));
 setMode(state.mode);

@@ -50,7 +50,7 @@ export class Viewing {
         if (line.number >= 0) this.labels[line.number] = line.bus ? `${line.bus} ${line.address}` : line.address;
       }
     }
-    if (head.look !== this.look.number) {
+    if (head.look !== this.look.number || head.byFrame !== this.wanted().byFrame) { // of what was asked before
       this.send();
       return;
     }
@@ -60,6 +60,11 @@ export class Viewing {
     if (head.found !== undefined) this.finding = null;
     this.answered(head);
     requestAnimationFrame(() => this.send()); // a page that nobody sees asks for nothing
+  }
+
+  /** The bus of the line with this number in rows. */
+  busOf(number) {
+    return this.lines.find((line) => line.number === number)?.bus ?? "";
   }
 
   /** Nanoseconds since 1970 of the time zero that a row counts from; 0 where it is not known. */

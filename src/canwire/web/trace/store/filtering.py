@@ -7,94 +7,52 @@ Parts with commas between them are alternatives, `!` before a part leaves out wh
 
 from __future__ import annotations
 
-import operator
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy
 
-from canwire.web.trace.store.lin import LIN
+from canwire.web.trace.store.kinds import (
+    EXTENDED,
+    FD,
+    REMOTE,
+    Mask,
+    Test,
+    identifiers,
+    is_error,
+    is_frame,
+    is_lin,
+    is_sent,
+    kind_of,
+    lengths,
+)
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from canwire.web.trace.store.described import Described
 
-    from canwire.web.database import Database
-
-    Mask = NDArray[numpy.bool_]
-
-Test = Callable[[numpy.ndarray], "Mask"]
-_EXTENDED, _REMOTE, _FD, _SENT, _LIN_SENT = 1 << 23, 1 << 22, 1 << 10, 1 << 21, 1 << 25
-_LENGTHS = numpy.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64])
 _RANGE = re.compile(r"(?:0x)?([0-9a-f]{1,8})(?:\s*-\s*(?:0x)?([0-9a-f]{1,8}))?", re.I)
 _SIGNAL = re.compile(r"([A-Za-z_]\w*)\s*(==|!=|<=|>=|=|<|>)\s*(-?[\w.]+)")
-_COMPARE = {"=": operator.eq, "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le,
-            ">": operator.gt, ">=": operator.ge}  # fmt: skip
 
 
 class BadFilter(ValueError):
     """A part that means nothing."""
 
 
-def _kind(rows: numpy.ndarray) -> NDArray[numpy.uint32]:
-    found: NDArray[numpy.uint32] = rows["record"]["info"] & numpy.uint32(0xFF)
-    return found
-
-
-def is_lin(rows: numpy.ndarray) -> Mask:
-    return (_kind(rows) & 0xE0) == LIN
-
-
-def is_frame(rows: numpy.ndarray) -> Mask:
-    """Data and remote frames, of CAN or LIN."""
-    return (_kind(rows) & ~numpy.uint32(LIN)) == 0
-
-
-def _is_error(rows: numpy.ndarray) -> Mask:
-    return (_kind(rows) & ~numpy.uint32(LIN)) == 2
-
-
-def is_mark(rows: numpy.ndarray) -> Mask:
-    """Rows that say what is missing; every filter lets them pass."""
-    return _kind(rows) >= 0xF0
-
-
-def is_sent(rows: numpy.ndarray) -> Mask:
-    bits = numpy.where(is_lin(rows), numpy.uint32(_LIN_SENT), numpy.uint32(_SENT))
-    return (rows["record"]["info"] & bits != 0) & is_frame(rows)
-
-
-def identifiers(rows: numpy.ndarray) -> NDArray[numpy.uint32]:
-    """Of frames; a LIN frame's stands in its protected identifier."""
-    info = rows["record"]["info"]
-    found: NDArray[numpy.uint32] = numpy.where(is_lin(rows), info >> 8 & 0x3F, rows["record"]["id"])
-    return found
-
-
-def lengths(rows: numpy.ndarray) -> NDArray[numpy.int64]:
-    """Bytes of data."""
-    info = rows["record"]["info"]
-    code = info >> 16 & 15
-    length = numpy.where(info & _FD != 0, _LENGTHS[code], numpy.minimum(code, 8))
-    length[(info & _REMOTE != 0) & ~is_lin(rows)] = 0
-    length[~is_frame(rows)] = 0
-    return length
-
-
 def _can_frame_with(bit: int, wanted: bool) -> Test:
-    return lambda rows: (_kind(rows) == 0) & ((rows["record"]["info"] & bit != 0) == wanted)
+    return lambda rows: (kind_of(rows) == 0) & ((rows["record"]["info"] & bit != 0) == wanted)
 
 
 _WORDS: dict[str, Test] = {
-    "error": _is_error,
+    "error": is_error,
     "event": lambda rows: ~is_frame(rows),
     "frame": is_frame,
     "lin": is_lin,
     "can": lambda rows: ~is_lin(rows),
-    "rtr": _can_frame_with(_REMOTE, True),
-    "fd": _can_frame_with(_FD, True),
-    "ext": _can_frame_with(_EXTENDED, True),
-    "std": _can_frame_with(_EXTENDED, False),
+    "rtr": _can_frame_with(REMOTE, True),
+    "fd": _can_frame_with(FD, True),
+    "ext": _can_frame_with(EXTENDED, True),
+    "std": _can_frame_with(EXTENDED, False),
     "tx": is_sent,
     "rx": lambda rows: is_frame(rows) & ~is_sent(rows),
 }
@@ -103,8 +61,8 @@ _WORDS: dict[str, Test] = {
 class Language:
     """Compiles filters. `lines` are the numbers of lines by address and by bus, in lower case."""
 
-    def __init__(self, database: Database, lines: Mapping[str, Sequence[int]]) -> None:
-        self._database = database
+    def __init__(self, described: Described, lines: Mapping[str, Sequence[int]]) -> None:
+        self._described = described
         self._lines = lines
 
     def compile(self, text: str) -> Test | None:
@@ -135,16 +93,18 @@ class Language:
         if text.strip().lower() in _WORDS:
             return _WORDS[text.strip().lower()]
         data = data_pattern(like) if re.fullmatch(r"(?:[0-9a-f]{2}|\?\?)+", like) else None
-        ids = self._ids_like(like)
+        named = self._described.named(like)
 
         def test(rows: numpy.ndarray) -> Mask:
             found = is_frame(rows)
             shown = identifiers(rows)
-            keys = shown | (rows["record"]["info"] & _EXTENDED).astype(numpy.uint32) << 8
+            keys = shown | (rows["record"]["info"] & EXTENDED).astype(numpy.uint32) << 8
             there = [int(one) for one in numpy.unique(keys[found])]
-            fits = [one for one in there if one in ids or like in _id_text(one)]
+            fits = [one for one in there if like in _id_text(one)]
             passed = numpy.isin(keys, numpy.array(fits, numpy.uint32))
-            return found & (passed | data(rows) if data else passed)
+            for one in filter(None, (named, data)):
+                passed |= one(rows)
+            return found & passed
 
         return test
 
@@ -176,7 +136,7 @@ class Language:
         first, last = int(found[1], 16), int(found[2] or found[1], 16)
         if first > last:
             raise BadFilter(text)
-        extended = _EXTENDED if len(found[1]) == 8 and not found[2] else 0
+        extended = EXTENDED if len(found[1]) == 8 and not found[2] else 0
 
         def test(rows: numpy.ndarray) -> Mask:
             shown = identifiers(rows)
@@ -186,15 +146,9 @@ class Language:
         return test
 
     def _name(self, text: str) -> Test:
-        ids = self._ids_like(text.lower())
-        if not text or not ids:
+        test = self._described.named(text.lower()) if text else None
+        if test is None:
             raise BadFilter(text)
-        wanted = numpy.array(sorted(ids), numpy.uint32)
-
-        def test(rows: numpy.ndarray) -> Mask:
-            keys = rows["record"]["id"] | (rows["record"]["info"] & _EXTENDED) << 8
-            return (_kind(rows) == 0) & numpy.isin(keys, wanted)
-
         return test
 
     def _line(self, text: str) -> Test:
@@ -204,32 +158,10 @@ class Language:
         return lambda rows: numpy.isin(rows["line"], wanted)
 
     def _signal(self, name: str, compare: str, value: str) -> Test:
-        ids = self._database.ids_with(name)
-        if not ids:
-            raise BadFilter(f"{name} {compare} {value}")
-        wanted = numpy.array(ids, numpy.uint32)
-
-        def test(rows: numpy.ndarray) -> Mask:
-            passed = numpy.zeros(len(rows), bool)
-            keys = rows["record"]["id"] | (rows["record"]["info"] & _EXTENDED) << 8
-            places = numpy.flatnonzero((_kind(rows) == 0) & numpy.isin(keys, wanted))
-            if len(places):
-                for at, values in self._database.values_of(rows["record"][places], name, value):
-                    passed[places[at]] = _COMPARE[compare](values[0], values[1])
-            return passed
-
         try:
-            self._database.parsed(name, value)
+            return self._described.compared(name, compare, value)
         except ValueError:
             raise BadFilter(f"{name} {compare} {value}") from None
-        return test
-
-    def _ids_like(self, like: str) -> set[int]:
-        return {
-            int(key, 16) | (1 << 31 if len(key) == 8 else 0)
-            for key, name in self._database.names.items()
-            if like in name.lower()
-        }
 
 
 def directed(test: Test | None, *, sent: bool) -> Test:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from canwire.web.trace.store.filtering import Test, identifiers, is_frame, is_lin, is_mark
+from canwire.web.trace.store.kinds import Test, identifiers, is_frame, is_lin, is_mark
 from canwire.web.trace.store.rows import EVERY_LINE, row_dtype
 
 if TYPE_CHECKING:

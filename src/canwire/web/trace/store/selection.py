@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy
 
-from canwire.web.trace.store.filtering import Test, is_mark
 from canwire.web.trace.store.history import CHUNK, History
+from canwire.web.trace.store.kinds import Test, is_mark
 from canwire.web.trace.store.rows import EVERY_LINE
 
 if TYPE_CHECKING:

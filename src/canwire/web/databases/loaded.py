@@ -1,0 +1,100 @@
+"""The network descriptions of a server: several, each for one bus or for all of them; opened and closed at any time."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import canwire
+from canwire import BadValue
+from canwire.web.database import Database
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+MOST = 32
+_OTHER_BUSES = "*"  # no bus has that name
+
+
+class Loaded(NamedTuple):
+    """One file. `bus` is the name of the bus that it describes, "" for every one."""
+
+    key: str
+    name: str
+    bus: str
+    file: canwire.Database
+    path: Path
+
+
+class Databases:
+    """`on(bus)` is what is known of a bus. `version` grows whenever something has changed; any thread may call."""
+
+    def __init__(self, paths: Iterable[str] = ()) -> None:
+        """`paths` are files, before each of them perhaps a bus: "can0=car.dbc". Raises BadDescription, ExtraMissing."""
+        self._lock = threading.Lock()
+        self._loaded: tuple[Loaded, ...] = ()
+        self._made: dict[str, Database] = {}
+        self._next = 1
+        self.version = 0
+        for path in paths:
+            bus, equals, rest = path.partition("=")
+            self.load(Path(rest if equals else path), bus if equals else "")
+
+    @property
+    def loaded(self) -> tuple[Loaded, ...]:
+        """In the order in which they count."""
+        return self._loaded
+
+    def on(self, bus: str) -> Database:
+        """By the files for this bus, then by those for every bus; "" asks for all that there are."""
+        with self._lock:
+            if bus not in self._made:
+                own = [one.file for one in self._loaded if one.bus == bus]
+                others = [one.file for one in self._loaded if one.bus != bus and (not one.bus or not bus)]
+                self._made[bus] = Database([*own, *others])
+            return self._made[bus]
+
+    def group(self, bus: str) -> str:
+        """What `on` gives the same for as for this bus."""
+        return bus if bus and any(one.bus == bus for one in self._loaded) else _OTHER_BUSES
+
+    def of(self, bus: str) -> Database:
+        """What describes this bus, without the files for others; of no bus, those for every one."""
+        return self.on(self.group(bus))
+
+    def load(self, path: Path, bus: str = "", name: str = "") -> Loaded:
+        """Read a file; raises BadDescription, ExtraMissing, BadValue where there are too many."""
+        file = canwire.load_database(path)
+        with self._lock:
+            if len(self._loaded) >= MOST:
+                raise BadValue(f"{MOST} descriptions are open; close one first")
+            made = Loaded(f"db-{self._next}", name or path.name, bus, file, path)
+            self._next += 1
+            self._set((*self._loaded, made))
+        return made
+
+    def close(self, key: str) -> Loaded:
+        """Forget one; raises BadValue for one that is not open."""
+        with self._lock:
+            found = self._find(key)
+            self._set(tuple(one for one in self._loaded if one.key != key))
+        return found
+
+    def assign(self, key: str, bus: str) -> Loaded:
+        """It describes this bus from now on, "" for every one; raises BadValue for one that is not open."""
+        with self._lock:
+            changed = self._find(key)._replace(bus=bus)
+            self._set(tuple(changed if one.key == key else one for one in self._loaded))
+        return changed
+
+    def _find(self, key: str) -> Loaded:
+        for one in self._loaded:
+            if one.key == key:
+                return one
+        raise BadValue(f"{key}: this description is not open any more")
+
+    def _set(self, loaded: tuple[Loaded, ...]) -> None:
+        self._loaded = loaded
+        self._made.clear()
+        self.version += 1

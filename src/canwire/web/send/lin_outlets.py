@@ -1,0 +1,188 @@
+"""LIN lines that rows and schedules are sent from: their control, held as long as something is sent there."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from canwire import (
+    CanwireError,
+    LinControl,
+    LinEventKind,
+    LinFrame,
+    LinMode,
+    LinMonitorMode,
+    Monitor,
+    NoSuchBoard,
+    WrongState,
+    every_line,
+)
+
+if TYPE_CHECKING:
+    from canwire import Hub, LinePlace, LinSchedule
+    from canwire.web.link import HubLink
+
+_QUEUE = 1024
+
+
+class _Held:
+    """One line's control and what it hears."""
+
+    def __init__(self, hub: Hub, place: LinePlace) -> None:
+        self.place = place
+        self.control: LinControl = hub.open_lin_control(place.board.id, place.line)
+        self.monitor: Monitor = hub.open_monitor(place.board.id, place.line)
+        self.rows: set[int] = set()
+        self.scheduled = False
+        self.waiting: tuple[int, int] | None = None  # the row whose frame is on its way, and its identifier
+        try:
+            self.monitor.set_up(LinMonitorMode(receive=_QUEUE, events=(int(LinEventKind.ERROR),)))
+            self.monitor.activate()
+        except CanwireError:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        self.control.close()
+        self.monitor.close()
+
+
+class LinOutlets:
+    """Any thread may send. Only the holder of a line's control can be its master, so it is given back when idle."""
+
+    def __init__(self, link: HubLink) -> None:
+        self._link = link
+        self._lock = threading.RLock()
+        self._held: dict[str, _Held] = {}
+        self._delivered: dict[int, int] = {}
+        link.subscribe(lambda _: None, self.close)
+
+    def bring_up(self, address: str, bit_rate: int, *, master: bool) -> None:
+        """Start this line, which goes on without this page; raises InUse, NoSuchBoard, BadValue."""
+        with self._lock:
+            place = find_lin_line(self._link.hub, address)
+            held = self._held.get(address)
+            mode = LinMode(master, bit_rate, errors=True)
+            if held is not None:
+                self._drop_line(address)
+            with self._link.hub.open_lin_control(place.board.id, place.line) as control:
+                control.initialise(mode)
+                control.start()
+
+    def shut_down(self, address: str) -> None:
+        """Stop it; raises InUse, NoSuchBoard."""
+        with self._lock:
+            place = find_lin_line(self._link.hub, address)
+            self._drop_line(address)
+            with self._link.hub.open_lin_control(place.board.id, place.line) as control:
+                control.stop()
+
+    def send(self, row: int, address: str, frame: LinFrame) -> None:
+        """Put it on the bus as soon as that is free.
+
+        Raises WrongState for a line that is no running master, Busy while the frame before is not over, NoSuchBoard.
+        """
+        with self._lock:
+            held = self._line(address)
+            try:
+                self._listen(held)
+                held.control.send(frame)
+            except CanwireError:
+                self._let_go(address)
+                raise
+            held.rows.add(row)
+            held.waiting = row, frame.id
+
+    def delivered(self, row: int) -> int:
+        """How many frames of this row were heard on the bus, headers with their answers."""
+        with self._lock:
+            for held in self._held.values():
+                with suppress(CanwireError):  # gone with its hub or board
+                    self._listen(held)
+            return self._delivered.get(row, 0)
+
+    def drop(self, row: int) -> None:
+        """This row sends nothing any more."""
+        with self._lock:
+            for address, held in list(self._held.items()):
+                if row in held.rows:
+                    with suppress(CanwireError):  # as above
+                        self._listen(held)
+                    held.rows.discard(row)
+                    self._let_go(address)
+
+    def schedule(self, address: str, table: LinSchedule, frames: list[LinFrame], rounds: int) -> None:
+        """Run this table in the hub, `rounds` times (0: without end), in place of one that runs; raises as `send`."""
+        with self._lock:
+            held = self._line(address)
+            try:
+                for frame in frames:
+                    held.control.respond(frame)
+                held.control.run_schedule(table, rounds)
+                held.scheduled = True
+            finally:
+                self._let_go(address)
+
+    def stop_schedules(self, address: str = "") -> None:
+        """End the table of this line, or of every one."""
+        with self._lock:
+            for one, held in list(self._held.items()):
+                if held.scheduled and one == (address or one):
+                    with suppress(CanwireError):  # as above
+                        held.control.stop_schedule()
+                    held.scheduled = False
+                    self._let_go(one)
+
+    @property
+    def scheduled(self) -> list[str]:
+        """The lines whose table runs, or ran its rounds."""
+        with self._lock:
+            return [one for one, held in self._held.items() if held.scheduled and not held.control.over]
+
+    def close(self) -> None:
+        """Give all lines back; schedules end."""
+        with self._lock:
+            self.stop_schedules()
+            for address in list(self._held):
+                self._drop_line(address)
+
+    def _line(self, address: str) -> _Held:
+        held = self._held.get(address)
+        if held is not None and held.control.over:
+            self._drop_line(address)
+            held = None
+        hub = self._link.hub
+        if held is None:
+            place = find_lin_line(hub, address)
+            status = hub.lin_status(place.board.id, place.line).status
+            if not status.running or status.mode is None or not status.mode.master:
+                raise WrongState(f"{address} is no running master: start it as one under LIN")
+            held = self._held[address] = _Held(hub, place)
+        return held
+
+    def _listen(self, held: _Held) -> None:
+        while (message := held.monitor.receive()) is not None:
+            if held.waiting is not None and message.id == held.waiting[1]:
+                if isinstance(message, LinFrame):
+                    row = held.waiting[0]
+                    self._delivered[row] = self._delivered.get(row, 0) + 1
+                held.waiting = None
+
+    def _let_go(self, address: str) -> None:
+        held = self._held.get(address)
+        if held is not None and not held.rows and not held.scheduled:
+            self._drop_line(address)
+
+    def _drop_line(self, address: str) -> None:
+        held = self._held.pop(address, None)
+        if held is not None:
+            held.close()
+
+
+def find_lin_line(hub: Hub, address: str) -> LinePlace:
+    """The LIN line of exactly this address; raises NoSuchBoard."""
+    for place in every_line(hub, "LIN"):
+        if place.address == address:
+            return place
+    raise NoSuchBoard(f"{address or 'no address'}: there is no such LIN line any more")

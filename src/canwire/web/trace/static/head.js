@@ -1,0 +1,26 @@
+// What an answer's head says beside the rows: what is missing, what is wrong with the filter, how far it is.
+import { word } from "/static/base/base.js";
+import { refused } from "/static/trace/colours.js";
+
+const element = (id) => document.getElementById(id);
+const MANY = 100_000; // rows that are left to look at
+
+export function showHead(head, filter) {
+  const field = element("filter");
+  element("filter-fault").textContent = head.fault ? word("trace.bad-filter", { part: head.fault }) : "";
+  if (head.fault) field.setAttribute("aria-invalid", "true");
+  else field.removeAttribute("aria-invalid");
+  refused(head.badRules);
+  element("grid").dataset.filter = filter; // what the rows on the screen have passed
+  const counts = { lost: head.lost, late: head.late, gone: head.first };
+  for (const [id, count] of Object.entries(counts)) {
+    element(id).textContent = count;
+    element(id).parentElement.classList.toggle("bad", count > 0);
+    element(id).parentElement.hidden = count === 0 && id !== "lost";
+  }
+  element("trouble").textContent = head.trouble;
+  element("left-out").hidden = !head.leftOut;
+  element("left-out").textContent = head.leftOut ? word("trace.left-out", { count: head.leftOut }) : "";
+  const scanned = head.end - head.cursor > MANY ? Math.floor((100 * head.cursor) / head.end) : 100;
+  element("scanning").textContent = scanned < 100 ? word("trace.scanning", { percent: scanned }) : "";
+}

@@ -1,0 +1,160 @@
+"""An opened log played onto a line, and marked rows saved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import canwire
+from canwire import Frame, LinFrame, LogEntry
+from tests.hubs import LONG_S
+from tests.web.conftest import tab
+from tests.web.test_send import receiving
+
+if TYPE_CHECKING:
+    import httpx2 as httpx
+    from playwright.sync_api import Browser
+
+    from canwire.web.server import Site
+
+pytestmark = pytest.mark.conforms("N-53")
+
+START_NS = 1_700_000_000_000_000_000
+STEP_NS = 10_000_000
+
+
+def entry(number: int, channel: str = "can0") -> LogEntry:
+    stamp_ns = START_NS + number * STEP_NS
+    return LogEntry(stamp_ns, channel, Frame(0x100 + number, bytes([number]), timestamp_ns=stamp_ns), "R")
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("log") / "drive.blf"
+    lin_ns = START_NS + 5 * STEP_NS
+    with canwire.create_log(path) as writer:
+        writer.write_many([entry(number) for number in range(6)])
+        writer.write_many([LogEntry(lin_ns, "lin0", LinFrame(0x10, b"\x01", timestamp_ns=lin_ns), "R")])
+        writer.write_many([entry(number) for number in range(6, 12)])
+    return path
+
+
+def opened(client: httpx.Client, path: Path) -> str:
+    key = str(client.post("/trace/open", params={"name": path.name}, content=path.read_bytes()).json()["key"])
+    while client.get("/trace/lines", params={"source": key}).json()["logs"][-1]["reading"]:
+        pass
+    return key
+
+
+def until_over(client: httpx.Client) -> dict[str, Any]:
+    while (played := client.get("/trace/lines").json()["replay"])["running"]:
+        pass
+    return dict(played)
+
+
+def channels(client: httpx.Client, key: str) -> dict[str, str]:
+    lines = client.get("/trace/lines", params={"source": key}).json()["lines"]
+    return {line["address"]: line["kind"] for line in lines}
+
+
+def test_a_log_s_channels_are_what_was_on_them(client: httpx.Client, log: Path) -> None:
+    kinds = channels(client, opened(client, log))
+    assert sorted(kinds.values()) == ["CAN", "LIN"]
+
+
+def test_frames_are_played_in_their_order_at_their_times(
+    client: httpx.Client, hub: canwire.Hub, log: Path
+) -> None:
+    key = opened(client, log)
+    can = next(name for name, kind in channels(client, key).items() if kind == "CAN")
+    with receiving(hub) as channel:
+        line = canwire.find_lines(hub, "can0")[0].address
+        wish = {"source": key, "channel": can, "line": line, "speed": "2"}
+        assert client.post("/trace/replay", data=wish).status_code == 200
+        came = [channel.receive(LONG_S) for _ in range(12)]
+        assert [frame.id for frame in came if frame is not None] == [0x100 + number for number in range(12)]
+        stamps = [frame.timestamp_ns for frame in came if frame is not None]
+        assert (
+            stamps[-1] - stamps[0] >= 11 * STEP_NS / 2 - 10_000_000
+        )  # the first may be late, no other one early
+        played = until_over(client)
+        assert (played["sent"], played["delivered"], played["skipped"], played["trouble"]) == (12, 12, 0, "")
+        part = {**wish, "speed": "0", "from": "0.02", "to": "0.08", "filter": "!104"}
+        assert client.post("/trace/replay", data=part).status_code == 200
+        came = [channel.receive(LONG_S) for _ in range(5)]
+        assert [frame.id - 0x100 for frame in came if frame is not None] == [2, 3, 5, 6, 7]
+        assert until_over(client)["delivered"] == 5
+
+
+def test_it_is_stopped_and_one_at_a_time(client: httpx.Client, hub: canwire.Hub, log: Path) -> None:
+    key = opened(client, log)
+    wish = {"source": key, "channel": next(iter(channels(client, key))), "speed": "0.001"}
+    with receiving(hub) as channel:
+        wish["line"] = canwire.find_lines(hub, "can0")[0].address
+        assert client.post("/trace/replay", data=wish).status_code == 200
+        assert channel.receive(LONG_S) is not None
+        answer = client.post("/trace/replay", data=wish)
+        assert answer.status_code == 409
+        assert "stop it first" in answer.json()["message"]
+        assert client.post("/trace/replay-stop").status_code == 200
+        assert until_over(client)["sent"] == 1
+
+
+@pytest.mark.parametrize(
+    ("fields", "status"),
+    [
+        ({"line": ""}, 422),
+        ({"speed": "fast"}, 422),
+        ({"from": "x"}, 422),
+        ({"filter": "what is this"}, 422),
+        ({"source": "log-99"}, 409),
+        ({"line": "HW9:9"}, 409),
+        ({}, 409),  # the line does not run
+    ],
+)
+def test_what_cannot_be_played_is_told(
+    client: httpx.Client, log: Path, fields: dict[str, str], status: int
+) -> None:
+    key = opened(client, log)
+    wish = {"source": key, "channel": "can0", "line": "HW000001:0", "speed": "1"}
+    assert client.post("/trace/replay", data={**wish, **fields}).status_code == status
+
+
+def test_marked_rows_are_saved_alone(client: httpx.Client, log: Path, tmp_path: Path) -> None:
+    key = opened(client, log)
+    names = ",".join(channels(client, key))
+    query = {"source": key, "lines": names, "format": "asc", "errors": "true", "numbers": "7,1,3"}
+    answer = client.get("/trace/log", params=query)
+    assert answer.status_code == 200, answer.text
+    path = tmp_path / "marked.asc"
+    path.write_bytes(answer.content)
+    with canwire.open_log(path) as saved:
+        assert [one.frame.id for one in saved if isinstance(one.frame, Frame)] == [0x101, 0x103, 0x106]
+    assert client.get("/trace/log", params={**query, "numbers": "one"}).status_code == 422
+
+
+def test_in_the_browser_a_log_is_replayed_and_marks_are_saved(
+    browser: Browser, site: Site, hub: canwire.Hub, log: Path
+) -> None:
+    with receiving(hub) as channel, tab(browser, site.address) as page:
+        page.goto(f"{site.url}trace")
+        page.locator("#log-file").set_input_files(log)
+        rows = page.locator("#body .trace-row:not([hidden])")
+        rows.filter(has_text="10B").wait_for()
+        assert page.locator(".trace-head .c-pid").count() == 1  # there is LIN in this log
+        page.get_by_role("button", name="Replay").click()
+        page.get_by_label("Speed").fill("0")
+        page.get_by_role("button", name="Start the replay").click()
+        assert [channel.receive(LONG_S) for _ in range(3)] == [Frame(0x100 + k, bytes([k])) for k in range(3)]
+        page.get_by_text("12 frames sent, 12 acknowledged").wait_for()
+        rows.filter(has_text="103").click()
+        page.keyboard.press("m")
+        page.locator("#save").click()
+        page.locator("#saving-form [name=what]").select_option("marked")
+        page.get_by_label("Format of the file").select_option("candump")
+        with page.expect_download() as downloading:
+            page.locator("#save-now").click()
+        (line,) = downloading.value.path().read_text().splitlines()
+        assert "103#03" in line
