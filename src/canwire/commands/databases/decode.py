@@ -6,25 +6,29 @@ canwire decode drive.log --db car.dbc --all            frames without a name, to
 canwire decode drive.log --db car.dbc --filter 100-1FF  these frames only
 canwire decode drive.log --db car.dbc --form columns   a row for each signal, columns by tabs
 canwire decode drive.log --db car.dbc --form json      an object a line, for programs
+canwire decode drive.log --db car.dbc -o signals.parquet    a Parquet table with a row for each value
 
 The log is of any format, told by its first bytes; - is standard input. Status 1 if some of it could not be read.
-Signals as a table for SQL and as Parquet are `canwire query`'s: select * from signals, with -o signals.parquet.
+`canwire query` asks signals by SQL. The columns of -o are time_s, time_ns, channel, message, signal, value, text, unit.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from canwire import Frame, open_log
 from canwire.commands.databases.chosen import add_database_argument, databases_of
+from canwire.commands.databases.table import SignalTable
 from canwire.commands.dump.filters import parse_capture
 from canwire.commands.logs.faults import tell_faults
 
 if TYPE_CHECKING:
     from canwire import DecodedMessage, LogEntry
 
+Decoded = tuple["LogEntry", Frame, "DecodedMessage | None"]
 FORMS = ("text", "columns", "json")
 
 
@@ -39,6 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--filter", action="append", default=[], metavar="IDS", help="as `canwire dump --filter` has it"
     )
     parser.add_argument("--form", choices=FORMS, default="text", help="what is printed (text)")
+    parser.add_argument(
+        "-o", "--out", metavar="FILE.parquet", help="write a Parquet table, and print nothing"
+    )
     parser.add_argument("--all", action="store_true", help="frames that no file knows, too")
 
 
@@ -47,21 +54,37 @@ def run(arguments: argparse.Namespace) -> int:
     databases = databases_of(arguments)
     assert databases is not None  # argparse asks for one
     capture = parse_capture(arguments.filter, [], False)
-    written = {"text": text_of, "columns": rows_of, "json": json_of}[arguments.form]
-    if arguments.form == "columns":
-        print("time_s", "channel", "message", "signal", "value", "unit", "text", sep="\t")
     with open_log(arguments.log, format=arguments.source) as log:
         try:
-            for entry in log:
-                frame = entry.content
-                if not isinstance(frame, Frame) or not capture.accepts(frame):
-                    continue
-                message = databases.decode(frame, entry.channel)
-                if (message is not None or arguments.all) and (text := written(entry, frame, message)):
-                    print(text)
+            decoded = (
+                (entry, entry.content, databases.decode(entry.content, entry.channel))
+                for entry in log
+                if isinstance(entry.content, Frame) and capture.accepts(entry.content)
+            )
+            if arguments.out is not None:
+                _write(arguments.out, decoded)
+            else:
+                _print(arguments, decoded)
         finally:
             tell_faults(log)
         return 1 if log.fault_count else 0
+
+
+def _write(path: str, decoded: Iterable[Decoded]) -> None:
+    with SignalTable(path) as table:
+        for entry, _, message in decoded:
+            if message is not None:
+                table.put(entry.timestamp_ns, entry.channel, message)
+    print(f"{table.count} values to {path}")
+
+
+def _print(arguments: argparse.Namespace, decoded: Iterable[Decoded]) -> None:
+    written = {"text": text_of, "columns": rows_of, "json": json_of}[arguments.form]
+    if arguments.form == "columns":
+        print("time_s", "channel", "message", "signal", "value", "unit", "text", sep="\t")
+    for entry, frame, message in decoded:
+        if (message is not None or arguments.all) and (text := written(entry, frame, message)):
+            print(text)
 
 
 def text_of(entry: LogEntry, frame: Frame, message: DecodedMessage | None) -> str:
