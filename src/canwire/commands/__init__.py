@@ -70,6 +70,12 @@ VERBS = {
     ),
     "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
+    "isotp": Verb(
+        "canwire.commands.transport.isotp", "send, receive and watch messages longer than a frame (ISO-TP)"
+    ),
+    "uds": Verb(
+        "canwire.commands.transport.uds", "ask an ECU by UDS: read, write, sessions, faults, routines, flash"
+    ),
     "acan": Verb(
         "canwire.commands.acan.verb", "CANTERM, WCT and CANSPY of INduCAN104 boards, and their driver's setup"
     ),

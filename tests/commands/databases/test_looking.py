@@ -113,3 +113,22 @@ def test_a_second_database_is_not_dropped(capsys: pytest.CaptureFixture[str]) ->
     with pytest.raises(SystemExit):
         main(["stats", "drive.log", "--db", "one.dbc", "--db", "other.dbc"])
     assert "one file only for this verb, not one.dbc and other.dbc" in capsys.readouterr().err
+
+
+def test_signals_as_a_parquet_table(capsys: pytest.CaptureFixture[str]) -> None:
+    """By a database for each channel; a mistake leaves the file as it was."""
+    parquet = pytest.importorskip("pyarrow.parquet")
+    words = ("decode", "drive.log", "--db", "can0=one.dbc", "--db", "can1=other.dbc", "-o", "signals.parquet")
+    assert said(capsys, *words) == ["4 values to signals.parquet"]
+    rows = parquet.read_table("signals.parquet").to_pylist()
+    assert [(row["time_ns"], row["channel"], row["signal"], row["value"], row["text"]) for row in rows] == [
+        (1_000_000_000, "can0", "Speed", 800.0, None), (1_000_000_000, "can0", "Hot", 1.0, "yes"),
+        (2_000_000_000, "can1", "Speed", 400.0, None), (2_000_000_000, "can1", "Hot", 1.0, "yes"),
+    ]  # fmt: skip
+    assert (rows[0]["time_s"], rows[0]["message"], rows[0]["unit"]) == (1.0, "Engine", "rpm")
+    assert main([*words[:-1], "signals.csv"]) == 2
+    assert "a .parquet file" in capsys.readouterr().err
+    Path("drive.log").write_bytes(b"no log at all")
+    assert main(list(words)) == 2
+    assert "no log that canwire knows" in capsys.readouterr().err
+    assert parquet.read_table("signals.parquet").num_rows == 4

@@ -1,0 +1,1 @@
+"""`canwire isotp` and `canwire uds`: can-isotp and udsoncan on lines of the hub."""

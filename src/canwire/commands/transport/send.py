@@ -1,0 +1,67 @@
+"""`canwire isotp send`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import ExitStack
+
+from canwire import BadValue
+from canwire.commands.console import complain
+from canwire.commands.shared_hub import connected
+from canwire.commands.transport.line import IsoTpLine, add_transport_arguments, load
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The sub-verb's arguments."""
+    add_transport_arguments(parser)
+    parser.add_argument("messages", nargs="+", metavar="HEX", help="22F190; - reads messages, one a line")
+    parser.add_argument("--answer", action="store_true", help="print one message that comes back for each")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Send; 1 if a message was not taken, or not answered. BadValue for what is no message."""
+    messages = [message_in(text) for text in texts_of(arguments.messages)]
+    with ExitStack() as closing:
+        line = IsoTpLine(connected(arguments, "isotp", closing), arguments, closing)
+        for message in messages:
+            if not _sent(line, message, arguments.timeout):
+                return 1
+            if arguments.answer:
+                found = line.layer.recv(block=True, timeout=arguments.timeout)
+                if found is None:
+                    complain(f"no answer from {arguments.rx} in {arguments.timeout:g} s")
+                    return 1
+                print(bytes(found).hex().upper(), flush=True)
+        return line.sending.result()
+
+
+def texts_of(words: list[str]) -> list[str]:
+    """The words, with the lines of standard input in the place of -."""
+    return [
+        text for word in words for text in (sys.stdin.read().splitlines() if word == "-" else [word]) if text
+    ]
+
+
+def message_in(text: str) -> bytes:
+    """The bytes of hex digits, between which there may be blanks; raises BadValue."""
+    try:
+        found = bytes.fromhex(text)
+    except ValueError:
+        found = b""
+    if not found:
+        raise BadValue(f"{text!r}: a message in hex, 22F190")
+    return found
+
+
+def _sent(line: IsoTpLine, message: bytes, timeout_s: float) -> bool:
+    """Whether all of it went out; complaints if not."""
+    errors = load("isotp").errors
+    line.layer.params.set("blocking_send", True)
+    try:
+        line.layer.send(message)
+    except errors.BlockingSendFailure as error:
+        if line.sending.result() == 0:  # else it has said why frames stay behind
+            complain(str(line.errors[-1] if line.errors else error))
+        return False
+    return True

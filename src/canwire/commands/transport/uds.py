@@ -1,0 +1,91 @@
+"""`canwire uds`: ask an ECU by UDS (ISO 14229), step after step, by udsoncan over ISO-TP.
+
+canwire uds can0 read:F190                        ReadDataByIdentifier, at 7E0, which answers from 7E8
+canwire uds can0 session:extended unlock:1 write:0101:6F6B --key invert
+canwire uds can0 dtc clear reset:hard             faults, and away with them; then a reset
+canwire uds can0 routine:start:FF00 routine:result:FF00
+canwire uds can0 session:programming unlock:1 flash:image.bin:08000000 --key keys.py:key
+canwire uds can0 raw:1902FF                       bytes as they are
+
+Steps are words with colons, done in their order on one connection, by these names or the standard's:
+{steps}
+
+--key says how a seed becomes a key: invert, xor:5A, or FILE.py:FUNCTION, which is called with level and seed.
+A negative response ends it with status 1 and its name, as does an ECU that does not answer in --timeout seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from typing import Any
+
+from canwire.commands.console import complain
+from canwire.commands.shared_hub import connected
+from canwire.commands.transport.keys import key_by
+from canwire.commands.transport.line import IsoTpLine, add_transport_arguments, load
+from canwire.commands.transport.steps import STEPS, parsed_steps
+
+_WIDEST = 34
+__doc__ = (__doc__ or "").format(
+    steps="\n".join(f"  {f'{one.words} ({one.service})':<{_WIDEST}} {one.help}" for one in STEPS.values())
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    add_transport_arguments(parser)
+    parser.add_argument(
+        "steps", nargs="+", metavar="STEP", help="read:F190, session:extended, ...: see above"
+    )
+    parser.add_argument("--key", metavar="HOW", help="of a seed: invert, xor:HEX, FILE.py:FUNCTION")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """The steps; 1 for what the ECU refuses. BadValue, HubError, ExtraMissing, OSError for what cannot be."""
+    steps = parsed_steps(arguments.steps)
+    key = None if arguments.key is None else key_by(arguments.key)
+    exceptions = load("udsoncan").exceptions
+    with ExitStack() as closing:
+        line = IsoTpLine(connected(arguments, "uds", closing), arguments, closing)
+        client = closing.enter_context(_client(line, arguments.timeout, key))
+        for step in steps:
+            try:
+                step.done(client)
+            except exceptions.NegativeResponseException as error:
+                code = error.response.code
+                complain(f"{step.text}: {error.response.code_name} (NRC {code:02X})")
+                return 1
+            except exceptions.TimeoutException:
+                complain(f"{step.text}: {_why(line, arguments)}")
+                return 1
+            except (exceptions.InvalidResponseException, exceptions.UnexpectedResponseException) as error:
+                complain(f"{step.text}: {error}")
+                return 1
+    return 0
+
+
+def _client(line: IsoTpLine, timeout_s: float, key: Any) -> Any:
+    """udsoncan's client, which knows no identifier's layout and takes bytes as they come."""
+    load("udsoncan")
+    client, connections = load("udsoncan.client"), load("udsoncan.connections")
+    from canwire.commands.transport.steps import plain_codec
+
+    line.layer.stop()  # udsoncan starts it itself
+    config = {
+        **load("udsoncan.configs").default_client_config,
+        "data_identifiers": {"default": plain_codec()},
+        "request_timeout": None,
+        "p2_timeout": timeout_s,
+        "use_server_timing": False,
+        "security_algo": None if key is None else (lambda level, seed, params: key(level, seed)),
+    }
+    return client.Client(connections.PythonIsoTpConnection(line.layer), config=config)
+
+
+def _why(line: IsoTpLine, arguments: argparse.Namespace) -> str:
+    if line.errors:
+        return str(line.errors[-1])
+    if line.sending.result():
+        return "the request was not sent"
+    return f"no answer from {arguments.rx} in {arguments.timeout:g} s"

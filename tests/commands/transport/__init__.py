@@ -1,0 +1,1 @@
+"""`canwire isotp` and `canwire uds`."""
