@@ -646,8 +646,9 @@ def test_frames_that_dump_did_not_read_in_time_are_counted(
     virtual: Hub, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = Namespace(
-        log=False, count=4, timeout=None, seconds=None, stamps=None, json=False, db=None, pcapng=None
-    )
+        log=False, count=4, timeout=None, seconds=None, stamps=None, json=False, db=None, pcapng=None, ascii=False,
+        extra=False, raw_dlc=False, colour=0,
+    )  # fmt: skip
     with ExitStack() as closing:
         place = find_line(virtual, "HW000001:0")
         listening = closing.enter_context(Listening(virtual, [("can0", place)], ANY, queue=4))

@@ -59,6 +59,23 @@ def heard(channel: HubChannel, count: int) -> list[Frame]:
     return found
 
 
+@pytest.mark.conforms("PC-06")
+def test_long_pauses_are_left_out(
+    served: Served, listener: HubChannel, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A log of two days would otherwise last for two days; -v shows what goes out."""
+    pauses = LOG.replace("1.01", "90000.01").replace("1.02", "180000.02")
+    words = ["play", log_of(tmp_path, pauses), "can0", "-s", "0.5", "-v", "--hub", served.address]
+    assert main([*words, "--timeout", str(LONG_S)]) == 0
+    assert [(frame.id, frame.data) for frame in heard(listener, 3)] == FRAMES
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:3] == ["can0 123#1122", "can0 7FF#R", "can0 12345678#33"]
+    assert main([*words, "-s", "-1"]) == 2
+    assert "--skip -1.0: 0 or more" in capsys.readouterr().err
+    assert main([*words[:2], "-s", "1"]) == 2
+    assert "--skip: that is for a shared line" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("speed", ["1", "0"])
 def test_others_on_the_bus_hear_the_log(
     served: Served, listener: HubChannel, tmp_path: Path, capsys: pytest.CaptureFixture[str], speed: str

@@ -4,6 +4,7 @@ canwire play drive.log can0                        onto a shared line: everybody
 canwire play drive.blf can0 --speed 10             ten times as fast; 0: as fast as the bus takes them
 canwire play drive.log --map can0=can1,can1=can0   the log's can0 onto the line can1, its can1 onto can0
 canwire play drive.log can0 --loop 3               three times; --loop alone: until Ctrl-C
+canwire play drive.log can0 -s 2                   without pauses of more than two seconds
 canwire play drive.log can0 --filter 100:700       frames 100 to 1FF only
 canwire play drive.log                             onto a bus of its own, as fast as it goes, with a summary at the end
 canwire play drive.log --time real                 the same at the speed of the wall clock
@@ -43,7 +44,7 @@ from canwire.commands.shell.parser import add_time_argument
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
 _STEP_S = 0.001  # how long a full queue is given before it is looked at again
-_SHARED_ONLY = ("hub", "speed", "timeout", "loop", "gap")
+_SHARED_ONLY = ("hub", "speed", "timeout", "loop", "gap", "skip", "verbose")
 _PRIVATE_ONLY = ("bus", "time", "log_out", "vcd", "senders")
 _PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "bit_rate": 500_000}
 
@@ -73,6 +74,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-t", dest="speed", action="store_const", const=0.0, help="without the log's times: --speed 0"
     )
     shared.add_argument("-g", "--gap", type=float, metavar="MS", help="a pause behind every frame, with -t")
+    shared.add_argument(
+        "-s", "--skip", type=float, metavar="SECONDS", help="leave out pauses that are longer than this"
+    )
+    shared.add_argument(
+        "-v", "--verbose", action="store_true", default=None, help="print each frame as it is sent"
+    )
     shared.add_argument(
         "-l",
         "--loop",

@@ -30,7 +30,7 @@ from canwire.commands.can_line import bring_up
 from canwire.commands.databases.chosen import Databases
 from canwire.commands.dump.as_json import format_json
 from canwire.commands.dump.filters import Capture, parse_capture
-from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
+from canwire.commands.dump.printing import JSON, LOG, SCREEN, Extras, Printer
 from canwire.commands.dump.stamps import Stamps
 from canwire.commands.dump.verb import Dump
 from canwire.commands.dump.words import in_words
@@ -180,13 +180,13 @@ def test_what_does_not_go_together(words: list[str], capsys: pytest.CaptureFixtu
     assert capsys.readouterr().err.startswith("canwire: -")
 
 
-def record_of(content: Frame | BusEvent, time_ns: int = 0) -> Record:
-    """As it comes from a channel's queue."""
+def record_of(content: Frame | BusEvent, time_ns: int = 0, *, sent: bool = False) -> Record:
+    """As it comes from a channel's queue; `sent` by the line itself."""
     if isinstance(content, BusEvent):
         return RECORD.unpack(replace(content, timestamp_ns=time_ns).to_record())
     (row,) = canwire.frames_to_array([content])
     found: Record = RECORD.unpack(row.tobytes())
-    return time_ns, found[1], found[2], found[3]
+    return time_ns, found[1], found[2] | (canwire.SELF_RECEPTION if sent else 0), found[3]
 
 
 @st.composite
@@ -217,6 +217,44 @@ def test_quick_lines_are_the_formatters_own(content: list[Frame], time_ns: int) 
     assert screen == [canwire.format_candump_line(LogLine(0, "can0", frame)) for frame in content] * 2
     log = Printer(LOG, Capture(), epoch_ns=7).lines("can0", records)
     assert log == [canwire.format_log_line(LogLine(time_ns + 7, "can0", frame)) for frame in content] * 2
+
+
+@given(st.lists(frames(), max_size=3))
+def test_candump_s_extras_are_the_formatters_own(content: list[Frame]) -> None:
+    """Frames that the line sent itself are TX."""
+    records = [record_of(frame, 5, sent=number == 1) for frame in content for number in range(2)] * 2
+    extras = Extras(ascii=True, messages=True, raw_dlc=True)
+    lines = Printer(SCREEN, Capture(), extras=extras).lines("can0", records)
+    told = [
+        canwire.format_candump_line(LogLine(0, "can0", frame, direction), ascii=True, raw_dlc=True)
+        for frame in content
+        for direction in "RT"
+    ]
+    assert lines == told * 2
+    assert Printer(SCREEN, Capture(), extras=Extras(messages=True)).lines("can0", records) == [
+        canwire.format_candump_line(LogLine(0, "can0", frame, direction))
+        for frame in content
+        for direction in "RT"
+    ] * 2  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("level", "expected"),
+    [
+        (1, " (000.000000)\x1b[36m  can0\x1b[0m  123   [1]  11"),
+        (2, " (000.000000)\x1b[36m  can0  123   [1]  11\x1b[0m"),
+        (3, "\x1b[36m (000.000000)  can0  123   [1]  11\x1b[0m"),
+    ],
+)
+def test_how_much_of_a_line_has_a_colour(level: int, expected: str) -> None:
+    printer = Printer(SCREEN, Capture(), stamps=Stamps("z", 0), extras=Extras(colours=level))
+    assert printer.lines("can0", [record_of(Frame(0x123, b"\x11"), 5)]) == [expected]
+
+
+def test_extras_are_for_a_screen(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (["-a", "-l"], ["-x", "--json"], ["-c", "--pcapng", "-"], ["-8", "-l"]):
+        assert main(["dump", "can0", *words]) == 2
+        assert "for lines on a screen" in capsys.readouterr().err
 
 
 def test_an_error_has_a_second_line_in_words() -> None:
@@ -282,7 +320,7 @@ def test_colours_tell_lines_and_errors_apart() -> None:
 
 WORDS = {
     "log": False, "count": None, "timeout": 0.0, "seconds": None, "errors": False, "bus_name": False, "stamps": None,
-    "json": False, "db": None, "pcapng": None,
+    "json": False, "db": None, "pcapng": None, "ascii": False, "extra": False, "raw_dlc": False, "colour": 0,
 }  # fmt: skip
 TWO_BUSES = """
 [[bus]]

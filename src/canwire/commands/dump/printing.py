@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from canwire import (
+    SELF_RECEPTION,
     TYPE_MASK,
     BusEvent,
     EventKind,
@@ -25,6 +26,7 @@ from canwire.commands.shell.colour import RED, YELLOW
 SCREEN, LOG, JSON = "screen", "log", "json"
 _KEPT = 1 << 16  # kinds of frames whose text is remembered
 _BY_LINE = ("36", "35", "34", "32")  # cyan, magenta, blue, green: one line's, where several are shown
+_WIDEST_COLOURS = 3  # -c -c -c: the time, too
 _LOG_TIME = "(0000000000.000000)"
 
 
@@ -36,6 +38,15 @@ class Known(NamedTuple):
 
     head: str
     length: int
+
+
+class Extras(NamedTuple):
+    """What candump's -a, -x, -8 and -c add to lines on a screen; `colours` counts -c, 0: as it is usual here."""
+
+    ascii: bool = False
+    messages: bool = False
+    raw_dlc: bool = False
+    colours: int = 0
 
 
 class Printer:
@@ -51,14 +62,16 @@ class Printer:
         decode: Decode | None = None,
         coloured: bool = False,
         several: bool = False,
+        extras: Extras = Extras(),  # noqa: B008  frozen
     ) -> None:
         self._style = style
         self._capture = capture
         self._stamps = stamps
         self._epoch_ns = epoch_ns
         self._decode = decode
-        self._coloured = coloured
-        self._several = several
+        self._coloured = coloured or extras.colours > 0
+        self._several = several or extras.colours > 0
+        self._extras = extras
         self._separator = " " if style == SCREEN else ""
         self._known: dict[str, dict[tuple[int, int], Known | None]] = {}
 
@@ -106,10 +119,11 @@ class Printer:
         frame = frame_of_record(RECORD.pack(*record))
         if not self._capture.accepts(frame):
             return None
-        if self._style == JSON or self._decode is not None or (self._coloured and self._several):
+        by_itself = self._decode is not None or (self._coloured and self._several) or self._extras.ascii
+        if self._style == JSON or by_itself:
             return Known("", -1)
         length = 0 if frame.remote else len(frame.data)
-        text = self._written(LogLine(0, name, frame)).removeprefix(_LOG_TIME)
+        text = self._written(LogLine(0, name, frame, self._direction(record))).removeprefix(_LOG_TIME)
         tail = record[3][:length].hex(*self._separator).upper()
         return Known(text[: len(text) - len(tail)], length) if text.endswith(tail) else Known("", -1)
 
@@ -122,7 +136,7 @@ class Printer:
         message = (
             self._decode(content, name) if self._decode is not None and isinstance(content, Frame) else None
         )
-        line = LogLine(self._epoch_ns + record[0], name, content)
+        line = LogLine(self._epoch_ns + record[0], name, content, self._direction(record))
         if self._style == JSON:
             from canwire.commands.dump.as_json import format_json
 
@@ -132,23 +146,33 @@ class Printer:
         text = self._written(line)
         if message is not None:
             text = f"{text}  :: {message}"
-        return f"{self._stamp()(record[0])}{self._painted(name, text, content)}"
+        stamp, colour = self._stamp()(record[0]), self._colour(name, content)
+        if not colour:
+            return f"{stamp}{text}"
+        if self._extras.colours >= _WIDEST_COLOURS:
+            return f"\x1b[{colour}m{stamp}{text}\x1b[0m"
+        end = text.index(name) + len(name) if self._extras.colours == 1 else len(text)
+        return f"{stamp}\x1b[{colour}m{text[:end]}\x1b[0m{text[end:]}"
+
+    def _direction(self, record: Record) -> str | None:
+        """Shown with -x; what the line itself sent is T."""
+        if not self._extras.messages:
+            return None
+        return "R" if record[2] & TYPE_MASK or not record[2] & SELF_RECEPTION else "T"
 
     def _written(self, line: LogLine) -> str:
         if self._style == LOG:
             return format_log_line(line)
-        text = format_candump_line(line)
+        text = format_candump_line(line, ascii=self._extras.ascii, raw_dlc=self._extras.raw_dlc)
         return f"{text}\n\t{in_words(line.content)}" if isinstance(line.content, BusEvent) else text
 
-    def _painted(self, name: str, text: str, content: Frame | BusEvent) -> str:
+    def _colour(self, name: str, content: Frame | BusEvent) -> str:
+        """The number of its colour; "" without."""
         if not self._coloured:
-            return text
-        colour = ""
+            return ""
         if isinstance(content, BusEvent):
-            colour = RED if content.kind is EventKind.ERROR else YELLOW
-        elif self._several:
-            colour = _BY_LINE[list(self._known).index(name) % len(_BY_LINE)]
-        return f"\x1b[{colour}m{text}\x1b[0m" if colour else text
+            return RED if content.kind is EventKind.ERROR else YELLOW
+        return _BY_LINE[list(self._known).index(name) % len(_BY_LINE)] if self._several else ""
 
 
 def _nothing(time_ns: int) -> str:

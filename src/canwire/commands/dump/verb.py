@@ -6,6 +6,7 @@ canwire dump HW000001:0 -e            errors and changes of state as well, with 
 canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 frames
 canwire dump can0 -T 2                until nothing has been heard for two seconds; --seconds 2: after two
 canwire dump can0 -t d                each line with the time since the one before; -t h: the bus's own clock
+canwire dump can0 -a -x               data as characters, too; RX or TX, B for the fast rate, E for error passive
 canwire dump can0 --filter 123        frame 123 only; 100-1FF, 700:700 by mask, ~123 all others
 canwire dump can0 --kind fd,extended  CAN FD frames with 29-bit identifiers only; error: errors only
 canwire dump can0 --db car.dbc        with names and signals, by a database; --message NAME: of this one
@@ -29,7 +30,7 @@ from canwire.commands.databases.chosen import Databases, add_database_argument, 
 from canwire.commands.dump.filters import KINDS as FILTER_KINDS
 from canwire.commands.dump.filters import Capture, Masked, parse_capture
 from canwire.commands.dump.output import Lines, Output
-from canwire.commands.dump.printing import JSON, LOG, SCREEN, Printer
+from canwire.commands.dump.printing import JSON, LOG, SCREEN, Extras, Printer
 from canwire.commands.dump.stamps import ABSOLUTE, KINDS, Stamps
 from canwire.commands.live.listening import (
     Listening,
@@ -65,6 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
     )
     _add_capture(parser)
+    _add_extras(parser)
     add_database_argument(parser, "names and signals", several=True)
     parser.add_argument(
         "--message",
@@ -95,6 +97,21 @@ def _add_capture(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="KIND",
         help=f"show these kinds only: {', '.join(FILTER_KINDS)}; again, or with commas",
+    )
+
+
+def _add_extras(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-a", "--ascii", action="store_true", help="show data as characters, too")
+    parser.add_argument("-x", "--extra", action="store_true", help="show RX or TX, BRS and ESI")
+    parser.add_argument(
+        "-8", "--raw-dlc", action="store_true", help="show length codes above 8 of classic frames"
+    )
+    parser.add_argument(
+        "-c",
+        "--colour",
+        action="count",
+        default=0,
+        help="colours, on a pipe too: of names; -c -c: of lines; -c -c -c: of times, too",
     )
 
 
@@ -135,6 +152,11 @@ def _check(arguments: argparse.Namespace) -> None:
         raise BadValue("--json: without -l and -t; its time_s is absolute")
     if arguments.log and arguments.stamps:
         raise BadValue("-t: without -l, whose lines have absolute times")
+    for option in ("ascii", "extra", "raw_dlc", "colour"):
+        if getattr(arguments, option) and (arguments.log or arguments.json or arguments.pcapng):
+            raise BadValue(
+                f"--{option.replace('_', '-')}: for lines on a screen; without --log, --json and --pcapng"
+            )
     if arguments.message and not arguments.db:
         raise BadValue("--message: names a message of --db FILE")
     if arguments.log and arguments.db:
@@ -240,4 +262,5 @@ def _printer(
         decode=None if databases is None else databases.decode,
         coloured=not absolute and has_colours(),
         several=len(sources) > 1,
+        extras=Extras(arguments.ascii, arguments.extra, arguments.raw_dlc, arguments.colour),
     )

@@ -8,7 +8,7 @@ import time
 from contextlib import ExitStack
 from itertools import count
 
-from canwire import BadValue, Frame, Hub
+from canwire import BadValue, Frame, Hub, format_frame
 from canwire.commands.can_line import open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.lab.any_log import AnyLog
@@ -63,6 +63,10 @@ class Senders:
         line = self._targets.line(channel)
         return line is None or self._by_line[line].queue(frame)
 
+    def line(self, channel: str) -> str | None:
+        """Where frames of this channel go; None: nowhere."""
+        return self._targets.line(channel)
+
     def result(self) -> int:
         """Wait until the buses have taken all; 1 if something is missing, which is said."""
         return max(sending.result() for sending in self._by_line.values())
@@ -77,7 +81,7 @@ def play_shared(arguments: argparse.Namespace, log: CandumpLog | AnyLog, found: 
 
     Raises BadValue for a speed below 0 and for frames that the line cannot send, HubError without a hub.
     """
-    for name in ("speed", "timeout", "gap", "loop"):
+    for name in ("speed", "timeout", "gap", "loop", "skip"):
         value = getattr(arguments, name)
         if value is not None and not value >= 0:
             raise BadValue(f"--{name} {value}: 0 or more")
@@ -114,13 +118,19 @@ def _send_all(
     loop = 1 if arguments.loop is None else arguments.loop
     for number in count(1) if loop == 0 else range(1, loop + 1):
         begin_s = time.monotonic()
+        before_ns, left_out_ns = found.first_ns, 0
         for line, frame, channel in log.frames():
+            if arguments.skip is not None and frame.timestamp_ns - before_ns > arguments.skip * 1e9:
+                left_out_ns += frame.timestamp_ns - before_ns
+            before_ns = frame.timestamp_ns
             if speed:
-                due_s = begin_s + (frame.timestamp_ns - found.first_ns) / 1e9 / speed
+                due_s = begin_s + (frame.timestamp_ns - left_out_ns - found.first_ns) / 1e9 / speed
                 time.sleep(max(0.0, due_s - time.monotonic()))
             progress.show(line)
             if not senders.queue(frame, channel):
                 return number
+            if arguments.verbose:
+                print(f"{senders.line(channel) or '-'} {format_frame(frame)}")
             if gap_s:
                 time.sleep(gap_s)
         if not found.frames:
