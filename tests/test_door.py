@@ -23,7 +23,7 @@ open_log Recorder RecordTriggers Trace open_trace convert_log merge_logs epoch_n
 Offer offer offered_hubs
 lines_now unused_lines FoundAdapter find_adapters
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
-DecodedMessages MessagePort OutgoingMessage Simulation
+DecodedMessages MessageCheck MessagePort OutgoingMessage Simulation
 TimeState TimedProgram
 LimitsConfig
 LimitReached

@@ -103,6 +103,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.campaigns.playing import CampaignRun
     from canwire.campaigns.running import repeat_run, run_campaign
     from canwire.core import core_mode
+    from canwire.databases.checking import MessageCheck
     from canwire.databases.columns import SignalColumns
     from canwire.databases.database import Database
     from canwire.databases.decoded import DecodedMessage
@@ -245,6 +246,7 @@ _NAMES = {
     "campaigns.running": "repeat_run run_campaign",
     "core": "core_mode",
     "databases.columns": "SignalColumns",
+    "databases.checking": "MessageCheck",
     "databases.database": "Database",
     "databases.decoded": "DecodedMessage",
     "databases.description": "MessageDescription SignalDescription",
@@ -502,6 +504,7 @@ __all__ = [
     "LogStatistics",
     "LogWriter",
     "MarkKind",
+    "MessageCheck",
     "MessageDescription",
     "MessagePort",
     "Monitor",

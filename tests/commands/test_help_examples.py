@@ -89,7 +89,8 @@ def busy_hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
         (tmp_path / name).write_text(halves[0])
     for name in ("engine.dbc", "car.dbc"):
         shutil.copy(EXAMPLES / "engine.dbc", tmp_path / name)
-    shutil.copy(EXAMPLES / "door.ldf", tmp_path)
+    for name in ("door.ldf", "alive.py"):
+        shutil.copy(EXAMPLES / name, tmp_path)
     shutil.copy(EXAMPLES / "campaign.py", tmp_path / "flips.py")
     monkeypatch.chdir(tmp_path)
     for other in ("drive.blf", "trace/"):

@@ -3,8 +3,7 @@
 canwire play drive.log can0                        onto a shared line: everybody on can0 hears it
 canwire play drive.blf can0 --speed 10             ten times as fast; 0: as fast as the bus takes them
 canwire play drive.log --map can0=can1,can1=can0   the log's can0 onto the line can1, its can1 onto can0
-canwire play drive.log can0 --loop 3               three times; --loop alone: until Ctrl-C
-canwire play drive.log can0 -s 2                   without pauses of more than two seconds
+canwire play drive.log can0 --loop 3               three times; --loop alone: until Ctrl-C; -s 2: no longer pauses
 canwire play drive.log can0 --filter 100:700       frames 100 to 1FF only
 canwire play drive.log                             onto a bus of its own, as fast as it goes, with a summary at the end
 canwire play drive.log --time real                 the same at the speed of the wall clock

@@ -4,9 +4,11 @@ canwire send can0 123#1122                    from the first line on can0 that n
 canwire send HW000001:0 123#1122 12345678#R   from this one, whoever uses it
 canwire send can0 '123##1AABB' -n 10 --gap 0.1
 canwire send can0 EngineData EngineSpeed=1500 Ready=yes --db examples/engine.dbc     by name
+canwire send can0 EngineData -n 3 --db examples/engine.dbc --plugin examples.alive:alive
 
 With --db a message is its name and its signals: physical values, or the texts that the file gives them. Signals that
-are left out have the file's start values.
+are left out have the file's start values. E2E counters and checksums of the file are put in, and --plugin finishes
+messages as `canwire simulate` has it; with -n they go on from frame to frame.
 
 Exit status 1 if frames were not delivered: a frame counts once another controller acknowledged it.
 """
@@ -15,6 +17,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -31,7 +34,8 @@ from canwire import (
 from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.databases.chosen import database_of
-from canwire.commands.databases.words import add_database_arguments, frames_of
+from canwire.commands.databases.plugins import find_plugin
+from canwire.commands.databases.words import add_database_arguments, add_plugin_argument, numbered_frames_of
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
@@ -46,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_line_arguments(parser)
     add_database_arguments(parser, "messages are sent by name")
+    add_plugin_argument(parser, "finishes each message of --db: counters, checksums")
     parser.add_argument(
         "frames", nargs="+", metavar="FRAME", help="123#1122, 12345678#R, 123##1AABB; MESSAGE SIGNAL=VALUE"
     )
@@ -58,7 +63,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Send; 1 if frames were not delivered. BadText for no frame; BadValue, BadDescription, NoSuchBoard, HubError."""
-    frames = frames_of(arguments.frames, database_of(arguments), arguments.fill)
+    plugins = [find_plugin(text) for text in arguments.plugin]
+    database = database_of(arguments)
+    if plugins and database is None:
+        raise BadValue(f"--plugin {arguments.plugin[0]}: it finishes messages of --db FILE")
+    frames = numbered_frames_of(arguments.frames, database, arguments.fill, plugins)
     for name, least in (("count", 1), ("gap", 0), ("timeout", 0)):
         if not getattr(arguments, name) >= least:
             raise BadValue(f"--{name} {getattr(arguments, name)}: {least} or more")
@@ -80,15 +89,17 @@ class Sending:
         self._timeout_s = timeout_s
         self._total = 0
 
-    def send(self, frames: list[Frame], count: int, gap_s: float) -> None:
-        """Queue them all, in time; where the queue stays full the rest is not even queued."""
+    def send(self, frames: Sequence[Frame | Callable[[int], Frame]], count: int, gap_s: float) -> None:
+        """Queue them all in time, each as it is in its round; where the queue stays full the rest is left."""
         total = count * len(frames)
         due_s = time.monotonic()
         for number in range(total):
             if number and gap_s:
                 due_s += gap_s
                 self._pause(gap_s if self._hub.virtual else max(0.0, due_s - time.monotonic()))
-            if not self.queue(frames[number % len(frames)]):
+            turn, place = divmod(number, len(frames))
+            found = frames[place]
+            if not self.queue(found if isinstance(found, Frame) else found(turn)):
                 self._total = total
                 return
 

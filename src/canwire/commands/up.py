@@ -3,7 +3,8 @@
 canwire up can0                               the first line on can0 that nobody uses
 canwire up HW000001:0 --bit-rate 250000       this one, at 250 kbit/s
 
-A line that was set up and stopped goes on as it was set up, unless other rates are asked for.
+A line that was set up and stopped goes on as it was set up, unless other rates are asked for. Exit status 1 if its
+adapter keeps it from its bus, with the reason; it is started all the same, and takes part once the adapter does.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import replace
 import canwire
 from canwire import BadValue, LineMode, LineStatus, every_line, format_rates, format_setter
 from canwire.commands.can_line import add_line_arguments, line_mode, point_out_rates, wanted_by
+from canwire.commands.console import complain
 from canwire.commands.shared_hub import connected, find_line
 
 
@@ -47,5 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
         if control is not None:
             control.close()
         point_out_rates(hub, place.info.bus, lines)
-        print(f"{place.address} on {place.info.bus or 'no bus'}: {format_rates(place.status(hub).mode)}")
+        status = place.status(hub)
+        print(f"{place.address} on {place.info.bus or 'no bus'}: {format_rates(status.mode)}")
+        if status.obstacle:
+            complain(f"{place.address}: {status.obstacle}; it is on its bus once that is mended")
+            return 1
     return 0

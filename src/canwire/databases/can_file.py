@@ -12,8 +12,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from canwire.databases.autosar import contents_of, counter_in, fault_of, profile_of, protected
 from canwire.databases.description import MessageDescription, Number, SignalDescription, Value
-from canwire.errors import BadDescription, ExtraMissing
+from canwire.errors import BadDescription, BadValue, ExtraMissing
 from canwire.values.frame import Frame
 
 Decoded = dict[str, tuple[Number | list[int], str]]
@@ -40,6 +41,9 @@ class CanFile:
         ]
         self._by_name = dict(zip(names, self._database.messages, strict=True))
         self._readings = {name: _readings(message) for name, message in self._by_name.items()}
+        self._profiles = {
+            name: profile for name, message in self._by_name.items() if (profile := profile_of(message))
+        }
 
     def pack(self, name: str, values: Mapping[str, Value]) -> bytes:
         """The data of a message with these values, which fit and are all that it needs."""
@@ -47,21 +51,65 @@ class CanFile:
 
     def unpack(self, name: str, data: bytes) -> tuple[Decoded, str]:
         """The signals that are in the data, and why there are none."""
-        message = self._by_name[name]
-        if message.is_container:
-            return {}, "it holds other messages, which are not decoded"
+        return _unpacked(self._by_name[name], self._readings[name], data)
+
+    def unpack_container(
+        self, name: str, data: bytes
+    ) -> tuple[list[tuple[MessageDescription, Decoded, str]], str]:
+        """The messages in a container, each as `unpack` has it, and why there are not all of them."""
+        held = {one.name: one for one in self._described(name).contained}
+        found, unknown = [], []
         try:
-            raws = message.decode(data, decode_choices=False, scaling=False, allow_truncated=True)
+            for message, part in contents_of(self._by_name[name], data):
+                if isinstance(message, int):
+                    unknown.append(f"{message:06X}")
+                else:
+                    found.append((held[message.name], *_unpacked(message, _readings(message), part)))
         except import_module("cantools").database.DecodeError as error:
-            return {}, str(error)
-        readings = self._readings[name]
-        return {signal: _told(*readings[signal], raw) for signal, raw in raws.items()}, ""
+            return found, str(error)
+        return found, f"unknown messages in it: {', '.join(unknown)}" if unknown else ""
+
+    def pack_container(self, name: str, parts: Sequence[tuple[str, Mapping[str, Value]]]) -> bytes:
+        """The data of a container with these messages, whose values fit; raises BadValue where they are too long."""
+        container = self._by_name[name]
+        by_name = {one.name: one for one in container.contained_messages}
+        data = b"".join(
+            by_name[part].header_id.to_bytes(3, "big") + bytes((len(packed),)) + packed
+            for part, values in parts
+            for packed in [bytes(by_name[part].encode(dict(values), strict=False))]
+        )
+        if len(data) > container.length:
+            raise BadValue(
+                f"{name}: {len(data)} bytes with these messages; it has room for {container.length}"
+            )
+        return data
+
+    def protect(self, name: str, data: bytes, count: int) -> bytes:
+        """The data with counter and checksum, where the message has such; else as they are."""
+        profile = self._profiles.get(name)
+        return data if profile is None else protected(self._by_name[name], profile, data, count)
+
+    def fault_of(self, name: str, data: bytes) -> str:
+        """What is wrong with the checksum; "" where it is right, or there is none."""
+        profile = self._profiles.get(name)
+        return "" if profile is None else fault_of(self._by_name[name], profile, data)
+
+    def counter_of(self, name: str, data: bytes) -> tuple[int, int] | None:
+        """The protection's counter and how many values it has; None without, or in data that are too short."""
+        profile = self._profiles.get(name)
+        if profile is None or len(data) <= profile.place:
+            return None
+        return counter_in(profile, data), profile.last + 1
+
+    def _described(self, name: str) -> MessageDescription:
+        return next(message for message in self.messages if message.name == name)
 
     def _message(self, name: str, message: Any) -> MessageDescription:
         signals = {}
         if not message.is_container:
             signals = {one.name: self._signal(one, message) for one in message.signals}
         fd = message.is_fd or self._is_longer(message)
+        profile = profile_of(message)
         return MessageDescription(
             name,
             message.frame_id,
@@ -74,7 +122,8 @@ class CanFile:
             cycle_s=message.cycle_time / 1000 if message.cycle_time else None,
             senders=tuple(message.senders),
             comment=message.comment or "",
-            decodable=not message.is_container,
+            contained=tuple(self._message(one.name, one) for one in message.contained_messages or ()),
+            protection=f"E2E profile {profile.number}" if profile is not None else "",
         )
 
     def _is_longer(self, message: Any) -> bool:
@@ -123,6 +172,14 @@ class CanFile:
             multiplexer_ids=tuple(signal.multiplexer_ids or ()),
             spn=signal.spn,
         )
+
+
+def _unpacked(message: Any, readings: Mapping[str, tuple[Any, Any]], data: bytes) -> tuple[Decoded, str]:
+    try:
+        raws = message.decode(data, decode_choices=False, scaling=False, allow_truncated=True)
+    except import_module("cantools").database.DecodeError as error:
+        return {}, str(error)
+    return {signal: _told(*readings[signal], raw) for signal, raw in raws.items()}, ""
 
 
 def _distinct(messages: Sequence[Any]) -> list[str]:

@@ -43,3 +43,9 @@ class Codec(Protocol):
 
     def decode(self, frame: Frame | LinFrame) -> DecodedMessage | None:
         """The message; None for an unknown frame."""
+
+    def protect(self, frame: Frame, count: int) -> Frame:
+        """With the counter and checksum that the file has for it."""
+
+    def protection_of(self, frame: Frame) -> tuple[str, tuple[int, int] | None]:
+        """What is wrong with its checksum, and its counter."""

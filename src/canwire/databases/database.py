@@ -15,12 +15,14 @@ from canwire.databases.near import near
 from canwire.databases.values_in import chosen_signals, complete
 from canwire.errors import BadValue
 from canwire.values.acceptance import Acceptance, id_pair
+from canwire.values.checks import instance, whole
 from canwire.values.frame import Frame
 from canwire.values.lin.frame import LinFrame
 
 if TYPE_CHECKING:
     import numpy
 
+    from canwire.databases.checking import MessageCheck
     from canwire.databases.columns import SignalColumns
     from canwire.databases.port import MessagePort
     from canwire.databases.simulation import OutgoingMessage, Simulation
@@ -78,7 +80,7 @@ class Database:
         """
         message = self.message(name)
         if not message.decodable:
-            raise BadValue(f"{name}: it holds other messages; those cannot be encoded here")
+            raise BadValue(f"{name}: it holds other messages; `encode_container` takes those")
         values = complete(message, signals, fill)
         id = addressed(message, source, destination, priority)
         if isinstance(self._file, LinFile):
@@ -88,6 +90,52 @@ class Database:
                 f"{name}: {message.length} bytes need several frames; send `pack(...)` by a transport protocol"
             )
         return frame_of(message, id, self._file.pack(name, values))
+
+    def encode_container(
+        self, name: str, messages: Mapping[str, Mapping[str, Value]], *, fill: Number | None = None
+    ) -> Frame:
+        """A container's frame with these messages in it, by name, in this order; raises like `encode`."""
+        container = self.message(name)
+        held = {one.name: one for one in container.contained}
+        if not held:
+            raise BadValue(f"{name}: no container of other messages; `encode` takes its signals")
+        for part in messages:
+            if part not in held:
+                raise BadValue(f"{name}: it holds no message {part!r}; {near(part, held)}")
+        assert isinstance(self._file, CanFile)
+        parts = [(part, complete(held[part], values, fill)) for part, values in messages.items()]
+        return frame_of(container, container.id, self._file.pack_container(name, parts))
+
+    def protect(self, frame: Frame, count: int) -> Frame:
+        """The frame with the counter and the checksum that the file has for its message (E2E profiles 2 and 5).
+
+        `count` tells how many of them were sent before. Frames of all other messages are returned as they are. Raises
+        BadDescription where the data have no room for them.
+        """
+        instance("frame", frame, Frame)
+        number = whole("count", count, 0, 1 << 62)
+        message = None if frame.remote else self.message_of(frame)
+        if message is None or not message.protection or not isinstance(self._file, CanFile):
+            return frame
+        return Frame(
+            frame.id,
+            self._file.protect(message.name, frame.data, number),
+            extended=frame.extended,
+            fd=frame.fd,
+            bit_rate_switch=frame.bit_rate_switch,
+            error_state_indicator=frame.error_state_indicator,
+            timestamp_ns=frame.timestamp_ns,
+        )
+
+    def protection_of(self, frame: Frame) -> tuple[str, tuple[int, int] | None]:
+        """What is wrong with the frame's checksum, "" where it is right or there is none; its counter, and how many
+        values that has, None without."""
+        instance("frame", frame, Frame)
+        message = None if frame.remote else self.message_of(frame)
+        if message is None or not isinstance(self._file, CanFile):
+            return "", None
+        name = message.name
+        return self._file.fault_of(name, frame.data), self._file.counter_of(name, frame.data)
 
     def signals_in(self, name: str, signals: Mapping[str, Value]) -> list[str]:
         """The names of the signals that are in the message's frame with these multiplexer values. Raises BadValue."""
@@ -117,12 +165,10 @@ class Database:
             return None
         else:
             assert isinstance(self._file, CanFile)
+            if not message.decodable:
+                return self._container(message, frame, *self._file.unpack_container(message.name, frame.data))
             found = self._file.unpack(message.name, frame.data)
-        told, problem = found
-        numbers = {name: number for name, (number, _) in told.items()}
-        return DecodedMessage(
-            message, {name: text or number for name, (number, text) in told.items()}, numbers, frame, problem
-        )
+        return _decoded(message, frame, *found)
 
     def decode_arrays(self, records: numpy.ndarray) -> dict[str, SignalColumns]:
         """Many frames at once, records of `record_dtype()`: columns of signals by the message's name.
@@ -168,6 +214,12 @@ class Database:
 
         return Simulation(self, node, signals=signals, plugins=plugins, fill=fill)
 
+    def check(self, plugins: Iterable[Callable[[OutgoingMessage], None]] = ()) -> MessageCheck:
+        """Counters and checksums of what is received, by the file's E2E profiles and by plug-ins. See MessageCheck."""
+        from canwire.databases.checking import MessageCheck
+
+        return MessageCheck(self, plugins)
+
     def id_masks(self, *names: str) -> list[tuple[int, int, bool]]:
         """(identifier, mask, extended) for each of these messages, as filters have it: a mask bit of 1 must match.
 
@@ -185,5 +237,23 @@ class Database:
             tuple(id_pair(id & mask, mask, extended=extended) for id, mask, extended in self.id_masks(*names))
         )
 
+    def _container(
+        self,
+        message: MessageDescription,
+        frame: Frame,
+        parts: list[tuple[MessageDescription, Decoded, str]],
+        problem: str,
+    ) -> DecodedMessage:
+        held = tuple(_decoded(one, frame, told, why) for one, told, why in parts)
+        return DecodedMessage(message, {}, {}, frame, problem, held)
+
     def __repr__(self) -> str:
         return f"<database {self.path}: {len(self.messages)} messages, {len(self.nodes)} nodes>"
+
+
+def _decoded(
+    message: MessageDescription, frame: Frame | LinFrame, told: Decoded, problem: str
+) -> DecodedMessage:
+    numbers = {name: number for name, (number, _) in told.items()}
+    signals = {name: text or number for name, (number, text) in told.items()}
+    return DecodedMessage(message, signals, numbers, frame, problem)

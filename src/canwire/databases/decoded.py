@@ -16,7 +16,8 @@ class DecodedMessage:
 
     `signals` are physical values, or the texts that the file gives them; `numbers` are the same as numbers. Signals
     that are multiplexed away, or cut off by short data, are missing. `problem` says why nothing could be decoded, "" if
-    all is well. `frame` has the time, the data, the identifier.
+    all is well. `frame` has the time, the data, the identifier. `contained` are the messages in a container, all of
+    which have its frame.
     """
 
     description: MessageDescription
@@ -24,6 +25,7 @@ class DecodedMessage:
     numbers: Mapping[str, Number | list[int]]
     frame: Frame | LinFrame
     problem: str = ""
+    contained: tuple[DecodedMessage, ...] = ()
 
     @property
     def name(self) -> str:
@@ -53,7 +55,9 @@ class DecodedMessage:
         """`EngineData(EngineSpeed: 1500 rpm, Ready: yes)`, as cantools writes it in one line."""
         if self.problem:
             return f"{self.name}({self.problem})"
-        return f"{self.name}({', '.join(f'{name}: {self.text(name)}' for name in self.signals)})"
+        parts = [str(message) for message in self.contained]
+        parts += [f"{name}: {self.text(name)}" for name in self.signals]
+        return f"{self.name}({', '.join(parts)})"
 
     def text(self, name: str) -> str:
         """A signal's value with its unit, for people."""

@@ -73,7 +73,8 @@ class MessageDescription:
     """One message: `length` in bytes, `cycle_s` its period in seconds or None, `senders` names of nodes.
 
     `j1939` messages are known by their PGN, whatever their priority and source; `lin` ones are LIN frames.
-    `decodable` is False for what only its name is known of (containers of other messages).
+    `contained` are the messages that a container holds; it has no signals of its own. `protection` names what guards
+    the data ("E2E profile 2", "E2E profile 5"), "" where the file says nothing.
     """
 
     name: str
@@ -88,7 +89,13 @@ class MessageDescription:
     cycle_s: float | None = None
     senders: tuple[str, ...] = ()
     comment: str = ""
-    decodable: bool = True
+    contained: tuple[MessageDescription, ...] = ()
+    protection: str = ""
+
+    @property
+    def decodable(self) -> bool:
+        """It has signals of its own: it is no container of other messages."""
+        return not self.contained
 
     @property
     def pgn(self) -> int | None:

@@ -14,6 +14,7 @@ from canwire.databases.near import near
 from canwire.databases.values_in import fault_of
 from canwire.errors import BadSignals, NotReceived
 from canwire.values.checks import nanoseconds
+from canwire.values.frame import Frame
 
 _NS = 1_000_000_000
 _SHOWN = 5  # of what came instead
@@ -35,6 +36,7 @@ class MessagePort:
         self._end = endpoint_of(node)
         self._fill = fill
         self._source = source
+        self._sent: Counter[str] = Counter()
 
     def send_message(
         self, name: str, signals: Mapping[str, Value] | None = None, /, **values: Value
@@ -42,12 +44,16 @@ class MessagePort:
         """Queue a message with these signals, physical values or texts; the frame that went.
 
         Signals may be given as a mapping, by keyword, or both; others have the file's start values. On LIN it is what
-        its header is answered with from now on. Raises BadSignals, BadValue, and what the node's `send` raises.
+        its header is answered with from now on. Counters and checksums of E2E profiles are put in. Raises BadSignals,
+        BadValue, and what the node's `send` raises.
         """
         given = {**(signals or {}), **values}
         source = self._source if self.database.message(name).j1939 else None
         frame = self.database.encode(name, given, fill=self._fill, source=source)
+        if isinstance(frame, Frame):
+            frame = self.database.protect(frame, self._sent[name])
         self._end.send(frame)
+        self._sent[name] += 1
         return frame
 
     def receive_message(self, timeout: float = 0.0) -> DecodedMessage | None:

@@ -52,7 +52,8 @@ class Simulation:
     """Node `node`: each of its messages that has a cycle time, beginning with the start values.
 
     `signals` are other values, by "Signal" (in every message that has it) or "Message.Signal". `plugins` see each
-    message before it is sent. `fill` is what signals have that the file gives no start value, or the nearest in range.
+    message before it is sent; the file's E2E profiles come after them. `fill` is what signals have that the file
+    gives no start value, or the nearest in range.
     `sent` counts by message, `missed` cycles that came too late to be sent, `refused` frames that found no room in
     the queue. `without_cycle` names messages that are not sent: the file gives them no cycle time.
     """
@@ -151,4 +152,5 @@ class Simulation:
         outgoing = OutgoingMessage(self._codec, message.name, count, values, self._fill)
         for plugin in self._plugins:
             plugin(outgoing)
-        return outgoing.frame()
+        frame = outgoing.frame()
+        return self._codec.protect(frame, count) if isinstance(frame, Frame) else frame

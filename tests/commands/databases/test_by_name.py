@@ -52,6 +52,37 @@ def examples_of(text: str | None, verb: str) -> list[str]:
     return [line for line in lines if "--db" in line]
 
 
+@pytest.mark.conforms("N-58")
+def test_a_plug_in_counts_what_is_sent_and_checks_what_was_heard(
+    hub_address: str, heard: HubChannel, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From round to round, and from message to message in it."""
+    plugin = ("--plugin", "examples.alive:alive")
+    words = ["EngineData", "123#11", "EngineData", "EngineSpeed=1500", "-n", "9", "--db", ENGINE, *plugin]
+    assert main(["send", "can0", *words, "--hub", hub_address, "--timeout", str(LONG_S)]) == 0
+    frames = [frame for _ in range(27) if (frame := heard.receive(LONG_S)) is not None]
+    engine = [frame for frame in frames if frame.id == 0x100]
+    alive = load_database(ENGINE)
+    counters = [found["Alive"] for frame in engine if (found := alive.decode(frame)) is not None]
+    assert counters == [number % 16 for number in range(18)]
+    log = tmp_path / "heard.log"
+    lines = [f"({number}.0) can0 {canwire.format_frame(frame)}\n" for number, frame in enumerate(frames)]
+    log.write_text("".join(lines))
+    check = ["decode", str(log), "--db", ENGINE, "--check", *plugin]
+    capsys.readouterr()
+    assert main(check) == 0
+    assert capsys.readouterr() == ("", "canwire: 18 messages, 0 with a wrong counter or checksum\n")
+    log.write_text("".join(lines[:3] + lines[6:]))
+    assert main(check) == 1
+    shown = capsys.readouterr()
+    assert shown.out.endswith(": counter 4, not 2\n")
+    assert "16 messages, 1 with a wrong counter" in shown.err
+    assert main(["send", "can0", "123#11", *plugin]) == 2
+    assert "it finishes messages of --db" in capsys.readouterr().err
+    assert main([*check[:4], *plugin]) == 2
+    assert "it belongs to --check" in capsys.readouterr().err
+
+
 @pytest.mark.conforms("PF-16")
 def test_a_message_by_name(hub_address: str, heard: HubChannel, engine: Database) -> None:
     words = ["EngineData", "EngineSpeed=1500", "Ready=yes", "123#11", "GearboxStatus", "OilPressure=3.5"]

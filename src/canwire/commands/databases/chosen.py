@@ -96,6 +96,10 @@ class Databases:
                 return message
         return None
 
+    def knowing(self, frame: Frame, channel: str) -> Database:
+        """The first of the channel's files that knows this frame, which one does."""
+        return next(one for one in self.of(channel) if one.message_of(frame) is not None)
+
     def ids_of(self, names: Sequence[str]) -> list[tuple[int, int, bool]]:
         """Identifier, mask and whether it has 29 bits, of these messages; raises BadValue with near names."""
         found: list[tuple[int, int, bool]] = []

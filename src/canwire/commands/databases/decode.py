@@ -6,9 +6,11 @@ canwire decode drive.log --db car.dbc --all            frames without a name, to
 canwire decode drive.log --db car.dbc --filter 100-1FF  these frames only
 canwire decode drive.log --db car.dbc --form columns   a row for each signal, columns by tabs
 canwire decode drive.log --db car.dbc --form json      an object a line, for programs
+canwire decode drive.log --db engine.dbc --check --plugin alive:alive    only frames whose counter or checksum is wrong
 canwire decode drive.log --db car.dbc -o signals.parquet    a Parquet table with a row for each value
 
-The log is of any format, told by its first bytes; - is standard input. Status 1 if some of it could not be read.
+The log is of any format, told by its first bytes; - is standard input. Status 1 if some of it could not be read, or
+--check has found something.
 `canwire query` asks signals by SQL. The columns of -o are time_s, time_ns, channel, message, signal, value, text, unit.
 """
 
@@ -19,14 +21,17 @@ import json
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from canwire import Frame, open_log
-from canwire.commands.databases.chosen import add_database_argument, databases_of
+from canwire import BadValue, Frame, open_log
+from canwire.commands.console import complain
+from canwire.commands.databases.chosen import Databases, add_database_argument, databases_of
+from canwire.commands.databases.plugins import find_plugin
 from canwire.commands.databases.table import SignalTable
+from canwire.commands.databases.words import add_plugin_argument
 from canwire.commands.dump.filters import parse_capture
 from canwire.commands.logs.faults import tell_faults
 
 if TYPE_CHECKING:
-    from canwire import DecodedMessage, LogEntry
+    from canwire import DecodedMessage, LogEntry, MessageCheck
 
 Decoded = tuple["LogEntry", Frame, "DecodedMessage | None"]
 FORMS = ("text", "columns", "json")
@@ -46,12 +51,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--out", metavar="FILE.parquet", help="write a Parquet table, and print nothing"
     )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="show frames with a wrong counter or checksum only, and why: by the file's E2E profiles and --plugin",
+    )
+    add_plugin_argument(parser, "with --check: what finishes each message where it is sent")
     parser.add_argument("--all", action="store_true", help="frames that no file knows, too")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the log; 1 for faults in it. BadLog, BadDescription, BadValue, OSError for what cannot be."""
     databases = databases_of(arguments)
+    if arguments.plugin and not arguments.check:
+        raise BadValue(f"--plugin {arguments.plugin[0]}: it belongs to --check")
     assert databases is not None  # argparse asks for one
     capture = parse_capture(arguments.filter, [], False)
     with open_log(arguments.log, format=arguments.source) as log:
@@ -61,6 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
                 for entry in log
                 if isinstance(entry.content, Frame) and capture.accepts(entry.content)
             )
+            if arguments.check:
+                return _check(arguments, databases, decoded) or int(log.fault_count > 0)
             if arguments.out is not None:
                 _write(arguments.out, decoded)
             else:
@@ -76,6 +91,25 @@ def _write(path: str, decoded: Iterable[Decoded]) -> None:
             if message is not None:
                 table.put(entry.timestamp_ns, entry.channel, message)
     print(f"{table.count} values to {path}")
+
+
+def _check(arguments: argparse.Namespace, databases: Databases, decoded: Iterable[Decoded]) -> int:
+    """1 where a counter or checksum is wrong; each is shown with the reason."""
+    plugins = [find_plugin(text) for text in arguments.plugin]
+    checks: dict[tuple[str, str], MessageCheck] = {}
+    count = 0
+    for entry, frame, message in decoded:
+        if message is None:
+            continue
+        count += 1
+        database = databases.knowing(frame, entry.channel)
+        key = (entry.channel, database.path)
+        check = checks.get(key) or checks.setdefault(key, database.check(plugins))
+        if why := check.fault_of(frame):
+            print(f"{text_of(entry, frame, message)}: {why}")
+    faults = sum(check.faults for check in checks.values())
+    complain(f"{count} messages, {faults} with a wrong counter or checksum")
+    return 1 if faults else 0
 
 
 def _print(arguments: argparse.Namespace, decoded: Iterable[Decoded]) -> None:

@@ -22,7 +22,7 @@ from canwire.commands.can_line import add_line_arguments, add_timeout_argument, 
 from canwire.commands.console import complain
 from canwire.commands.databases.chosen import database_of
 from canwire.commands.databases.plugins import find_plugin
-from canwire.commands.databases.words import Value, add_database_arguments, split
+from canwire.commands.databases.words import Value, add_database_arguments, add_plugin_argument, split
 from canwire.commands.send import Sending
 from canwire.commands.shared_hub import connected
 
@@ -45,9 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SIGNAL=VALUE",
         help="another value than the start value; Message.Signal=VALUE for one message alone",
     )
-    parser.add_argument(
-        "--plugin", action="append", default=[], metavar="MODULE:FUNCTION", help="finishes each message"
-    )
+    add_plugin_argument(parser, "finishes each message")
     parser.add_argument("--duration", type=float, metavar="SECONDS", help="end after this long")
     add_timeout_argument(parser, "at the end, ")
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
-from canwire import BadText, BadValue, Frame, parse_frame
+from canwire import BadText, BadValue, Frame, OutgoingMessage, parse_frame
 from canwire.commands.databases.chosen import add_database_argument
+from canwire.commands.databases.plugins import Plugin
 
 if TYPE_CHECKING:
     from canwire import Database
@@ -26,6 +29,11 @@ def add_database_arguments(parser: argparse._ActionsContainer, what: str) -> Non
     )
 
 
+def add_plugin_argument(parser: argparse._ActionsContainer, what: str) -> None:
+    """--plugin."""
+    parser.add_argument("--plugin", action="append", default=[], metavar="MODULE:FUNCTION", help=what)
+
+
 def frames_of(words: Sequence[str], database: Database | None, fill: float | None) -> list[Frame]:
     """Frames in text form, and by a description also messages with their signals; raises BadText, BadValue."""
     if database is None:
@@ -34,6 +42,47 @@ def frames_of(words: Sequence[str], database: Database | None, fill: float | Non
     for group in _groups(words):
         frames.append(parse_frame(group[0]) if "#" in group[0] else _encoded(database, group, fill))
     return frames
+
+
+def numbered_frames_of(
+    words: Sequence[str], database: Database | None, fill: float | None, plugins: Sequence[Plugin]
+) -> list[Callable[[int], Frame]]:
+    """The same for each round of a list that is sent again: counters and checksums, by plug-ins and the file, go on.
+
+    Raises BadText, BadValue.
+    """
+    frames = frames_of(words, database, fill)
+    if database is None:
+        return [partial(_same, frame) for frame in frames]
+    named = [group[0] if "#" not in group[0] else "" for group in _groups(words)]
+    times = Counter(named)
+    return [
+        partial(_finished, database, frame, plugins, times[name], named[:at].count(name))
+        if name
+        else partial(_same, frame)
+        for at, (frame, name) in enumerate(zip(frames, named, strict=True))
+    ]
+
+
+def _same(frame: Frame, number: int) -> Frame:
+    del number
+    return frame
+
+
+def _finished(
+    database: Database, frame: Frame, plugins: Sequence[Plugin], times: int, place: int, number: int
+) -> Frame:
+    """The message's frame in round `number`, which has it `times` times."""
+    count = number * times + place
+    message = database.decode(frame)
+    if plugins and message is not None:
+        outgoing = OutgoingMessage(database, message.name, count, dict(message.signals), 0)
+        for plugin in plugins:
+            plugin(outgoing)
+        made = outgoing.frame()
+        assert isinstance(made, Frame)  # `frames_of` has refused LIN frames
+        frame = made
+    return database.protect(frame, count)
 
 
 def split(word: str) -> tuple[str, str]:

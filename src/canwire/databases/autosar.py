@@ -1,0 +1,76 @@
+"""What AUTOSAR files add to messages, by cantools: E2E protection by profile 2 or 5, and what containers hold.
+
+Profile 2 has a checksum in byte 0 and a counter from 0 to 15 in the low half of byte 1; profile 5 a checksum in the
+bytes 0 and 1 (low one first) and a counter from 0 to 255 in byte 2.
+Source: AUTOSAR E2E Protocol Specification (PRS_E2EProtocol), profiles 2 and 5; cantools 45, cantools.autosar.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from canwire.errors import BadDescription
+
+_IDS_OF_2 = 16  # one for each value of the counter
+_IDS_OF_5 = 1
+
+
+class Profile(NamedTuple):
+    """Where a profile's counter stands: `place` the byte, `last` its highest value."""
+
+    number: int
+    place: int
+    last: int
+
+
+_PROFILES = {_IDS_OF_2: Profile(2, 1, 15), _IDS_OF_5: Profile(5, 2, 255)}
+
+
+def profile_of(message: Any) -> Profile | None:
+    """How cantools' message is protected; None for one that is not, or in a way that cantools does not know."""
+    e2e = None if message.autosar is None else message.autosar.e2e
+    if e2e is None or not e2e.data_ids:
+        return None
+    return _PROFILES.get(len(e2e.data_ids))
+
+
+def protected(message: Any, profile: Profile, data: bytes, count: int) -> bytes:
+    """The data with this counter and its checksum; raises BadDescription where they do not fit in."""
+    if len(data) <= profile.place:
+        raise BadDescription(
+            f"{message.name}: {len(data)} bytes have no room for E2E profile {profile.number}"
+        )
+    counted = bytearray(data)
+    upper = counted[profile.place] & ~profile.last & 0xFF
+    counted[profile.place] = upper | count % (profile.last + 1)
+    found = getattr(_end_to_end(), f"apply_profile{profile.number}_crc")(bytes(counted), message)
+    return bytes(counted if found is None else found)
+
+
+def fault_of(message: Any, profile: Profile, data: bytes) -> str:
+    """Why the checksum is not what it should be; "" where it is."""
+    right = getattr(_end_to_end(), f"check_profile{profile.number}_crc")(data, message)
+    if right is None:
+        return f"too short for E2E profile {profile.number}"
+    return "" if right else f"wrong checksum (E2E profile {profile.number})"
+
+
+def counter_in(profile: Profile, data: bytes) -> int:
+    """The counter in data that are long enough."""
+    return data[profile.place] & profile.last
+
+
+def contents_of(message: Any, data: bytes) -> Iterator[tuple[Any, bytes]]:
+    """Each message in a container and its data; a number in the place of one that the file does not know.
+
+    Raises cantools' DecodeError for a container that does not end where it says.
+    """
+    for held, part in message.unpack_container(data):
+        if part or not isinstance(held, int):  # zeros behind the last one fill the frame
+            yield held, bytes(part)
+
+
+def _end_to_end() -> Any:
+    return import_module("cantools.autosar.end_to_end")

@@ -1,0 +1,99 @@
+"""Whether counters and checksums of received messages are right: those of the file, and those of plug-ins.
+
+A plug-in finishes messages that are sent. The same one tells what a received message should have been: finished for the
+count that is next, its frame is the one that came, or something is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from canwire.databases.codec import Codec
+from canwire.databases.decoded import DecodedMessage
+from canwire.databases.simulation import OutgoingMessage
+from canwire.errors import BadSignals, BadValue
+from canwire.values.frame import Frame
+from canwire.values.lin.frame import LinFrame
+
+_COUNTS = 256  # no counter that a plug-in makes has more values
+
+Plugin = Callable[[OutgoingMessage], None]
+
+
+class MessageCheck:
+    """What is wrong with received messages, one stream of each. `faults` counts them.
+
+    `plugins` are those that finish the messages where they are sent; the file's E2E profiles are checked without.
+    """
+
+    def __init__(self, codec: Codec, plugins: Iterable[Plugin] = ()) -> None:
+        self.faults = 0
+        self._codec = codec
+        self._plugins = tuple(plugins)
+        self._profiles: dict[str, int] = {}
+        self._counts: dict[str, int] = {}
+
+    def fault_of(self, frame: Frame | LinFrame) -> str:
+        """Why this frame is not what should have come next, "" if it is; frames that the file does not know are."""
+        found = self._codec.decode(frame) if isinstance(frame, Frame) else None
+        if found is None or not isinstance(frame, Frame) or found.problem:
+            return ""
+        why = self._by_profile(found, frame) or self._by_plugins(found, frame)
+        self.faults += bool(why)
+        return why
+
+    def __repr__(self) -> str:
+        return f"<check of {self._codec.path}: {self.faults} faults>"
+
+    def _by_profile(self, message: DecodedMessage, frame: Frame) -> str:
+        why, told = self._codec.protection_of(frame)
+        if why or told is None:
+            return why
+        counter, values = told
+        before = self._profiles.get(message.name)
+        self._profiles[message.name] = counter
+        if before is None or counter == (before + 1) % values:
+            return ""
+        return _jumped(counter, (before + 1) % values, before)
+
+    def _by_plugins(self, message: DecodedMessage, frame: Frame) -> str:
+        before = self._counts.get(message.name)
+        first = 0 if before is None else before + 1
+        for count in range(first, first + _COUNTS):
+            try:
+                made, changes = self._finished(message, count)
+            except (BadSignals, BadValue):
+                return ""  # values that nobody could send again: a range is not the plug-in's affair
+            if not changes:
+                return ""
+            if made == frame.data:
+                self._counts[message.name] = count
+                if before is None or count == first:
+                    return ""
+                return _jumped(count % _COUNTS, first % _COUNTS, before % _COUNTS)
+        return "wrong checksum"
+
+    def _finished(self, message: DecodedMessage, count: int) -> tuple[bytes, bool]:
+        """The data as the plug-ins would make them, and whether they see to this message at all."""
+        outgoing = OutgoingMessage(self._codec, message.name, count, dict(message.signals), 0)
+        seen = _Watched(outgoing.signals)
+        outgoing.signals = seen
+        for plugin in self._plugins:
+            plugin(outgoing)
+        return outgoing.encoded(), seen.changed
+
+
+class _Watched(dict):  # type: ignore[type-arg]
+    """Signals, and whether somebody put one in."""
+
+    changed = False
+
+    def __setitem__(self, name: str, value: object) -> None:
+        self.changed = True
+        super().__setitem__(name, value)
+
+
+def _jumped(counter: int, wanted: int, before: int) -> str:
+    if counter == before:
+        return f"counter {counter} again"
+    return f"counter {counter}, not {wanted}"
