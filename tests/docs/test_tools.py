@@ -39,7 +39,7 @@ def test_its_programs_print_what_stands_there() -> None:
 
 
 def test_its_table_has_every_format() -> None:
-    rows = dict(re.findall(r"^\| `(\w+)`[^|]*\| (\.\w+)", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
+    rows = dict(re.findall(r"^\| `([\w-]+)`[^|]*\| (\.\w+)", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
     assert rows == {row.name: row.suffixes[0] for row in log_formats() if row.name != "journal"}
 
 
