@@ -174,6 +174,9 @@ def test_what_is_waited_for_is_explained_wherever_it_is_shown(
     assert "! there is no interface 'nope'" in capsys.readouterr().out
     assert main(["send", "python-can:0", "123#", "--timeout", "0.1", "--hub", hub_address]) == 1
     assert "not delivered: there is no interface 'nope'" in capsys.readouterr().err
+    assert main(["up", "python-can:0", "--hub", hub_address]) == 2
+    assert ", but there is no interface 'nope'" in capsys.readouterr().err
+    assert main(["stop", "python-can:0", "--hub", hub_address]) == 0
     assert main(["up", "python-can:0", "--hub", hub_address]) == 1
     assert "there is no interface 'nope'" in capsys.readouterr().err
 

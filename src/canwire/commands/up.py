@@ -40,8 +40,9 @@ def run(arguments: argparse.Namespace) -> int:
             return replace(line_mode(place.info.capabilities, wanted), persistent=True)
 
         def check(status: LineStatus) -> None:
+            kept = f", but {status.obstacle}" if status.obstacle else ""
             raise BadValue(
-                f"{place.address} runs already at {format_rates(status.mode)}, {format_setter(status)}; "
+                f"{place.address} runs already at {format_rates(status.mode)}, {format_setter(status)}{kept}; "
                 f"`canwire stop {place.address}` ends that"
             )
 

@@ -28,12 +28,12 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
     """`bus.node("io", CanopenEcu(5))` in the lab, `network.create_node(CanopenEcu(5))` on a connected canopen.Network.
 
     `dictionary` is canopen's, or the path of an EDS file; without one it is a small I/O module, of EDS file
-    `CanopenEcu.EDS`. It boots at once. Its SDO server, heartbeats, TPDOs (on change, by event timer, on SYNC), RPDOs
-    and emergencies are as the dictionary says; resets take its values back to the dictionary's.
+    `CanopenEcu.EDS`. It boots at once. Its SDO server (blocks, too), heartbeats, TPDOs (on change, by event timer, on
+    SYNC), RPDOs and emergencies are as the dictionary says; resets take its values back to the dictionary's.
 
     Whatever a LocalNode has is there: `sdo["Label"].raw` reads and writes the dictionary from inside, a TPDO on change
     follows; `nmt.state`, `emcy.send(...)`, `add_read_callback`, `add_write_callback`. Not there: inhibit times,
-    transmission on remote frames (types 252, 253), block transfers (canopen's server refuses a download by blocks).
+    transmission on remote frames (types 252, 253), LSS.
     """
 
     EDS = str(Path(__file__).with_name("small.eds"))

@@ -13,11 +13,14 @@ from canopen.emcy import EmcyProducer
 from canopen.nmt import NmtBase, NmtSlave
 from canopen.sdo import SdoServer
 
+from canwire.ecus.canopen.blocks import BlockDownload, BlockUpload
+
 RESET_NODE, RESET_COMMUNICATION = 129, 130
 _PRE_OPERATIONAL = 128
 _HEARTBEAT = 0x1017
 _ERROR_REGISTER, _ERRORS = 0x1001, 0x1003
 _NOT_VALID = 1 << 31
+_ABORTED, _CRC, _SIZED = 0x80, 0x04, 0x02  # of an SDO request
 TALKING = ("PRE-OPERATIONAL", "OPERATIONAL")
 
 
@@ -65,15 +68,53 @@ class Nmt(NmtSlave):  # type: ignore[misc]
 
 
 class Sdo(SdoServer):  # type: ignore[misc]
-    """Answers while pre-operational or operational; requests have 8 bytes."""
+    """Answers while pre-operational or operational; requests have 8 bytes. Block transfers are `blocks.py`'s."""
 
     def __init__(self, node: LocalNode) -> None:
         super().__init__(0x600 + node.id, 0x580 + node.id, node)
         self._index = self._subindex = 0  # of an abort before any transfer
+        self._block: BlockUpload | BlockDownload | None = None
 
     def on_request(self, can_id: int, data: bytearray, timestamp: float) -> None:
-        if len(data) == 8 and self._node.nmt.state in TALKING:
+        if len(data) != 8 or self._node.nmt.state not in TALKING:
+            return
+        if self._block is not None and data[0] != _ABORTED:
+            self._go_on(bytes(data))
+        else:
+            self._block = None
             super().on_request(can_id, data, timestamp)
+
+    def block_upload(self, data: bytearray) -> None:
+        """The client asks for an object in blocks; a short one is handed over as usual, where it has said so."""
+        self._index, self._subindex = int.from_bytes(data[1:3], "little"), data[3]
+        found = self._node.get_data(self._index, self._subindex, check_readable=True)
+        if len(found) <= data[5]:
+            self.init_upload(data)
+            return
+        crc = bool(data[0] & _CRC)
+        self._block = BlockUpload(bytes(found), bytes(data[1:4]), data[4], crc, self.send_response)
+
+    def block_download(self, data: bytearray) -> None:
+        """The client sends an object in blocks."""
+        self._index, self._subindex = int.from_bytes(data[1:3], "little"), data[3]
+        index, subindex = self._index, self._subindex
+        size = int.from_bytes(data[4:8], "little") if data[0] & _SIZED else None
+        self._block = BlockDownload(
+            bytes(data[1:4]),
+            size,
+            bool(data[0] & _CRC),
+            self.send_response,
+            lambda whole: self._node.set_data(index, subindex, whole, check_writable=True),
+        )
+
+    def _go_on(self, data: bytes) -> None:
+        assert self._block is not None
+        try:
+            if self._block.take(data):
+                self._block = None
+        except SdoAbortedError as error:
+            self._block = None
+            self.abort(error.code)
 
 
 class Emergencies(EmcyProducer):  # type: ignore[misc]
