@@ -133,3 +133,15 @@ def test_an_abort_of_the_client_ends_a_transfer(client: Client) -> None:
     assert client.ask(b"\x80" + client.object + bytes(4)) == []
     client.ecu.set_data(client.index, 0, b"door")
     assert client.ask(b"\x40" + client.object)[0] == b"\x43" + client.object + b"door"
+
+
+@pytest.mark.parametrize("reset", [True, False])
+def test_a_transfer_that_nobody_goes_on_with_is_forgotten(client: Client, reset: bool) -> None:
+    """A second later, or at a reset: what would else be a segment is a request."""
+    client.ask(b"\xc6" + client.object + (20).to_bytes(4, "little"))
+    assert client.ask(b"\x40" + client.object) == []
+    if reset:
+        client.node.send(Frame(0, b"\x81\x05"))
+    client.lab.run_for(0.1 if reset else 1.0)
+    client.node.receive_many(100)
+    assert client.ask(b"\x40" + client.object)[0][0] == 0x41

@@ -110,6 +110,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             self._boot()
 
     def _boot(self) -> None:
+        self.sdo.forget()
         self.emcy.set_cob_id(number_at(self, _EMERGENCY, 0x80 + self.id))
         self._listen_for_sync(number_at(self, _SYNC, _USUAL_SYNC) & 0x1FFF_FFFF)
         self.nmt.boot()

@@ -20,6 +20,7 @@ _PRE_OPERATIONAL = 128
 _HEARTBEAT = 0x1017
 _ERROR_REGISTER, _ERRORS = 0x1001, 0x1003
 _NOT_VALID = 1 << 31
+_PATIENCE_S = 1.0  # with which a block transfer waits for its client; CiA 301 leaves it to the device
 _ABORTED, _CRC, _SIZED = 0x80, 0x04, 0x02  # of an SDO request
 TALKING = ("PRE-OPERATIONAL", "OPERATIONAL")
 
@@ -74,14 +75,22 @@ class Sdo(SdoServer):  # type: ignore[misc]
         super().__init__(0x600 + node.id, 0x580 + node.id, node)
         self._index = self._subindex = 0  # of an abort before any transfer
         self._block: BlockUpload | BlockDownload | None = None
+        self._heard_s = 0.0
+
+    def forget(self) -> None:
+        """No transfer is under way any more."""
+        self._block = None
 
     def on_request(self, can_id: int, data: bytearray, timestamp: float) -> None:
         if len(data) != 8 or self._node.nmt.state not in TALKING:
             return
+        if timestamp - self._heard_s > _PATIENCE_S:
+            self.forget()
+        self._heard_s = timestamp
         if self._block is not None and data[0] != _ABORTED:
             self._go_on(bytes(data))
         else:
-            self._block = None
+            self.forget()
             super().on_request(can_id, data, timestamp)
 
     def block_upload(self, data: bytearray) -> None:
