@@ -10,19 +10,23 @@ import os
 import subprocess
 import sys
 import tarfile
+import zipfile
 from pathlib import Path
 
 import pytest
 
 NAMES = ("python-can", "cantools", "canmatrix", "ldfparser")
-"""pip cannot prepare asammdf's without scikit-build-core; SavvyCAN and opendbc are not on PyPI as such."""
+WHEELS = ("opendbc",)
+"""Its wheel carries the databases. pip cannot prepare asammdf's source without scikit-build-core; SavvyCAN is in no
+package."""
 
 
 def fetch(folder: Path) -> None:
-    """Ask pip for the newest source distribution of each."""
-    for name in NAMES:
-        pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--no-binary", ":all:"]
-        subprocess.run([*pip, "--dest", str(folder), name], check=True)
+    """Ask pip for the newest source distribution, or wheel, of each."""
+    for name in (*NAMES, *WHEELS):
+        pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--dest", str(folder)]
+        kind = ["--only-binary" if name in WHEELS else "--no-binary", ":all:"]
+        subprocess.run([*pip, *kind, name], check=True)
 
 
 def unpacked(into: Path) -> Path:
@@ -34,6 +38,9 @@ def unpacked(into: Path) -> Path:
     for archive in found:
         with tarfile.open(archive) as opened:
             opened.extractall(into, filter="data")
+    for wheel in sorted(Path(folder).glob("*.whl")):
+        with zipfile.ZipFile(wheel) as packed:
+            packed.extractall(into / wheel.stem)
     return into
 
 

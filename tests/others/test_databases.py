@@ -1,4 +1,5 @@
-"""Every database of cantools' and canmatrix' tests, decoded by us one by one and in columns, and by cantools itself."""
+"""Every database of cantools' and canmatrix' tests and of opendbc, decoded by us, one by one and in columns, and by
+cantools itself."""
 
 from __future__ import annotations
 
@@ -16,13 +17,18 @@ from tests.others.packages import unpacked
 cantools = pytest.importorskip("cantools")
 SUFFIXES = {".dbc", ".kcd", ".sym", ".arxml"}
 _FRAMES = 4  # of each message
+SELECTOR = (
+    "a selector without signals: a frame of columns is undecoded then, cantools gives what is not multiplexed"
+)
 DIFFERENT = {
+    ("system-4.2.arxml", "MultiplexedMessage", "decode_arrays"): SELECTOR,
+    ("tesla_model3_vehicle.dbc", "VCLEFT_switchStatus", "decode_arrays"): SELECTOR,
     (
-        "system-4.2.arxml",
-        "MultiplexedMessage",
+        "vw_pq.dbc",
+        "Motor_2",
         "decode_arrays",
-    ): "a selector without signals: a frame of columns is "
-    "undecoded then, cantools gives those that are not multiplexed",
+    ): "the file writes m where M is meant: cantools knows no multiplexer, "
+    "so none of its signals; columns go by what SG_MUL_VAL_ says",
 }
 """Why they differ, by file, message and way."""
 BROKEN = {
@@ -32,6 +38,18 @@ BROKEN = {
     "bad_message_length.dbc",
     "bad_message_length.kcd",
     "bad_message_length.sym",
+    "FORD_CADS_64.dbc",
+    "_steering_control_c.dbc",
+    "_toyota_2017.dbc",
+    "gm_global_a_lowspeed_1818125.dbc",
+    "gwm_haval_h6_phev_2024.dbc",
+    "hongqi_hs5.dbc",
+    "hyundai_i30_2014.dbc",
+    "mazda_3_2019.dbc",
+    "nissan_xterra_2011.dbc",
+    "volvo_v40_2017_pt.dbc",
+    "vw_mqb.dbc",
+    "vw_pq.dbc",
 }
 """Files with messages of which cantools decodes nothing, since a signal does not fit."""
 
@@ -110,7 +128,8 @@ def _compared(
                 counts["messages with signals of one name"] += 1  # which of them counts is anybody's guess
                 continue
             if way == "decode_arrays" and not expected and found:
-                assert where in BROKEN
+                if where not in BROKEN:
+                    wrong.append(f"{where}: {message.name}: cantools decodes nothing")
                 counts["broken"] += 1
                 continue
             counts["values"] += len(found)
