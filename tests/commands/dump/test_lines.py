@@ -29,7 +29,7 @@ from canwire.commands import main
 from canwire.commands.can_line import bring_up
 from canwire.commands.databases.chosen import Databases
 from canwire.commands.dump.as_json import format_json
-from canwire.commands.dump.filters import Capture, parse_capture
+from canwire.commands.dump.filters import Capture, Masked, parse_capture
 from canwire.commands.dump.printing import JSON, LOG, SCREEN, Extras, Printer
 from canwire.commands.dump.stamps import Stamps
 from canwire.commands.dump.verb import Dump
@@ -299,9 +299,28 @@ def test_names_and_signals() -> None:
     assert (known["message"], known["signals"]) == ("Engine", {"Speed": 2000, "Torque": 10})
     assert "message" not in other
     databases = Databases([("", load_database(CAR))])
-    assert databases.ids_of(["Engine"]) == [(0x100, 0x7FF, False)]
+    assert databases.ids_of(["Engine"], "can0") == [(0x100, 0x7FF, False)]
     with pytest.raises(BadValue, match="Engine"):
-        databases.ids_of(["Engin"])
+        databases.ids_of(["Engin"], "can0")
+
+
+def test_a_message_s_name_means_each_channel_s_own(tmp_path: Path) -> None:
+    """One database's Engine is 100, the other's 200; a third channel has none."""
+    pytest.importorskip("cantools")
+    other = tmp_path / "other.dbc"
+    other.write_text(Path(CAR).read_text().replace("BO_ 256 Engine", "BO_ 512 Engine"))
+    databases = Databases([("can0", load_database(CAR)), ("can1", load_database(str(other)))])
+    named = {
+        channel: tuple(Masked(*one, inverted=False) for one in databases.ids_of(["Engine"], channel))
+        for channel in ("can0", "can1", "can2")
+    }
+    printer = Printer(SCREEN, Capture(named=named))
+    records = [record_of(Frame(id)) for id in (0x100, 0x200)]
+    assert printer.lines("can0", records) == ["  can0  100   [0] "]
+    assert printer.lines("can1", records) == ["  can1  200   [0] "]
+    assert printer.lines("can2", records) == []
+    with pytest.raises(BadValue, match="did you mean Engine"):
+        databases.ids_of(["Engin"], "can2")
 
 
 def test_colours_tell_lines_and_errors_apart() -> None:

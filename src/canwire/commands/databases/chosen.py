@@ -100,12 +100,17 @@ class Databases:
         """The first of the channel's files that knows this frame, which one does."""
         return next(one for one in self.of(channel) if one.message_of(frame) is not None)
 
-    def ids_of(self, names: Sequence[str]) -> list[tuple[int, int, bool]]:
-        """Identifier, mask and whether it has 29 bits, of these messages; raises BadValue with near names."""
+    def ids_of(self, names: Sequence[str], channel: str) -> list[tuple[int, int, bool]]:
+        """Identifier, mask and whether it has 29 bits, of these messages on this channel, as its first file has each.
+
+        Raises BadValue, with near names, for one that no file of any channel has.
+        """
         found: list[tuple[int, int, bool]] = []
         for name in names:
-            those = [database for database in self.all if name in database.messages] or self.all[:1]
-            found += [one for database in those for one in database.id_masks(name)]
+            if not any(name in database.messages for database in self.all):
+                self.all[0].message(name)
+            those = [database for database in self.of(channel) if name in database.messages]
+            found += [one for database in those[:1] for one in database.id_masks(name)]
         return found
 
 

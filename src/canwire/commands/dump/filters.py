@@ -10,7 +10,8 @@ j           candump's: all filters have to let a frame in, not any of them
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 from canwire import BadValue, BusEvent, EventKind, Frame
@@ -60,16 +61,27 @@ class Span(NamedTuple):
         return met != self.inverted
 
 
+_NOTHING = Span(1, 0, extended=False, inverted=False)
+
+
 class Capture(NamedTuple):
     """What passes: frames that any filter lets in (with `joined` all of them), of these kinds (none: every kind).
 
     Kinds of one group, data and remote say, add up; groups all count. Events pass where `events` has their kind.
+    `named` are more filters by channel, of messages that a channel's databases know; see `of`.
     """
 
     filters: tuple[Masked | Span, ...] = ()
     joined: bool = False
     kinds: tuple[str, ...] = ()
     events: tuple[EventKind, ...] = ()
+    named: Mapping[str, tuple[Masked, ...]] = MappingProxyType({})
+
+    def of(self, channel: str) -> Capture:
+        """What passes on this channel; none of the messages where its databases know none of them."""
+        if not self.named:
+            return self
+        return self._replace(filters=(*self.filters, *(self.named.get(channel) or (_NOTHING,))), named={})
 
     def accepts(self, content: Frame | BusEvent) -> bool:
         if isinstance(content, BusEvent):

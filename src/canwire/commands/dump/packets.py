@@ -38,7 +38,8 @@ class Packets:
         import numpy
 
         blocks = [RECORD.pack(*record) for record in records]
-        kept = [block for block in blocks if self._accepts(block)][:most]
+        capture = self._capture.of(name)
+        kept = [block for block in blocks if _accepts(capture, block)][:most]
         if not kept:
             return 0
         raw = numpy.frombuffer(b"".join(kept), record_dtype())
@@ -66,8 +67,9 @@ class Packets:
             self._writer.write_many(marks)
         self._writer.close()
 
-    def _accepts(self, block: bytes) -> bool:
-        if not (self._capture.filters or self._capture.kinds or self._capture.events):
-            return True  # the channel brings frames only
-        event = int.from_bytes(block[12:16], "little") & TYPE_MASK
-        return self._capture.accepts(BusEvent.from_record(block) if event else frame_of_record(block))
+
+def _accepts(capture: Capture, block: bytes) -> bool:
+    if not (capture.filters or capture.kinds or capture.events):
+        return True  # the channel brings frames only
+    event = int.from_bytes(block[12:16], "little") & TYPE_MASK
+    return capture.accepts(BusEvent.from_record(block) if event else frame_of_record(block))

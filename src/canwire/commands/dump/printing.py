@@ -117,7 +117,7 @@ class Printer:
         if record[2] & TYPE_MASK:
             return Known("", -1)
         frame = frame_of_record(RECORD.pack(*record))
-        if not self._capture.accepts(frame):
+        if not self._capture.of(name).accepts(frame):
             return None
         by_itself = self._decode is not None or (self._coloured and self._several) or self._extras.ascii
         if self._style == JSON or by_itself:
@@ -131,7 +131,7 @@ class Printer:
         """Of one record, by itself; "" where it is not shown."""
         packed = RECORD.pack(*record)
         content = BusEvent.from_record(packed) if record[2] & TYPE_MASK else frame_of_record(packed)
-        if not self._capture.accepts(content):
+        if not self._capture.of(name).accepts(content):
             return ""
         message = (
             self._decode(content, name) if self._decode is not None and isinstance(content, Frame) else None

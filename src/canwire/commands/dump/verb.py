@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -120,14 +121,15 @@ def run(arguments: argparse.Namespace) -> int:
     _check(arguments)
     capture = parse_capture(arguments.filter, arguments.kind, arguments.errors)
     databases = databases_of(arguments)
-    if arguments.message and databases is not None:
-        named = tuple(Masked(*found, inverted=False) for found in databases.ids_of(arguments.message))
-        capture = capture._replace(filters=(*capture.filters, *named))
     with ExitStack() as closing:
         hub = connected(arguments, "dump", closing)
         places = places_of(hub, arguments.lines)
         if arguments.bus_name:
             places = [(place.info.bus or name, place) for name, place in places]
+        if arguments.message and databases is not None:
+            capture = capture._replace(
+                named=_named(databases, arguments.message, [name for name, _ in places])
+            )
         events = tuple(int(kind) for kind in capture.events)
         listening = closing.enter_context(Listening(hub, places, wanted_by(arguments), events=events))
         complain_each(listening.told)
@@ -140,6 +142,16 @@ def run(arguments: argparse.Namespace) -> int:
         finally:
             complain_each(dump.summary())
     return 0
+
+
+def _named(
+    databases: Databases, messages: Sequence[str], channels: Sequence[str]
+) -> dict[str, tuple[Masked, ...]]:
+    """What --message means on each channel: two of its databases may have messages of one name."""
+    return {
+        channel: tuple(Masked(*found, inverted=False) for found in databases.ids_of(messages, channel))
+        for channel in channels
+    }
 
 
 def _check(arguments: argparse.Namespace) -> None:
