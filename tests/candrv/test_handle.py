@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 import canwire
@@ -376,6 +378,23 @@ def test_no_transmitted_events_without_bit_1(bench: Bench, registry: RegistrySto
     handle.write("1 0 0\n")
     bench.run(0.01)
     assert kinds(handle) == []
+
+
+@pytest.mark.conforms("N-55")
+def test_what_keeps_an_adapter_off_its_bus_stands_in_the_error(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    handle = bench.open()
+    bench.absent_peer()
+    write_timeout(handle, 20, 10)
+    told = canwire.Hub.line_status
+    monkeypatch.setattr(
+        canwire.Hub,
+        "line_status",
+        lambda *where, **kin: replace(told(*where, **kin), obstacle="can0: no such adapter"),
+    )
+    with pytest.raises(CandrvError, match=r"send buffer full, \d+ messages wait: can0: no such adapter"):
+        handle.write("1 0 2 1 2\n" * 200)
 
 
 @pytest.mark.conforms("FS-61", "FS-30")

@@ -182,13 +182,18 @@ class Channel:
                 end.assign(None)
         if not found:
             capacity = self.writing.capacity
-            raise CandrvError(
-                Win32Error.ERROR_TIMEOUT, f"{self._device.name} send buffer full, {capacity} messages wait"
-            )
+            raise self._timed_out(f"send buffer full, {capacity} messages wait")
+
+    def _timed_out(self, what: str) -> CandrvError:
+        """With what keeps a real adapter off its bus, where that is the reason."""
+        opened = self._opened()
+        obstacle = opened.hub.line_status(opened.board, opened.line).obstacle
+        why = f"{what}: {obstacle}" if obstacle else what
+        return CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} {why}")
 
     def _send_single(self, key: Key, deadline: int | None, virtualize: bool) -> None:
         if not self._until(self._register_is_free, deadline):
-            raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} the register is busy")
+            raise self._timed_out("the register is busy")
         ticket = self._put(key, virtualize)
         assert ticket is not None
         self._register = ticket
@@ -224,7 +229,7 @@ class Channel:
             if ticket.done or self._until(lambda: ticket.done, self.room.deadline(0.001)):
                 break
         if not ticket.done or ticket.aborted:
-            raise CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} the message was not sent")
+            raise self._timed_out("the message was not sent")
 
     def _put(self, key: Key, virtualize: bool) -> Ticket | None:
         flags, ticket = 0, None
