@@ -21,7 +21,7 @@ from canwire.candrv.constants import Win32Error
 from canwire.candrv.device.state import KIN
 from canwire.candrv.errors import CandrvError, translated
 from canwire.candrv.handle.receiving import EVENTS, RECORD, Key, Receiver, Ticket
-from canwire.candrv.handle.waiting import WaitingRoom
+from canwire.candrv.handle.waiting import WaitingRoom, timed_out
 
 if TYPE_CHECKING:
     from canwire import HubChannel, LineStatus
@@ -182,18 +182,11 @@ class Channel:
                 end.assign(None)
         if not found:
             capacity = self.writing.capacity
-            raise self._timed_out(f"send buffer full, {capacity} messages wait")
-
-    def _timed_out(self, what: str) -> CandrvError:
-        """With what keeps a real adapter off its bus, where that is the reason."""
-        opened = self._opened()
-        obstacle = opened.hub.line_status(opened.board, opened.line).obstacle
-        why = f"{what}: {obstacle}" if obstacle else what
-        return CandrvError(Win32Error.ERROR_TIMEOUT, f"{self._device.name} {why}")
+            raise timed_out(self._opened(), self._device.name, f"send buffer full, {capacity} messages wait")
 
     def _send_single(self, key: Key, deadline: int | None, virtualize: bool) -> None:
         if not self._until(self._register_is_free, deadline):
-            raise self._timed_out("the register is busy")
+            raise timed_out(self._opened(), self._device.name, "the register is busy")
         ticket = self._put(key, virtualize)
         assert ticket is not None
         self._register = ticket
@@ -229,7 +222,7 @@ class Channel:
             if ticket.done or self._until(lambda: ticket.done, self.room.deadline(0.001)):
                 break
         if not ticket.done or ticket.aborted:
-            raise self._timed_out("the message was not sent")
+            raise timed_out(self._opened(), self._device.name, "the message was not sent")
 
     def _put(self, key: Key, virtualize: bool) -> Ticket | None:
         flags, ticket = 0, None

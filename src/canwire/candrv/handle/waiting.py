@@ -12,9 +12,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire import Event
+from canwire.candrv.constants import Win32Error
+from canwire.candrv.errors import CandrvError
 
 if TYPE_CHECKING:
-    from canwire import Hub
+    from canwire import Hub, HubChannel
 
 
 class WaitingRoom:
@@ -111,3 +113,9 @@ class WaitingRoom:
 
     def _now(self) -> int:
         return self._hub.now_ns() if self._hub.virtual else time.monotonic_ns()
+
+
+def timed_out(channel: HubChannel, device: str, what: str) -> CandrvError:
+    """ERROR_TIMEOUT, with what keeps a real adapter off its bus where that is the reason."""
+    why = channel.hub.line_status(channel.board, channel.line).obstacle
+    return CandrvError(Win32Error.ERROR_TIMEOUT, f"{device} {what}{f': {why}' if why else ''}")

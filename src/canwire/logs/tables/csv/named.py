@@ -29,6 +29,7 @@ _NAMES = {
     "brs": {"brs", "bitrateswitch"},
     "esi": {"esi", "errorstateindicator"},
 }  # fmt: skip
+_OURS = {"time_s", "type", "detail"}  # what no other program calls its columns, two of them at a time
 _BYTE = re.compile(r"(?:d|db|data|byte|b|databyte)(\d+)")
 _WORD = re.compile(r"[^a-z0-9]")
 _UNITS = {"": 10**9, "s": 10**9, "sec": 10**9, "ms": 10**6, "us": 10**3, "µs": 10**3, "ns": 1}
@@ -38,9 +39,14 @@ _TX = {"tx", "t", "transmit", "transmitted", "sent", "out", "1"}
 
 def dialect_of(header: str) -> tuple[str, NamedColumns] | None:
     """The character between cells, and the columns that such a header names; None for one that is no log's."""
-    line = header.lstrip("\ufeff").rstrip("\r\n")
+    line = header.lstrip("\ufeff").rstrip("\r\n").replace("\0", " ")
     for delimiter in ",;\t":
-        cells = next(csv.reader([line], delimiter=delimiter), [])
+        try:
+            cells = next(csv.reader([line], delimiter=delimiter), [])
+        except csv.Error:  # a carriage return within
+            return None
+        if len(_OURS.intersection(cells)) > 1:
+            return None  # damaged, but ours
         columns = NamedColumns(cells)
         if len(cells) > 1 and columns.enough:
             return delimiter, columns
