@@ -1,13 +1,16 @@
 // The native libraries, found and loaded.
 using System;
 using System.IO;
+using System.Linq;
+using System.Reflection;
 using System.Runtime.InteropServices;
 
 namespace Canwire.Native
 {
     /// <summary>
-    /// Loads libvciapi, and libcanwire with it, from where canwire has them (Built.Libraries) or from beside this assembly.
-    /// Loaded, they are found by their names alone; where they are in neither place the system looks (LD_LIBRARY_PATH).
+    /// Loads libvciapi, and libcanwire with it, from where canwire had them when this assembly was compiled (its metadata
+    /// "CanwireLibraries"), or from beside this assembly. Loaded, they are found by their names alone; where they are in
+    /// neither place the system looks (LD_LIBRARY_PATH).
     /// </summary>
     internal static class Loading
     {
@@ -16,7 +19,10 @@ namespace Canwire.Native
 
         internal static void Load()
         {
-            foreach (string directory in new[] { Built.Libraries, Path.GetDirectoryName(typeof(Loading).Assembly.Location) })
+            Assembly own = typeof(Loading).Assembly;
+            string built = own.GetCustomAttributes<AssemblyMetadataAttribute>()
+                .Where(one => one.Key == "CanwireLibraries").Select(one => one.Value).FirstOrDefault();
+            foreach (string directory in new[] { built, Path.GetDirectoryName(own.Location) })
             {
                 string path = Path.Combine(directory ?? "", Vci);
                 if (File.Exists(path) && Open(path) != IntPtr.Zero)

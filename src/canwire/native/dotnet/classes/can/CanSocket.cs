@@ -180,6 +180,18 @@ namespace Ixxat.Vci4.Bal.Can
             }
         }
 
+#if VCI3
+        public uint CyclicMessageTimeDivisor
+        {
+            get { return CyclicMessageTimerDivisor; }
+        }
+
+        public uint MaxCyclicMsgTicks
+        {
+            get { return MaxCyclicMessageTicks; }
+        }
+#endif
+
         internal override void Open(Place place)
         {
             CanCapabilities read;

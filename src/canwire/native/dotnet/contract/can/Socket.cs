@@ -27,6 +27,13 @@ namespace Ixxat.Vci4.Bal.Can
 
         uint MaxDelayedTXTicks { get; }
 
+#if VCI3
+        /// <summary>CyclicMessageTimerDivisor and MaxCyclicMessageTicks, as the manual's text calls them.</summary>
+        uint CyclicMessageTimeDivisor { get; }
+
+        uint MaxCyclicMsgTicks { get; }
+#endif
+
         CanLineStatus LineStatus { get; }
 
         CanFeatures Features { get; }
