@@ -1,5 +1,6 @@
 // An event of libcanwire's, and a thread that sets a .NET event whenever the first one is signalled.
 using System;
+using System.Collections.Generic;
 using System.Threading;
 
 namespace Canwire.Native
@@ -12,6 +13,9 @@ namespace Canwire.Native
     {
         private const uint Forever = 0xFFFFFFFF;
 
+        private static readonly List<EventPump> running = new List<EventPump>();
+        private static Thread guard;
+
         private readonly EventWaitHandle target;
         private readonly Thread thread;
         private volatile bool ended;
@@ -22,8 +26,12 @@ namespace Canwire.Native
             Handle = Library.CreateEventA(IntPtr.Zero, 0, 0, IntPtr.Zero);
             if (Handle == IntPtr.Zero)
                 throw new OutOfMemoryException("VCI has no room for another event");
-            thread = new Thread(Run) { IsBackground = true, Name = "canwire events" };
-            thread.Start();
+            lock (running)
+            {
+                running.Add(this);
+                guard = guard ?? Started(Guard, "canwire exit");
+            }
+            thread = Started(Run, "canwire events");
         }
 
         /// <summary>The native event.</summary>
@@ -32,12 +40,43 @@ namespace Canwire.Native
         /// <summary>End the thread; nothing may signal the native event from now on.</summary>
         public void Dispose()
         {
-            if (ended)
-                return;
-            ended = true;
-            Library.SetEvent(Handle);
+            lock (running)
+                if (!running.Remove(this))
+                    return;
+            End();
             thread.Join();
             Library.CloseHandle(Handle);
+        }
+
+        private static Thread Started(ThreadStart run, string name)
+        {
+            var made = new Thread(run) { IsBackground = true, Name = name };
+            made.Start();
+            return made;
+        }
+
+        /// <summary>
+        /// Mono aborts background threads when a program ends, and waits for them; one that is in a native wait does not
+        /// hear of it. This one does, and ends the others.
+        /// </summary>
+        private static void Guard()
+        {
+            try
+            {
+                Thread.Sleep(Timeout.Infinite);
+            }
+            finally
+            {
+                lock (running)
+                    foreach (EventPump one in running)
+                        one.End();
+            }
+        }
+
+        private void End()
+        {
+            ended = true;
+            Library.SetEvent(Handle);
         }
 
         private void Run()
