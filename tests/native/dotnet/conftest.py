@@ -40,10 +40,20 @@ class Mono:
         return self.build(PROGRAMS / name, PROGRAMS / "Boards.cs", options=options)
 
     def start(self, program: Path, hub: str) -> subprocess.Popen[str]:
-        settings = {**os.environ, "CANWIRE_HUB": hub, "CANWIRE_PYTHON": sys.executable, "MONO_PATH": self.assemblies}
+        settings = {
+            **os.environ,
+            "CANWIRE_HUB": hub,
+            "CANWIRE_PYTHON": sys.executable,
+            "MONO_PATH": self.assemblies,
+        }
         pipe = subprocess.PIPE
         return subprocess.Popen(
-            [find_program("mono"), str(program)], env=settings, stdin=pipe, stdout=pipe, stderr=pipe, text=True
+            [find_program("mono"), str(program)],
+            env=settings,
+            stdin=pipe,
+            stdout=pipe,
+            stderr=pipe,
+            text=True,
         )
 
     def run(self, program: Path, hub: str) -> str:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from tests.hubs import LONG_S, Served
+from tests.hubs import LONG_S, Served, serving
 from tests.native.dotnet.conftest import Mono
+
+TWO_WITH_LIN = '[[bus]]\nname = "can0"\n[[bus]]\nname = "lin0"\ntype = "lin"\n' + "".join(
+    f'[[board]]\nkind = "usb-to-can-fd"\nserial = "HW00000{number}"\nbuses = ["can0", "can0", "lin0"]\n'
+    for number in (1, 2)
+)
 
 
 @pytest.mark.conforms("N-43")
@@ -32,12 +39,17 @@ def test_one_bus_with_a_program_in_python(mono: Mono, hub: Served) -> None:
     ("program", "said"),
     [
         ("Fast.cs", "two rates, filters and a cyclic list"),
-        ("Lin.cs", "master, slave and monitor"),
         ("Errors.cs", "every mistake has its exception"),
     ],
 )
 def test_vci4(mono: Mono, hub: Served, program: str, said: str) -> None:
     assert said in mono.run(mono.program(program), hub.address)
+
+
+@pytest.mark.conforms("N-43")
+def test_lin(mono: Mono, tmp_path: Path) -> None:
+    with serving(tmp_path, TWO_WITH_LIN, time="real") as hub:
+        assert "master, slave and monitor" in mono.run(mono.program("Lin.cs"), hub.address)
 
 
 @pytest.mark.conforms("N-43")

@@ -37,7 +37,7 @@ static class LinProgram
         var received = new ManualResetEvent(false);
         reader.AssignEvent(received);
         monitor.Activate();
-        ILinControl slave = Started(other, 1, LinOperatingModes.Slave, Message(0x12, 1, 2, 3));
+        ILinControl slave = Started(other, 2, LinOperatingModes.Slave, Message(0x12, 1, 2, 3));
         ILinControl master = Started(one, 2, LinOperatingModes.Master, null);
         Boards.That(master.LineStatus.IsInMasterMode && slave.LineStatus.IsInSlaveMode, "modes");
         ILinMessage header = Message(0x12, 0, 0, 0);
