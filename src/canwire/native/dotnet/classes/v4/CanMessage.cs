@@ -3,7 +3,7 @@ using Canwire.Native;
 
 namespace Ixxat.Vci4.Bal.Can
 {
-    internal class CanMessage : CanMessageBase
+    internal sealed class CanMessage : CanMessageBase
     {
         internal override bool IsLong
         {
@@ -21,7 +21,7 @@ namespace Ixxat.Vci4.Bal.Can
         }
     }
 
-    internal class CanMessage2 : CanMessageBase
+    internal sealed class CanMessage2 : CanMessageBase
     {
         internal override bool IsLong
         {

@@ -32,37 +32,51 @@ namespace Ixxat.Vci4.Bal.Can
             CanMsg2 raw; // CANMSG is shorter
             Alive();
             bool any = Take(&raw);
-            message = any ? Received((byte*)&raw) : null;
+            message = !any ? null : isLong ? CanValues.Received(&raw) : (CanMessageBase)CanValues.Received((CanMsg*)&raw);
             return any;
         }
 
         public int ReadMessages(out ICanMessage[] msgarray)
         {
-            return ReadBlock(out msgarray);
+            msgarray = ReadBlock();
+            return msgarray == null ? 0 : msgarray.Length;
         }
 
         public int ReadMessages(out ICanMessage2[] msgarray)
         {
-            return ReadBlock(out msgarray);
+            msgarray = ReadBlock();
+            return msgarray == null ? 0 : msgarray.Length;
         }
 
-        private int ReadBlock<T>(out T[] into) where T : class
+        /// <summary>Null if there are none.</summary>
+        private ICanMessage2[] ReadBlock()
         {
             ushort count;
             Alive();
-            var at = (byte*)Acquire(out count);
-            int size = isLong ? sizeof(CanMsg2) : sizeof(CanMsg);
-            into = count > 0 ? new T[count] : null;
-            for (int k = 0; k < count; k++, at += size)
-                into[k] = (T)(object)Received(at);
-            if (count > 0)
-                Release(count);
-            return count;
+            void* from = Acquire(out count);
+            if (count == 0)
+                return null;
+            ICanMessage2[] made = isLong ? LongOnes((CanMsg2*)from, count) : ShortOnes((CanMsg*)from, count);
+            Release(count);
+            return made;
         }
 
-        private CanMessageBase Received(byte* from)
+        // arrays of the classes themselves, into which Mono stores without a look at interfaces
+
+        private static ICanMessage2[] LongOnes(CanMsg2* from, int count)
         {
-            return isLong ? (CanMessageBase)CanValues.Received((CanMsg2*)from) : CanValues.Received((CanMsg*)from);
+            var made = new CanMessage2[count];
+            for (int at = 0; at < count; at++)
+                made[at] = CanValues.Received(from + at);
+            return made;
+        }
+
+        private static ICanMessage2[] ShortOnes(CanMsg* from, int count)
+        {
+            var made = new CanMessage[count];
+            for (int at = 0; at < count; at++)
+                made[at] = CanValues.Received(from + at);
+            return made;
         }
     }
 }
