@@ -13,9 +13,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from canwire import Unsupported
+from canwire import Unsupported, state_directory
 from canwire.native import library_directory
-from canwire.places import state_directory
 
 _HERE = Path(__file__).resolve().parent
 _COMPILERS = ("mcs", "csc")  # Mono's; both take the same options
