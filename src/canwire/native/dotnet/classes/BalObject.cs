@@ -129,7 +129,7 @@ namespace Ixxat.Vci4.Bal
     }
 
     /// <summary>One connector; its number, kind and name can be read after Dispose, too.</summary>
-    public class BalResource : Disposable, IBalResource
+    internal class BalResource : Disposable, IBalResource
     {
         internal BalResource(byte port, VciBusType kind, string name)
         {

@@ -10,7 +10,7 @@ namespace Ixxat.Vci4
 #endif
 {
     /// <summary>Holds references until Dispose, which may be called again; other calls throw ObjectDisposedException then.</summary>
-    public abstract unsafe class Disposable : IDisposable
+    internal abstract unsafe class Disposable : IDisposable
     {
         private readonly List<NativeObject> held = new List<NativeObject>();
         private bool disposed;

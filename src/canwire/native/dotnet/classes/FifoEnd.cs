@@ -10,7 +10,7 @@ namespace Ixxat.Vci4.Bal
 #endif
 {
     /// <summary>What readers and writers have in common. Disposed, its counts and its threshold are 0.</summary>
-    public abstract unsafe class FifoEnd : Disposable
+    internal abstract unsafe class FifoEnd : Disposable
     {
         private readonly Assignment assignment;
 

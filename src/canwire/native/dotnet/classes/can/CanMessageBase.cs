@@ -10,9 +10,10 @@ namespace Ixxat.Vci4.Bal.Can
 #endif
 {
     /// <summary>A message: VCI's structure, whose bits are properties. A new one is a data message of no bytes.</summary>
+#if VCI3
     public abstract unsafe class CanMessageBase
-#if !VCI3
-        : ICanMessage2
+#else
+    internal abstract unsafe class CanMessageBase : ICanMessage2
 #endif
     {
         internal CanMsg2 Raw;

@@ -9,7 +9,7 @@ namespace Ixxat.Vci4.Bal.Can
 #endif
 {
     /// <summary>What both kinds of sockets have: the capabilities of ICanSocket2, read when it is opened.</summary>
-    public abstract unsafe class CanConnector : BalResource
+    internal abstract unsafe class CanConnector : BalResource
     {
         private CanCapabilities2 capabilities;
 

@@ -9,7 +9,11 @@ namespace Ixxat.Vci4.Bal.Can
 #endif
 {
     /// <summary>A message that a line sends again and again; its TimeStamp means nothing.</summary>
+#if VCI3
     public abstract unsafe class CyclicMessageBase : CanMessageBase
+#else
+    internal abstract unsafe class CyclicMessageBase : CanMessageBase
+#endif
     {
         private byte index;
 
