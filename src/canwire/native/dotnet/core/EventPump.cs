@@ -12,6 +12,7 @@ namespace Canwire.Native
     internal sealed class EventPump : IDisposable
     {
         private const uint Forever = 0xFFFFFFFF;
+        private const int ManyInARow = 100;
 
         private static readonly List<EventPump> running = new List<EventPump>();
         private static Thread guard;
@@ -81,7 +82,8 @@ namespace Canwire.Native
 
         private void Run()
         {
-            while (Library.WaitForSingleObject(Handle, Forever) == 0 && !ended)
+            int inARow = 0;
+            while (Next(ref inARow) && !ended)
                 try
                 {
                     target.Set();
@@ -90,6 +92,22 @@ namespace Canwire.Native
                 {
                     return;
                 }
+        }
+
+        /// <summary>
+        /// Wait for the next signal. What has ended (a hub, a queue that was made anew) signals until the program looks: where
+        /// signals come without a wait between them, there is one of a millisecond.
+        /// </summary>
+        private bool Next(ref int inARow)
+        {
+            if (Library.WaitForSingleObject(Handle, 0) != 0)
+            {
+                inARow = 0;
+                return Library.WaitForSingleObject(Handle, Forever) == 0;
+            }
+            if (++inARow > ManyInARow)
+                Thread.Sleep(1);
+            return true;
         }
     }
 }
