@@ -86,7 +86,7 @@ namespace Canwire.Native
             while (Next(ref inARow) && !ended)
                 try
                 {
-                    target.Set();
+                    HandOn(inARow);
                 }
                 catch (ObjectDisposedException) // the program has thrown its event away: nobody waits for it
                 {
@@ -94,20 +94,27 @@ namespace Canwire.Native
                 }
         }
 
-        /// <summary>
-        /// Wait for the next signal. What has ended (a hub, a queue that was made anew) signals until the program looks: where
-        /// signals come without a wait between them, there is one of a millisecond.
-        /// </summary>
         private bool Next(ref int inARow)
         {
-            if (Library.WaitForSingleObject(Handle, 0) != 0)
+            if (Library.WaitForSingleObject(Handle, 0) == 0)
             {
-                inARow = 0;
-                return Library.WaitForSingleObject(Handle, Forever) == 0;
+                inARow++;
+                return true;
             }
-            if (++inARow > ManyInARow)
+            inARow = 0;
+            return Library.WaitForSingleObject(Handle, Forever) == 0;
+        }
+
+        /// <summary>
+        /// What has ended (a hub, a queue that was made anew) signals until the program looks: where signals come without a
+        /// wait between them, and the program has not taken the last one, it gets a millisecond.
+        /// </summary>
+        private void HandOn(int inARow)
+        {
+            bool wasSet = target.WaitOne(0);
+            target.Set();
+            if (wasSet && inARow > ManyInARow)
                 Thread.Sleep(1);
-            return true;
         }
     }
 }
