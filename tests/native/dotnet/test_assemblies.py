@@ -73,7 +73,9 @@ def test_no_compiler() -> None:
 
 def test_a_compiler_that_refuses_leaves_nothing(fresh: Path) -> None:
     compiler(fresh, "echo 'error CS9999: not today' >&2", "exit 1")
-    with pytest.raises(Unsupported, match=r"could not compile Ixxat\.Vci4\.Contract: error CS9999: not today"):
+    with pytest.raises(
+        Unsupported, match=r"could not compile Ixxat\.Vci4\.Contract: error CS9999: not today"
+    ):
         dotnet.assembly_directory()
     assert os.listdir(fresh / "state" / "canwire" / "dotnet") == []
 
