@@ -73,6 +73,16 @@ static void write_frames(IFifoWriter *writer, unsigned count, bool batches)
     }
 }
 
+/* For a reader of another program: its FIFO's number and how many frames are the words behind. */
+static void write_to(char **words)
+{
+    VCIID id;
+
+    id.AsInt64 = atoll(words[0]);
+    OK(VciInitialize());
+    write_frames(access<IFifoWriter>(id, IID_IFifoWriter, NULL), (unsigned)atol(words[1]), true);
+}
+
 static void in_order(const CANMSG2 &message, unsigned number)
 {
     if (message.dwMsgId != number) {
@@ -221,6 +231,8 @@ int main(int, char **words)
         frames(FRAMES, true);
     else if (!strcmp(what, "single"))
         frames(SINGLE, false);
+    else if (!strcmp(what, "write"))
+        write_to(words + 2);
     else if (!strcmp(what, "one-way"))
         one_way();
     else

@@ -19,6 +19,8 @@ PACKAGES = {
     "candump": "can-utils",
     "cansend": "can-utils",
     "log2long": "can-utils",
+    "mcs": "mono-mcs",
+    "mono": "mono-runtime",
 }  # else named as the program
 
 

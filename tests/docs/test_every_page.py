@@ -20,6 +20,7 @@ RUN_BY = {
     "fd-controllers.md": "test_fd_controllers.py",
     "machines.md": "test_machines.py",
     "native.md": "test_native.py",
+    "native-dotnet.md": "test_native_dotnet.py",
     "native-drivers.md": "test_native_drivers.py",
     "platforms.md": "test_platforms.py",
     "porting-acan.md": "test_porting_acan.py",

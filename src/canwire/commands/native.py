@@ -1,7 +1,9 @@
-"""`canwire native`: what a build needs to know for programs in C and C++ that are written for VCI.
+"""`canwire native`: what a build needs to know for programs in C, C++ and .NET that are written for VCI.
 
 canwire native --cflags --libs              options for g++, VCI V4 (vcisdk.h)
 canwire native vcinpl2 --cflags --libs      options for gcc or g++, the flat interface with CAN FD (vcinpl2.h)
+canwire native dotnet --libs                references for mcs, Ixxat.Vci4 and Ixxat.Vci3
+canwire native dotnet --libraries           where these assemblies are: what MONO_PATH takes
 canwire native --cmake                      what cmake's -Dcanwire_DIR takes, for find_package(canwire)
 canwire native --pkg-config                 what PKG_CONFIG_PATH takes, for pkg-config vciapi
 
@@ -12,29 +14,48 @@ CANWIRE_HUB, else the user's usual one. docs/native.md has the rest.
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 
 from canwire import BadValue
-from canwire.native import cmake_directory, include_directory, library_directory, pkg_config_directory
+from canwire.native import cmake_directory, dotnet, include_directory, library_directory, pkg_config_directory
 
 INTERFACES = {"vciapi": ("vciapi",), "vcinpl": ("vcinpl", "vciapi"), "vcinpl2": ("vcinpl2", "vciapi")}
+DOTNET = "dotnet"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument(
-        "interface", nargs="?", default="vciapi", choices=INTERFACES, help="which one (default: vciapi)"
+        "interface",
+        nargs="?",
+        default="vciapi",
+        choices=[*INTERFACES, DOTNET],
+        help="which one (default: vciapi)",
     )
     parser.add_argument("--cflags", action="store_true", help="print the compiler's options")
     parser.add_argument("--libs", action="store_true", help="print the linker's options")
-    parser.add_argument("--includes", action="store_true", help="print where the headers are")
+    parser.add_argument(
+        "--includes", action="store_true", help="print where the headers are, or .NET's sources"
+    )
     parser.add_argument("--libraries", action="store_true", help="print where the libraries are")
     parser.add_argument("--cmake", action="store_true", help="print where canwire-config.cmake is")
     parser.add_argument("--pkg-config", action="store_true", help="print where the files for pkg-config are")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what was asked for in one line; BadValue for nothing, Unsupported where no libraries were built."""
+    """Print what was asked for in one line.
+
+    BadValue for nothing, and for what .NET has not; Unsupported where no libraries were built, or no compiler is.
+    """
+    words = _dotnet(arguments) if arguments.interface == DOTNET else _libraries(arguments)
+    if not words:
+        raise BadValue("say what to print: canwire native --cflags --libs")
+    print(shlex.join(words))
+    return 0
+
+
+def _libraries(arguments: argparse.Namespace) -> list[str]:
     words: list[str] = []
     if arguments.cflags:
         words.append(f"-I{include_directory()}")
@@ -50,7 +71,19 @@ def run(arguments: argparse.Namespace) -> int:
         words.append(cmake_directory())
     if arguments.pkg_config:
         words.append(pkg_config_directory())
-    if not words:
-        raise BadValue("say what to print: canwire native --cflags --libs")
-    print(shlex.join(words))
-    return 0
+    return words
+
+
+def _dotnet(arguments: argparse.Namespace) -> list[str]:
+    if arguments.cflags or arguments.cmake or arguments.pkg_config:
+        raise BadValue(
+            "dotnet has --libs (mcs's references), --libraries (assemblies) and --includes (sources)"
+        )
+    words: list[str] = []
+    if arguments.libs:
+        words += [f"-r:{os.path.join(dotnet.assembly_directory(), name)}" for name in dotnet.NAMES]
+    if arguments.includes:
+        words.append(dotnet.source_directory())
+    if arguments.libraries:
+        words.append(dotnet.assembly_directory())
+    return words

@@ -1,0 +1,85 @@
+"""native-dotnet.md: its program is compiled and run, its sed makes today's C# fit for mcs, its counts are right."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from canwire import Unsupported
+from canwire.native import dotnet, library_directory
+from tests import warm
+from tests.docs.blocks import ROOT, blocks, run_console
+from tests.missing import find_program
+
+PAGE = ROOT / "docs" / "native-dotnet.md"
+TYPE = re.compile(
+    r"^    (?:\[.*\] )?public (?:sealed |partial )*(?:class|struct|enum|interface) (\w+)", re.MULTILINE
+)
+NULLABLE = """
+using System.Collections.Generic;
+static class Program
+{
+    static string? name = null;
+    static List<int?>? numbers;
+    static int[]? Some(string? text, object? other) { return text == null ? null : new int[text!.Length]; }
+    static string? Text { get; set; }
+    static bool Out(out string? text) { text = "x"; return true; }
+    static void Main()
+    {
+        string? found = Text ?? name;
+        int? none = null;
+        foreach (int? one in numbers ?? new List<int?>()) { }
+        if (none == null && Out(out string? made) && made! != "y" && !(found != null))
+            System.Console.WriteLine(Some(made, null)![0]);
+    }
+}
+"""
+
+
+def fenced(language: str) -> list[str]:
+    return [block.text for block in blocks(PAGE) if block.language == language]
+
+
+def needs_libraries() -> None:
+    if sys.platform != "linux":
+        pytest.skip("the libraries for C are Linux's")
+    try:
+        library_directory()
+    except Unsupported as error:
+        pytest.skip(str(error))
+    find_program("mcs")
+    find_program("mono")
+
+
+@pytest.mark.conforms("N-43")
+def test_its_program_runs(tmp_path: Path) -> None:
+    needs_libraries()
+    assert "USB-to-CAN FD (simulated): 123 CAFE\n" in run_console(PAGE, tmp_path)
+
+
+@pytest.mark.conforms("N-43")
+def test_marks_of_nullable_references_are_taken_out(tmp_path: Path) -> None:
+    needs_libraries()
+    (command,) = fenced("sh")
+    warm.write_script(tmp_path / "canwire")
+    (tmp_path / "CanConNet.cs").write_text(NULLABLE, encoding="utf-8")
+    (tmp_path / "build").mkdir()
+    settings = {**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    subprocess.run(["bash", "-e", "-c", command], cwd=tmp_path, env=settings, check=True)
+    built = tmp_path / "program.exe"
+    subprocess.run(["mcs", "-warn:0", f"-out:{built}", str(tmp_path / "build" / "CanConNet.cs")], check=True)
+    assert subprocess.run(["mono", str(built)], capture_output=True, text=True, check=True).stdout == "0\n"
+
+
+def test_its_count_is_the_contracts() -> None:
+    sources = (Path(dotnet.source_directory()) / "contract").rglob("*.cs")
+    found = [name for source in sources for name in TYPE.findall(source.read_text("utf-8"))]
+    v3_alone = {"VciCtrlInfo"}  # a structure there
+    counted = re.search(r"(\d+) public types", PAGE.read_text("utf-8"))
+    assert counted is not None
+    assert int(counted[1]) == len(set(found) - v3_alone)
