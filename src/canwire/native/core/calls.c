@@ -48,7 +48,7 @@ static void give_back(cw_socket socket)
 }
 
 /* The helper has ended: what it held is over, and the next call starts another one. */
-static void lost(uint32_t of)
+void cw_helper_gone(uint32_t of)
 {
     pthread_mutex_lock(&lock);
     if (of == cw_process() && cw_helper_runs()) {
@@ -58,11 +58,6 @@ static void lost(uint32_t of)
         cw_next_process();
     }
     pthread_mutex_unlock(&lock);
-}
-
-void cw_helper_gone(void)
-{
-    lost(cw_process());
 }
 
 int cw_call(struct cw_call *call)
@@ -86,7 +81,7 @@ int cw_call(struct cw_call *call)
     } else {
         if (socket != CW_NO_SOCKET)
             cw_socket_close(socket);
-        lost(of);
+        cw_helper_gone(of);
     }
     return asked;
 }

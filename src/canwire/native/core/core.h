@@ -37,7 +37,7 @@ int cw_exchange(cw_socket socket, struct cw_call *call);
 void cw_close_descriptor(int descriptor);
 
 /* calls.c */
-void cw_helper_gone(void); /* who waits has seen that */
+void cw_helper_gone(uint32_t process); /* somebody has seen that; nothing where that was another process */
 void cw_next_process(void); /* whatever is open is over */
 void cw_calls_in_child(void);
 
