@@ -2,6 +2,8 @@
 
 canwire native --cflags --libs              options for g++, VCI V4 (vcisdk.h)
 canwire native vcinpl2 --cflags --libs      options for gcc or g++, the flat interface with CAN FD (vcinpl2.h)
+canwire native --windows --cflags --libs    options for x86_64-w64-mingw32-g++: the same for Windows
+canwire native --windows --libraries        where vciapi.dll, vcinpl.dll and vcinpl2.dll are, to copy beside a program
 canwire native --cmake                      what cmake's -Dcanwire_DIR takes, for find_package(canwire)
 canwire native --pkg-config                 what PKG_CONFIG_PATH takes, for pkg-config vciapi
 
@@ -13,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
+import sys
 
 from canwire import BadValue
 from canwire.native import cmake_directory, include_directory, library_directory, pkg_config_directory
@@ -29,6 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--libs", action="store_true", help="print the linker's options")
     parser.add_argument("--includes", action="store_true", help="print where the headers are")
     parser.add_argument("--libraries", action="store_true", help="print where the libraries are")
+    parser.add_argument(
+        "--windows",
+        action="store_true",
+        default=sys.platform == "win32",
+        help="with these four: for programs for Windows, by mingw-w64",
+    )
     parser.add_argument("--cmake", action="store_true", help="print where canwire-config.cmake is")
     parser.add_argument("--pkg-config", action="store_true", help="print where the files for pkg-config are")
 
@@ -37,15 +46,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Print what was asked for in one line; BadValue for nothing, Unsupported where no libraries were built."""
     words: list[str] = []
     if arguments.cflags:
-        words.append(f"-I{include_directory()}")
+        words += ["-idirafter", include_directory()] if arguments.windows else [f"-I{include_directory()}"]
     if arguments.libs:
-        home = library_directory()
-        names = [f"-l{name}" for name in (*INTERFACES[arguments.interface], "canwire")]
-        words += [f"-L{home}", f"-Wl,-rpath,{home}", *names]
+        words += _linked(arguments.interface, windows=arguments.windows)
     if arguments.includes:
         words.append(include_directory())
     if arguments.libraries:
-        words.append(library_directory())
+        words.append(library_directory(windows=arguments.windows))
     if arguments.cmake:
         words.append(cmake_directory())
     if arguments.pkg_config:
@@ -54,3 +61,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValue("say what to print: canwire native --cflags --libs")
     print(shlex.join(words))
     return 0
+
+
+def _linked(interface: str, *, windows: bool) -> list[str]:
+    """Of Windows' libraries each is complete; what GCC adds to a program goes into it, so that it runs elsewhere."""
+    home = library_directory(windows=windows)
+    if windows:
+        return [f"-L{home}", f"-l{interface}", "-luuid", "-static-libgcc", "-static-libstdc++"]
+    return [f"-L{home}", f"-Wl,-rpath,{home}", *(f"-l{name}" for name in (*INTERFACES[interface], "canwire"))]
