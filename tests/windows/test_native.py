@@ -114,9 +114,11 @@ def test_everybody_is_on_one_bus(libraries: Libraries, windows: Windows, tmp_pat
         def started(*command: str | Path) -> Program:
             return running.enter_context(place.started(*command))
 
-        dump = started(*CANWIRE, "dump", "HW000001:0")
         cpp = started("wine", program)
         python_can = started(PYTHON, windows.path(PROGRAMS / "ixxat.py"), windows.path(libraries.home))
+        for sender in (cpp, python_can):
+            wait_for(sender, "sending")  # else others would set their lines up in other ways
+        dump = started(*CANWIRE, "dump", "HW000001:0")
         candump = started(*CANWIRE, "run", "--", "candump", "any")
         there = started(PYTHON, "-m", "canwire", "dump", "HW000002:0")
         for listener in (dump, candump, there):

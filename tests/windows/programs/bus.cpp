@@ -79,6 +79,8 @@ int main()
     OK(scheduler->AddMessage(&cyclic, &number));
     OK(scheduler->Resume());
     OK(scheduler->StartMessage(number, 0));
+    puts("sending");
+    fflush(stdout);
     if (!hear(reader, event)) {
         puts("one was not heard");
         return 1;
