@@ -47,7 +47,16 @@ class Libraries:
         made = self.home / f"{source.stem}-{library}.exe"
         if not made.exists():
             compiler = "x86_64-w64-mingw32-" + ("g++" if source.suffix == ".cpp" else "gcc")
-            command = [compiler, "-O1", *options, "-idirafter", include_directory(), str(source), "-o", str(made)]
+            command = [
+                compiler,
+                "-O1",
+                *options,
+                "-idirafter",
+                include_directory(),
+                str(source),
+                "-o",
+                str(made),
+            ]
             link = [f"-L{self.home}", f"-l{library}", "-luuid", "-static-libgcc", "-static-libstdc++"]
             subprocess.run([*command, *link], check=True)
         return made

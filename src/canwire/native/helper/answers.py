@@ -17,8 +17,8 @@ Kind = TypeVar("Kind")
 class Reply(NamedTuple):
     """The answer to a call. `value` is a number, for instance of a new object.
 
-    Descriptors are the reply's own: whoever has one closes them once they are sent. To a program that descriptors cannot
-    be sent to they are `names`.
+    Descriptors are the reply's own: whoever has one closes them once they are sent. Where none can be sent they are
+    `names`.
     """
 
     result: int = 0

@@ -47,10 +47,14 @@ class _Heard:
     advance = None
     clock = None
 
-    def __init__(self, descriptor: Any, told: Callable[[], object]) -> None:
+    def __init__(self, descriptor: Any, told: Callable[[], None]) -> None:
         self.descriptor = descriptor
-        self.rearm = told
         self.over = False
+        self._told = told
+
+    def rearm(self) -> None:
+        """It was signalled."""
+        self._told()
 
     def stir(self) -> None:
         """Nothing waits by a hub's time."""
@@ -66,7 +70,8 @@ class FarRings:
         self._heard: dict[int, _Heard] = {}
         self._rung: dict[int, Any] = {}
         self._event = Event()
-        self._lock = threading.Lock()  # of the connection
+        self._ending = threading.Lock()  # over whether a signal is heard or over
+        self._sending = threading.Lock()
 
     def lend(self, end: RingEnd, value: int = 0, data: bytes = b"") -> Reply:
         """A reply that gives the program this end of a ring to use; `data` follows."""
@@ -110,18 +115,20 @@ class FarRings:
 
     def _begin(self, number: int, heard: _Heard) -> None:
         """The program knows this number by now."""
-        if heard.over:
+        with self._ending:
+            over = heard.over
+            if not over:
+                with contextlib.suppress(ValueError, OSError):  # closed meanwhile: it signals nothing more
+                    self._event.bind(heard)
+        if over:
             self._say(_OVER, number)
-        else:
-            self._event.bind(heard)
-            if heard.over:  # meanwhile
-                self._end(number)
 
     def _end(self, number: int) -> None:
         heard = self._heard.get(number)
         if heard is not None:
-            heard.over = True
-            self._event.unbind(heard)
+            with self._ending:
+                heard.over = True
+                self._event.unbind(heard)
             self._say(_OVER, number)
 
     def _forget(self, number: int) -> None:
@@ -131,31 +138,32 @@ class FarRings:
         self._rung.pop(number, None)
 
     def _say(self, what: int, number: int) -> None:
-        with contextlib.suppress(OSError), self._lock:  # it is gone, which `obey` finds out
+        with contextlib.suppress(OSError), self._sending:  # it is gone, which `obey` finds out
             self._connection.sendall(_ASIDE.pack(what, number))
 
     def _memory(self, descriptor: int) -> str:
         """What the program opens: a handle that it has by now, or on Linux a file that Wine shows it."""
-        if sys.platform != "win32":
-            return f"file /proc/{os.getpid()}/fd/{descriptor}"
-        import _winapi
-        import msvcrt
+        if sys.platform == "win32":
+            import _winapi
+            import msvcrt
 
-        program = _winapi.OpenProcess(_winapi.PROCESS_DUP_HANDLE, False, self._process)
-        try:
-            handle = _winapi.DuplicateHandle(
-                _winapi.GetCurrentProcess(), msvcrt.get_osfhandle(descriptor), program, 0, False,
-                _winapi.DUPLICATE_SAME_ACCESS,
-            )  # fmt: skip
-        finally:
-            _winapi.CloseHandle(program)
-        return f"handle {handle}"
+            program = _winapi.OpenProcess(_winapi.PROCESS_DUP_HANDLE, False, self._process)
+            try:
+                own, given = _winapi.GetCurrentProcess(), msvcrt.get_osfhandle(descriptor)
+                handle = _winapi.DuplicateHandle(own, given, program, 0, False, _winapi.DUPLICATE_SAME_ACCESS)
+            finally:
+                _winapi.CloseHandle(program)
+            return f"handle {handle}"
+        return f"file /proc/{os.getpid()}/fd/{descriptor}"
 
 
 def serve_far(port: int, process: int) -> None:
     """Answer the program that listens on this port, until it has ended."""
     token = bytes.fromhex(os.environ.pop(TOKEN))
-    with socket.create_server((_LOOPBACK, 0)) as listener, socket.create_connection((_LOOPBACK, port)) as lifeline:
+    with (
+        socket.create_server((_LOOPBACK, 0)) as listener,
+        socket.create_connection((_LOOPBACK, port)) as lifeline,
+    ):
         lifeline.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         lifeline.sendall(token + _PORT.pack(listener.getsockname()[1]))
         rings = FarRings(lifeline, process)

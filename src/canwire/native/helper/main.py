@@ -1,4 +1,4 @@
-"""What the native core starts for process PID of this NAME (../core/start.c); with a PORT it calls back (../win32/start.c)."""
+"""What the native core starts for process PID of this NAME: ../core/start.c, or ../win32/start.c with a PORT."""
 
 from __future__ import annotations
 

@@ -56,7 +56,9 @@ class States:
         ring = end.ring
         place = PLACE.pack(lent.begin, ring.capacity, ring.record_size, end.reads, number)
         events = (lent.own,) if lent.peer is None else (lent.own, lent.peer)
-        return Reply(0, value, place + data, duplicates(lent.memory.fileno(), *(event.fileno() for event in events)))
+        return Reply(
+            0, value, place + data, duplicates(lent.memory.fileno(), *(event.fileno() for event in events))
+        )
 
     def watch(self, event: Event) -> Reply:
         """A reply with a descriptor that is readable whenever what this event is assigned to signals it."""
