@@ -56,10 +56,13 @@ def test_a_program_in_cpp_on_a_hub_of_linux(libraries: Libraries, tmp_path: Path
 def test_all_of_it_on_windows(libraries: Libraries, windows: Windows, tmp_path: Path) -> None:
     """As a user of Windows has it: hub, helper and program are processes of Windows."""
     stream = libraries.build(NATIVE_PROGRAMS / "stream.cpp", "vciapi", "-w")
+    errors = libraries.build(NATIVE_PROGRAMS / "errors.cpp", "vciapi", "-w")
     address = windows.path(tmp_path / "hub")
     wait_for(windows.start("-m", "canwire", "serve", "--time", "real", "--socket", address), "canwire hub on")
     python = windows.run("-c", "import sys; print(sys.executable)").strip()
-    assert "2500 in order" in Place(address, python=python).run("wine", stream)
+    place = Place(address, python=python)
+    assert "2500 in order" in place.run("wine", stream)
+    assert "has its code" in place.run("wine", errors)
 
 
 def helper_of(program: Path) -> int:
