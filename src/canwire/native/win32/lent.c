@@ -35,10 +35,8 @@ int cw_ring_ended(const struct cw_ring *ring)
 
 void cw_ring_signal(struct cw_ring *ring, int descriptor)
 {
-    if (descriptor != ring->own) {
+    if (descriptor != ring->own)
         far_say(RING, descriptor & ~SIGNAL);
-    } else if (ring->event != NULL) { /* it got there before it was armed: once more */
-        cw_event_set(ring->event);
-        cw_ring_rearm(ring);
-    }
+    else
+        far_signal_own(ring); /* it got there before it was armed */
 }

@@ -29,7 +29,7 @@ struct message {
     uint32_t number;
 };
 
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of the lists, and of which events rings have */
+static pthread_mutex_t lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER; /* of the lists, and of which events rings have */
 static struct cw_ring *rings;
 static struct watch *watches;
 static pthread_mutex_t sending = PTHREAD_MUTEX_INITIALIZER;
@@ -65,13 +65,20 @@ static void hear(const struct message *message)
         if (ring->own == descriptor) {
             if (message->what == OVER)
                 __atomic_store_n(&ring->state, 1, __ATOMIC_RELEASE);
-            set(ring);
-            if (ring->event != NULL && message->what == SIGNALLED)
-                cw_ring_rearm(ring);
+            far_signal_own(ring);
         }
     for (struct watch *watch = watches; watch != NULL; watch = watch->next)
         if (watch->number == descriptor)
             cw_event_set(watch->event);
+    pthread_mutex_unlock(&lock);
+}
+
+void far_signal_own(struct cw_ring *ring)
+{
+    pthread_mutex_lock(&lock);
+    set(ring);
+    if (ring->event != NULL)
+        cw_ring_rearm(ring);
     pthread_mutex_unlock(&lock);
 }
 

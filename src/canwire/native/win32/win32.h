@@ -32,4 +32,5 @@ int far_receive(SOCKET socket, void *into, size_t size);
 /* signals.c */
 int far_listen(SOCKET lifeline); /* has a thread hear what is signalled there; 0, or -1 with errno */
 void far_say(enum aside what, int number);
+void far_signal_own(struct cw_ring *ring); /* sets its event, which is set anew at the next occasion */
 #endif
