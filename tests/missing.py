@@ -16,6 +16,7 @@ Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 FAIL = os.environ.get("CANWIRE_MISSING") == "fail"
 _REASONS = ("could not import", "not installed")  # pytest.importorskip's, and ours
 PACKAGES = {
+    "x86_64-w64-mingw32-g++": "g++-mingw-w64-x86-64-win32",
     "candump": "can-utils",
     "cansend": "can-utils",
     "log2long": "can-utils",

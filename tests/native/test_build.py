@@ -24,6 +24,21 @@ def test_options_for_a_compiler(native: Native, tmp_path: Path, capsys: pytest.C
     assert os.access(made, os.X_OK)
 
 
+def test_options_for_windows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ("native", "vcinpl2", "--windows", "--cflags", "--libs")
+    monkeypatch.setattr("canwire.native._HERE", str(tmp_path))
+    assert status_of(*asked) != 0
+    assert "bash .ci/dlls" in capsys.readouterr().err
+    made = tmp_path / "lib" / "windows"
+    made.mkdir(parents=True)
+    (made / "vciapi.dll").touch()
+    assert status_of(*asked) == 0
+    told = capsys.readouterr().out
+    assert f"-idirafter {tmp_path}/include -L{made} -lvcinpl2 -luuid" in told
+
+
 def test_nothing_asked_for_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> None:
     assert status_of("native") == 2
     assert "say what to print" in capsys.readouterr().err

@@ -200,6 +200,18 @@ def test_any_of_some_is_readable_while_one_of_them_is(kind: ModuleType) -> None:
         event.close()
 
 
+def test_one_of_some_that_was_closed_before_it_is_removed(kind: ModuleType) -> None:
+    made = [kind.EventDescriptor() for _ in range(2)]
+    some = kind.AnyOf(made)
+    made[0].close()
+    some.remove(made[0])
+    assert not readable(some)
+    made[1].signal()
+    assert readable(some)
+    some.close()
+    made[1].close()
+
+
 # the hub's events and clients' copies of them
 
 

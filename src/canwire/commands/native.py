@@ -2,8 +2,13 @@
 
 canwire native --cflags --libs              options for g++, VCI V4 (vcisdk.h)
 canwire native vcinpl2 --cflags --libs      options for gcc or g++, the flat interface with CAN FD (vcinpl2.h)
+<<<<<<< HEAD
 canwire native dotnet --libs                references for mcs, Ixxat.Vci4 and Ixxat.Vci3
 canwire native dotnet --libraries           where these assemblies are: what MONO_PATH takes
+=======
+canwire native --windows --cflags --libs    options for x86_64-w64-mingw32-g++: the same for Windows
+canwire native --windows --libraries        where vciapi.dll, vcinpl.dll and vcinpl2.dll are, to copy beside a program
+>>>>>>> dlls
 canwire native --cmake                      what cmake's -Dcanwire_DIR takes, for find_package(canwire)
 canwire native --pkg-config                 what PKG_CONFIG_PATH takes, for pkg-config vciapi
 
@@ -16,6 +21,7 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
+import sys
 
 from canwire import BadValue
 from canwire.native import cmake_directory, dotnet, include_directory, library_directory, pkg_config_directory
@@ -39,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--includes", action="store_true", help="print where the headers are, or .NET's sources"
     )
     parser.add_argument("--libraries", action="store_true", help="print where the libraries are")
+    parser.add_argument(
+        "--windows",
+        action="store_true",
+        default=sys.platform == "win32",
+        help="with these four: for programs for Windows, by mingw-w64",
+    )
     parser.add_argument("--cmake", action="store_true", help="print where canwire-config.cmake is")
     parser.add_argument("--pkg-config", action="store_true", help="print where the files for pkg-config are")
 
@@ -58,19 +70,18 @@ def run(arguments: argparse.Namespace) -> int:
 def _libraries(arguments: argparse.Namespace) -> list[str]:
     words: list[str] = []
     if arguments.cflags:
-        words.append(f"-I{include_directory()}")
+        words += ["-idirafter", include_directory()] if arguments.windows else [f"-I{include_directory()}"]
     if arguments.libs:
-        home = library_directory()
-        names = [f"-l{name}" for name in (*INTERFACES[arguments.interface], "canwire")]
-        words += [f"-L{home}", f"-Wl,-rpath,{home}", *names]
+        words += _linked(arguments.interface, windows=arguments.windows)
     if arguments.includes:
         words.append(include_directory())
     if arguments.libraries:
-        words.append(library_directory())
+        words.append(library_directory(windows=arguments.windows))
     if arguments.cmake:
         words.append(cmake_directory())
     if arguments.pkg_config:
         words.append(pkg_config_directory())
+<<<<<<< HEAD
     return words
 
 
@@ -87,3 +98,17 @@ def _dotnet(arguments: argparse.Namespace) -> list[str]:
     if arguments.libraries:
         words.append(dotnet.assembly_directory())
     return words
+=======
+    if not words:
+        raise BadValue("say what to print: canwire native --cflags --libs")
+    print(shlex.join(words))
+    return 0
+
+
+def _linked(interface: str, *, windows: bool) -> list[str]:
+    """Of Windows' libraries each is complete; what GCC adds to a program goes into it, so that it runs elsewhere."""
+    home = library_directory(windows=windows)
+    if windows:
+        return [f"-L{home}", f"-l{interface}", "-luuid", "-static-libgcc", "-static-libstdc++"]
+    return [f"-L{home}", f"-Wl,-rpath,{home}", *(f"-l{name}" for name in (*INTERFACES[interface], "canwire"))]
+>>>>>>> dlls

@@ -174,7 +174,7 @@ class AnyOf:
 
     def remove(self, event: EventDescriptor) -> None:
         """Before it is closed."""
-        with contextlib.suppress(OSError):  # closed before, and so gone from the poll
+        with contextlib.suppress(OSError, ValueError):  # closed before, and so gone from the poll
             self._poll.unregister(event.fileno())
 
     def close(self) -> None:

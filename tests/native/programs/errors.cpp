@@ -3,8 +3,10 @@
 
 #include <errno.h>
 #include <process.h>
+#ifndef _WIN32
 #include <sys/wait.h>
 #include <unistd.h>
+#endif
 
 static void null_pointers(Line &line)
 {
@@ -77,6 +79,7 @@ static void interfaces(Line &line)
     OK(line.channel->Activate());
 }
 
+#ifndef _WIN32
 static void fork_of(Line &line)
 {
     CANMSG message = {};
@@ -96,9 +99,11 @@ static void fork_of(Line &line)
     TRUE_THAT(wait(NULL) == -1 && errno == ECHILD); /* nobody of ours is a child of the program's */
 }
 
+#endif
+
 static volatile LONG done;
 
-static unsigned ask_often(void *layer)
+static unsigned __stdcall ask_often(void *layer)
 {
     BALFEATURES features;
 
@@ -130,7 +135,9 @@ int main()
     texts();
     interfaces(line);
     threads(line);
+#ifndef _WIN32
     fork_of(line);
+#endif
     puts("every mistake has its code");
     return 0;
 }

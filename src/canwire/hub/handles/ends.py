@@ -139,7 +139,7 @@ class RingEnd:
         if self._memory is None or not isinstance(peer, EventDescriptor | None):
             raise WrongState(f"{self.lease.name}: its connection does not lend queues to other processes")
         self._over_told = told
-        return LentRing(self._memory, self._begin, self._own.fileno(), -1 if peer is None else peer.fileno())
+        return LentRing(self._memory, self._begin, self._own, peer)
 
     def wake(self) -> None:
         """The lease is over: let nobody wait on."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from canwire.platform import Descriptor, close_descriptors, duplicate
+from canwire.platform import Descriptor, EventDescriptor, close_descriptors, duplicate
 
 
 class LentMemory:
@@ -14,6 +14,11 @@ class LentMemory:
 
     def __init__(self, memory: Descriptor) -> None:
         (self.descriptor,) = duplicate((memory,))
+
+    def fileno(self) -> int:
+        """The number of its open file in this process."""
+        memory: Any = self.descriptor
+        return int(getattr(memory, "descriptor", memory))
 
     def __del__(
         self,
@@ -30,7 +35,7 @@ class LentRing(NamedTuple):
     memory: LentMemory
     begin: int
     """The byte of the memory at which the ring begins."""
-    own: int
-    """Readable when the other side has signalled this end."""
-    peer: int
-    """Written to (eight bytes) to signal the other side; -1: it wants no signals."""
+    own: EventDescriptor
+    """The other side signals this end by it."""
+    peer: EventDescriptor | None
+    """Signals the other side, as does whoever writes eight bytes to its descriptor; None: it wants no signals."""

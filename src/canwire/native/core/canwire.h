@@ -121,9 +121,12 @@ extern const struct cw_kind cw_event_kind;
 struct cw_event *cw_event_new(int manual_reset, int signalled);
 void cw_event_set(struct cw_event *event);
 void cw_event_reset(struct cw_event *event);
+/* The event of a handle of the program's, one reference more; NULL: it is none. */
+struct cw_event *cw_event_of(cw_handle handle);
+void cw_event_release(struct cw_event *event);
 /* Have a ring signal this event, in place of one before; NULL: none. The ring keeps a reference. 0, or -1: no memory. */
 int cw_event_assign(struct cw_event *event, struct cw_ring *ring);
-/* Likewise a descriptor, which is only read; cw_event_forget ends that. */
+/* Likewise a descriptor, which is only read and the event's from now on; cw_event_forget ends that, and closes it. */
 int cw_event_watch(struct cw_event *event, int descriptor);
 void cw_event_forget(struct cw_event *event, int descriptor);
 

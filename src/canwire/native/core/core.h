@@ -6,27 +6,63 @@
 #define _GNU_SOURCE
 #endif
 #include "canwire.h"
-
+#ifndef _WIN32
 #include <poll.h>
+#endif
 
 #pragma GCC visibility push(hidden)
 
-/* helper.c */
-int cw_lifeline(void);             /* readable once the helper is gone; -1: there is none */
-void cw_helper_gone(void);         /* who waits has seen that */
-uint32_t cw_state_of(uint32_t at); /* a word on the page of states: not 0 once what it is about is over */
+/* What travels between a call and its answer (../helper/serving.py). */
+struct cw_request {
+    char method[CW_METHOD_SIZE];
+    uint32_t object;
+    uint32_t size; /* of the data, which follow */
+};
+
+struct cw_reply {
+    int32_t result;
+    uint32_t value;
+};
+
+/* helper.c, or ../win32/helper.c where Windows' own functions are: the helper, and sockets to its threads */
+typedef int cw_socket; /* Windows' SOCKETs have small numbers, too */
+#define CW_NO_SOCKET (-1)
+
+int cw_helper_runs(void);
+int cw_helper_start(void); /* 0, or -1 with errno */
+void cw_helper_forget(void);
+cw_socket cw_socket_new(void);
+void cw_socket_close(cw_socket socket);
+int cw_exchange(cw_socket socket, struct cw_call *call);
+void cw_close_descriptor(int descriptor);
+
+/* calls.c */
+void cw_helper_gone(uint32_t process); /* somebody has seen that; nothing where that was another process */
+void cw_next_process(void); /* whatever is open is over */
+void cw_calls_in_child(void);
 
 /* ring.c */
 void cw_ring_arm(struct cw_ring *ring);
 void cw_ring_rearm(struct cw_ring *ring);
-int cw_drain(int descriptor); /* was anything in it? */
+int cw_ring_met(struct cw_ring *ring); /* its threshold */
 
-/* fork.c */
+/* lent.c, or ../win32/lent.c */
+int cw_ring_map(struct cw_ring *ring, int descriptor); /* the mapping and its size; 0, or -1 with errno */
+void cw_ring_unmap(struct cw_ring *ring);
+int cw_ring_ended(const struct cw_ring *ring); /* its lease or its hub is gone */
+void cw_ring_signal(struct cw_ring *ring, int descriptor); /* its own end, or its peer */
 void cw_keep_ring(struct cw_ring *ring);
 void cw_forget_ring(struct cw_ring *ring);
-void cw_next_process(void); /* whatever is open is over */
+
 void cw_prepare_forks(void);
-void cw_helper_in_child(void);  /* helper.c */
+
+#ifndef _WIN32
+/* helper.c */
+int cw_lifeline(void);             /* readable once the helper is gone; -1: there is none */
+uint32_t cw_state_of(uint32_t at); /* a word on the page of states: not 0 once what it is about is over */
+void cw_helper_in_child(void);
+
+/* fork.c */
 void cw_handles_in_child(void); /* handles.c */
 void cw_events_in_child(void);  /* events.c */
 void cw_lock_handles(void);
@@ -35,6 +71,9 @@ void cw_unlock_handles(void);
 /* clock.c */
 int64_t cw_deadline(int64_t milliseconds);                  /* nanoseconds of the monotonic clock; INT64_MAX: never */
 int cw_poll(struct pollfd *about, nfds_t count, int64_t until); /* as ppoll; 0 when the time is over; goes on after signals */
+
+int cw_drain(int descriptor); /* lent.c: was anything in it? */
+#endif
 
 #pragma GCC visibility pop
 #endif

@@ -180,6 +180,16 @@ static void drop(struct cw_event *event, int which)
     pthread_mutex_unlock(&event->lock);
 }
 
+struct cw_event *cw_event_of(cw_handle handle)
+{
+    return (struct cw_event *)cw_handle_get(handle, &cw_event_kind);
+}
+
+void cw_event_release(struct cw_event *event)
+{
+    cw_object_release(&event->object);
+}
+
 int cw_event_assign(struct cw_event *event, struct cw_ring *ring)
 {
     struct cw_event *before = ring->event;
@@ -203,8 +213,10 @@ int cw_event_assign(struct cw_event *event, struct cw_ring *ring)
 
 int cw_event_watch(struct cw_event *event, int which)
 {
-    if (add(event, NULL, which) < 0)
+    if (add(event, NULL, which) < 0) {
+        close(which);
         return -1;
+    }
     __atomic_add_fetch(&event->object.references, 1, __ATOMIC_RELAXED);
     return 0;
 }
@@ -212,7 +224,8 @@ int cw_event_watch(struct cw_event *event, int which)
 void cw_event_forget(struct cw_event *event, int which)
 {
     drop(event, which);
-    cw_object_release(&event->object);
+    close(which);
+    cw_event_release(event);
 }
 
 /* Signals of a fork's are its own; nothing of the parent's signals them. */

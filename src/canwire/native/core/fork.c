@@ -7,17 +7,6 @@
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static struct cw_ring *rings;
-static uint32_t process;
-
-uint32_t cw_process(void)
-{
-    return __atomic_load_n(&process, __ATOMIC_RELAXED);
-}
-
-void cw_next_process(void)
-{
-    __atomic_add_fetch(&process, 1, __ATOMIC_RELEASE);
-}
 
 void cw_keep_ring(struct cw_ring *ring)
 {

@@ -109,6 +109,7 @@ int cw_handle_close(cw_handle handle)
     return 0;
 }
 
+#ifndef _WIN32
 void cw_lock_handles(void)
 {
     pthread_mutex_lock(&lock);
@@ -124,3 +125,4 @@ void cw_handles_in_child(void)
     pthread_mutex_init(&lock, NULL);
     cw_events_in_child();
 }
+#endif

@@ -1,9 +1,8 @@
-/* Calls to the helper: each thread that calls has a socket to a thread of the helper for itself, for that long. */
+/* The helper of a program on Linux: started with a pair of sockets, over which descriptors travel. */
 #include "core.h"
 #include "start.h"
 
 #include <errno.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -11,24 +10,9 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-#define MOST_IDLE 16
 #define STATES 65536u /* words on the page */
 
-struct request {
-    char method[CW_METHOD_SIZE];
-    uint32_t object;
-    uint32_t reserved;
-};
-
-struct reply {
-    int32_t result;
-    uint32_t value;
-};
-
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static int lifeline = -1;          /* our end of the pair that the helper was started with */
-static int idle[MOST_IDLE];        /* sockets that no thread uses */
-static int idle_count;
+static int lifeline = -1; /* our end of the pair that the helper was started with */
 static uint32_t *states;
 
 int cw_lifeline(void)
@@ -69,7 +53,7 @@ static int pair(int ends[2])
     return socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends);
 }
 
-static int new_socket(void)
+cw_socket cw_socket_new(void)
 {
     int ends[2], channel = cw_lifeline();
 
@@ -83,7 +67,7 @@ static int new_socket(void)
     return ends[0];
 }
 
-static ssize_t receive(int socket, struct reply *reply, struct cw_call *call)
+static ssize_t receive(cw_socket socket, struct cw_reply *reply, struct cw_call *call)
 {
     union control control;
     char rest[1];
@@ -103,10 +87,10 @@ static ssize_t receive(int socket, struct reply *reply, struct cw_call *call)
     return got;
 }
 
-static int exchange(int socket, struct cw_call *call)
+int cw_exchange(cw_socket socket, struct cw_call *call)
 {
-    struct request request = {.object = call->object};
-    struct reply reply;
+    struct cw_request request = {.object = call->object, .size = (uint32_t)call->in_size};
+    struct cw_reply reply;
     struct iovec parts[2] = {{&request, sizeof request}, {(void *)call->in, call->in_size}};
     struct msghdr message = {.msg_iov = parts, .msg_iovlen = 2};
     ssize_t got;
@@ -128,11 +112,11 @@ static int exchange(int socket, struct cw_call *call)
 }
 
 /* The first thing that a helper is asked: the page of states. */
-static int greet(int socket)
+static int greet(cw_socket socket)
 {
     struct cw_call hello = {.method = "helper.hello"};
 
-    if (exchange(socket, &hello) < 0)
+    if (cw_exchange(socket, &hello) < 0)
         return -1;
     if (hello.result == 0 && hello.descriptor_count == 1) {
         void *page = mmap(NULL, STATES * sizeof *states, PROT_READ, MAP_SHARED, hello.descriptors[0], 0);
@@ -147,113 +131,58 @@ static int greet(int socket)
     return -1;
 }
 
-static int start(void) /* under the lock */
+int cw_helper_start(void)
 {
-    int ends[2], socket;
+    int ends[2], started;
+    cw_socket socket;
 
     cw_prepare_forks();
     if (pair(ends) < 0)
         return -1;
-    if (cw_start_helper(ends[1]) < 0) {
+    started = cw_start_helper(ends[1]);
+    close(ends[1]);
+    if (started < 0) {
         close(ends[0]);
-        close(ends[1]);
         return -1;
     }
-    close(ends[1]);
     __atomic_store_n(&lifeline, ends[0], __ATOMIC_RELEASE);
-    socket = new_socket();
-    if (socket >= 0 && greet(socket) == 0) {
-        idle[idle_count++] = socket;
-        return 0;
-    }
-    if (socket >= 0)
+    socket = cw_socket_new();
+    started = socket != CW_NO_SOCKET ? greet(socket) : -1;
+    if (socket != CW_NO_SOCKET)
         close(socket);
+    if (started == 0)
+        return 0;
     close(ends[0]);
-    __atomic_store_n(&lifeline, -1, __ATOMIC_RELEASE);
+    cw_helper_forget();
     errno = ENOTCONN;
     return -1;
 }
 
-static int take_socket(void)
+int cw_helper_runs(void)
 {
-    int socket = -1, ready;
-
-    pthread_mutex_lock(&lock);
-    ready = lifeline >= 0 || start() == 0;
-    if (ready && idle_count > 0)
-        socket = idle[--idle_count];
-    pthread_mutex_unlock(&lock);
-    return ready && socket < 0 ? new_socket() : socket;
+    return cw_lifeline() >= 0;
 }
 
-static void give_back(int socket)
+/* Those who wait still poll the old lifeline, so it stays open. */
+void cw_helper_forget(void)
 {
-    pthread_mutex_lock(&lock);
-    if (idle_count < MOST_IDLE) {
-        idle[idle_count++] = socket;
-        socket = -1;
-    }
-    pthread_mutex_unlock(&lock);
-    if (socket >= 0)
-        close(socket);
+    __atomic_store_n(&lifeline, -1, __ATOMIC_RELEASE);
 }
 
-/* The helper has ended: what it held is over, and the next call starts another one. Those who wait still poll the old
- * lifeline, so it stays open. */
-static void lost(uint32_t process)
+void cw_socket_close(cw_socket socket)
 {
-    pthread_mutex_lock(&lock);
-    if (process == cw_process() && lifeline >= 0) {
-        while (idle_count > 0)
-            close(idle[--idle_count]);
-        __atomic_store_n(&lifeline, -1, __ATOMIC_RELEASE);
-        cw_next_process();
-    }
-    pthread_mutex_unlock(&lock);
+    close(socket);
 }
 
-void cw_helper_gone(void)
+void cw_close_descriptor(int descriptor)
 {
-    lost(cw_process());
-}
-
-int cw_call(struct cw_call *call)
-{
-    uint32_t process = cw_process();
-    int socket, asked;
-
-    call->descriptor_count = 0;
-    call->result = 0;
-    call->value = 0;
-    call->out_length = 0;
-    if (call->in_size > CW_MOST_DATA || strlen(call->method) >= CW_METHOD_SIZE) {
-        errno = EMSGSIZE;
-        return -1;
-    }
-    socket = take_socket();
-    asked = socket < 0 ? -1 : exchange(socket, call);
-    if (asked == 0 && process == cw_process()) {
-        give_back(socket);
-    } else {
-        if (socket >= 0)
-            close(socket);
-        lost(process);
-    }
-    return asked;
-}
-
-void cw_close_descriptors(struct cw_call *call)
-{
-    while (call->descriptor_count > 0)
-        close(call->descriptors[--call->descriptor_count]);
+    close(descriptor);
 }
 
 /* The parent's helper is the parent's; the next call here starts another one. */
 void cw_helper_in_child(void)
 {
-    pthread_mutex_init(&lock, NULL);
-    while (idle_count > 0)
-        close(idle[--idle_count]);
+    cw_calls_in_child();
     if (lifeline >= 0)
         close(lifeline);
     lifeline = -1;

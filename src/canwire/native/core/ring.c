@@ -2,12 +2,7 @@
 #include "core.h"
 
 #include <errno.h>
-#include <poll.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #define MAGIC 0x000147574e414301ull
 #define HEADER_SIZE 256
@@ -44,33 +39,26 @@ static int fits(const struct cw_ring *ring, const struct cw_place *place)
            ring->words[RECORD_BYTES] == place->record_size && ring->words[LIMIT] == place->capacity;
 }
 
+static int refused(struct cw_ring *ring, struct cw_call *with, int why)
+{
+    if (ring->mapping != NULL)
+        cw_ring_unmap(ring);
+    cw_close_descriptors(with);
+    errno = why;
+    return -1;
+}
+
 int cw_ring_open(struct cw_ring *ring, const struct cw_place *place, struct cw_call *with)
 {
-    struct stat about;
-
     memset(ring, 0, sizeof *ring);
     ring->own = ring->peer = -1;
-    if (with->descriptor_count < 2 || fstat(with->descriptors[0], &about) < 0 ||
-        (uint64_t)about.st_size < place->begin + HEADER_SIZE) {
-        cw_close_descriptors(with);
-        errno = EPROTO;
-        return -1;
-    }
-    ring->mapping_size = (size_t)about.st_size;
-    ring->mapping = mmap(NULL, ring->mapping_size, PROT_READ | PROT_WRITE, MAP_SHARED, with->descriptors[0], 0);
-    if (ring->mapping == MAP_FAILED) {
-        ring->mapping = NULL;
-        cw_close_descriptors(with);
-        return -1;
-    }
+    if (with->descriptor_count < 2)
+        return refused(ring, with, EPROTO);
+    if (cw_ring_map(ring, with->descriptors[0]) < 0)
+        return refused(ring, with, errno);
     ring->words = (uint64_t *)((char *)ring->mapping + place->begin);
-    if (!fits(ring, place)) {
-        munmap(ring->mapping, ring->mapping_size);
-        ring->mapping = NULL;
-        cw_close_descriptors(with);
-        errno = EPROTO;
-        return -1;
-    }
+    if (ring->mapping_size < place->begin + HEADER_SIZE || !fits(ring, place))
+        return refused(ring, with, EPROTO);
     ring->records = (unsigned char *)ring->words + HEADER_SIZE;
     ring->capacity = place->capacity;
     ring->record_size = place->record_size;
@@ -79,7 +67,7 @@ int cw_ring_open(struct cw_ring *ring, const struct cw_place *place, struct cw_c
     ring->state = place->state;
     ring->threshold = 1;
     ring->seen = look(ring, ring->reads ? HEAD : TAIL);
-    close(with->descriptors[0]);
+    cw_close_descriptor(with->descriptors[0]);
     ring->own = with->descriptors[1];
     ring->peer = with->descriptor_count > 2 ? with->descriptors[2] : -1;
     with->descriptor_count = 0;
@@ -93,18 +81,17 @@ void cw_ring_close(struct cw_ring *ring)
         return;
     cw_event_assign(NULL, ring);
     cw_forget_ring(ring);
-    munmap(ring->mapping, ring->mapping_size);
-    ring->mapping = NULL;
+    cw_ring_unmap(ring);
     if (ring->own >= 0)
-        close(ring->own);
+        cw_close_descriptor(ring->own);
     if (ring->peer >= 0)
-        close(ring->peer);
+        cw_close_descriptor(ring->peer);
     ring->own = ring->peer = -1;
 }
 
 int cw_ring_over(const struct cw_ring *ring)
 {
-    return ring->process != cw_process() || cw_state_of(ring->state);
+    return ring->process != cw_process() || cw_ring_ended(ring);
 }
 
 /* A fill level above the capacity means that the other side is broken: then nothing can be read, and nothing written. */
@@ -147,15 +134,13 @@ void *cw_ring_acquire_free(struct cw_ring *ring, uint32_t *count)
 /* The counter has moved: the other side is woken if it wanted to be by now. */
 static void tell(struct cw_ring *ring, enum word wanted_word, uint64_t counter)
 {
-    static const uint64_t one = 1;
     uint64_t wanted;
 
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     wanted = __atomic_load_n(&ring->words[wanted_word], __ATOMIC_RELAXED);
     if (wanted != 0 && counter - wanted <= LARGEST_CAPACITY && ring->peer >= 0) {
         __atomic_store_n(&ring->words[wanted_word], 0, __ATOMIC_RELAXED);
-        if (write(ring->peer, &one, sizeof one) < 0)
-            return; /* full: it has a wake-up pending anyway; or it is gone */
+        cw_ring_signal(ring, ring->peer);
     }
 }
 
@@ -189,21 +174,19 @@ void cw_ring_arm(struct cw_ring *ring)
     __atomic_store_n(&ring->words[wanted_word], goal, __ATOMIC_RELAXED);
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     if (look(ring, theirs) - goal <= LARGEST_CAPACITY) { /* it got there before it could see what is wanted */
-        static const uint64_t one = 1;
         __atomic_store_n(&ring->words[wanted_word], 0, __ATOMIC_RELAXED);
-        if (write(ring->own, &one, sizeof one) < 0)
-            return;
+        cw_ring_signal(ring, ring->own);
     }
 }
 
-static int met(struct cw_ring *ring)
+int cw_ring_met(struct cw_ring *ring)
 {
     return (ring->reads ? cw_ring_fill(ring) : cw_ring_free(ring)) >= ring->threshold;
 }
 
 void cw_ring_rearm(struct cw_ring *ring)
 {
-    met(ring); /* what is there now is told */
+    cw_ring_met(ring); /* what is there now is told */
     cw_ring_arm(ring);
 }
 
@@ -218,34 +201,4 @@ void cw_ring_set_threshold(struct cw_ring *ring, uint32_t threshold)
     ring->threshold = threshold < 1 ? 1 : threshold > ring->capacity ? ring->capacity : threshold;
     if (ring->event != NULL)
         cw_ring_rearm(ring);
-}
-
-int cw_drain(int descriptor)
-{
-    char rest[4096];
-
-    return read(descriptor, rest, sizeof rest) > 0;
-}
-
-int cw_ring_wait(struct cw_ring *ring, int64_t milliseconds)
-{
-    int64_t until = cw_deadline(milliseconds);
-
-    while (!met(ring)) {
-        struct pollfd about[2] = {{ring->own, POLLIN, 0}, {cw_lifeline(), POLLIN, 0}};
-
-        if (cw_ring_over(ring))
-            return -1;
-        cw_ring_arm(ring);
-        if (cw_poll(about, 2, until) == 0)
-            return 0;
-        if (about[1].revents)
-            return met(ring) ? 1 : -1;
-        if (about[0].revents)
-            cw_drain(ring->own);
-    }
-    if (!ring->reads && cw_ring_over(ring)) /* what has come can still be read, but nothing more goes out */
-        return -1;
-    cw_ring_touched(ring);
-    return 1;
 }

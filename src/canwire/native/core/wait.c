@@ -46,7 +46,7 @@ static int wait_for(struct cw_object **objects, uint32_t count, int all, int64_t
     uint64_t missing = count == MOST ? ~0ull : (1ull << count) - 1;
 
     for (;;) {
-        uint32_t polled = 0;
+        uint32_t polled = 0, process = cw_process();
         int one = 0;
 
         if (all ? take_all(objects, count, &missing) : (one = take_one(objects, count)) >= 0)
@@ -60,7 +60,7 @@ static int wait_for(struct cw_object **objects, uint32_t count, int all, int64_t
         if (cw_poll(about, polled + 1, until) == 0)
             return CW_WAIT_TIMEOUT;
         if (about[polled].revents)
-            cw_helper_gone(); /* events of its rings are signalled from now on */
+            cw_helper_gone(process); /* events of its rings are signalled from now on */
     }
 }
 

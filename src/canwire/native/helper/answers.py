@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import itertools
 import threading
-from typing import NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
 from canwire import BadValue
+
+if TYPE_CHECKING:
+    from canwire import Event, RingEnd
 
 Kind = TypeVar("Kind")
 
@@ -14,13 +17,15 @@ Kind = TypeVar("Kind")
 class Reply(NamedTuple):
     """The answer to a call. `value` is a number, for instance of a new object.
 
-    Descriptors are the reply's own: whoever has one closes them once they are sent.
+    Descriptors are the reply's own: whoever has one closes them once they are sent. Where none can be sent they are
+    `names`.
     """
 
     result: int = 0
     value: int = 0
     data: bytes = b""
     descriptors: tuple[int, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 class Answers(Protocol):
@@ -28,6 +33,16 @@ class Answers(Protocol):
 
     def answer(self, method: str, number: int, data: bytes) -> Reply:
         """`number` is that of an object, 0 for none."""
+
+
+class Passing(Protocol):
+    """Gives queues and signals of the hub's to the program."""
+
+    def lend(self, end: RingEnd, value: int = 0, data: bytes = b"") -> Reply:
+        """A reply that gives the program this end of a ring to use, which cw_ring_open takes; `data` follows."""
+
+    def watch(self, event: Event) -> Reply:
+        """A reply with a signal, for cw_event_watch, of what this event is assigned to."""
 
 
 class Objects:

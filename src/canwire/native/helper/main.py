@@ -1,14 +1,12 @@
-"""What the native core starts for process PID of this NAME; the socket is descriptor 3 (../core/start.c)."""
+"""What the native core starts for process PID of this NAME: ../core/start.c, or ../win32/start.c with a PORT."""
 
 from __future__ import annotations
 
+import gc
 import os
-import socket
 import sys
 
-from canwire.native.helper.serving import serve
-
-CHANNEL = 3  # ../core/start.c
+CHANNEL = 3  # the socket of a program that starts it with one: ../core/start.c
 
 
 def main() -> None:
@@ -17,10 +15,25 @@ def main() -> None:
     sys.argv[0] = name  # what others see who hold something of the hub
     status = 1
     try:
-        serve(socket.socket(fileno=CHANNEL), program)
+        gc.disable()  # a program's objects are few, and each is given back by hand
+        _serve(program, sys.argv[3:])
         status = 0
     except BaseException:
         sys.excepthook(*sys.exc_info())
     finally:
-        sys.stderr.flush()
+        if sys.stderr is not None:
+            sys.stderr.flush()
         os._exit(status)  # threads may still be answering; the system gives everything back
+
+
+def _serve(program: int, port: list[str]) -> None:
+    if port:
+        from canwire.native.helper.far import serve_far
+
+        serve_far(int(port[0]), program)
+    else:
+        import socket
+
+        from canwire.native.helper.near import serve_near
+
+        serve_near(socket.socket(fileno=CHANNEL), program)

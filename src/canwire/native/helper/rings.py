@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 from canwire.native.helper.answers import Reply
 
 if TYPE_CHECKING:
-    from canwire import RingEnd
+    from canwire import Event, RingEnd
 
-_PLACE = struct.Struct("<QIIII")  # struct cw_place of ../core/canwire.h
+PLACE = struct.Struct("<QIIII")
+"""struct cw_place of ../core/canwire.h."""
+
 _STATES = 1 << 16  # words; used anew after so many rings
 _WORD = 4
 _OVER = struct.pack("<I", 1)
@@ -30,6 +32,10 @@ class States:
         self._page = mmap.mmap(self.descriptor, _STATES * _WORD)
         self._numbers = itertools.count()
         self._lock = threading.Lock()
+
+    def page(self) -> Reply:
+        """A reply that gives the program this page."""
+        return Reply(descriptors=duplicates(self.descriptor))
 
     def new(self) -> int:
         with self._lock:
@@ -48,9 +54,15 @@ class States:
         if end.lease.over:
             self.end(number)
         ring = end.ring
-        place = _PLACE.pack(lent.begin, ring.capacity, ring.record_size, end.reads, number)
-        descriptors = (lent.memory.descriptor, lent.own, *((lent.peer,) if lent.peer >= 0 else ()))
-        return Reply(0, value, place + data, duplicates(*descriptors))
+        place = PLACE.pack(lent.begin, ring.capacity, ring.record_size, end.reads, number)
+        events = (lent.own,) if lent.peer is None else (lent.own, lent.peer)
+        return Reply(
+            0, value, place + data, duplicates(lent.memory.fileno(), *(event.fileno() for event in events))
+        )
+
+    def watch(self, event: Event) -> Reply:
+        """A reply with a descriptor that is readable whenever what this event is assigned to signals it."""
+        return Reply(descriptors=duplicates(event.signals[0].descriptor.fileno()))
 
     def _write(self, number: int, word: bytes) -> None:
         self._page[number * _WORD : (number + 1) * _WORD] = word

@@ -2,6 +2,10 @@
 #ifndef CANWIRE_STDTYPE_H
 #define CANWIRE_STDTYPE_H
 #include <windows.h>
+#ifdef _WIN32 /* the rest of COM, where windows.h leaves it out; and a name that no header of Windows has */
+#include <objbase.h>
+typedef GUID *PGUID;
+#endif
 
 typedef UINT8 BOOL8, *PBOOL8;
 typedef UINT16 BOOL16, *PBOOL16;

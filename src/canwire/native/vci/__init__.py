@@ -10,8 +10,7 @@ from typing import Any
 
 import canwire
 from canwire import CanwireError, Event, vci
-from canwire.native.helper.answers import Objects, Reply
-from canwire.native.helper.rings import States, duplicates
+from canwire.native.helper.answers import Objects, Passing, Reply
 from canwire.native.vci.arguments import FUNCTIONS, METHODS, unpacked
 from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS, CLASSIC_CAN_MSG2S, LIN_MSGS
 from canwire.vci.fifo.fifo import FifoEnd
@@ -32,7 +31,7 @@ _WORD = 4
 class VciAnswers:
     """canwire.vci for one program (helper.answers.Answers)."""
 
-    def __init__(self, states: States) -> None:
+    def __init__(self, states: Passing) -> None:
         self._states = states
         self._objects = Objects()
         self._watching: dict[int, Event] = {}
@@ -82,7 +81,7 @@ class VciAnswers:
         if data:
             self._watching[number] = event = Event()
             devices.assign_event(event)
-            return Reply(descriptors=duplicates(event.signals[0].descriptor.fileno()))
+            return self._states.watch(event)
         devices.assign_event(None)
         self._watching.pop(number, None)
         return Reply()
@@ -112,6 +111,6 @@ _OWN = {
 }
 
 
-def interface(states: States) -> VciAnswers:
+def interface(states: Passing) -> VciAnswers:
     """For the helper."""
     return VciAnswers(states)

@@ -3,6 +3,10 @@
 
 #include "canwire.h"
 
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <vcisdk.h>
 
 // What of an object the helper knows: its number, and which process opened it.

@@ -1,8 +1,6 @@
 #include "device.h"
 #include "line.h"
 
-#include <unistd.h>
-
 static const UINT32 MOST_AT_ONCE = CW_MOST_DATA / sizeof(VCIDEVICEINFO);
 
 bool BalObject::is(REFIID iid) const
@@ -91,15 +89,13 @@ void EnumDevice::close()
 {
     if (event_ != nullptr)
         cw_event_forget(event_, watched_);
-    if (watched_ >= 0)
-        ::close(watched_);
     event_ = nullptr;
     watched_ = -1;
 }
 
 HRESULT EnumDevice::AssignEvent(HANDLE event)
 {
-    struct cw_object *found = event != nullptr ? cw_handle_get(event, &cw_event_kind) : nullptr;
+    struct cw_event *found = event != nullptr ? cw_event_of(event) : nullptr;
     Call call("", "watch", remote_);
     HRESULT result = VCI_OK;
 
@@ -112,14 +108,14 @@ HRESULT EnumDevice::AssignEvent(HANDLE event)
         close();
     if (result == VCI_OK && found != nullptr && call.answer()->descriptor_count == 1) {
         watched_ = call.answer()->descriptors[--call.answer()->descriptor_count];
-        event_ = reinterpret_cast<struct cw_event *>(found);
+        event_ = found;
         if (cw_event_watch(event_, watched_) < 0) {
             event_ = nullptr;
             result = VCI_E_OUTOFMEMORY;
         }
     }
     if (found != nullptr)
-        cw_object_release(found);
+        cw_event_release(found);
     return result;
 }
 

@@ -119,16 +119,16 @@ template <class Interface> HRESULT End<Interface>::Unlock()
 template <class Interface> HRESULT End<Interface>::AssignEvent(HANDLE event)
 {
     HRESULT result = check();
-    struct cw_object *found = nullptr;
+    struct cw_event *found = nullptr;
 
     if (result != VCI_OK)
         return result;
-    if (event != nullptr && (found = cw_handle_get(event, &cw_event_kind)) == nullptr)
+    if (event != nullptr && (found = cw_event_of(event)) == nullptr)
         return VCI_E_INVHANDLE;
-    if (cw_event_assign(reinterpret_cast<struct cw_event *>(found), &ring_) < 0)
+    if (cw_event_assign(found, &ring_) < 0)
         result = VCI_E_OUTOFMEMORY;
     if (found != nullptr)
-        cw_object_release(found);
+        cw_event_release(found);
     return result;
 }
 

@@ -1,6 +1,7 @@
 // How elements lie in a FIFO: the records of ../../values/record.py, of which CANMSG and LINMSG are a part.
 #pragma once
 
+#include <stdint.h>
 #include <vcisdk.h>
 
 enum class Form : uint32_t { PLAIN, CANMSG, CANMSG2, CLASSIC_CANMSG2, LINMSG }; // _FORMS of ../vci/__init__.py

@@ -6,21 +6,21 @@
 // An interface of a connector by its IID, once a call has opened it; VCI_E_NOINTERFACE for what is none.
 HRESULT made_socket(REFIID iid, Remote remote, PVOID *into);
 
-template <class Interface, const GUID &IID> class LineObject : public Object<Interface> {
+template <class Interface, const GUID &OWN> class LineObject : public Object<Interface> {
 public:
     using Object<Interface>::Object;
 
 protected:
     bool is(REFIID iid) const override
     {
-        return iid == IID;
+        return iid == OWN;
     }
 };
 
 // ICanControl, ICanControl2, ILinControl
-template <class Interface, const GUID &IID, class Init, class Status> class Control : public LineObject<Interface, IID> {
+template <class Interface, const GUID &OWN, class Init, class Status> class Control : public LineObject<Interface, OWN> {
 public:
-    using LineObject<Interface, IID>::LineObject;
+    using LineObject<Interface, OWN>::LineObject;
 
     HRESULT InitLine(Init *init) override
     {
@@ -85,9 +85,9 @@ public:
 };
 
 // ICanChannel, ICanChannel2, ILinMonitor
-template <class Interface, const GUID &IID, class Status> class Queues : public LineObject<Interface, IID> {
+template <class Interface, const GUID &OWN, class Status> class Queues : public LineObject<Interface, OWN> {
 public:
-    using LineObject<Interface, IID>::LineObject;
+    using LineObject<Interface, OWN>::LineObject;
 
     HRESULT Activate() override
     {
@@ -128,10 +128,10 @@ protected:
 };
 
 // ICanSocket, ICanSocket2, ILinSocket
-template <class Interface, const GUID &IID, class Capabilities, class Status>
-class Socket : public LineObject<Interface, IID> {
+template <class Interface, const GUID &OWN, class Capabilities, class Status>
+class Socket : public LineObject<Interface, OWN> {
 public:
-    using LineObject<Interface, IID>::LineObject;
+    using LineObject<Interface, OWN>::LineObject;
 
     HRESULT GetSocketInfo(PBALSOCKETINFO into) override
     {

@@ -32,7 +32,8 @@ template <class Character> static HRESULT put_guid(REFGUID guid, Character *into
     char text[GUID_TEXT + 1];
     const UINT8 *rest = guid.Data4;
 
-    snprintf(text, sizeof text, "{%08X-%04X-%04X-%02X%02X-%02X%02X%02X%02X%02X%02X}", guid.Data1, guid.Data2, guid.Data3,
+    snprintf(text, sizeof text, "{%08X-%04X-%04X-%02X%02X-%02X%02X%02X%02X%02X%02X}", static_cast<unsigned>(guid.Data1), guid.Data2,
+             guid.Data3,
              rest[0], rest[1], rest[2], rest[3], rest[4], rest[5], rest[6], rest[7]);
     return put(text, into, room);
 }

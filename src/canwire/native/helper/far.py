@@ -1,0 +1,212 @@
+"""Answers for a program to which no descriptors travel: one on Windows, over TCP on this machine.
+
+The helper calls the program back and shows the token that came with its environment, and a port of its own. That first
+connection is for signals, and ends with the program; each thread of the program that calls has one of its own, which
+begins with the token. ../win32/ is the other end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import itertools
+import os
+import socket
+import struct
+import sys
+import threading
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from canwire import BadMessage, Event
+from canwire.native.helper.answers import Reply
+from canwire.native.helper.rings import PLACE
+from canwire.native.helper.serving import Helper
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from canwire import RingEnd
+
+TOKEN = "CANWIRE_PROGRAM_TOKEN"
+_LOOPBACK = "127.0.0.1"
+_CALLS = b"C"
+_PATIENCE_S = 10.0  # for a connection's token
+_SIGNALLED, _OVER, _RING, _HEAR, _FORGET = range(1, 6)  # ../win32/win32.h
+_ASIDE = struct.Struct("<II")
+_PORT = struct.Struct("<H")
+_REQUEST = struct.Struct("<40sII")
+_REPLY = struct.Struct("<iIII")
+_NAME = struct.Struct("64s")
+_LARGEST = 1 << 16
+
+
+class _Heard:
+    """A queue's own signal, as canwire's events hear of it (Event.bind)."""
+
+    advance = None
+    clock = None
+
+    def __init__(self, descriptor: Any, told: Callable[[], None]) -> None:
+        self.descriptor = descriptor
+        self.over = False
+        self._told = told
+
+    def rearm(self) -> None:
+        """It was signalled."""
+        self._told()
+
+    def stir(self) -> None:
+        """Nothing waits by a hub's time."""
+
+
+class FarRings:
+    """Passes queues on by name (helper.answers.Passing), and signals over the first connection, whose end this is."""
+
+    def __init__(self, connection: socket.socket, process: int) -> None:
+        self._connection = connection
+        self._process = process
+        self._numbers = itertools.count(1)
+        self._heard: dict[int, _Heard] = {}
+        self._rung: dict[int, Any] = {}
+        self._event = Event()
+        self._ending = threading.Lock()  # over whether a signal is heard or over
+        self._sending = threading.Lock()
+
+    def lend(self, end: RingEnd, value: int = 0, data: bytes = b"") -> Reply:
+        """A reply that gives the program this end of a ring to use; `data` follows."""
+        number = self._hearing(end.descriptor)
+        lent = end.lend(partial(self._end, number))
+        if end.lease.over:
+            self._end(number)
+        ring = end.ring
+        place = PLACE.pack(lent.begin, ring.capacity, ring.record_size, end.reads, 0)
+        names = [self._memory(lent.memory.fileno()), f"signal {number}"]
+        if lent.peer is not None:
+            self._rung[peer := next(self._numbers)] = lent.peer
+            names.append(f"signal {peer}")
+        return Reply(0, value, place + data, names=tuple(names))
+
+    def watch(self, event: Event) -> Reply:
+        """A reply with a signal for what this event is assigned to."""
+        return Reply(names=(f"signal {self._hearing(event.signals[0].descriptor)}",))
+
+    def tell(self) -> None:
+        """Tell the program of signals, in a thread of its own, until it is gone."""
+        while True:
+            self._event.wait()
+
+    def obey(self) -> None:
+        """Do what the program says of signals until it is gone."""
+        with contextlib.suppress(ConnectionError):
+            while message := _whole(self._connection, _ASIDE.size):
+                what, number = _ASIDE.unpack(message)
+                if what == _RING and number in self._rung:
+                    self._rung[number].signal()
+                elif what == _HEAR and number in self._heard:
+                    self._begin(number, self._heard[number])
+                elif what == _FORGET:
+                    self._forget(number)
+
+    def _hearing(self, descriptor: Any) -> int:
+        number = next(self._numbers)
+        self._heard[number] = _Heard(descriptor, partial(self._say, _SIGNALLED, number))
+        return number
+
+    def _begin(self, number: int, heard: _Heard) -> None:
+        """The program knows this number by now."""
+        with self._ending:
+            over = heard.over
+            if not over:
+                with contextlib.suppress(ValueError, OSError):  # closed meanwhile: it signals nothing more
+                    self._event.bind(heard)
+        if over:
+            self._say(_OVER, number)
+
+    def _end(self, number: int) -> None:
+        heard = self._heard.get(number)
+        if heard is not None:
+            with self._ending:
+                heard.over = True
+                self._event.unbind(heard)
+            self._say(_OVER, number)
+
+    def _forget(self, number: int) -> None:
+        heard = self._heard.pop(number, None)
+        if heard is not None:
+            self._event.unbind(heard)
+        self._rung.pop(number, None)
+
+    def _say(self, what: int, number: int) -> None:
+        with contextlib.suppress(OSError), self._sending:  # it is gone, which `obey` finds out
+            self._connection.sendall(_ASIDE.pack(what, number))
+
+    def _memory(self, descriptor: int) -> str:
+        """What the program opens: a handle that it has by now, or on Linux a file that Wine shows it."""
+        if sys.platform == "win32":
+            import _winapi
+            import msvcrt
+
+            program = _winapi.OpenProcess(_winapi.PROCESS_DUP_HANDLE, False, self._process)
+            try:
+                own, given = _winapi.GetCurrentProcess(), msvcrt.get_osfhandle(descriptor)
+                handle = _winapi.DuplicateHandle(own, given, program, 0, False, _winapi.DUPLICATE_SAME_ACCESS)
+            finally:
+                _winapi.CloseHandle(program)
+            return f"handle {handle}"
+        return f"file /proc/{os.getpid()}/fd/{descriptor}"
+
+
+def serve_far(port: int, process: int) -> None:
+    """Answer the program that listens on this port, until it has ended."""
+    token = bytes.fromhex(os.environ.pop(TOKEN))
+    with (
+        socket.create_server((_LOOPBACK, 0)) as listener,
+        socket.create_connection((_LOOPBACK, port)) as lifeline,
+    ):
+        lifeline.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        lifeline.sendall(token + _PORT.pack(listener.getsockname()[1]))
+        rings = FarRings(lifeline, process)
+        threading.Thread(target=rings.tell, daemon=True).start()
+        threading.Thread(target=_accept, args=(listener, token, Helper(rings)), daemon=True).start()
+        rings.obey()
+
+
+def _accept(listener: socket.socket, token: bytes, helper: Helper) -> None:
+    while True:
+        connection, _ = listener.accept()
+        threading.Thread(target=_answer_on, args=(connection, token, helper), daemon=True).start()
+
+
+def _answer_on(connection: socket.socket, token: bytes, helper: Helper) -> None:
+    """Until the program closes it; strangers are turned away."""
+    with connection, contextlib.suppress(ConnectionError, TimeoutError):
+        connection.settimeout(_PATIENCE_S)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        hello = _whole(connection, len(token) + len(_CALLS))
+        if not hmac.compare_digest(hello, token + _CALLS):
+            return
+        connection.settimeout(None)
+        while head := _whole(connection, _REQUEST.size):
+            method, number, size = _REQUEST.unpack(head)
+            if size > _LARGEST:
+                raise BadMessage(f"a call with {size} bytes: {_LARGEST} at most")
+            data = _whole(connection, size) if size else b""
+            reply = helper.answer(method.rstrip(b"\0").decode("ascii"), number, data)
+            connection.sendall(_packed(reply))
+
+
+def _packed(reply: Reply) -> bytes:
+    names = b"".join(_NAME.pack(name.encode()) for name in reply.names)
+    return _REPLY.pack(reply.result, reply.value, len(reply.data), len(reply.names)) + reply.data + names
+
+
+def _whole(connection: socket.socket, size: int) -> bytes:
+    """So many bytes; none where the other end has closed it."""
+    parts = bytearray()
+    while len(parts) < size:
+        more = connection.recv(size - len(parts))
+        if not more:
+            return b""
+        parts += more
+    return bytes(parts)
