@@ -15,12 +15,12 @@ from tests.socketcan.bench import Bench, finished
 HERE = Path(__file__).parent
 
 
-def built(factory: pytest.TempPathFactory, compiler: str, *switches: str) -> str:
-    """dump.c, by this compiler."""
+def built(factory: pytest.TempPathFactory, compiler: str, *switches: str, source: str = "dump.c") -> str:
+    """By this compiler."""
     find_program(compiler)
     made = factory.mktemp("built") / "dump"
     subprocess.run(
-        [compiler, "-std=gnu11", "-O2", *switches, str(HERE / "dump.c"), "-o", str(made)], check=True
+        [compiler, "-std=gnu11", "-O2", *switches, str(HERE / source), "-o", str(made)], check=True
     )
     return str(made)
 
@@ -92,6 +92,13 @@ def test_a_go_program_has_them(bench: Bench, tmp_path: Path, cgo: str) -> None:
     bench.run("cansend", "can0", "321#33")
     output, errors = program.communicate(timeout=30)
     assert (program.returncode, output, errors) == (0, "can0 1001 72: 321 33\n", "")
+
+
+@pytest.mark.conforms("N-48", "N-49")
+def test_a_static_program_has_j1939(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A message of several frames, its sender's address and PGN, and as control messages destination and priority."""
+    made = built(tmp_path_factory, "gcc", "-static", source="j1939.c")
+    assert bench.run(made) == "3006\n"
 
 
 def test_a_static_program_starts_dynamic_ones(bench: Bench) -> None:

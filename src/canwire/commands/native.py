@@ -2,13 +2,10 @@
 
 canwire native --cflags --libs              options for g++, VCI V4 (vcisdk.h)
 canwire native vcinpl2 --cflags --libs      options for gcc or g++, the flat interface with CAN FD (vcinpl2.h)
-<<<<<<< HEAD
 canwire native dotnet --libs                references for mcs, Ixxat.Vci4 and Ixxat.Vci3
 canwire native dotnet --libraries           where these assemblies are: what MONO_PATH takes
-=======
 canwire native --windows --cflags --libs    options for x86_64-w64-mingw32-g++: the same for Windows
 canwire native --windows --libraries        where vciapi.dll, vcinpl.dll and vcinpl2.dll are, to copy beside a program
->>>>>>> dlls
 canwire native --cmake                      what cmake's -Dcanwire_DIR takes, for find_package(canwire)
 canwire native --pkg-config                 what PKG_CONFIG_PATH takes, for pkg-config vciapi
 
@@ -81,7 +78,6 @@ def _libraries(arguments: argparse.Namespace) -> list[str]:
         words.append(cmake_directory())
     if arguments.pkg_config:
         words.append(pkg_config_directory())
-<<<<<<< HEAD
     return words
 
 
@@ -98,11 +94,6 @@ def _dotnet(arguments: argparse.Namespace) -> list[str]:
     if arguments.libraries:
         words.append(dotnet.assembly_directory())
     return words
-=======
-    if not words:
-        raise BadValue("say what to print: canwire native --cflags --libs")
-    print(shlex.join(words))
-    return 0
 
 
 def _linked(interface: str, *, windows: bool) -> list[str]:
@@ -111,4 +102,3 @@ def _linked(interface: str, *, windows: bool) -> list[str]:
     if windows:
         return [f"-L{home}", f"-l{interface}", "-luuid", "-static-libgcc", "-static-libstdc++"]
     return [f"-L{home}", f"-Wl,-rpath,{home}", *(f"-l{name}" for name in (*INTERFACES[interface], "canwire"))]
->>>>>>> dlls

@@ -5,14 +5,19 @@ A call that waits is answered when its socket has something: `Receiving.look` is
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import socket
 import struct
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire.socketcan.constants import AF_CAN, CAN_ISOTP
+from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_J1939, SOL_CAN_J1939
+from canwire.socketcan.j1939.message import NO_ADDRESS, NO_NAME
 from canwire.socketcan.ports import refuse
+from canwire.socketcan.sockets.j1939.errors import control_message
+from canwire.socketcan.sockets.j1939.names import Name
+from canwire.socketcan.sockets.j1939.socket import ABOUT
 from canwire.socketcan.supervised.program import Message, Program
 from canwire.socketcan.table import Stamps
 
@@ -21,7 +26,7 @@ if TYPE_CHECKING:
     from canwire.socketcan.sockets.base import CanSocket
     from canwire.socketcan.supervised.notices import Call
 
-_CMSG = struct.Struct("<Qii")
+_CMSG_SIZE = 16  # struct cmsghdr
 _SOL_SOCKET, _STAMPS_NS, _LOST = 1, (35, 64), 40  # SO_TIMESTAMPNS, SO_RXQ_OVFL
 _SOFTWARE, _HARDWARE = 16, 64  # SOF_TIMESTAMPING_
 _DONTROUTE, _CONFIRM, _TRUNCATED, _CONTROL_TRUNCATED = 0x4, 0x800, 0x20, 0x8
@@ -49,6 +54,8 @@ class Receiving:
 
     def look(self) -> int | None:
         """What the call returns; None: it waits. Raises OSError."""
+        if self._flags & socket.MSG_ERRQUEUE:  # nothing is told there
+            raise refuse(errno.EAGAIN)
         descriptor = self._program.fetch(self.call.arguments[0])
         with socket.socket(fileno=descriptor) as end:
             blocks = not fcntl.fcntl(end.fileno(), fcntl.F_GETFL) & os.O_NONBLOCK
@@ -61,7 +68,12 @@ class Receiving:
                 if blocks and self._waits:
                     return None
                 raise
-        return self._told(Arrived(data, self._socket.row_of_message(data, bool(peeks))))
+        row = self._socket.row_of_message(data, bool(peeks))
+        if (
+            row.error == errno.ENOMSG and not data
+        ):  # its error queue has something, which only the shim's poll tells
+            return self.look()
+        return self._told(Arrived(data, row))
 
     def _told(self, arrived: Arrived) -> int:
         if arrived.row.error:
@@ -79,7 +91,10 @@ class Receiving:
         done = program.scatter(message.parts, arrived.data)
         name = self._address(arrived) if message.name else b""
         program.write(message.name, name[: message.name_size])
-        control, cut = _fitting(self._control(arrived), message.control_size if message.control else 0)
+        whole = self._about(arrived)
+        whole += b"".join(control_message(_SOL_SOCKET, kind, data) for kind, data in self._control(arrived))
+        room = message.control_size if message.control else 0
+        control, cut = whole[:room] if room >= _CMSG_SIZE else b"", len(whole) > room
         program.write(message.control, control)
         flags = (_TRUNCATED if done < len(arrived.data) else 0) | (_CONTROL_TRUNCATED if cut else 0)
         flags |= (_DONTROUTE if arrived.row.flags & 1 else 0) | (_CONFIRM if arrived.row.flags & 2 else 0)
@@ -88,9 +103,21 @@ class Receiving:
 
     def _address(self, arrived: Arrived) -> bytes:
         table, slot = self._socket.setting.table, self._socket.slot
+        if table.protocol(slot) == CAN_J1939:
+            name, _, pgn, source, _, _ = ABOUT.unpack(arrived.row.about)
+            return Name(arrived.row.interface, name, pgn, source).pack()
         if table.protocol(slot) == CAN_ISOTP:
             return struct.pack("<HxxiII", AF_CAN, arrived.row.interface, *table.identifiers(slot))
         return struct.pack("<Hxxi", AF_CAN, arrived.row.interface)
+
+    def _about(self, arrived: Arrived) -> bytes:
+        """What a CAN_J1939 message has."""
+        if self._socket.setting.table.protocol(self._socket.slot) != CAN_J1939:
+            return b""
+        _, name, _, _, address, priority = ABOUT.unpack(arrived.row.about)
+        found = control_message(SOL_CAN_J1939, 1, bytes((address,))) if address != NO_ADDRESS else b""
+        found += control_message(SOL_CAN_J1939, 2, struct.pack("<Q", name)) if name != NO_NAME else b""
+        return found + control_message(SOL_CAN_J1939, 3, bytes((priority,)))
 
     def _control(self, arrived: Arrived) -> list[tuple[int, bytes]]:
         stamps: Stamps = self._socket.setting.table.stamps(self._socket.slot)
@@ -106,12 +133,3 @@ class Receiving:
         if stamps.counts_drops and arrived.row.drops:
             found.append((_LOST, struct.pack("<I", arrived.row.drops)))
         return found
-
-
-def _fitting(messages: list[tuple[int, bytes]], room: int) -> tuple[bytes, bool]:
-    """As much of these control messages as there is room for, and whether that is not all."""
-    whole = b""
-    for kind, data in messages:
-        length = _CMSG.size + len(data)
-        whole += _CMSG.pack(length, _SOL_SOCKET, kind) + data + bytes(-length % 8)
-    return whole[:room] if room >= _CMSG.size else b"", len(whole) > room

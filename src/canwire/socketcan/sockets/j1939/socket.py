@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 FILTER, PROMISCUOUS, PRIORITY, ERROR_QUEUE = range(1, 5)
 MORE_FOLLOWS = 0x100  # of a request to send: these bytes are not all
-_ABOUT = struct.Struct("<QQIBBBx")  # shim/shim.h, struct about
+ABOUT = struct.Struct("<QQIBBBx")  # shim/shim.h, struct about
 _INT = struct.Struct("<i")
 _PRIVILEGED = 2  # priorities below are an administrator's
 _MOST_PENDING, _MOST_QUEUED = 256, 8192  # messages: where a write waits, and where one fails that cannot
@@ -238,7 +238,7 @@ class J1939Socket(MessageSocket):
 
     def _deliver(self, message: Message, stamp_ns: int, own: bool) -> None:
         assert self._bus is not None
-        about = _ABOUT.pack(
+        about = ABOUT.pack(
             message.source_name,
             message.destination_name,
             message.pgn,
