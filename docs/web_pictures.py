@@ -108,7 +108,8 @@ def arranged(page: Page, name: str) -> None:
         for kind, signal in PARTS:
             page.locator("#add").click()
             page.locator("#part-form [name=kind]").select_option(kind)
-            page.locator("#part-form [name=message]").select_option("Engine")
+            with page.expect_response(lambda answer: "message=Engine" in answer.url):
+                page.locator("#part-form [name=message]").select_option("Engine")
             page.locator("#part-form [name=signal]").select_option(signal)
             page.locator("#keep-part").click()
         page.locator(".part .now", has_text="rpm").first.wait_for()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,13 +15,14 @@ from canwire.web.database import Database
 from canwire.web.send import changing, steps
 from canwire.web.send.row import Content, Row
 from tests.hubs import LONG_S
-from tests.web.conftest import served_site, somebody
+from tests.web.conftest import holds, served_site, somebody
 from tests.web.test_send import GOOD, Bench, receiving
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import httpx2 as httpx
+    from playwright.sync_api import Page
 
 pytest.importorskip("cantools")
 pytestmark = pytest.mark.conforms("PG-03")
@@ -284,3 +286,33 @@ def test_a_list_with_every_kind_of_row_is_saved_and_loaded(client: httpx.Client)
         client.post("/send/remove", data={"number": str(number)})
     assert client.post("/send/load", data={"list": saved}).json()["message"] == "4 rows were added."
     assert client.get("/send/file").text == saved
+
+
+def test_a_browser_offers_its_last_list_where_the_server_has_none(page: Page, client: httpx.Client) -> None:
+    page.get_by_role("link", name="Send").click()
+    page.get_by_role("button", name="New").click()
+    page.get_by_label("Identifier, hex").fill("321")
+    with page.expect_response("**/send/file"):  # what the browser keeps
+        page.get_by_role("button", name="Keep").click()
+    (number,) = re.findall(r'data-row="(\d+)"', client.get("/send/list").text)
+    client.post("/send/remove", data={"number": number})  # as a server that begins anew
+    page.reload()
+    page.get_by_role("button", name="Load the last list (1 rows)").click()
+    page.get_by_text("1 rows were added.").wait_for()
+    assert ">321" in client.get("/send/list").text
+
+
+def test_a_field_that_is_typed_into_is_not_taken_away_and_counts_go_on(
+    page: Page, hub: canwire.Hub, client: httpx.Client
+) -> None:
+    with receiving(hub):
+        client.post("/send/put", data={**GOOD, "cycle": "10"})
+        page.get_by_role("link", name="Send").click()
+        field = page.locator("#data-1")
+        field.fill("AB")
+        client.post("/send/start", data={"number": "1"})
+        page.locator(".counted", has_text=re.compile("[1-9]")).wait_for()
+        assert field.input_value() == "AB"
+        field.press("Escape")
+        holds(field, "11 22")
+        client.post("/send/stop", data={"number": "1"})

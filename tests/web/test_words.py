@@ -11,6 +11,7 @@ import pytest
 from canwire import BadFrame, InUse, NoChannel
 from canwire.web.words import HERE, LANGUAGES, folders, preferred, read, words_in
 
+pytestmark = pytest.mark.conforms("PG-14")
 TEMPLATES = sorted(HERE.rglob("*.jinja"))
 SCRIPTS = [path for path in sorted(HERE.rglob("*.js")) if path.parent.name != "vendor"]
 SOURCES = sorted(HERE.rglob("*.py"))

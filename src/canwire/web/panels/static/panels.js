@@ -105,7 +105,11 @@ function show(values) {
 }
 
 // The dialog: line, message and signal, each of what was chosen before it.
-const options = (select, names) => select.replaceChildren(...names.map((name) => new Option(...[name].flat())));
+function options(select, names) {
+  const before = select.value; // stays chosen where it is among the new ones
+  select.replaceChildren(...names.map((name) => new Option(...[name].flat())));
+  if ([...select.options].some((one) => one.value === before)) select.value = before;
+}
 
 async function look() {
   const answer = await fetch("/send/choices").catch(() => null); // the head says that the server is away
@@ -113,9 +117,7 @@ async function look() {
   choices = await answer.json();
   busesAre(choices.lines.map((line) => line.bus));
   const running = [...choices.lines].sort((one, other) => other.running - one.running);
-  const before = form.elements.line.value;
   options(form.elements.line, running.map((line) => [`${line.address} · ${line.bus || "–"}`, line.address]));
-  if (running.some((line) => line.address === before)) form.elements.line.value = before;
   await messages();
 }
 
