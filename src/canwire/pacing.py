@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable
 
-from canwire.platform import sharpen_sleep
 from canwire.timeline import NEVER, Timeline
 
 _KEPT = 100_000
@@ -80,6 +79,10 @@ class Pacer:
         self.check()
 
     def _run(self) -> None:
+        from canwire.platform import (
+            sharpen_sleep,  # what knows systems knows sockets, too, which no bench loads
+        )
+
         sharpen_sleep()
         with self._changed:
             while not self._stopping:

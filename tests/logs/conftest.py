@@ -22,7 +22,7 @@ def _packages_of_its_format(request: pytest.FixtureRequest) -> None:
             pytest.importorskip(_NEEDS[value.lstrip(".")])
 
 
-@pytest.fixture(autouse=_OPEN.is_dir())
+@pytest.fixture(autouse=os.name == "posix" and _OPEN.is_dir())
 def _open_files_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     """In this process they do so on Linux too, which else shows nothing of a file that was closed too late."""
     for name in ("remove", "unlink", "replace", "rename"):

@@ -19,7 +19,7 @@ from typing import Any
 
 import pytest
 
-from canwire import HubError, pacing
+from canwire import HubError, pacing, platform
 from canwire.hub.links.loopback import client
 from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
@@ -356,7 +356,7 @@ def test_a_lab_in_real_time_and_programs_on_a_hub_have_their_sleeps_sharp(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sharp = threading.Event()
-    monkeypatch.setattr(pacing, "sharpen_sleep", sharp.set)
+    monkeypatch.setattr(platform, "sharpen_sleep", sharp.set)
     with closing(pacing.Pacer(Timeline())):
         assert sharp.wait(AGES)
     sharp.clear()
