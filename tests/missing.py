@@ -20,8 +20,11 @@ PACKAGES = {
     "candump": "can-utils",
     "cansend": "can-utils",
     "log2long": "can-utils",
+    "go": "golang-go",
+    "ip": "iproute2",
     "mcs": "mono-mcs",
     "mono": "mono-runtime",
+    "musl-gcc": "musl-tools",
 }  # else named as the program
 
 

@@ -7,6 +7,7 @@ CANWIRE_OTHERS=FOLDER python -m pytest tests/others
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -17,8 +18,11 @@ import pytest
 
 NAMES = ("python-can", "cantools", "canmatrix", "ldfparser")
 WHEELS = ("opendbc",)
-"""Its wheel carries the databases. pip cannot prepare asammdf's source without scikit-build-core; SavvyCAN is in no
+"""Its wheel carries the databases, npm's axe-core what tests/web/test_axe.py runs in the page. pip cannot prepare asammdf's source without scikit-build-core; SavvyCAN is in no
 package."""
+
+
+AXE = "axe-core-*.tgz"
 
 
 def fetch(folder: Path) -> None:
@@ -27,6 +31,8 @@ def fetch(folder: Path) -> None:
         pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--dest", str(folder)]
         kind = ["--only-binary" if name in WHEELS else "--no-binary", ":all:"]
         subprocess.run([*pip, *kind, name], check=True)
+    if npm := shutil.which("npm"):
+        subprocess.run([npm, "pack", "axe-core@4", "--silent"], cwd=folder, check=True)
 
 
 def unpacked(into: Path) -> Path:

@@ -1,13 +1,13 @@
 """No view has a fault that axe-core finds, in light and dark.
 
-axe-core (MPL-2.0) comes from npm's registry when these tests run; where it cannot be fetched they are skipped.
+axe-core (MPL-2.0) is fetched from npm's registry by tests/others/packages.py; without it these tests are skipped.
 """
 
 from __future__ import annotations
 
-import shutil
-import subprocess
+import os
 import tarfile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,13 +16,13 @@ import canwire
 from canwire import Frame
 from canwire.web.views import VIEWS
 from tests.hubs import LONG_S
+from tests.others.packages import AXE
 from tests.web.conftest import served_site, tab
 from tests.web.trace.watching import sender
 
 pytest.importorskip("cantools")
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from playwright.sync_api import Browser, Page
 
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.conforms("PG-13")
 
-VERSION = "4.14.1"
 RUN = "axe.run().then(found => found.violations.map(one => [one.id, one.nodes.map(node => node.html)]))"
 DBC = """VERSION ""
 BU_: ECU
@@ -40,16 +39,12 @@ BO_ 256 Engine: 8 ECU
 
 
 @pytest.fixture(scope="session")
-def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The script; tests are skipped where npm or its registry is not to be had."""
-    npm, folder = shutil.which("npm"), tmp_path_factory.mktemp("axe")
-    if npm is None:
-        pytest.skip("axe-core cannot be fetched: there is no npm")
-    words = [npm, "pack", f"axe-core@{VERSION}", "--silent"]
-    fetched = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=LONG_S, check=False)
-    if fetched.returncode:
-        pytest.skip(f"axe-core cannot be fetched: {fetched.stderr[-200:]}")
-    with tarfile.open(folder / f"axe-core-{VERSION}.tgz") as packed:
+def axe() -> str:
+    """The script; tests are skipped where CANWIRE_OTHERS names no folder with it."""
+    packages = sorted(Path(os.environ.get("CANWIRE_OTHERS", "/nowhere")).glob(AXE))
+    if not packages:
+        pytest.skip(f"CANWIRE_OTHERS names no folder with {AXE}: see tests/others/packages.py")
+    with tarfile.open(packages[-1]) as packed:
         script = packed.extractfile("package/axe.min.js")
         assert script is not None
         return script.read().decode()
