@@ -34,12 +34,12 @@ from canwire import (
 from canwire.commands.can_line import add_line_arguments, add_timeout_argument, open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.databases.chosen import database_of
-from canwire.commands.databases.plugins import find_plugin
 from canwire.commands.databases.words import add_database_arguments, add_plugin_argument, numbered_frames_of
 from canwire.commands.shared_hub import connected
 
 if TYPE_CHECKING:
     from canwire import Hub, HubChannel
+    from canwire.commands.databases.plugins import Plugin
 
 _QUEUE = 256
 _LOOK_S = 0.002  # between two looks at what is still waiting
@@ -63,11 +63,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Send; 1 if frames were not delivered. BadText for no frame; BadValue, BadDescription, NoSuchBoard, HubError."""
-    plugins = [find_plugin(text) for text in arguments.plugin]
     database = database_of(arguments)
-    if plugins and database is None:
+    if arguments.plugin and database is None:
         raise BadValue(f"--plugin {arguments.plugin[0]}: it finishes messages of --db FILE")
-    frames = numbered_frames_of(arguments.frames, database, arguments.fill, plugins)
+    frames = numbered_frames_of(arguments.frames, database, arguments.fill, _plugins(arguments.plugin))
     for name, least in (("count", 1), ("gap", 0), ("timeout", 0)):
         if not getattr(arguments, name) >= least:
             raise BadValue(f"--{name} {getattr(arguments, name)}: {least} or more")
@@ -77,6 +76,15 @@ def run(arguments: argparse.Namespace) -> int:
         sending = Sending(hub, place, channel, arguments.timeout)
         sending.send(frames, arguments.count, arguments.gap)
         return sending.result()
+
+
+def _plugins(words: list[str]) -> list[Plugin]:
+    """Raises BadValue; without words nothing is loaded."""
+    if not words:
+        return []
+    from canwire.commands.databases.plugins import find_plugin
+
+    return [find_plugin(text) for text in words]
 
 
 class Sending:

@@ -113,4 +113,8 @@ def format_of_file(path: str, head: bytes) -> LogFormat:
 
 def _known() -> dict[str, str]:
     """Words that mean a format: names and suffixes."""
-    return {word.lstrip("."): row.name for row in FORMATS.values() for word in (row.name, *row.suffixes)}
+    found = {row.name: row.name for row in FORMATS.values()}
+    for row in FORMATS.values():
+        for suffix in row.suffixes:
+            found.setdefault(suffix.lstrip("."), row.name)
+    return found

@@ -429,6 +429,6 @@ class CanLine:
         return self._options if mode.options is None else mode.options.on_board(self._options)
 
 
-def _in_time(timing: BitTiming) -> tuple[int, int, int]:
-    """What matters of a timing, by whichever clock."""
-    return timing.bit_time_ps, timing.sample_time_ps, timing.sjw * timing.quantum_ps
+def _in_time(timing: BitTiming) -> tuple[int, int]:
+    """What matters of a timing, by whichever clock; a chip's driver may have made SJW shorter."""
+    return timing.bit_time_ps, timing.sample_time_ps

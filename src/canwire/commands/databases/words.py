@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from canwire import BadText, BadValue, Frame, OutgoingMessage, parse_frame
+from canwire import BadText, BadValue, Frame, parse_frame
 from canwire.commands.databases.chosen import add_database_argument
-from canwire.commands.databases.plugins import Plugin
 
 if TYPE_CHECKING:
     from canwire import Database
+    from canwire.commands.databases.plugins import Plugin
 
 Value = int | float | str
 
@@ -73,6 +73,8 @@ def _finished(
     database: Database, frame: Frame, plugins: Sequence[Plugin], times: int, place: int, number: int
 ) -> Frame:
     """The message's frame in round `number`, which has it `times` times."""
+    from canwire import OutgoingMessage  # which loads what reads databases
+
     count = number * times + place
     message = database.decode(frame)
     if plugins and message is not None:

@@ -46,6 +46,7 @@ class Parser(argparse.ArgumentParser):
     _mixing = False
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self._has_negative_number_optionals.clear()  # -8 may be an option, and -1.0 is a value all the same
         if self._mixing:
             return super().parse_known_args(args, namespace)
         if self._takes_several():
@@ -62,7 +63,7 @@ class Parser(argparse.ArgumentParser):
 
     def _takes_several(self) -> bool:
         counts = [action.nargs for action in self._get_positional_actions()]
-        return "+" in counts and not {argparse.PARSER, argparse.REMAINDER} & set(counts)
+        return bool({"+", "*"} & set(counts)) and not {argparse.PARSER, argparse.REMAINDER} & set(counts)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

@@ -69,7 +69,7 @@ class Refused(Exception):
     """With what the program's request fails, and why."""
 
     def __init__(self, error: int, why: str = "") -> None:
-        super().__init__(why)
+        super().__init__(error, why)
         self.error = error
         self.why = why
 
