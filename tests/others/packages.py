@@ -18,7 +18,7 @@ import pytest
 
 NAMES = ("python-can", "cantools", "canmatrix", "ldfparser")
 WHEELS = ("opendbc",)
-"""Its wheel carries the databases, npm's axe-core what tests/web/test_axe.py runs in the page. pip cannot prepare asammdf's
+"""Its wheel carries the databases, npm's axe-core what tests/web/test_axe.py runs. pip cannot prepare asammdf's
 source without scikit-build-core; SavvyCAN is in no package."""
 
 
