@@ -52,6 +52,7 @@ PROMISES = {  # words of README: a test with the marker `smoke`
     "finds its bit rate": "commands/live/test_detect.py::test_the_verb",
     "gets it back from bus-off": "commands/test_recover.py::test_a_line_begins_again_whoever_holds_its_control",
     "`canwire bridge can0 can1`": "gateway/test_gateway.py::test_both_ways_by_the_rules",
+    "`canwire isotp`, `uds`": "commands/transport/test_transport.py::test_services_by_name",
     "`canwire lin dump`, `send`, `schedule`": "commands/lin/test_verb.py::test_a_schedule_runs_while_the_command_does",
     "CANTERM, WCT, CANSPY": "commands/acan/test_term.py::test_what_is_typed_here_appears_there",
     "F&S's CanTestSuite": "commands/candrv/test_verb.py::test_can_send",

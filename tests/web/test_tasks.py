@@ -240,7 +240,7 @@ def save(user: User) -> None:
 @task("trace", "open a log", 1)
 def open_log(user: User) -> None:
     user.choose("Open log…", user.desk.log)
-    user.rows("313").wait_for()
+    user.rows("301").wait_for()
     user.page.locator("#shown", has_text="20").wait_for()
 
 

@@ -171,7 +171,6 @@ def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, re
         line.connect(port_driver(line, place.base, machine.timeline), Node())
         return Board(info, (BoardLine(info.lines[0], line, Bus()),))
     chip = Sja1000(None, OSCILLATOR_HZ)
-    chip.validates_early = False  # a frame's stamp is its end, whatever kind of board has received it
     Transceiver(chip, machine.timeline)
     card = InduCan104(place.base, place.irq, chip, shared_irq=place.shared_irq)
     machine.isa.plug(info.hardware_id, card)
@@ -210,7 +209,6 @@ def sja1000_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
     """A line with an SJA1000 at 16 MHz, off by `ppm`, and its driver, wired register by register, on no bus yet."""
     line = Line(name, timeline)
     chip = Sja1000(None, OSCILLATOR_HZ)
-    chip.validates_early = False  # a frame's stamp is its end, whatever kind of board has received it
     chip.oscillator_ppm = ppm
     chip.name = name
     Transceiver(chip, timeline)
@@ -232,7 +230,6 @@ def mcp2515_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
     """The same with an MCP2515 at 16 MHz."""
     line = Line(name, timeline)
     chip = Mcp2515(None, OSCILLATOR_HZ)
-    chip.validates_early = False  # as of every kind
     chip.oscillator_ppm = ppm
     chip.name = name
     driver = Mcp2515Driver(line, chip, lambda: timeline.now_ns, oscillator_hz=OSCILLATOR_HZ, peek=chip.peek)

@@ -89,7 +89,7 @@ def _fill(made: str) -> None:
 def _compile(compiler: str, one: _Assembly, home: str, scratch: str) -> None:
     facts = os.path.join(scratch, f"{one.name}.cs")
     libraries = library_directory().replace('"', '""')
-    with open(facts, "w", encoding="utf-8") as file:
+    with open(facts, "w", encoding="utf-8", newline="\n") as file:
         file.write(
             f'[assembly: System.Reflection.AssemblyVersion("{one.version}")]\n'
             f'[assembly: System.Reflection.AssemblyMetadata("CanwireLibraries", @"{libraries}")]\n'

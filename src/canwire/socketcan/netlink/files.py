@@ -56,7 +56,7 @@ class NetFiles:
         for name, value in self._values(interface).items():
             path = folder / name
             new = path.with_name(f".{path.name}")
-            new.write_text(f"{value}\n")
+            new.write_text(f"{value}\n", encoding="utf-8", newline="\n")
             os.replace(new, path)  # who reads has one or the other, whole
 
     def _values(self, interface: Interface) -> dict[str, object]:
