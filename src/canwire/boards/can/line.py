@@ -91,7 +91,9 @@ class Line(Host):
         """Give the line its controller, and what drives that; before anything is opened on it."""
         self.driver = driver
         self.controller = controller
-        controller.validates_early = False  # a frame's stamp is its end, whatever kind of board has received it
+        controller.validates_early = (
+            False  # a frame's stamp is its end, whatever kind of board has received it
+        )
 
     def open(self, channel: Channel) -> Channel:
         """Put a channel on the line; from now on it receives."""
