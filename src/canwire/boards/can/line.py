@@ -91,9 +91,7 @@ class Line(Host):
         """Give the line its controller, and what drives that; before anything is opened on it."""
         self.driver = driver
         self.controller = controller
-        controller.validates_early = (
-            False  # a frame's stamp is its end, whatever kind of board has received it
-        )
+        controller.validates_early = False  # of every kind of board a frame's stamp is its end
 
     def open(self, channel: Channel) -> Channel:
         """Put a channel on the line; from now on it receives."""
