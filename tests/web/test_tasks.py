@@ -265,6 +265,8 @@ def load_database(user: User) -> None:
 def send(user: User) -> None:
     user.click(user.page.locator("#beside summary"))
     new_row(user, "7A1", "11 22")
+    user.page.locator("#filter").fill("7A1")  # among all the others it is in sight for a moment only
+    user.page.locator('#grid[data-filter="7A1"]').wait_for()
     user.click(re.compile(r"^Send \d"))
     user.rows("7A1").first.wait_for()
 
