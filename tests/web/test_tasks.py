@@ -303,6 +303,7 @@ def new_row(user: User, identifier: str, data: str, cycle: str = "") -> None:
     user.page.get_by_label("Data bytes, hex").fill(data)
     user.page.get_by_label("Cycle, ms").fill(cycle)
     user.click("Keep")
+    user.page.locator("#row-dialog").wait_for(state="hidden")  # nothing behind it takes keys before
 
 
 @pytest.mark.parametrize("wanted", TASKS, ids=[one.text for one in TASKS])
