@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import replace
 
 from canwire.bus.can.node import Node
 from canwire.values.timing.check import NodeTiming
 
 
-def neighbours(nodes: Iterable[Node], known: Iterable[Node]) -> list[NodeTiming]:
+def neighbours(nodes: Iterable[Node], known: Container[Node]) -> list[NodeTiming]:
     """How all of these nodes are set up that are not known; those without a name have their kind's and a number.
 
     A node that takes no part in its bus (stopped, in reset or configuration mode, bus-off) is left out.
     """
-    besides = {id(node) for node in known}
     numbers: Counter[str] = Counter()
     found = []
     for node in nodes:
         made = node.timing
-        if made is None or id(node) in besides or not (node.on_bus or node.waiting or node.asleep):
+        if made is None or node in known or not (node.on_bus or node.waiting or node.asleep):
             continue
         numbers[made.name] += 1
         found.append(replace(made, name=node.name or f"{made.name} no. {numbers[made.name]}"))

@@ -76,7 +76,7 @@ class World:
         self.limits = config.limits
         self.notes = Notes(config.limits)
         self._luid = 0
-        self._rates = RateWatch()
+        self.rates = RateWatch()
         self._serials = Serials(board.serial for board in config.board)
         for bus in config.bus:
             self.add_bus(bus)
@@ -158,6 +158,7 @@ class World:
                 if isinstance(slot, BoardLinLine)
                 else CanSlot(built.info.id, CanLine(slot))
             )
+        self.rates.plugged(built)
         when_heard_of(built, partial(self._identified, built.info.id), lambda text: self.warn(text))
         self._changed()
         return built.info
@@ -175,6 +176,7 @@ class World:
         catalogue.pull(board, self.machine)
         for number in range(len(board.lines)):
             self.slots.pop((board.info.id, number)).close(Unplugged(text))
+        self.rates.unplugged(board)
         for session in list(self.sessions):
             session.board_gone(board.info.id, text)
             session.plugged.pop(hardware_id, None)
@@ -209,10 +211,6 @@ class World:
             raise Unsupported(f"{found.name} is a LIN line: it has no channels, filters and cyclic list")
         return found
 
-    def can_slots(self) -> list[CanSlot]:
-        """Every CAN line."""
-        return [slot for slot in self.slots.values() if isinstance(slot, CanSlot)]
-
     def lin_slot(self, board_id: int, line: int) -> LinSlot:
         """A LIN line; raises NoSuchBoard, or Unsupported for a CAN line."""
         found = self.line_slot(board_id, line)
@@ -229,7 +227,8 @@ class World:
 
     def look_at_rates(self, bus: str) -> None:
         """A line was started on this bus, or a fault set: warn of lines that could not work together, once for each."""
-        for text in self._rates.news(bus, self.can_slots()):
+        slots = (slot for slot in self.slots.values() if isinstance(slot, CanSlot))
+        for text in self.rates.news(bus, slots):
             self.warn(text)
 
     def next_luid(self) -> int:

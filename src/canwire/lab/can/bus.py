@@ -189,7 +189,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
                     options=settings.options,
                 )
             )
-        nodes += neighbours(self.wire.nodes, [node.line.controller for node in self.nodes.values()])
+        nodes += neighbours(self.wire.nodes, {node.line.controller for node in self.nodes.values()})
         return timing_findings(nodes, self.wire.delay_ps)
 
     def remember(self, limit: int) -> None:

@@ -26,14 +26,14 @@ answers = Answers()
 @answers.to(m.GetLineStatus)
 def _get_line_status(request: m.GetLineStatus, session: Session, world: World) -> Answer:
     slot = world.can_slot(request.board, request.line)
-    return m.LineState(_status(slot, world.lateness(), Neighbours(world.can_slots()), request.kin)), ()
+    return m.LineState(_status(slot, world.lateness(), world.rates.others(), request.kin)), ()
 
 
 @answers.to(m.GetLineStatuses)
 def _get_line_statuses(request: m.GetLineStatuses, session: Session, world: World) -> Answer:
     slots = world.slots_of(request.boards)
     lateness = world.lateness()  # once: it looks at every controller
-    others = Neighbours(world.can_slots())
+    others = world.rates.others()
     found = ((at, slot) for at, slot in slots if isinstance(slot, CanSlot))
     return m.LineStatuses(tuple((*at, _status(slot, lateness, others)) for at, slot in found)), ()
 
