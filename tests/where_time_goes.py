@@ -8,6 +8,7 @@ the table that docs/tests.md holds.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -42,6 +43,11 @@ class Counting:
         setattr(owner, name, counted)
 
 
+def processor_s() -> float:
+    """Of this process, and of those it has started and waited for."""
+    return sum(os.times()[:4])
+
+
 class Measured:
     """In each worker: what a test caused goes along with its last report."""
 
@@ -50,10 +56,13 @@ class Measured:
         self.counting.watch(subprocess.Popen, "__init__", "process")
         self.counting.watch(subprocess.Popen, "wait", "wait for process")
         self.counting.watch(time, "sleep", "sleep")
+        self.processor_s = processor_s()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Iterator[None]:
         report: Any = yield
+        before, self.processor_s = self.processor_s, processor_s()
+        self.counting.seen["processor_ms"] = int((self.processor_s - before) * 1000)
         report.user_properties = [*report.user_properties, (COUNTS, dict(self.counting.seen))]
         self.counting.seen.clear()
         return report
@@ -97,13 +106,13 @@ def table(lines: list[dict[str, Any]]) -> str:
                 sums[folder][name] += value
         sums[folder][str(line["when"])] += line["s"]
     rows = [
-        "| folder | tests | s | of that in fixtures | processes started | waiting for their end, s | `sleep`, s |",
-        "|---|" + "--:|" * 6,
+        "| folder | tests | s | of that in fixtures | processor s | processes started | waiting for their end, s | `sleep`, s |",
+        "|---|" + "--:|" * 7,
     ]
     for folder, sum_ in sorted(sums.items(), key=lambda item: -item[1]["s"]):
         rows.append(
             f"| {folder} | {len(tests[folder])} | {sum_['s']:.0f} | {sum_['setup'] + sum_['teardown']:.0f}"
-            f" | {sum_['process']} | {sum_['wait for process_ms'] / 1000:.0f} | {sum_['sleep_ms'] / 1000:.1f} |"
+            f" | {sum_['processor_ms'] / 1000:.0f} | {sum_['process']} | {sum_['wait for process_ms'] / 1000:.0f} | {sum_['sleep_ms'] / 1000:.1f} |"
         )
     return "\n".join(rows)
 

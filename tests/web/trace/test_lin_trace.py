@@ -203,6 +203,9 @@ def test_a_lin_board_that_is_pulled_is_named_and_comes_back(trace: Page, hub: ca
     page = trace
     hub.unplug("HW000001")
     page.locator("#live", has_text="HW000001:2 is not plugged in").wait_for()
+    for _ in range(2):  # it is said until the board is back: the page looks twice at which lines there are
+        page.wait_for_event("response", lambda answer: "/trace/lines" in answer.url)
+    assert "HW000001:2 is not plugged in" in page.locator("#live").inner_text()
     hub.plug("usb-to-can-fd", "HW000001", ("can0", "can0", "lin0"))
     page.locator("body[data-listening=yes]").wait_for()
 

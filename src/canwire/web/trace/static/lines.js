@@ -54,7 +54,8 @@ export class LinesChosen {
     this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN" && line.running).map((line) => line.address));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
-    this.set(chosen?.length ? chosen : this.source ? there : usual(told.lines));
+    const pulled = this.watched.filter((one) => !there.includes(one)); // named until it is back, or others are chosen
+    this.set([...(chosen?.length ? chosen : this.source ? there : usual(told.lines)), ...pulled]);
     this.show(told.lines);
   }
 
