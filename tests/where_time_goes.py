@@ -105,15 +105,19 @@ def table(lines: list[dict[str, Any]]) -> str:
             if name not in ("test", "when"):
                 sums[folder][name] += value
         sums[folder][str(line["when"])] += line["s"]
-    rows = [
-        "| folder | tests | s | of that in fixtures | processor s | processes started | waiting for their end, s | `sleep`, s |",
-        "|---|" + "--:|" * 7,
-    ]
+    heads = ("folder", "tests", "s", "of that in fixtures", "processor s", "processes started")
+    heads += ("waiting for their end, s", "`sleep`, s")
+    rows = [f"| {' | '.join(heads)} |", "|---|" + "--:|" * (len(heads) - 1)]
     for folder, sum_ in sorted(sums.items(), key=lambda item: -item[1]["s"]):
-        rows.append(
-            f"| {folder} | {len(tests[folder])} | {sum_['s']:.0f} | {sum_['setup'] + sum_['teardown']:.0f}"
-            f" | {sum_['processor_ms'] / 1000:.0f} | {sum_['process']} | {sum_['wait for process_ms'] / 1000:.0f} | {sum_['sleep_ms'] / 1000:.1f} |"
-        )
+        cells = [
+            folder,
+            str(len(tests[folder])),
+            f"{sum_['s']:.0f}",
+            f"{sum_['setup'] + sum_['teardown']:.0f}",
+        ]
+        cells += [f"{sum_['processor_ms'] / 1000:.0f}", str(sum_["process"])]
+        cells += [f"{sum_['wait for process_ms'] / 1000:.0f}", f"{sum_['sleep_ms'] / 1000:.1f}"]
+        rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows)
 
 

@@ -5,6 +5,7 @@ In real time; what programs do to each other on it is adapter_table.py's.
 
 from __future__ import annotations
 
+import threading
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import pytest
 
 from canwire import ErrorState, acan, slcan
 from tests.drivers.outside_bench import fresh_hub
-from tests.drivers.slcan_dongle.fake_dongle import FakeDongle
+from tests.drivers.slcan_dongle.fake_dongle import FakeDongle, usual
+from tests.hubs import LONG_S
 from tests.together.adapter_table import SLCAN
 from tests.together.adapters import AdapterScene, FdOnCopper, adapter_scene, dongle_on
 from tests.together.players.every import PLAYERS
@@ -60,6 +62,34 @@ def test_who_sets_the_line_up_as_it_is_does_not_take_the_adapter_off_its_bus(
         assert actor.join() == DONE
         dongle.wait_for(b"F", dongle.lines.count(b"F") + 2)
         assert dongle.lines.count(b"C") == closed
+        actor.end()
+        starter.end()
+
+
+@pytest.mark.parametrize("kind", [CANDRV, PYTHON])
+@pytest.mark.conforms("N-01")
+def test_who_sets_the_line_up_as_it_is_while_its_adapter_is_being_opened_does_not_have_it_opened_anew(
+    tmp_path: Path, kind: str
+) -> None:
+    """It would leave its bus again just after it has joined it."""
+    asked, goes_on = threading.Event(), threading.Event()
+
+    def slow(line: bytes) -> bytes:
+        if line.startswith((b"S", b"s")):
+            asked.set()
+            assert goes_on.wait(LONG_S)
+        return usual(line)
+
+    dongle = FakeDongle(tmp_path / "tty", slow)
+    with closing(dongle), closing(fresh_hub()) as hub:
+        board = hub.plug("slcan", BOARD, port=f"{dongle.link}?timeout={LONG_S}")
+        starter, actor = PLAYERS[ACAN](hub, board), PLAYERS[kind](hub, board)
+        assert starter.set_up() == DONE
+        assert asked.wait(LONG_S)
+        assert actor.join() == DONE
+        goes_on.set()
+        dongle.wait_for(b"F", 3)
+        assert dongle.lines.count(b"O") == 1
         actor.end()
         starter.end()
 

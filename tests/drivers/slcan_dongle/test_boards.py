@@ -119,6 +119,29 @@ def test_one_behind_a_tcp_port(hub: Hub) -> None:
     server.close()
 
 
+@pytest.mark.realtime
+@pytest.mark.conforms("CT-21")
+def test_a_line_stopped_and_started_while_its_adapter_answers_is_on_the_bus_again(
+    hub: Hub, dongle: FakeDongle, impatient: None
+) -> None:
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle))).start()
+    asked, goes_on = threading.Event(), threading.Event()
+
+    def slow(line: bytes) -> bytes:
+        if line == b"F":
+            asked.set()
+            assert goes_on.wait(AGES_S)
+        return usual(line)
+
+    dongle.answer = slow
+    assert asked.wait(AGES_S)
+    program.control.stop()
+    program.control.start()
+    goes_on.set()
+    program.wait(on_bus)
+    assert program.status().state == ErrorState.ERROR_ACTIVE
+
+
 class Opaque:
     """A port of pyserial's without a descriptor, as on Windows."""
 

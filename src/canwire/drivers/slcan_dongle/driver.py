@@ -93,8 +93,13 @@ class SlcanDriver(OutsideDriver):
     def _is_so_already(self, before: Setup | None) -> bool:
         """An adapter leaves its bus to be set up, and loses what it has not handed on by then: not for nothing."""
         assert self._setup is not None
-        active = self.on_bus and self.state is ErrorState.ERROR_ACTIVE
-        return active and before is not None and self._setup.told == before.told
+        if self.on_bus:
+            active = self.state is ErrorState.ERROR_ACTIVE
+            return active and before is not None and self._setup.told == before.told
+        opening = self.wanted
+        return (
+            opening is not None and opening is not self.session.refused and self._setup.told == opening.told
+        )
 
     # taking part
 
@@ -110,6 +115,8 @@ class SlcanDriver(OutsideDriver):
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
         self.begin()
+        if self._setup is not None:
+            self._setup = replace(self._setup)  # the talk may not have seen yet that it was stopped
         self.wanted = self._setup
         self._poke()
         self.fill()

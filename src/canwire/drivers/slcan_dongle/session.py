@@ -47,6 +47,7 @@ class Session:
         self.adapter: Adapter | None = None
         self.sending = False  # the adapter has been given a frame, and has not answered yet
         self.hears = False  # what it receives is of the bus as it was opened last
+        self.refused: Setup | None = None  # what the adapter cannot be set up as
         self._user = user
         self._now = now
         self._rest = rest
@@ -57,7 +58,6 @@ class Session:
         self._accepted: tuple[int, int] | None = None
         self._poll_at_ns = NEVER
         self._open: Setup | None = None
-        self._refused: Setup | None = None
         self._retry_at_ns = 0
         self._full = self._tries = self._failures = 0
         self._told = self._unsure = False
@@ -65,7 +65,7 @@ class Session:
 
     def talk(self) -> Talk[None]:
         """Everything that is ever said, until nothing helps."""
-        self._open = self._refused = None
+        self._open = self.refused = None
         self.hears = False
         self._accepted = None
         self._failures = 0
@@ -137,7 +137,7 @@ class Session:
         user = self._user
         while True:
             wanted = user.wanted
-            if wanted is not self._open and (wanted is None or wanted is not self._refused):
+            if wanted is not self._open and (wanted is None or wanted is not self.refused):
                 yield from self._change(wanted)
             elif self._open is None:
                 self._rest(NEVER)
@@ -166,15 +166,15 @@ class Session:
             if was_open:
                 self._user.closed()
         if wanted is None:
-            self._refused = None
+            self.refused = None
             return
         try:
             yield from self._set_up(dialect, wanted)
         except _Refused as refused:
-            self._refused, self.hears = wanted, False
+            self.refused, self.hears = wanted, False
             self._user.trouble(Trouble.REFUSED, f"{self.adapter.version} refuses {refused}")
             return
-        self._open, self._refused = wanted, None
+        self._open, self.refused = wanted, None
         self._full = self._tries = self._retry_at_ns = 0
         self._poll_at_ns = self._now() + self._poll_ns if dialect.flags else NEVER
         self._went_well()
