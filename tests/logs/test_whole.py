@@ -47,14 +47,22 @@ def target(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture
-def long(tmp_path: Path) -> Path:
-    """A log of 3 batches at least, that cannot be packed well."""
+@pytest.fixture(scope="module")
+def long(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log of 3 batches at least, that cannot be packed well; nobody writes it."""
     rng = random.Random(1)
-    path = tmp_path / "long.log"
+    path = tmp_path_factory.mktemp("long") / "long.log"
     path.write_text(
         "".join(f"({k}.000000) can0 {k & 0x7FF:03X}#{rng.randbytes(8).hex()}\n" for k in range(90_000))
     )
+    return path
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log of a hundred frames; nobody writes it."""
+    path = tmp_path_factory.mktemp("short") / "short.log"
+    path.write_text("".join(f"({k}.000000) can0 {k:03X}#0102\n" for k in range(100)))
     return path
 
 
@@ -90,24 +98,24 @@ class _Once:
         return batch if self.passed == 1 else interrupt(batch)
 
 
-def test_a_converted_log_takes_the_place_of_what_was_there(target: Path, long: Path) -> None:
+def test_a_converted_log_takes_the_place_of_what_was_there(target: Path, short: Path) -> None:
     target.chmod(0o640)
-    convert_log(long, target)
+    convert_log(short, target)
     assert os.listdir(target.parent) == [target.name]
     assert target.stat().st_mode & 0o777 == 0o640
     with open_log(target) as log:
-        assert sum(1 for entry in log if entry.frame) == 90_000
+        assert sum(1 for entry in log if entry.frame) == 100
 
 
-def test_a_mistake_in_the_arguments_leaves_what_was_there(target: Path, long: Path) -> None:
+def test_a_mistake_in_the_arguments_leaves_what_was_there(target: Path, short: Path) -> None:
     wrong: Any = 7
     for options in ({"format": "nonsense"}, {"format": "busmaster"}):
         with pytest.raises(BadValue):
-            convert_log(long, target, **options)  # type: ignore[arg-type]
+            convert_log(short, target, **options)  # type: ignore[arg-type]
     with pytest.raises(TypeError):
-        convert_log(long, target, only=wrong)
+        convert_log(short, target, only=wrong)
     for words in ("--filter 9999999999:1", "--map can0", "--to nonsense", "--from nonsense"):
-        assert main(["convert", str(long), str(target), *words.split()]) == 2
+        assert main(["convert", str(short), str(target), *words.split()]) == 2
     assert untouched(target)
 
 
@@ -161,7 +169,7 @@ def test_control_c_leaves_what_was_there(target: Path, long: Path, when: Any) ->
 @pytest.mark.parametrize("name", ["drive.parquet", "drive.mf4", "drive.trace", "drive.log.zst"])
 @pytest.mark.parametrize("made", [convert_log, None], ids=["convert", "create"])
 def test_a_library_that_is_missing_leaves_what_was_there(
-    tmp_path: Path, long: Path, monkeypatch: pytest.MonkeyPatch, name: str, made: Any
+    tmp_path: Path, short: Path, monkeypatch: pytest.MonkeyPatch, name: str, made: Any
 ) -> None:
     for module in ("pyarrow", "pyarrow.parquet", "asammdf"):
         monkeypatch.setitem(__import__("sys").modules, module, None)
@@ -171,7 +179,7 @@ def test_a_library_that_is_missing_leaves_what_was_there(
         if there:
             target.write_bytes(OLD)
         with pytest.raises(ExtraMissing):
-            convert_log(long, target) if made else create_log(target)
+            convert_log(short, target) if made else create_log(target)
         assert untouched(target) if there else not os.listdir(target.parent)
 
 
@@ -182,20 +190,20 @@ def test_a_device_is_written_itself(long: Path, capsys: pytest.CaptureFixture[st
     assert Path("/dev/full").is_char_device()
 
 
-def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path: Path, long: Path) -> None:
+def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path: Path, short: Path) -> None:
     (tmp_path / "real.log").write_bytes(OLD)
     (tmp_path / "link.log").symlink_to("real.log")
-    convert_log(long, tmp_path / "link.log")
+    convert_log(short, tmp_path / "link.log")
     assert (tmp_path / "link.log").is_symlink()
     assert (tmp_path / "real.log").read_bytes() != OLD
 
 
 def test_a_file_that_may_not_be_written_stays(
-    target: Path, long: Path, monkeypatch: pytest.MonkeyPatch
+    target: Path, short: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(os, "access", lambda *_: False)  # root may write everything
     with pytest.raises(PermissionError) as raised:
-        convert_log(long, target)
+        convert_log(short, target)
     assert raised.value.filename == str(target)
     assert untouched(target)
 
