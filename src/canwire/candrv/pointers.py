@@ -16,6 +16,9 @@ from canwire.candrv.structures import COMMTIMEOUTS, Structure
 
 def set_dword(out: Any, value: int) -> None:
     """*out = value, if it is no null pointer."""
+    if type(out) is list and out:  # the usual one, four times for each event that is read
+        out[0] = value
+        return
     target = _pointed_at(out)
     if target is None:
         return
@@ -36,6 +39,8 @@ def taken(buffer: Any, count: int) -> bytes:
 
 def room_in(buffer: Any, count: int, *, written: bool = True) -> int:
     """`count`, if a buffer has so many bytes and, where it is `written`, takes them."""
+    if type(buffer) is bytearray:
+        return _checked(count, len(buffer))
     target = _pointed_at(buffer)
     if target is None:
         return _checked(count, 0)
@@ -49,6 +54,9 @@ def room_in(buffer: Any, count: int, *, written: bool = True) -> int:
 
 def fill(buffer: Any, data: bytes) -> None:
     """Put bytes where a buffer begins; `room_in` has looked at it."""
+    if type(buffer) is bytearray:
+        buffer[: len(data)] = data
+        return
     target = _pointed_at(buffer)
     if isinstance(target, Structure):
         filled = type(target).unpack(data)
