@@ -48,7 +48,9 @@ def _assign_frame_id(kind: str, entry: Any, nad: int) -> bytes:
     """LIN 2.0's command: supplier and message id, and the identifier to go with them (0x40: none)."""
     frames = {frame.name: number for number, frame in entry.node.configurable_frames.items()}
     message = frames.get(entry.frame.name)
-    if message is None or str(entry.node.lin_protocol) != "2.0":  # later ones count frames, and have no such command
+    if (
+        message is None or str(entry.node.lin_protocol) != "2.0"
+    ):  # later ones count frames, and have no such command
         raise BadDescription(
             f"AssignFrameId: {entry.node.name} has no message identifier for {entry.frame.name} in the file"
         )
