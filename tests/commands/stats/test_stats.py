@@ -44,8 +44,6 @@ def drive(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """drive.log and two parts of a day, as the help has them."""
     monkeypatch.chdir(tmp_path)
     shutil.copy(DATABASE, tmp_path)
-    for name in ("a.dbc", "b.dbc"):
-        shutil.copy(DATABASE, name)
     for name in ("drive.log", "day-0001.log", "day-0002.log"):
         shutil.copy(log, name)
     return tmp_path / "drive.log"

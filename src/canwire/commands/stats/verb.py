@@ -4,7 +4,7 @@ canwire stats drive.log                            of any format; several logs: 
 canwire stats drive.log --bit-rate 500000          with the load, where the log has no bit rates itself
 canwire stats drive.log --bit-rate can0=500000     of this channel only; again, or with commas: several
 canwire stats drive.log --db car.dbc               with names, and periods beside the database's cycle times
-canwire stats drive.log --db can0=a.dbc --db can1=b.dbc    a database for each channel
+canwire stats drive.log --db can0=car.dbc --db can1=car.dbc    a database for each channel
 canwire stats day-0001.log day-0002.log --together    the files of a rotated recording as one log
 canwire stats drive.log --json                     an object, for programs
 
