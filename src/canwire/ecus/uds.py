@@ -49,8 +49,8 @@ class UdsEcu:
 
     `identifiers` are read by anybody; `writable` ones are written in the extended session once the ECU is unlocked.
     `key` makes the right key of a seed. In the programming session, unlocked, `memory` (from `base` on) is written by
-    RequestDownload, TransferData and RequestTransferExit. `extended` are the bytes before requests and responses, where the
-    identifiers alone do not tell (extended addressing). `session`, `unlocked`, `resets` tell of its state.
+    RequestDownload, TransferData and RequestTransferExit. `extended` are the bytes before requests and responses, where
+    the identifiers alone do not tell (extended addressing). `session`, `unlocked`, `resets` tell of its state.
     """
 
     unlocked: bool
