@@ -22,6 +22,7 @@ from canwire import (
 pytest.importorskip("ldfparser")
 
 from canwire import ldf
+from canwire.commands.lin.slots import described
 
 EXAMPLE = Path(__file__).parent / "data" / "example.ldf"
 
@@ -182,6 +183,23 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(BadDescription, match="byte 4 is no utf-8; give its encoding"):
         ldf.load(latin)
     assert ldf.load(latin, encoding="latin-1").bit_rate == 19200
+
+
+def test_a_schedule_that_cannot_be_run_leaves_the_others(tmp_path: Path) -> None:
+    """LIN 2.0's AssignFrameId for a frame that has no message identifier in the file."""
+    text = EXAMPLE.read_text(encoding="utf-8")
+    old = "AssignNAD { left } delay 15 ms;"
+    path = tmp_path / "assign.ldf"
+    path.write_text(
+        text.replace(old, f"{old}\nAssignFrameId {{ left, Command }} delay 15 ms;"), encoding="utf-8"
+    )
+    network = ldf.load(path)
+    assert network.unusable == {
+        "Setup": "AssignFrameId: left has no message identifier for Command in the file"
+    }
+    assert {*network.schedules, "Setup"} == {*ldf.load(EXAMPLE).schedules}
+    with pytest.raises(BadValue, match="schedule 'Setup' cannot be run: AssignFrameId: left has no"):
+        described(network, "Setup")
 
 
 @pytest.mark.parametrize(

@@ -92,12 +92,11 @@ class LineError(CanwireError):
 
 
 class QueueFull(LineError):
-    """The transmit queue has no room; nothing was queued."""
+    """The transmit queue has no room; nothing was queued. `why` is what keeps a real adapter off its bus."""
 
-    def __init__(self, line: str, capacity: int) -> None:
-        super().__init__(
-            f"{line}: transmit queue full, {capacity} frames wait; let the bus run, or ask for a larger queue"
-        )
+    def __init__(self, line: str, capacity: int, why: str = "") -> None:
+        told = why or "let the bus run, or ask for a larger queue"
+        super().__init__(f"{line}: transmit queue full, {capacity} frames wait; {told}")
         self.line = line
         self.capacity = capacity
 

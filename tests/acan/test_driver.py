@@ -8,7 +8,18 @@ from typing import Any
 import pytest
 
 import canwire
-from canwire import BadFrame, BadTiming, BadValue, Closed, Frame, InUse, NotInitialised, QueueFull, Unplugged
+from canwire import (
+    BadFrame,
+    BadTiming,
+    BadValue,
+    Closed,
+    Frame,
+    Hub,
+    InUse,
+    NotInitialised,
+    QueueFull,
+    Unplugged,
+)
 from canwire.acan import service
 from canwire.acan.constants import Action, BlockStatus, Condition
 from canwire.acan.driver import Driver, open_driver
@@ -209,6 +220,15 @@ def test_what_is_queued_goes_by_priority_first_come_first_served(virtual: Virtua
 def test_only_a_full_queue_refuses(driver: Driver) -> None:
     driver.configure(HardConfig())
     with pytest.raises(QueueFull):
+        fill(driver)
+
+
+def test_what_keeps_an_adapter_off_its_bus_stands_in_the_error(
+    driver: Driver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    driver.configure(HardConfig())
+    monkeypatch.setattr(Hub, "obstacle", lambda *where: "can0: no such adapter")
+    with pytest.raises(QueueFull, match="256 frames wait; can0: no such adapter"):
         fill(driver)
 
 

@@ -647,7 +647,7 @@ def test_frames_that_dump_did_not_read_in_time_are_counted(
 ) -> None:
     arguments = Namespace(
         log=False, count=4, timeout=None, seconds=None, stamps=None, json=False, db=None, pcapng=None, ascii=False,
-        extra=False, raw_dlc=False, colour=0,
+        extra=False, raw_dlc=False, colour=0, swap=False, silent=0, room=None,
     )  # fmt: skip
     with ExitStack() as closing:
         place = find_line(virtual, "HW000001:0")

@@ -176,6 +176,9 @@ def test_what_is_waited_for_is_explained_wherever_it_is_shown(
     assert "not delivered: there is no interface 'nope'" in capsys.readouterr().err
     assert main(["up", "python-can:0", "--hub", hub_address]) == 2
     assert ", but there is no interface 'nope'" in capsys.readouterr().err
+    with canwire.connect(hub_address) as hub:
+        assert "there is no interface 'nope'" in hub.obstacle(hub.board("python-can"), 0)
+        assert hub.obstacle(hub.boards()[0], 0) == ""
     assert main(["stop", "python-can:0", "--hub", hub_address]) == 0
     assert main(["up", "python-can:0", "--hub", hub_address]) == 1
     assert "there is no interface 'nope'" in capsys.readouterr().err

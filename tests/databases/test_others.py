@@ -105,3 +105,65 @@ def test_a_multiplexer_with_a_long_name(tmp_path: Path) -> None:
     columns = database.decode_arrays(frames_to_array([Frame(0x100, b"\x01\x07"), Frame(0x100, b"\x01\x08")]))
     assert columns["Paged"].signals["A"].tolist() == [7, 8]
     assert columns["Paged"].present["A"] is None or numpy.all(columns["Paged"].present["A"])
+
+
+OVERLAPPING = (
+    HEAD
+    + """BO_ 256 Overlapping: 8 ECU
+ SG_ A : 7|64@0+ (1,0) [0|0] "" Vector__XXX
+ SG_ B : 15|8@0- (0.5,0) [0|0] "" Vector__XXX
+ SG_ C : 24|16@1+ (1,0) [0|0] "" Vector__XXX
+"""
+)
+TOO_LONG = (
+    HEAD
+    + """BO_ 256 Outside: 2 ECU
+ SG_ A : 0|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ B : 8|16@1+ (1,0) [0|0] "" Vector__XXX
+"""
+)
+NAMED_PAGE = (
+    HEAD
+    + """BO_ 256 Paged: 2 ECU
+ SG_ Page M : 0|8@1+ (1,0) [0|255] "" Vector__XXX
+ SG_ A m1 : 8|8@1+ (1,0) [0|255] "" Vector__XXX
+VAL_ 256 Page 1 "one" 2 "empty" ;
+"""
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "data", "expected", "problem"),
+    [
+        (OVERLAPPING, "0102030405060708", {"A": 0x0102030405060708, "B": 1.0, "C": 0x0504}, ""),
+        (OVERLAPPING, "01FE030405060708", {"A": 0x01FE030405060708, "B": -1.0, "C": 0x0504}, ""),
+        (OVERLAPPING, "01FE03", {"B": -1.0}, ""),
+        (TOO_LONG, "0102", {"A": 1}, "not in 2 bytes: B"),
+        (TOO_LONG, "010203", {"A": 1}, "not in 2 bytes: B"),
+        (NAMED_PAGE, "0203", {"Page": 2}, ""),
+        (NAMED_PAGE, "0103", {"Page": 1, "A": 3}, ""),
+        (NAMED_PAGE, "0303", {}, "expected multiplexer id 1 or 2, but got 3"),
+        (MULTIPLEXED, "0103", {_FULL: 1, "A": 3}, ""),
+        (MULTIPLEXED, "0203", {}, f"{_FULL}: 2 chooses no signals"),
+    ],
+)
+def test_what_cantools_does_not_read(
+    text: str, data: str, expected: dict[str, float], problem: str, tmp_path: Path
+) -> None:
+    """One by one and in columns the same: signals that overlap, or do not fit; pages without signals; long names."""
+    database = load_database(written(tmp_path, text), strict=False)
+    frame = Frame(0x100, bytes.fromhex(data))
+    found = database.decode(frame)
+    assert found is not None
+    assert (dict(found.numbers), found.problem) == (expected, problem)
+    (columns,) = database.decode_arrays(frames_to_array([frame])).values()
+    assert {
+        name: values[0]
+        for name, values in columns.signals.items()
+        if (here := columns.present[name]) is None or here[0]
+    } == expected
+
+
+def test_a_page_without_signals_can_be_sent(tmp_path: Path) -> None:
+    database = load_database(written(tmp_path, NAMED_PAGE))
+    assert database.encode("Paged", {"Page": "empty"}) == Frame(0x100, b"\x02\x00")

@@ -1,4 +1,4 @@
-"""python-can's own back-to-back tests, on two buses of ours: every one of them passes."""
+"""python-can's own back-to-back tests, between ports of ours: 44 of 44 pass."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -20,21 +21,22 @@ import can
 import test.back2back_test as theirs
 
 
-class TestBuses(theirs.Back2BackTestCase):
+class TestOneLine(theirs.Back2BackTestCase):
     INTERFACE_1 = INTERFACE_2 = "canwire"
     CHANNEL_1 = CHANNEL_2 = "can0"
 
 
-class TestThreadSafeBuses(TestBuses):
-    def setUp(self):
-        self.bus1, self.bus2 = (
-            can.ThreadSafeBus(
-                channel="can0", interface="canwire", bitrate=self.BITRATE, fd=theirs.TEST_CAN_FD, single_handle=True
-            )
-            for _ in range(2)
-        )
+class TestTwoLines(theirs.Back2BackTestCase):
+    INTERFACE_1 = INTERFACE_2 = "canwire"
+    CHANNEL_1, CHANNEL_2 = "HW000001:0", "HW000001:1"
+
+
+class TestThreadSafe(theirs.TestThreadSafeBus):
+    INTERFACE_1 = INTERFACE_2 = "canwire"
+    CHANNEL_1 = CHANNEL_2 = "can0"
 """
-LEAST = 28  # in python-can 4.6: fourteen tests, twice
+PASSED = {"TestOneLine": 14, "TestTwoLines": 14, "TestThreadSafe": 16}
+"""Of python-can 4.6: each class inherits sixteen, two of which python-can itself skips; the last has two of its own."""
 
 
 def test_all_of_them_pass(tmp_path: Path) -> None:
@@ -44,12 +46,12 @@ def test_all_of_them_pass(tmp_path: Path) -> None:
     (package / "test" / "test_on_canwire.py").write_text(OURS)
     with serving(tmp_path, time="real") as served:
         ended = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", ".",
+            [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", ".",
              "test/test_on_canwire.py"],
             cwd=package, env={**os.environ, "CANWIRE_HUB": served.address}, capture_output=True, text=True,
             timeout=600,
         )  # fmt: skip
     assert ended.returncode == 0, ended.stdout + ended.stderr
-    passed = re.search(r"(\d+) passed", ended.stdout)
-    assert passed is not None, ended.stdout
-    assert int(passed[1]) >= LEAST
+    passed = Counter(re.findall(r"::(\w+)::\w+ PASSED", ended.stdout))
+    assert {name: passed[name] for name in PASSED if passed[name] < PASSED[name]} == {}, ended.stdout
+    assert sum(passed.values()) >= 44

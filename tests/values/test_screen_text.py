@@ -70,16 +70,20 @@ def test_screen_lines_with_options() -> None:
     text = format_candump_line(line, timestamp=True, indent=True, ascii=True, width=6)
     assert text == " (1436509052.249713)    can0  TX B -       123  [03]  41 00 27                  'A.''"
     assert parse_candump_line(text) == line
+    swapped = LogLine(0, "can0", Frame(0x123, b"A\x11B"))
+    text = format_candump_line(swapped, swap=True, ascii=True)
+    assert text == "  can0  123   [3]  42`11`41                  `B.A`"
+    assert parse_candump_line(text) == swapped
     raw = LogLine(0, "can0", Frame(0x123, bytes(8), dlc=11))
     text = format_candump_line(raw, raw_dlc=True)
     assert text == "  can0  123   {B}  00 00 00 00 00 00 00 00"
     assert parse_candump_line(text) == raw
 
 
-@given(frames(), st.booleans(), st.booleans(), st.booleans())
-def test_screen_lines_come_back(frame: Frame, indent: bool, ascii: bool, raw_dlc: bool) -> None:
+@given(frames(), st.booleans(), st.booleans(), st.booleans(), st.booleans())
+def test_screen_lines_come_back(frame: Frame, indent: bool, ascii: bool, raw_dlc: bool, swap: bool) -> None:
     line = LogLine(1_000, "can0", frame, "R")
-    text = format_candump_line(line, timestamp=True, indent=indent, ascii=ascii, raw_dlc=raw_dlc)
+    text = format_candump_line(line, timestamp=True, indent=indent, ascii=ascii, raw_dlc=raw_dlc, swap=swap)
     found = parse_candump_line(text)
     if raw_dlc or frame.dlc <= 8 or frame.fd:
         assert found == line
@@ -94,7 +98,8 @@ def test_screen_lines_come_back(frame: Frame, indent: bool, ascii: bool, raw_dlc
         "  can0  123   [2]  11",
         "  can0  123   [2]  11 22 33",
         "  can0  123   [9]  11 22 33 44 55 66 77 88 99",
-        "  can0  123   [2]  22`11",
+        "  can0  123   [3]  22`11",
+        "  can0  123   [3]  33`22 11",
         "  can0  123   [1]  10101010",
         "  can0  923   [0]",
         "  can0  123  [09]  11 22 33 44 55 66 77 88 99",

@@ -17,6 +17,7 @@ from canwire import (
     Frame,
     LineMode,
     LineStatus,
+    QueueFull,
 )
 from canwire.acan.hard_config import HardConfig
 
@@ -137,8 +138,11 @@ class AcanLine:
         return None if record is None else _arrival(record)
 
     def send(self, frame: Frame, flags: int, priority: int) -> None:
-        """Queue a frame; raises QueueFull."""
-        self._channel.send(frame, flags, 0, priority)
+        """Queue a frame; raises QueueFull, which says what keeps a real adapter off its bus."""
+        try:
+            self._channel.send(frame, flags, 0, priority)
+        except QueueFull as full:
+            raise QueueFull(full.line, full.capacity, self.hub.obstacle(self.board, self.number)) from None
 
     def wait_for_room(self, timeout: float | None) -> bool:
         return self._channel.writing.wait(timeout)

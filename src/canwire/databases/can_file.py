@@ -14,6 +14,7 @@ from typing import Any
 
 from canwire.databases.autosar import contents_of, counter_in, fault_of, profile_of, protected
 from canwire.databases.description import MessageDescription, Number, SignalDescription, Value
+from canwire.databases.one_by_one import read_one_by_one
 from canwire.errors import BadDescription, BadValue, ExtraMissing
 from canwire.values.frame import Frame
 
@@ -40,6 +41,11 @@ class CanFile:
             self._message(name, message) for name, message in zip(names, self._database.messages, strict=True)
         ]
         self._by_name = dict(zip(names, self._database.messages, strict=True))
+        self._untidy = {
+            described.name: described
+            for described, message in zip(self.messages, self._database.messages, strict=True)
+            if not message.is_container and not (_follows(message) and (strict or _is_tidy(message)))
+        }
         self._readings = {name: _readings(message) for name, message in self._by_name.items()}
         self._profiles = {
             name: profile for name, message in self._by_name.items() if (profile := profile_of(message))
@@ -50,7 +56,12 @@ class CanFile:
         return bytes(self._by_name[name].encode(dict(values), strict=False))
 
     def unpack(self, name: str, data: bytes) -> tuple[Decoded, str]:
-        """The signals that are in the data, and why there are none."""
+        """The signals that are in the data, and why there are none, or which do not fit into the message."""
+        if name in self._untidy:
+            raws, problem = read_one_by_one(self._untidy[name], data)
+            return {
+                signal: _told(*self._readings[name][signal], raw) for signal, raw in raws.items()
+            }, problem
         return _unpacked(self._by_name[name], self._readings[name], data)
 
     def unpack_container(
@@ -180,6 +191,22 @@ def _unpacked(message: Any, readings: Mapping[str, tuple[Any, Any]], data: bytes
     except import_module("cantools").database.DecodeError as error:
         return {}, str(error)
     return {signal: _told(*readings[signal], raw) for signal, raw in raws.items()}, ""
+
+
+def _follows(message: Any) -> bool:
+    """Whether cantools knows each multiplexer that a signal names, and each of them chooses signals."""
+    named = {signal.multiplexer_signal for signal in message.signals} - {None}
+    return named == {signal.name for signal in message.signals if signal.is_multiplexer}
+
+
+def _is_tidy(message: Any) -> bool:
+    """Its signals fit into it, and do not overlap."""
+    try:
+        message.refresh(strict=True)
+    except import_module("cantools").database.Error:
+        message.refresh(strict=False)
+        return False
+    return True
 
 
 def _distinct(messages: Sequence[Any]) -> list[str]:

@@ -34,8 +34,9 @@ class SignalColumns:
 
     `rows` are their places among the records, `time_ns` their times. `signals` are physical values by name: int64 where
     they are whole, else float64 (uint64 or Python's integers where 64 bits do not do). `present` tells by name in which
-    of them a signal is, None for in all: others are multiplexed, or cut off by short data; what `signals` holds there
-    means nothing. `undecoded` counts frames with a multiplexer value that the file does not know: nothing is in these.
+    of them a signal is, None for in all: others are multiplexed, cut off by short data, or do not fit into the message;
+    what `signals` holds there means nothing. `undecoded` counts frames with a multiplexer value that the file does not
+    know: nothing is in these.
     """
 
     message: MessageDescription
@@ -150,6 +151,10 @@ class _Group:
         self._present[signal.name] = present
 
     def _long_enough(self, signal: SignalDescription) -> numpy.ndarray | None:
+        if end_bit(signal) > 8 * self._message.length:
+            import numpy
+
+            return numpy.zeros(len(self._rows), bool)  # a file that was not read strictly
         lengths = self._lengths
         if lengths is None:
             return None
@@ -169,12 +174,8 @@ class _Group:
     def _without_unknown_multiplexers(self) -> int:
         import numpy
 
-        known: dict[str, set[int]] = {}
-        for signal in self._message.signals.values():
-            if signal.multiplexer:
-                known.setdefault(signal.multiplexer, set()).update(signal.multiplexer_ids)
         wrong: numpy.ndarray | None = None
-        for name, ids in known.items():
+        for name, ids in self._message.selectors.items():
             strange = ~numpy.isin(self._raw[name], sorted(ids))
             here = self._present[name]
             strange = strange if here is None else strange & here

@@ -98,6 +98,16 @@ class MessageDescription:
         return not self.contained
 
     @property
+    def selectors(self) -> dict[str, set[int]]:
+        """By multiplexer the raw values that are known: those that choose signals, and those that have a text."""
+        known: dict[str, set[int]] = {}
+        for signal in self.signals.values():
+            if signal.multiplexer:
+                decides = self.signals[signal.multiplexer]
+                known.setdefault(decides.name, set(decides.choices)).update(signal.multiplexer_ids)
+        return known
+
+    @property
     def pgn(self) -> int | None:
         """The parameter group number of a J1939 message."""
         return pgn_of(self.id) if self.j1939 else None

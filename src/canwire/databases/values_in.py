@@ -47,11 +47,7 @@ def _check_multiplexers(
     message: MessageDescription, values: Mapping[str, Value], faults: dict[str, str]
 ) -> None:
     """Their values choose signals: one that the file does not know leaves open what the frame would hold."""
-    known: dict[str, set[int]] = {}
-    for signal in message.signals.values():
-        if signal.multiplexer:
-            known.setdefault(signal.multiplexer, set()).update(signal.multiplexer_ids)
-    for name, ids in known.items():
+    for name, ids in message.selectors.items():
         value = values.get(name)
         if name in faults or not isinstance(value, int | float | str):
             continue

@@ -49,7 +49,8 @@ class UdsEcu:
 
     `identifiers` are read by anybody; `writable` ones are written in the extended session once the ECU is unlocked.
     `key` makes the right key of a seed. In the programming session, unlocked, `memory` (from `base` on) is written by
-    RequestDownload, TransferData and RequestTransferExit. `session`, `unlocked`, `resets` tell of its state.
+    RequestDownload, TransferData and RequestTransferExit. `extended` are the bytes before requests and responses, where
+    the identifiers alone do not tell (extended addressing). `session`, `unlocked`, `resets` tell of its state.
     """
 
     unlocked: bool
@@ -65,6 +66,7 @@ class UdsEcu:
         base: int = 0x0800_0000,
         request: int = 0x7E0,
         response: int = 0x7E8,
+        extended: tuple[int, int] | None = None,
     ) -> None:
         self.identifiers = dict(identifiers or {})
         self.writable = writable
@@ -72,8 +74,14 @@ class UdsEcu:
         self.base = base
         self.resets = 0
         self._key = key
-        normal = isotp.AddressingMode.Normal_11bits
-        self._address = isotp.Address(normal, txid=response, rxid=request)
+        modes, ids = isotp.AddressingMode, {"txid": response, "rxid": request}
+        if extended is None:
+            self._address = isotp.Address(modes.Normal_11bits, **ids)
+        else:
+            mine, testers = extended
+            self._address = isotp.Address(
+                modes.Extended_11bits, **ids, source_address=mine, target_address=testers
+            )
         self._silence: Timer | None = None
         self._wrong_keys = 0
         self._locked_until_ns = 0

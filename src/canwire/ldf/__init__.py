@@ -62,7 +62,8 @@ def load(path: str | Path, *, encoding: str = "utf-8") -> LinDescription:
 class LinDescription:
     """One network. Names are those of the file; `master` and `slaves` are names of nodes.
 
-    `frames` are the unconditional ones by name, `schedules` all tables by name, in the file's order.
+    `frames` are the unconditional ones by name, `schedules` the tables by name, in the file's order, without those that
+    are `unusable`: by name, why such a table cannot be run.
     """
 
     def __init__(self, parsed: Any, path: str) -> None:
@@ -78,10 +79,13 @@ class LinDescription:
             event.frame_id: tuple(member.frame_id for member in event.frames)
             for event in parsed.get_event_triggered_frames()
         }
-        self.schedules = {
-            table.name: LinSchedule(table.name, tuple(map(self._slot, table.schedule)))
-            for table in parsed.get_schedule_tables()
-        }
+        self.schedules: dict[str, LinSchedule] = {}
+        self.unusable: dict[str, str] = {}
+        for table in parsed.get_schedule_tables():
+            try:
+                self.schedules[table.name] = LinSchedule(table.name, tuple(map(self._slot, table.schedule)))
+            except BadDescription as error:
+                self.unusable[table.name] = str(error)
 
     def name_of(self, id: int) -> str | None:
         """The name of the unconditional or event-triggered frame with this identifier."""

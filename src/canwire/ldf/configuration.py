@@ -7,11 +7,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from canwire.errors import BadDescription
 from canwire.values.lin.frame import protected_id
 
 
 def command(kind: str, entry: Any) -> bytes:
-    """The data of the request; `entry` is one of ldfparser's, `kind` its class."""
+    """The data of the request; `entry` is one of ldfparser's, `kind` its class.
+
+    Raises BadDescription where the file does not say what the request needs.
+    """
     nad: int = entry.node.configured_nad if hasattr(entry, "node") else 0
     if kind == "FreeFormatEntry":
         return bytes(entry.data).ljust(8, b"\xff")
@@ -43,7 +47,13 @@ def _pids(entry: Any) -> list[int]:
 def _assign_frame_id(kind: str, entry: Any, nad: int) -> bytes:
     """LIN 2.0's command: supplier and message id, and the identifier to go with them (0x40: none)."""
     frames = {frame.name: number for number, frame in entry.node.configurable_frames.items()}
-    message = frames[entry.frame.name]
+    message = frames.get(entry.frame.name)
+    if (
+        message is None or str(entry.node.lin_protocol) != "2.0"
+    ):  # later ones count frames, and have no such command
+        raise BadDescription(
+            f"AssignFrameId: {entry.node.name} has no message identifier for {entry.frame.name} in the file"
+        )
     pid = protected_id(entry.frame.frame_id) if kind == "AssignFrameIdEntry" else 0x40
     supplier = entry.node.product_id.supplier_id.to_bytes(2, "little")
     return bytes([nad, 6, 0xB1]) + supplier + message.to_bytes(2, "little") + bytes([pid])

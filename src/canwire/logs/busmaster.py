@@ -1,6 +1,7 @@
 """BUSMASTER's logs, read only: `22:20:14:992 Rx 0 0000021A s 8 FE 36 12 FE 69 05 07 AD`.
 
-The time is that of the day; the date stands in the head.
+The date stands in the head, and what times count from: the day's beginning, the session's, or the line before. Lines
+of LIN and J1939 have other columns; a J1939 message of more than 8 bytes is no frame.
 """
 
 from __future__ import annotations
@@ -16,15 +17,23 @@ from canwire.logs.entry import LogEntry
 from canwire.logs.lines import read_lines
 from canwire.logs.source import Source
 from canwire.values.frame import Frame
+from canwire.values.lin.frame import LinFrame
 
 _START = re.compile(r"\*\*\*START DATE AND TIME (\d+):(\d+):(\d+) (\d+):(\d+):(\d+):(\d+)\*\*\*")
+_MODE = re.compile(r"\*\*\*(SYSTEM|ABSOLUTE|RELATIVE) MODE\*\*\*")
 _LINE = re.compile(r"(\d+):(\d+):(\d+):(\d+)\s+(Rx|Tx)\s+(\d+)\s+(\w+)\s+(s|x|sr|xr)\s+(\d+)\s*(.*)")
+_J1939 = re.compile(
+    r"(\d+):(\d+):(\d+):(\d+)\s+(\d+)\s+(\w+)\s+0x\w+\s+\w+\s+\w+\s+\w+\s+\w+\s+(Rx|Tx)\s+(\d+)\s*(.*)"
+)
+_LIN = re.compile(
+    r"(\d+):(\d+):(\d+):(\d+)\s+(Rx|Tx)\s+(\d+)\s+(0x\w+)\s+(\d+)\s+((?:\w{2,3}\s+)*)0x\w+ \((\w+)\)"
+)
 _DAY_NS = 86_400 * 10**9
 
 
 def recognises(head: bytes) -> bool:
-    """By its first line."""
-    return head.startswith(b"***BUSMASTER")
+    """By its first line; one that was edited, by the line that names the columns."""
+    return head.startswith(b"***BUSMASTER") or b"***<Time><" in head
 
 
 def read(source: Source) -> Iterator[LogBatch]:
@@ -38,6 +47,8 @@ class _Parser:
     def __init__(self, source: Source) -> None:
         self._source = source
         self._base = 16
+        self._mode = "SYSTEM"
+        self._begin_ns = 0
         self._midnight_ns = 0
         self._latest_ns = 0
 
@@ -48,29 +59,52 @@ class _Parser:
             return None
         if not line.strip():
             return None
-        found = _LINE.fullmatch(line.strip())
-        if found is None:
-            raise BadText(f"{line[:100]!r} is no line of BUSMASTER")
-        data = bytes(int(byte, self._base) for byte in found[10].split())
-        length, remote = int(found[9]), "r" in found[8]
+        if found := _LIN.fullmatch(line.strip()):
+            return self._lin(found)
+        if found := _J1939.fullmatch(line.strip()):
+            if int(found[8]) > 8:
+                raise BadText(f"a message of {found[8]} bytes, which were several frames")
+            return self._can(found, found[5], found[6], "x", found[8], found[9], found[7])
+        if found := _LINE.fullmatch(line.strip()):
+            return self._can(found, found[6], found[7], found[8], found[9], found[10], found[5])
+        raise BadText(f"{line[:100]!r} is no line of BUSMASTER")
+
+    def _can(
+        self, found: re.Match[str], channel: str, id: str, kind: str, count: str, bytes_: str, direction: str
+    ) -> LogEntry:
+        data = bytes(int(byte, self._base) for byte in bytes_.split())
+        length, remote = int(count), "r" in kind
         if not remote and len(data) != length:
             raise BadText(f"length {length}, but {len(data)} bytes")
         time_ns = self._time(found)
         frame = Frame(
-            int(found[7].removeprefix("0x"), self._base),
+            int(id.removeprefix("0x"), self._base),
             b"" if remote else data,
-            extended="x" in found[8],
+            extended="x" in kind,
             remote=remote,
             fd=length > 8,
             dlc=length if remote else None,
             timestamp_ns=time_ns,
         )
-        return LogEntry(time_ns, f"can{found[6]}", frame, "R" if found[5] == "Rx" else "T")
+        return LogEntry(time_ns, f"can{channel}", frame, "R" if direction == "Rx" else "T")
+
+    def _lin(self, found: re.Match[str]) -> LogEntry:
+        data = bytes(int(byte, self._base) for byte in found[9].split())
+        if len(data) != int(found[8]):
+            raise BadText(f"length {found[8]}, but {len(data)} bytes")
+        time_ns, sent = self._time(found), found[5] == "Tx"
+        enhanced = found[10] == "Enhanced"
+        frame = LinFrame(int(found[7], 16), data, enhanced=enhanced, timestamp_ns=time_ns, sent=sent)
+        return LogEntry(time_ns, f"lin{found[6]}", frame, "T" if sent else "R")
 
     def _time(self, found: re.Match[str]) -> int:
         hour, minute, second = (int(found[number]) for number in (1, 2, 3))
         rest = int(found[4].ljust(9, "0")) if len(found[4]) > 3 else int(found[4]) * 1_000_000
-        time_ns = self._midnight_ns + (hour * 3600 + minute * 60 + second) * 10**9 + rest
+        passed_ns = (hour * 3600 + minute * 60 + second) * 10**9 + rest
+        if self._mode != "SYSTEM":
+            self._latest_ns = passed_ns + (self._latest_ns if self._mode == "RELATIVE" else self._begin_ns)
+            return self._latest_ns
+        time_ns = self._midnight_ns + passed_ns
         if time_ns < self._latest_ns - _DAY_NS // 2:  # past midnight
             self._midnight_ns += _DAY_NS
             time_ns += _DAY_NS
@@ -81,8 +115,10 @@ class _Parser:
         if found := _START.match(line):
             day, month, year, hour, minute, second, milli = (int(word) for word in found.groups())
             begin = datetime(year, month, day, hour, minute, second, milli * 1000)
-            self._source.start_ns = ns_of(begin)
+            self._source.start_ns = self._begin_ns = self._latest_ns = ns_of(begin)
             self._source.dated = True
             self._midnight_ns = ns_of(begin.replace(hour=0, minute=0, second=0, microsecond=0))
         elif line.startswith("***DEC***"):
             self._base = 10
+        elif found := _MODE.match(line):
+            self._mode = found[1]

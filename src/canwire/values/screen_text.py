@@ -9,9 +9,10 @@
       can0  TX B -  123  [01]  11                              candump -x: direction, BRS, ESI
       can0       123   [1]  41                        'A'      -a, indented behind 29-bit ones
       can0  123   {9}  11 22 33 44 55 66 77 88                 candump -8: raw data length code
+      can0  123   [2]  22`11                                   candump -S: the last byte first
 
 What the line does not show is not kept: BRS and ESI of an FD frame without a direction, the raw
-data length code without -8, the time without -ta. Binary (-i) and swapped (-S) data are not read.
+data length code without -8, the time without -ta. Binary data (-i) are not read.
 
 Source: linux-can/can-utils lib.c and candump.c; compared with log2long in the tests.
 """
@@ -27,14 +28,16 @@ from canwire.values.event import BusEvent
 from canwire.values.frame import Frame
 from canwire.values.text import LogLine, parse_time
 
+_SWAPPED = "`"
 _WIDEST = 1000  # of an interface name
 _LINE = re.compile(
     r"\s*(?:\((?P<seconds>\d{1,20})\.(?P<decimals>\d{1,9})\)\s+)?(?P<interface>[^\s()]+)\s+"
     r"(?:(?P<direction>[RT])X (?P<brs>[B-]) (?P<esi>[E-])\s+)?"
     r"(?P<id>[0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})\s+"
     r"(?:\[(?P<length>\d{1,2})\]|\{(?P<code>[0-9A-Fa-f])\})"
-    r"(?P<remote>\s+remote request)?(?P<data>(?: {1,2}[0-9A-Fa-f]{2}(?![^\s]))*)"
-    r"(?P<rest>\s*(?:ERRORFRAME|'.{0,8}')?)\s*",
+    r"(?P<remote>\s+remote request)?"
+    r"(?: {1,2}(?P<swapped>[0-9A-Fa-f]{2}(?:`[0-9A-Fa-f]{2})+)(?![^\s])|(?P<data>(?: {1,2}[0-9A-Fa-f]{2}(?![^\s]))*))"
+    r"(?P<rest>\s*(?:ERRORFRAME|'.{0,8}'|`.{0,8}`)?)\s*",
     re.ASCII,
 )
 
@@ -46,14 +49,15 @@ def format_candump_line(
     indent: bool = False,
     ascii: bool = False,
     raw_dlc: bool = False,
+    swap: bool = False,
     width: int = 0,
 ) -> str:
     """The line as candump prints it on a screen, without the line end.
 
     `timestamp` puts the time before it (-ta); `indent` moves 11-bit identifiers right, as candump
     does once a 29-bit one was seen; `ascii` adds the data as characters (-a); `raw_dlc` shows the
-    raw data length code (-8); `width` pads the interface name on the left. A direction in the
-    line is shown as -x does.
+    raw data length code (-8); `swap` shows the last byte first, with other marks (-S); `width` pads the
+    interface name on the left. A direction in the line is shown as -x does.
     """
     instance("line", line, LogLine)
     whole("width", width, 0, _WIDEST)
@@ -63,10 +67,10 @@ def format_candump_line(
         stamp = f"({micros // 1_000_000:010d}.{micros % 1_000_000:06d}) "
     content = line.content
     if isinstance(content, Frame):
-        body = _frame_body(content, indent, raw_dlc, ascii)
+        body = _frame_body(content, indent, raw_dlc, ascii, swap)
     else:
         id, data = encode_error_frame(content)
-        body = f"{id:08X}   [8] {_spaced(data)}   ERRORFRAME"
+        body = f"{id:08X}   [8] {_spaced(data, swap)}   ERRORFRAME"
     return f" {stamp} {line.interface:>{width}}{_direction(line)}  {body}"
 
 
@@ -84,7 +88,7 @@ def parse_candump_line(text: str) -> LogLine:
     return LogLine(timestamp_ns, match["interface"], content, match["direction"])
 
 
-def _frame_body(frame: Frame, indent: bool, raw_dlc: bool, ascii: bool) -> str:
+def _frame_body(frame: Frame, indent: bool, raw_dlc: bool, ascii: bool, swap: bool) -> str:
     if frame.extended:
         id = f"{frame.id:08X}"
     else:
@@ -98,15 +102,18 @@ def _frame_body(frame: Frame, indent: bool, raw_dlc: bool, ascii: bool) -> str:
         length = f" [{min(frame.dlc, 8)}]"
     if frame.remote:
         return f"{id}  {length}  remote request"
-    shown = f"{id}  {length} {_spaced(data)}"
+    shown = f"{id}  {length} {_spaced(data, swap)}"
     if not ascii or len(data) > 8:
         return shown
-    characters = "".join(chr(byte) if 0x1F < byte < 0x7F else "." for byte in data)
-    return f"{shown}{'   ' * (8 - len(data))}   '{characters}'"
+    characters = "".join(chr(byte) if 0x1F < byte < 0x7F else "." for byte in (data[::-1] if swap else data))
+    mark = _SWAPPED if swap else "'"
+    return f"{shown}{'   ' * (8 - len(data))}   {mark}{characters}{mark}"
 
 
-def _spaced(data: bytes) -> str:
-    """` 11 22`: a space before every byte."""
+def _spaced(data: bytes, swap: bool) -> str:
+    """` 11 22`: a space before every byte; swapped: ` 22`11`."""
+    if swap:
+        return " " + data[::-1].hex(_SWAPPED).upper() if data else ""
     return " " + data.hex(" ").upper() if data else ""
 
 
@@ -122,7 +129,9 @@ def _direction(line: LogLine) -> str:
 def _content(match: re.Match[str], timestamp_ns: int) -> Frame | BusEvent:
     id = int(match["id"], 16)
     extended = len(match["id"]) == 8
-    data = bytes.fromhex(match["data"])
+    data = bytes.fromhex((match["swapped"] or "").replace(_SWAPPED, ""))[::-1] or bytes.fromhex(
+        match["data"] or ""
+    )
     if extended and id & ERROR_FLAG:
         return decode_error_frame(id, data, timestamp_ns)
     code = int(match["code"], 16) if match["code"] else int(match["length"])

@@ -45,7 +45,7 @@ _PLAIN_LINE = re.compile(
     r"\((\d{1,10})\.(\d{6})\) +([^\s()]+) +" + _HEX_ID + r"#((?:[0-9A-Fa-f]{2}){0,8})(?: ([RT]))?\s*",
     re.ASCII,
 )
-_LINE = re.compile(r"\((\d{1,20})\.(\d{1,9})\)\s+([^\s()]+)\s+(\S+)(?:\s+([RT]))?\s*", re.ASCII)
+_LINE = re.compile(r"\( *(\d{1,20})\.(\d{1,9})\)\s+([^\s()]+)\s+(\S+)(?:\s+([RT]))?\s*", re.ASCII)
 _UPPER_HEX = "0123456789ABCDEF"
 
 

@@ -85,6 +85,10 @@ class BusLine:
         with self._plugged():
             return self.hub.line_status(self.board.id, self.number, kin=KIN)
 
+    def obstacle(self) -> str:
+        """What keeps a real adapter off its bus, "" where nothing does."""
+        return self.hub.obstacle(self.board, self.number)
+
     def open_control(self) -> Control:
         with self._plugged():
             return self.hub.open_control(self.board.id, self.number, kin=KIN)

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
-from canwire import load_database
+from canwire import Frame, frames_to_array, load_database
 from canwire.commands import main
+from canwire.commands.databases.chosen import databases_of
 from canwire.commands.databases.picture import bits_of, picture_of
+from canwire.commands.plot.choosing import choose_signals
+from canwire.commands.plot.decoding import Decoding
+from canwire.commands.plot.tracks import Tracks
 
 ONE = """VERSION ""
 BU_: ECU
@@ -111,8 +116,58 @@ def test_forms(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_second_database_is_not_dropped(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
-        main(["stats", "drive.log", "--db", "one.dbc", "--db", "other.dbc"])
+        main(["gen", "can0", "--db", "one.dbc", "--db", "other.dbc"])
     assert "one file only for this verb, not one.dbc and other.dbc" in capsys.readouterr().err
+
+
+CHANNELS = ("--db", "can0=one.dbc", "--db", "can1=other.dbc")
+
+
+def test_statistics_by_databases_of_channels(capsys: pytest.CaptureFixture[str]) -> None:
+    text = "(1.000000) can0 100#640001\n(2.000000) can1 200#01\n(3.000000) can0 200#01\n"
+    Path("drive.log").write_text(text)
+    (told,) = said(capsys, "stats", "drive.log", *CHANNELS, "--json")
+    assert [(one["channel"], one["id"], one["message"]) for one in json.loads(told)["identifiers"]] == [
+        ("can0", 0x100, "Engine"),
+        ("can0", 0x200, "Brake"),
+        ("can1", 0x200, "Pedal"),
+    ]
+
+
+def test_plots_by_databases_of_channels(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of one channel's files the first that knows a frame counts."""
+    databases = databases_of(Namespace(db=["can0=one.dbc", "other.dbc"], encoding=None, no_strict=False))
+    assert databases is not None
+    chosen = choose_signals(databases, ["Speed", "Pedal.Pressed"])
+    tracks = Tracks(chosen.labels)
+    decoding = Decoding(chosen, tracks)
+    for channel in ("can0", "can1"):
+        frames = [Frame(0x100, b"\x64\x00\x01"), Frame(0x200, b"\x01")]
+        decoding.add(channel, frames_to_array(frames), 0)
+    assert {(track.name, *track.values) for track in tracks.filled} == {
+        ("can0 Engine.Speed", 800.0),
+        ("can1 Engine.Speed", 400.0),
+        ("can1 Pedal.Pressed", 1.0),
+    }
+    assert main(["plot", "drive.log", *CHANNELS, "Speed", "-o", "speed.html"]) == 0
+    assert "2 samples of 2 signals" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("databases", [CHANNELS, ("--db", "other.dbc", "--db", "can0=one.dbc")])
+def test_queries_by_databases_of_channels(
+    databases: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("duckdb")
+    sql = "select channel, value from {} order by time_ns, row"
+    words = (*databases, "--csv")
+    expected = ["channel,value", "can0,800.0", "can1,400.0"]
+    assert (
+        said(capsys, "query", "drive.log", sql.format("signals where signal = 'Speed'"), *words) == expected
+    )
+    assert (
+        said(capsys, "query", "drive.log", sql.replace("value", "Speed as value").format("Engine"), *words)
+        == expected
+    )
 
 
 def test_signals_as_a_parquet_table(capsys: pytest.CaptureFixture[str]) -> None:

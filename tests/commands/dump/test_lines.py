@@ -30,6 +30,7 @@ from canwire.commands.can_line import bring_up
 from canwire.commands.databases.chosen import Databases
 from canwire.commands.dump.as_json import format_json
 from canwire.commands.dump.filters import Capture, Masked, parse_capture
+from canwire.commands.dump.output import Lines
 from canwire.commands.dump.printing import JSON, LOG, SCREEN, Extras, Printer
 from canwire.commands.dump.stamps import Stamps
 from canwire.commands.dump.verb import Dump
@@ -252,7 +253,14 @@ def test_how_much_of_a_line_has_a_colour(level: int, expected: str) -> None:
 
 
 def test_extras_are_for_a_screen(capsys: pytest.CaptureFixture[str]) -> None:
-    for words in (["-a", "-l"], ["-x", "--json"], ["-c", "--pcapng", "-"], ["-8", "-l"]):
+    for words in (
+        ["-a", "-l"],
+        ["-x", "--json"],
+        ["-c", "--pcapng", "-"],
+        ["-8", "-l"],
+        ["-S", "-l"],
+        ["-s", "2", "-l"],
+    ):
         assert main(["dump", "can0", *words]) == 2
         assert "for lines on a screen" in capsys.readouterr().err
 
@@ -323,6 +331,27 @@ def test_a_message_s_name_means_each_channel_s_own(tmp_path: Path) -> None:
         databases.ids_of(["Engin"], "can2")
 
 
+def test_swapped_bytes_as_candump_has_them() -> None:
+    printer = Printer(SCREEN, Capture(), extras=Extras(ascii=True, swap=True))
+    assert printer.lines("can0", [record_of(Frame(1, b"ABC"))]) == [
+        "  can0  001   [3]  43`42`41                  `CBA`"
+    ]
+
+
+@pytest.mark.parametrize(("silent", "expected"), [(0, "  can0  001   [0] \n" * 2), (1, "-\b"), (2, "")])
+def test_silent_lines_are_counted(silent: int, expected: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """And -n counts them, too."""
+    lines = Lines(Printer(SCREEN, Capture()), silent)
+    assert lines.put("can0", [record_of(Frame(1))] * 3, 2) == 2
+    assert capsys.readouterr().out == expected
+
+
+@pytest.mark.parametrize("room", ["79", "100000000000"])
+def test_room_for_frames_that_wait(room: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["dump", "can0", "-r", room]) == 2
+    assert f"-r {room}: 80 to" in capsys.readouterr().err
+
+
 def test_colours_tell_lines_and_errors_apart() -> None:
     error = record_of(BusEvent(EventKind.ERROR))
     printer = Printer(SCREEN, parse_capture([], [], True), coloured=True, several=True)
@@ -340,6 +369,7 @@ def test_colours_tell_lines_and_errors_apart() -> None:
 WORDS = {
     "log": False, "count": None, "timeout": 0.0, "seconds": None, "errors": False, "bus_name": False, "stamps": None,
     "json": False, "db": None, "pcapng": None, "ascii": False, "extra": False, "raw_dlc": False, "colour": 0,
+    "swap": False, "silent": 0, "room": None,
 }  # fmt: skip
 TWO_BUSES = """
 [[bus]]

@@ -73,6 +73,17 @@ def test_what_the_ecu_refuses_has_its_name(
     assert "present: no answer from 7E8 in 0.1 s" in why
 
 
+def test_an_ecu_with_extended_addressing(capsys: pytest.CaptureFixture[str], lab: canwire.Lab) -> None:
+    """Another one with the same identifiers does not answer."""
+    bus = lab.can_bus("can0", bit_rate=500_000)
+    for address in (0x12, 0x13):
+        ecu = canwire.ecus.UdsEcu(identifiers={0xF190: bytes([address])}, extended=(address, 0xF1))
+        bus.node(f"ecu{address}", ecu)
+    lab.serve(os.environ["CANWIRE_HUB"])
+    told, _ = done(capsys, "uds", "can0", "read:F190", "-x", "12:F1", *PATIENT)
+    assert told == ["F190: 12"]
+
+
 def test_a_file_is_flashed_with_a_key_of_the_user_s_own(
     capsys: pytest.CaptureFixture[str], ecu: canwire.ecus.UdsEcu, tmp_path: Path
 ) -> None:
@@ -103,6 +114,7 @@ def test_a_file_is_flashed_with_a_key_of_the_user_s_own(
         (["present", "--tx", "18DA10F1"], "both of 11 bits, or both of 29"),
         (["present", "--pad", "100"], "a byte in hex"),
         (["present", "--stmin", "128"], "0 to 127 ms"),
+        (["present", "--extended", "123"], "one or two bytes in hex, F1 or F1:12"),
         (["flash:none.bin:0"], "No such file"),
     ],
 )
@@ -113,7 +125,9 @@ def test_mistakes(
     assert why in told
 
 
-@pytest.mark.parametrize("options", [[], ["--fd"], ["--tx", "18DA10F1", "--rx", "18DAF110", "--pad", "CC"]])
+@pytest.mark.parametrize(
+    "options", [[], ["--fd"], ["-x", "12:F1"], ["--tx", "18DA10F1", "--rx", "18DAF110", "--pad", "CC"]]
+)
 def test_messages_from_one_program_to_another(
     capsys: pytest.CaptureFixture[str], lab: canwire.Lab, options: list[str]
 ) -> None:
@@ -122,7 +136,8 @@ def test_messages_from_one_program_to_another(
     lab.serve(os.environ["CANWIRE_HUB"])
     bus.node("acknowledges")
     messages = ["22F190", bytes(range(100)).hex().upper()]
-    mirrored = [{"--tx": "--rx", "--rx": "--tx"}.get(word, word) for word in options]
+    other = {"--tx": "--rx", "--rx": "--tx", "12:F1": "F1:12"}
+    mirrored = [other.get(word, word) for word in options]
     if "--tx" not in options:
         mirrored += ["--tx", "7E8", "--rx", "7E0"]
     verbs = [sys.executable, "-m", "canwire", "isotp"]
@@ -143,7 +158,9 @@ def test_messages_from_one_program_to_another(
     assert lines[0] == "[SF] 3  22 F1 90"
     assert any(line.startswith("[FF] 100") for line in lines)
     assert any(line.startswith("[FC] go on, block size 0") for line in lines)
-    assert sum(line.startswith("[CF]") for line in lines) == (1 if "--fd" in options else 14)
+    assert sum(line.startswith("[CF]") for line in lines) == (
+        1 if "--fd" in options else 16 if "-x" in options else 14
+    )
 
 
 def _until(process: subprocess.Popen[str], text: str) -> str:

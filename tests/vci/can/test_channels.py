@@ -223,6 +223,17 @@ def test_each_end_is_open_once(program: Program) -> None:
             assert again.get_threshold() == 1
 
 
+def test_what_keeps_an_adapter_off_its_bus_stands_in_the_error(
+    program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = program.port(0, tx=1)
+    monkeypatch.setattr(canwire.Hub, "obstacle", lambda *where: "can0: no such adapter")
+    for number in range(port.writer.get_capacity()):
+        port.send(message(number))
+    with pytest.raises(vci.VciTxQueueFull, match="can0: no such adapter"):
+        port.send(message(0x7FF))
+
+
 @pytest.mark.conforms("X3-20")
 def test_what_fits_is_queued(program: Program) -> None:
     port = program.port(0, tx=1)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from canwire import Frame
+from canwire import Frame, LinFrame
 
 if TYPE_CHECKING:
     from canwire import Database, DecodedMessage
@@ -84,11 +84,16 @@ class Databases:
         return own + [database for name, database in self._found if not name]
 
     @property
+    def pairs(self) -> list[tuple[str, Database]]:
+        """Each with its channel, "" for all, in the order of the command line."""
+        return list(self._found)
+
+    @property
     def all(self) -> list[Database]:
         """Every one, in the order of the command line."""
         return [database for _, database in self._found]
 
-    def decode(self, frame: Frame, channel: str = "") -> DecodedMessage | None:
+    def decode(self, frame: Frame | LinFrame, channel: str = "") -> DecodedMessage | None:
         """By the first of the channel's files that knows the frame; None where none does."""
         for database in self.of(channel):
             message = database.decode(frame)

@@ -41,11 +41,12 @@ class Known(NamedTuple):
 
 
 class Extras(NamedTuple):
-    """What candump's -a, -x, -8 and -c add to lines on a screen; `colours` counts -c, 0: as it is usual here."""
+    """What candump's -a, -x, -8, -S and -c add to lines on a screen; `colours` counts -c, 0: as it is usual here."""
 
     ascii: bool = False
     messages: bool = False
     raw_dlc: bool = False
+    swap: bool = False
     colours: int = 0
 
 
@@ -119,7 +120,8 @@ class Printer:
         frame = frame_of_record(RECORD.pack(*record))
         if not self._capture.of(name).accepts(frame):
             return None
-        by_itself = self._decode is not None or (self._coloured and self._several) or self._extras.ascii
+        by_itself = self._decode is not None or (self._coloured and self._several)
+        by_itself = by_itself or self._extras.ascii or self._extras.swap
         if self._style == JSON or by_itself:
             return Known("", -1)
         length = 0 if frame.remote else len(frame.data)
@@ -163,7 +165,8 @@ class Printer:
     def _written(self, line: LogLine) -> str:
         if self._style == LOG:
             return format_log_line(line)
-        text = format_candump_line(line, ascii=self._extras.ascii, raw_dlc=self._extras.raw_dlc)
+        extras = self._extras
+        text = format_candump_line(line, ascii=extras.ascii, raw_dlc=extras.raw_dlc, swap=extras.swap)
         return f"{text}\n\t{in_words(line.content)}" if isinstance(line.content, BusEvent) else text
 
     def _colour(self, name: str, content: Frame | BusEvent) -> str:

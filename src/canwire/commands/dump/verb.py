@@ -7,6 +7,7 @@ canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 fr
 canwire dump can0 -T 2                until nothing has been heard for two seconds; --seconds 2: after two
 canwire dump can0 -t d                each line with the time since the one before; -t h: the bus's own clock
 canwire dump can0 -a -x               data as characters, too; RX or TX, B for the fast rate, E for error passive
+canwire dump can0 -s 2 --seconds 1    no lines, only the numbers at the end; -s 1: a sign that turns; -S: swapped bytes
 canwire dump can0 --filter 123        frame 123 only; 100-1FF, 700:700 by mask, ~123 all others
 canwire dump can0 --kind fd,extended  CAN FD frames with 29-bit identifiers only; error: errors only
 canwire dump can0 --db car.dbc        with names and signals, by a database; --message NAME: of this one
@@ -34,6 +35,8 @@ from canwire.commands.dump.output import Lines, Output
 from canwire.commands.dump.printing import JSON, LOG, SCREEN, Extras, Printer
 from canwire.commands.dump.stamps import ABSOLUTE, KINDS, Stamps
 from canwire.commands.live.listening import (
+    QUEUE,
+    RECORD,
     Listening,
     Source,
     add_listening_arguments,
@@ -48,6 +51,7 @@ if TYPE_CHECKING:
     from canwire import Hub
 
 _BATCH = 1024
+_MOST_ROOM = 80 << 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -104,6 +108,14 @@ def _add_capture(parser: argparse.ArgumentParser) -> None:
 def _add_extras(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-a", "--ascii", action="store_true", help="show data as characters, too")
     parser.add_argument("-x", "--extra", action="store_true", help="show RX or TX, BRS and ESI")
+    parser.add_argument("-S", "--swap", action="store_true", help="show the last byte of data first")
+    parser.add_argument(
+        "-s", "--silent", type=int, choices=(0, 1, 2), default=0, help="1: a sign that turns, 2: no lines"
+    )
+    parser.add_argument("-r", "--room", type=int, metavar="BYTES", help="for frames that wait, 80 bytes each")
+    parser.add_argument(
+        "-D", dest="stays", action="store_true", help="go on where a line stops; it always does"
+    )
     parser.add_argument(
         "-8", "--raw-dlc", action="store_true", help="show length codes above 8 of classic frames"
     )
@@ -131,7 +143,10 @@ def run(arguments: argparse.Namespace) -> int:
                 named=_named(databases, arguments.message, [name for name, _ in places])
             )
         events = tuple(int(kind) for kind in capture.events)
-        listening = closing.enter_context(Listening(hub, places, wanted_by(arguments), events=events))
+        queue = QUEUE if arguments.room is None else arguments.room // RECORD.size
+        listening = closing.enter_context(
+            Listening(hub, places, wanted_by(arguments), events=events, queue=queue)
+        )
         complain_each(listening.told)
         dump = Dump(arguments, hub, listening, capture, databases)
         try:
@@ -164,7 +179,9 @@ def _check(arguments: argparse.Namespace) -> None:
         raise BadValue("--json: without -l and -t; its time_s is absolute")
     if arguments.log and arguments.stamps:
         raise BadValue("-t: without -l, whose lines have absolute times")
-    for option in ("ascii", "extra", "raw_dlc", "colour"):
+    if arguments.room is not None and not RECORD.size <= arguments.room <= _MOST_ROOM:
+        raise BadValue(f"-r {arguments.room}: {RECORD.size} to {_MOST_ROOM} bytes")
+    for option in ("ascii", "extra", "raw_dlc", "swap", "colour", "silent"):
         if getattr(arguments, option) and (arguments.log or arguments.json or arguments.pcapng):
             raise BadValue(
                 f"--{option.replace('_', '-')}: for lines on a screen; without --log, --json and --pcapng"
@@ -253,7 +270,7 @@ def _output(
         from canwire.commands.dump.packets import Packets
 
         return Packets(arguments.pcapng, capture, [source.name for source in sources], epoch_ns(hub))
-    return Lines(_printer(arguments, hub, sources, capture, databases))
+    return Lines(_printer(arguments, hub, sources, capture, databases), arguments.silent)
 
 
 def _printer(
@@ -274,5 +291,5 @@ def _printer(
         decode=None if databases is None else databases.decode,
         coloured=not absolute and has_colours(),
         several=len(sources) > 1,
-        extras=Extras(arguments.ascii, arguments.extra, arguments.raw_dlc, arguments.colour),
+        extras=Extras(arguments.ascii, arguments.extra, arguments.raw_dlc, arguments.swap, arguments.colour),
     )

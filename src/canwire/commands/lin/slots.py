@@ -16,7 +16,9 @@ def described(network: Any, name: str | None) -> tuple[LinSchedule, list[LinFram
     tables: dict[str, LinSchedule] = network.schedules
     if not tables or (name is not None and name not in tables):
         there = ", ".join(tables) or "none"
-        raise BadValue(f"{network.path}: no schedule {name or ''!r}; there are {there}")
+        why = network.unusable.get(name or "", "")
+        told = f"schedule {name!r} cannot be run: {why}" if why else f"no schedule {name or ''!r}"
+        raise BadValue(f"{network.path}: {told}; there are {there}")
     table = next(iter(tables.values())) if name is None else tables[name]
     return table, list(network.responses(network.master).values())
 

@@ -1,15 +1,16 @@
-"""Which signals of a database are meant."""
+"""Which signals of the databases are meant."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, NamedTuple
 
 from canwire import BadValue
 
 if TYPE_CHECKING:
-    from canwire import Database, MessageDescription, SignalDescription
+    from canwire import MessageDescription, SignalDescription
+    from canwire.commands.databases.chosen import Databases
 
 
 class Label(NamedTuple):
@@ -25,9 +26,9 @@ class Label(NamedTuple):
 
 
 class Chosen(NamedTuple):
-    """Signals of a database, in the order of the words."""
+    """Signals of databases, in the order of the words."""
 
-    database: Database
+    databases: Databases
     labels: tuple[Label, ...]
 
     @property
@@ -39,28 +40,32 @@ class Chosen(NamedTuple):
         return found
 
 
-def choose_signals(database: Database, words: Sequence[str]) -> Chosen:
+def choose_signals(databases: Databases, words: Sequence[str]) -> Chosen:
     """Of `Message.Signal`, `Signal`, `Message`; raises BadValue with near names, or with all that could be meant."""
-    found = [label for word in words for label in _meant(database, word)]
-    return Chosen(database, tuple(dict.fromkeys(found)))
+    messages: dict[str, MessageDescription] = {}
+    for database in databases.all:
+        messages = {**database.messages, **messages}  # of two with one name the first tells the unit
+    paths = ", ".join(database.path for database in databases.all)
+    found = [label for word in words for label in _meant(messages, word, paths)]
+    return Chosen(databases, tuple(dict.fromkeys(found)))
 
 
-def _meant(database: Database, word: str) -> list[Label]:
+def _meant(messages: Mapping[str, MessageDescription], word: str, paths: str) -> list[Label]:
     name, dot, signal = word.partition(".")
-    if dot and name in database.messages:
-        signals = database.messages[name].signals
+    if dot and name in messages:
+        signals = messages[name].signals
         if signal not in signals:
             raise BadValue(f"{word}: no such signal; {_near(signal, signals)}")
-        return [_label(database.messages[name], signals[signal])]
-    if word in database.messages:
-        message = database.messages[word]
+        return [_label(messages[name], signals[signal])]
+    if word in messages:
+        message = messages[word]
         return [_label(message, one) for one in message.signals.values()]
-    holders = [one for one in database.messages.values() if word in one.signals]
+    holders = [one for one in messages.values() if word in one.signals]
     if len(holders) > 1:
         raise BadValue(f"{word}: which one? {', '.join(f'{one.name}.{word}' for one in holders)}")
     if not holders:
-        every = [*database.messages, *(name for one in database.messages.values() for name in one.signals)]
-        raise BadValue(f"{word}: neither a signal nor a message of {database.path}; {_near(name, every)}")
+        every = [*messages, *(name for one in messages.values() for name in one.signals)]
+        raise BadValue(f"{word}: neither a signal nor a message of {paths}; {_near(word, every)}")
     return [_label(holders[0], holders[0].signals[word])]
 
 

@@ -12,25 +12,31 @@ if TYPE_CHECKING:
 
 
 class Decoding:
-    """Puts signals of frames into tracks; times count from `zero_ns`."""
+    """Puts signals of frames into tracks; times count from `zero_ns`.
+
+    A frame is decoded by the first of its channel's databases that knows it.
+    """
 
     def __init__(self, chosen: Chosen, tracks: Tracks) -> None:
         self._messages = chosen.messages
-        self._database = chosen.database
-        self._masks = chosen.database.id_masks(*self._messages)
+        self._databases = chosen.databases
         self._tracks = tracks
 
     def add(self, channel: str, records: Any, zero_ns: int) -> None:
         """Records of `record_dtype()`: frames of CAN."""
-        import numpy
+        databases = self._databases.of(channel)
+        for database in databases[:-1]:
+            known, records = _split(records, database.id_masks(*database.messages))
+            self._add_known(database, channel, known, zero_ns)
+        for database in databases[-1:]:
+            self._add_known(database, channel, records, zero_ns)
 
-        ids, extended = records["id"], records["info"] & EXTENDED != 0
-        wanted = numpy.zeros(len(records), bool)
-        for id, mask, long in self._masks:
-            wanted |= ((ids ^ id) & mask == 0) & (extended == long)
-        if not wanted.any():
+    def _add_known(self, database: Any, channel: str, records: Any, zero_ns: int) -> None:
+        there = [name for name in self._messages if name in database.messages]
+        wanted, _ = _split(records, database.id_masks(*there))
+        if not len(wanted):
             return
-        for name, columns in self._database.decode_arrays(records[wanted]).items():
+        for name, columns in database.decode_arrays(wanted).items():
             times_s = (columns.time_ns.astype("i8") - zero_ns) / 1e9
             for label in self._messages.get(name, ()):
                 if label.signal in columns.signals:
@@ -42,7 +48,7 @@ class Decoding:
         """One frame of LIN."""
         import numpy
 
-        message = self._database.decode(frame)
+        message = self._databases.decode(frame, channel)
         if message is None:
             return
         for label in self._messages.get(message.name, ()):
@@ -50,3 +56,14 @@ class Decoding:
             if isinstance(value, int | float):
                 time_s = (frame.timestamp_ns - zero_ns) / 1e9
                 self._tracks.add(label, channel, numpy.array([time_s]), numpy.array([value]))
+
+
+def _split(records: Any, masks: list[tuple[int, int, bool]]) -> tuple[Any, Any]:
+    """Records whose identifiers are among these, and the others."""
+    import numpy
+
+    ids, extended = records["id"], records["info"] & EXTENDED != 0
+    known = numpy.zeros(len(records), bool)
+    for id, mask, long in masks:
+        known |= ((ids ^ id) & mask == 0) & (extended == long)
+    return records[known], records[~known]

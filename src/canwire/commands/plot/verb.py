@@ -3,6 +3,7 @@
 canwire plot drive.log --db engine.dbc EngineData.EngineSpeed -o speed.png
 canwire plot drive.log --db engine.dbc EngineData -o engine.svg         all signals of a message
 canwire plot drive.log --db engine.dbc EngineSpeed Temperature -o engine.html    to zoom into, in a browser
+canwire plot drive.log --db can0=engine.dbc --db can1=engine.dbc EngineSpeed -o both.png   a file for each channel
 canwire plot drive.log --db engine.dbc EngineSpeed --begin 1 --end 2.5 -o part.png
 canwire plot can0 --db engine.dbc EngineSpeed --seconds 2 -o now.svg    what a line brings, from now on
 
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, WantedMode
 from canwire.commands.console import complain
-from canwire.commands.databases.chosen import add_database_argument, database_of
+from canwire.commands.databases.chosen import add_database_argument, databases_of
 from canwire.commands.plot.choosing import Chosen, choose_signals
 from canwire.commands.plot.tracks import Tracks
 from canwire.commands.shared_hub import add_hub_argument, add_rate_argument
@@ -39,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "signals", nargs="+", metavar="SIGNAL", help="Message.Signal, Signal, or Message: all of it"
     )
-    add_database_argument(parser, "signals by name", required=True)
+    add_database_argument(parser, "signals by name", several=True, required=True)
     parser.add_argument(
         "-o", "--out", metavar="OUT", required=True, help=f"the picture: {', '.join(SUFFIXES)}"
     )
@@ -58,9 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Draw; 1 for faults in the log. BadValue for names that are not there and where there is nothing to draw."""
     write = _writer(arguments.out)
-    database = database_of(arguments)
-    assert database is not None  # argparse asks for it
-    chosen = choose_signals(database, arguments.signals)
+    databases = databases_of(arguments)
+    assert databases is not None  # argparse asks for it
+    chosen = choose_signals(databases, arguments.signals)
     is_log = arguments.source == "-" or os.path.exists(arguments.source)
     _check(arguments, is_log)
     tracks = Tracks(chosen.labels)
@@ -94,7 +95,11 @@ def _draw(arguments: argparse.Namespace, tracks: Tracks, write: Write) -> None:
         complain(f"{label}: not in {arguments.source}")
     if tracks.no_numbers:
         complain(f"{tracks.no_numbers} samples left out: infinite, or no numbers")
-    write(arguments.out, tracks, f"{Path(arguments.source).name}, {Path(arguments.db).name}")
+    write(
+        arguments.out,
+        tracks,
+        f"{Path(arguments.source).name}, {', '.join(Path(one).name for one in arguments.db)}",
+    )
     complain(f"{tracks.samples} samples of {len(tracks.filled)} signals in {arguments.out}")
 
 

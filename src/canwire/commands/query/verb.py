@@ -22,7 +22,7 @@ import os
 import re
 
 from canwire import BadValue, Trace, open_trace
-from canwire.commands.databases.chosen import add_database_argument, database_of
+from canwire.commands.databases.chosen import add_database_argument, databases_of
 from canwire.commands.logs.faults import tell_faults
 from canwire.commands.query.output import write_rows
 
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("trace", metavar="TRACE", help="a trace's folder, a Parquet file, or any other log")
     parser.add_argument("sql", metavar="SQL", nargs="?", help="a query; without one: tables and columns")
-    add_database_argument(parser, "signals by name")
+    add_database_argument(parser, "signals by name", several=True)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", action="store_true", help="lines of comma-separated values")
     form.add_argument("--json", action="store_true", help="a JSON object for each row")
@@ -50,7 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Ask; 1 for faults in the trace. BadLog for what is none, BadValue for SQL that means nothing, ExtraMissing."""
     memory_bytes = _size(arguments.memory)
     _refuse_itself(arguments.trace, arguments.out)
-    with open_trace(arguments.trace, database=database_of(arguments), memory_bytes=memory_bytes) as trace:
+    databases = databases_of(arguments)
+    pairs = None if databases is None else databases.pairs
+    with open_trace(arguments.trace, database=pairs, memory_bytes=memory_bytes) as trace:
         import duckdb
 
         tell_faults(trace)

@@ -1,4 +1,4 @@
-"""What a database says of identifiers: their names, and the cycle times that they should keep."""
+"""What databases say of identifiers: their names, and the cycle times that they should keep."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from typing import TYPE_CHECKING
 from canwire import Frame, LinFrame
 
 if TYPE_CHECKING:
-    from canwire import Database, IdentifierStatistics, MessageDescription
+    from canwire import IdentifierStatistics, MessageDescription
+    from canwire.commands.databases.chosen import Databases
 
 
 class Expected:
-    """Of one database; asked for every identifier of a log."""
+    """Of each channel's databases; asked for every identifier of a log."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
+    def __init__(self, databases: Databases) -> None:
+        self._databases = databases
 
     def message(self, one: IdentifierStatistics) -> MessageDescription | None:
-        """None for an identifier that the database does not know."""
-        return self._database.message_of(
-            LinFrame(one.id) if one.lin else Frame(one.id, extended=one.extended)
-        )
+        """By the first of its channel's databases that knows the identifier; None where none does."""
+        frame = LinFrame(one.id) if one.lin else Frame(one.id, extended=one.extended)
+        found = (database.message_of(frame) for database in self._databases.of(one.channel))
+        return next((message for message in found if message is not None), None)
 
     def deviation(self, one: IdentifierStatistics) -> float | None:
         """By how many percent the mean period is longer than the cycle time; None where one of both is missing."""
@@ -35,6 +36,7 @@ class Expected:
         met = {message.name for message in map(self.message, found) if message is not None}
         return [
             message
-            for message in self._database.messages.values()
+            for database in self._databases.all
+            for message in database.messages.values()
             if message.cycle_s and message.name not in met
         ]

@@ -4,6 +4,7 @@ canwire stats drive.log                            of any format; several logs: 
 canwire stats drive.log --bit-rate 500000          with the load, where the log has no bit rates itself
 canwire stats drive.log --bit-rate can0=500000     of this channel only; again, or with commas: several
 canwire stats drive.log --db car.dbc               with names, and periods beside the database's cycle times
+canwire stats drive.log --db can0=car.dbc --db can1=car.dbc    a database for each channel
 canwire stats day-0001.log day-0002.log --together    the files of a rotated recording as one log
 canwire stats drive.log --json                     an object, for programs
 
@@ -22,11 +23,11 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from canwire import BadValue, Log, log_statistics, open_log
-from canwire.commands.databases.chosen import add_database_argument, database_of
+from canwire.commands.databases.chosen import Databases, add_database_argument, databases_of
 from canwire.commands.logs.faults import tell_faults
 
 if TYPE_CHECKING:
-    from canwire import Database, LogStatistics
+    from canwire import LogStatistics
     from canwire.commands.stats.expected import Expected
 
 
@@ -38,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("data-bit-rate", "likewise, behind the bit-rate switch"),
     ):
         parser.add_argument(f"--{name}", action="append", default=[], metavar="[CHANNEL=]BIT/S", help=what)
-    add_database_argument(parser, "names and cycle times")
+    add_database_argument(parser, "names and cycle times", several=True)
     parser.add_argument("--together", action="store_true", help="all logs are one that goes on")
     parser.add_argument(
         "--from", dest="form", metavar="FORMAT", help="what LOG is, if its first bytes do not tell"
@@ -49,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print numbers; 1 for faults in a log. BadLog for a file that is none, BadValue, BadDescription, OSError."""
     rates = [_rates(name, getattr(arguments, name)) for name in ("bit_rate", "data_bit_rate")]
-    expected = _expected(database_of(arguments))
+    expected = _expected(databases_of(arguments))
     faults = 0
     for names in [arguments.logs] if arguments.together else [[name] for name in arguments.logs]:
         with ExitStack() as closing:
@@ -78,12 +79,12 @@ def _show(
             print(line)
 
 
-def _expected(database: Database | None) -> Expected | None:
-    if database is None:
+def _expected(databases: Databases | None) -> Expected | None:
+    if databases is None:
         return None
     from canwire.commands.stats.expected import Expected
 
-    return Expected(database)
+    return Expected(databases)
 
 
 def _rates(name: str, texts: Sequence[str]) -> dict[str, int]:

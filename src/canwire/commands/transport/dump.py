@@ -64,12 +64,13 @@ class Side:
         self._isotp = isotp
         self._waiting: deque[Any] = deque()
         self._id, self._extended = parsed_id("--rx", arguments.tx if swapped else arguments.rx)
+        self._address = address_of(arguments, swapped=swapped)
         self._errors: list[Exception] = []
         params = {**params_of(arguments), "listen_mode": True, "rx_consecutive_frame_timeout": 3_600_000}
         self._logic = isotp.TransportLayerLogic(
             lambda timeout: self._waiting.popleft() if self._waiting else None,
             lambda message: None,
-            address_of(arguments, swapped=swapped),
+            self._address,
             self._errors.append,
             params,
         )
@@ -79,6 +80,8 @@ class Side:
         if (frame.id, frame.extended) != (self._id, self._extended) or frame.remote:
             return 0
         message = message_of(frame, self._isotp.CanMessage)
+        if not self._address.is_for_me(message):  # with another byte before it
+            return 0
         if not messages_only:
             print(f"{frame.timestamp_ns / 1e9:.6f} {frame.id:03X}  {self._told(message)}")
         self._waiting.append(message)
@@ -98,7 +101,7 @@ class Side:
     def _told(self, message: Any) -> str:
         """Its kind in words, as isotpdump shows it."""
         try:
-            pdu = self._isotp.protocol.PDU(message)
+            pdu = self._isotp.protocol.PDU(message, self._address.get_rx_prefix_size())
         except ValueError as error:
             return f"{message.data.hex(' ').upper()}: {error}"
         kinds = pdu.Type

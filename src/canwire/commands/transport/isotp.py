@@ -3,6 +3,7 @@
 canwire isotp send can0 22F190                    a message to 7E0; flow control comes from 7E8
 canwire isotp send can0 22F190 --answer           and print what comes back
 canwire isotp send can0 - --tx 18DA10F1 --rx 18DAF110    hex from standard input, identifiers of 29 bits
+canwire isotp send can0 22F190 -x 12:F1 --tx 6F1 --rx 612    extended addressing: 12 before what is sent
 canwire isotp recv can0 --tx 7E8 --rx 7E0 -n 1    be the other side: print a message, and send its flow control
 canwire isotp dump can0                           only listen: each frame, and each message that is complete
 canwire isotp dump can0 --messages --seconds 10   messages alone

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from canwire import Hub
 
 _QUEUE = 4096
+_EXTENSION = re.compile(r"([0-9A-Fa-f]{1,2})(?::([0-9A-Fa-f]{1,2}))?")
 _ID = re.compile(r"(?:0x)?([0-9A-Fa-f]{1,8})")
 
 
@@ -28,6 +29,12 @@ def add_transport_arguments(parser: argparse.ArgumentParser, *, tx: str = "7E0",
         "-s", "--tx", default=tx, metavar="ID", help=f"identifier of what is sent; 8 digits: 29 bits ({tx})"
     )
     parser.add_argument("-d", "--rx", default=rx, metavar="ID", help=f"identifier of what is received ({rx})")
+    parser.add_argument(
+        "-x",
+        "--extended",
+        metavar="TO[:FROM]",
+        help="extended addressing: the byte before what is sent and, if it is another, before what is received: F1:12",
+    )
     parser.add_argument("--fd", action="store_true", help="send CAN FD frames of up to 64 bytes, with BRS")
     parser.add_argument("--pad", metavar="HEX", help="fill frames up with this byte: CC")
     parser.add_argument(
@@ -67,8 +74,23 @@ def address_of(arguments: argparse.Namespace, *, swapped: bool = False) -> Any:
     if tx == rx:
         raise BadValue(f"--tx {arguments.tx}: the same as --rx; each side has an identifier of its own")
     modes = isotp.AddressingMode
-    mode = modes.Normal_29bits if extended else modes.Normal_11bits
-    return isotp.Address(mode, txid=rx, rxid=tx) if swapped else isotp.Address(mode, txid=tx, rxid=rx)
+    sent, received = parsed_extension(arguments.extended)
+    if swapped:
+        tx, rx, sent, received = rx, tx, received, sent
+    if sent is None:
+        return isotp.Address(modes.Normal_29bits if extended else modes.Normal_11bits, txid=tx, rxid=rx)
+    mode = modes.Extended_29bits if extended else modes.Extended_11bits
+    return isotp.Address(mode, txid=tx, rxid=rx, target_address=sent, source_address=received)
+
+
+def parsed_extension(text: str | None) -> tuple[int | None, int | None]:
+    """The bytes before what is sent and what is received; None without extended addressing. Raises BadValue."""
+    if text is None:
+        return None, None
+    found = _EXTENSION.fullmatch(text)
+    if found is None:
+        raise BadValue(f"--extended {text}: one or two bytes in hex, F1 or F1:12")
+    return int(found[1], 16), int(found[2] or found[1], 16)
 
 
 def params_of(arguments: argparse.Namespace) -> dict[str, Any]:

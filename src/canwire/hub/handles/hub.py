@@ -101,6 +101,10 @@ class Hub(Client):
 
     # lines
 
+    def obstacle(self, board: BoardInfo, line: int) -> str:
+        """What keeps a real adapter's CAN line off its bus; "" where nothing does. Simulated boards are not asked."""
+        return self.line_status(board.id, line).obstacle if "Port" in dict(board.resources) else ""
+
     def line_statuses(self, boards: Iterable[int]) -> dict[tuple[int, int], LineStatus]:
         """The CAN lines of many boards by board and line, in few calls; those of a board that has gone are left out."""
         pages = (self.call(m.GetLineStatuses(some)) for some in _pages(boards))

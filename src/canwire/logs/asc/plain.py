@@ -45,6 +45,7 @@ def records(fields: Fields, those: Any, zero_ns: int) -> tuple[numpy.ndarray, An
     good &= received | sent
     code, fine = fields.at(_DLC, those).hexadecimal(1)
     good &= fine & fill_data(fields, those, _DATA, numpy.minimum(code, 8), found["data"])
+    good &= (code <= 8) | (fields.count[those] <= _DATA + 8)
     found["time_ns"] = numpy.where(good, time_ns, 0) + zero_ns
     found["id"] = numpy.where(good, identifier, 0)
     found["info"] = code << DLC_SHIFT | numpy.where(extended, EXTENDED, 0)

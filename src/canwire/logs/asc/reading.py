@@ -118,6 +118,8 @@ class _Parser:
         data = bytes(int(byte, self._base) for byte in rest[:count])
         if len(data) < count:
             raise BadText(f"length {dlc}, but {len(data)} bytes")
+        if dlc > 8 and not remote and re.fullmatch("[0-9A-Fa-f]{2,3}", "".join(rest[8:9])):
+            raise BadText(f"more than 8 bytes behind length code {dlc}: a line of CAN FD begins with CANFD")
         frame = Frame(
             int(found[2], self._base),
             data,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _CHUNK = 1 << 21  # bytes: some 40,000 lines
 _CENTURY_NS = 100 * 365 * 86_400 * 10**9
-_LOG = re.compile(rb"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-Za-z_]+#")
+_LOG = re.compile(rb"\s*\( *\d+\.\d+\)\s+\S+\s+[0-9A-Za-z_]+#")
 _SCREEN = re.compile(
     rb"\s*(?:\(\d[\d.: -]*\)\s+)?[^\s()]+\s+(?:[RT]X [B-] [E-]\s+)?"
     rb"(?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})\s+(?:\[\d{1,2}\]|\{.\})"
@@ -123,7 +123,7 @@ def _parsed(text: str) -> LogEntry:
     try:
         return LogEntry(*parse_log_line(text))
     except BadText as error:
-        if "#" not in text:
+        if _SCREEN.match(text.encode()):  # -a shows the data, which may be a #
             return LogEntry(*parse_candump_line(text))
         try:
             return LogEntry(*parse_lin_log_line(text))

@@ -42,6 +42,8 @@ def read(source: Source) -> Iterator[LogBatch]:
     try:
         with asammdf.MDF(source.path, process_bus_logging=False) as mdf:
             records = _read(source, mdf)
+    except BadLog:
+        raise
     except (asammdf.blocks.utils.MdfException, ValueError, IndexError, KeyError, OSError) as error:
         raise BadLog(f"{source.path}: asammdf cannot read it: {error}") from None
     for at in range(0, len(records), _AT_ONCE):

@@ -27,12 +27,15 @@ from canwire.values.record import (
 if TYPE_CHECKING:
     import numpy
 
-CAN_LINK, LIN_LINK = 227, 212
+CAN_LINK, LIN_LINK, COOKED_LINK = 227, 212, 113
 CLASSIC_SIZE, FD_SIZE = 16, 72  # of a packet: struct can_frame, struct canfd_frame
 _EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _BRS, _ESI, _FDF = 1, 2, 4
 _HEAD = struct.Struct(">IBBxB")
 _LIN_HEAD = struct.Struct(">B3xBBBB")
+_COOKED = struct.Struct(">H12xH")
+_COOKED_CAN = (0x000C, 0x000D)  # and CAN FD
+_OUTGOING = 4
 _CLASSIC_SUM, _ENHANCED_SUM = 1, 2
 _NO_RESPONSE, _FRAMING, _PARITY, _CHECKSUM = 1, 2, 4, 8
 _LIN_ERRORS = {
@@ -73,6 +76,18 @@ def content_of_packet(link: int, packet: bytes, timestamp_ns: int, sent: bool) -
         )
     dlc = code if length == 8 and 9 <= code <= 15 else length
     return Frame(id, data, extended=extended, dlc=dlc, timestamp_ns=timestamp_ns)
+
+
+def of_cooked(packet: bytes, order: str) -> tuple[bytes, bool]:
+    """A packet of Linux's "any" interface as one of CAN_LINK, and whether it was sent; raises BadText, struct.error.
+
+    Its identifier has the byte order of the file. Source: tcpdump.org, LINKTYPE_LINUX_SLL; libpcap pcap-util.c.
+    """
+    kind, protocol = _COOKED.unpack_from(packet)
+    if protocol not in _COOKED_CAN:
+        raise BadText(f"a packet of protocol {protocol:#06x}, not of CAN")
+    (word,) = struct.unpack_from(order + "I", packet, _COOKED.size)
+    return word.to_bytes(4, "big") + packet[_COOKED.size + 4 :], kind == _OUTGOING
 
 
 def packet_of_event(event: BusEvent) -> bytes:

@@ -30,10 +30,12 @@ from canwire.logs.pcapng.blocks import (
 from canwire.logs.pcapng.packets import (
     CAN_LINK,
     CLASSIC_SIZE,
+    COOKED_LINK,
     FD_SIZE,
     LIN_LINK,
     content_of_packet,
     frames_of_packets,
+    of_cooked,
 )
 from canwire.logs.pcapng.writing import OURS
 from canwire.logs.source import Source
@@ -51,7 +53,7 @@ _PCAP = {  # magic number of a pcap file: byte order, nanoseconds in a stamp's f
 }
 _AT_ONCE = 20_000
 _READ = 1 << 21
-_LINKS = {CAN_LINK, LIN_LINK}
+_LINKS = {CAN_LINK, LIN_LINK, COOKED_LINK}
 _WRONG = (BadText, BadFrame, struct.error, ValueError, IndexError)
 
 
@@ -205,8 +207,11 @@ class _Reader:
         if comment.startswith(f"{OURS}CAN_EVENT "):
             content = content_of_detail(LogKind.CAN_EVENT, comment.split(" ", 2)[2], time_ns)
         else:
-            packet = one.body[20 : 20 + size]
-            content = content_of_packet(interface.link, packet, time_ns, direction == "T")
+            packet, link = one.body[20 : 20 + size], interface.link
+            if link == COOKED_LINK:
+                packet, sent = of_cooked(packet, one.order)
+                link, direction = CAN_LINK, "T" if sent else "R"
+            content = content_of_packet(link, packet, time_ns, direction == "T")
         return LogEntry(time_ns, self._source.channels[interface.channel], content, direction)
 
     def _statistics(self, one: Block) -> LogEntry | None:
@@ -277,7 +282,11 @@ def _read_pcap(source: Source, order: str, scale: int) -> Iterator[LogBatch]:
         seconds, rest = struct.unpack_from(order + "II", block)
         time_ns = seconds * 10**9 + rest * scale
         try:
-            found.append(LogEntry(time_ns, "can0", content_of_packet(link, packet, time_ns, False)))
+            if link == COOKED_LINK:
+                packet, sent = of_cooked(packet, order)
+            direction = None if link != COOKED_LINK else "T" if sent else "R"
+            content = content_of_packet(CAN_LINK if direction else link, packet, time_ns, False)
+            found.append(LogEntry(time_ns, "can0", content, direction))
         except _WRONG as error:
             source.fault(f"byte {at}", str(error))
         at += 16 + size

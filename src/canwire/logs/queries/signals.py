@@ -1,12 +1,14 @@
-"""Signals of a database's messages as tables, decoded while a query runs, and only those that it asks for.
+"""Signals of databases' messages as tables, decoded while a query runs, and only those that it asks for.
 
 `signals` joins frames with a small table of what the database says. DuckDB hands a filter by message or signal through
-the join to the files as a filter by identifier, of which a trace's file has few row groups.
+the join to the files as a filter by identifier, of which a trace's file has few row groups. Of several databases the
+first of a channel's that knows a frame counts, its own before those of all channels.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from canwire.databases.database import Database
@@ -14,18 +16,21 @@ from canwire.databases.description import MessageDescription
 from canwire.databases.matching import Matching, key_of
 from canwire.errors import BadValue
 from canwire.logs.queries.decoding import SignalFunctions
-from canwire.logs.queries.views import named
+from canwire.logs.queries.views import named, quoted
 from canwire.logs.tables.arrow import load_pyarrow
 
 _SIGNALS = """
 select time_ns, time, channel, message, signal, value, signal_text(number, data) as text, unit, row from (
     select f.time_ns, f.time, f.channel, s.message, s.signal, signal_value(s.number, f.data) as value, s.unit,
         s.number, f.data, f.row
-    from main.frames f join main.database_signals s on f.id = s.id and f.extended = s.extended where not f.remote
+    from main.frames f join main.database_signals s on f.id = s.id and f.extended = s.extended{and_channel}
+    where not f.remote
 ) where value is not null
 """
 _SCHEMA = "database_messages"  # where the views by message stand, behind all tables of ours
-_COLUMNS = ("id", "extended", "message", "signal", "unit", "number")
+_COLUMNS = ("channel", "id", "extended", "message", "signal", "unit", "number")
+_Place = tuple[str | None, int, bool]
+"""A channel, None for all, an identifier and whether it has 29 bits."""
 
 
 class SignalTables:
@@ -34,60 +39,81 @@ class SignalTables:
     Raises BadValue for a database of LIN frames.
     """
 
-    def __init__(self, connection: Any, database: Database) -> None:
-        listed = database.messages
-        if any(one.lin for one in listed.values()):
+    def __init__(self, connection: Any, databases: Sequence[tuple[str, Database]]) -> None:
+        self.path = ", ".join(database.path for _, database in databases)
+        listed = [one for _, database in databases for one in database.messages.values()]
+        if any(one.lin for one in listed):
             raise BadValue(
-                f"{database.path}: signals of LIN frames are no table of a query yet; those of CAN are"
+                f"{self.path}: signals of LIN frames are no table of a query yet; those of CAN are"
             )
         self._connection = connection
-        decodable = [one for one in listed.values() if one.decodable]
-        self._messages = {one.name.lower(): one for one in reversed(decodable)}  # SQL's names have no case
-        self._functions = SignalFunctions(decodable)
+        self._by_channel = len(databases) > 1 or bool(databases[0][0])
+        self._messages: dict[str, list[MessageDescription]] = {}  # SQL's names have no case
+        for message in listed:
+            if message.decodable:
+                same = self._messages.setdefault(message.name.lower(), [])
+                same += [message] if self._by_channel or not same else []
+        self._functions = SignalFunctions([one for one in listed if one.decodable])
         self._made: set[str] = set()
-        self.path = database.path
-        self.names = list(listed)
-        self.signal_names = list(dict.fromkeys(name for one in listed.values() for name in one.signals))
-        self._ids = self._identifiers(list(listed.values()))
+        self.names = list(dict.fromkeys(one.name for one in listed))
+        self.signal_names = list(dict.fromkeys(name for one in listed for name in one.signals))
+        self._places = self._placed(databases) if self._by_channel else self._identified(listed)
         self._functions.register(connection)
         self._create()
 
     def mention(self, query: str) -> None:
         """Make the views of the messages that this query has the name of."""
         for word in {word.lower() for word in re.findall(r"\w+", query)}:
-            message = self._messages.get(word)
-            if message is not None and word not in self._made:
+            messages = self._messages.get(word)
+            if messages and word not in self._made:
                 self._made.add(word)
-                view = f"{_SCHEMA}.{named(message.name)}"
-                self._connection.execute(f"create view {view} as {self._wide(message)}")
+                view = f"{_SCHEMA}.{named(messages[0].name)}"
+                parts = " union all by name ".join(self._wide(one) for one in messages)
+                self._connection.execute(f"create view {view} as {parts}")
 
-    def _identifiers(self, messages: list[MessageDescription]) -> dict[str, list[tuple[int, bool]]]:
-        """By message its identifiers in this trace: a J1939 message has many, and the frames tell which."""
+    def _identified(self, messages: list[MessageDescription]) -> dict[int, list[_Place]]:
+        """By message (its id()) its identifiers in this trace: a J1939 message has many, and the frames tell which."""
         if not any(message.j1939 for message in messages):
-            return {message.name: [(message.id, message.extended)] for message in messages}
+            return {id(message): [(None, message.id, message.extended)] for message in messages}
         matching = Matching(messages)
-        found: dict[str, list[tuple[int, bool]]] = {message.name: [] for message in messages}
+        found: dict[int, list[_Place]] = {id(message): [] for message in messages}
         there = self._connection.execute("select distinct id, extended from main.frames").fetchall()
-        for id, extended in sorted(there):
-            number = matching.find(key_of(id, extended))
-            if number >= 0:
-                found[messages[number].name].append((id, extended))
+        for number, extended in sorted(there):
+            place = matching.find(key_of(number, extended))
+            if place >= 0:
+                found[id(messages[place])].append((None, number, extended))
+        return found
+
+    def _placed(self, databases: Sequence[tuple[str, Database]]) -> dict[int, list[_Place]]:
+        """The same of several databases, by the channels that the frames are on."""
+        known = [(channel, list(one.messages.values())) for channel, one in databases]
+        matchings = [(channel, messages, Matching(messages)) for channel, messages in known]
+        matchings.sort(key=lambda one: not one[0])  # those of one channel first
+        found: dict[int, list[_Place]] = {id(message): [] for _, messages in known for message in messages}
+        there = self._connection.execute("select distinct channel, id, extended from main.frames").fetchall()
+        for channel, number, extended in there:
+            for own, messages, matching in matchings:
+                place = matching.find(key_of(number, extended)) if own in ("", channel) else -1
+                if place >= 0:
+                    found[id(messages[place])].append((channel, number, extended))
+                    break
         return found
 
     def _create(self) -> None:
         arrow, run = load_pyarrow(), self._connection.execute
         rows = [
-            (id, extended, message.name, signal.name, signal.unit, number)
+            (*place, message.name, signal.name, signal.unit, number)
             for number, (message, signal) in enumerate(self._functions.signals)
-            for id, extended in self._ids[message.name]
+            for place in self._places[id(message)]
         ]
-        kinds = (arrow.uint32(), arrow.bool_(), *(arrow.string(),) * 3, arrow.int32())
+        kinds = (arrow.string(), arrow.uint32(), arrow.bool_(), *(arrow.string(),) * 3, arrow.int32())
         columns = [arrow.array([row[place] for row in rows], kind) for place, kind in enumerate(kinds)]
         self._connection.register("database_rows", arrow.table(columns, list(_COLUMNS)))
         run("create table database_signals as select * from database_rows")
         self._connection.unregister("database_rows")
         run("create view messages as select distinct message, id, extended from database_signals")
-        run(f"create view signals as {_SIGNALS}")
+        and_channel = " and f.channel = s.channel" if self._by_channel else ""
+        run(f"create view signals as {_SIGNALS.format(and_channel=and_channel)}")
         run(f"create schema {_SCHEMA}; set search_path = 'main,{_SCHEMA}'")
 
     def _wide(self, message: MessageDescription) -> str:
@@ -97,8 +123,11 @@ class SignalTables:
             for number, (one, signal) in enumerate(self._functions.signals)
             if one is message
         )
-        ids = ", ".join(str(id) for id, _ in self._ids[message.name]) or "null"
+        places = self._places[id(message)]
+        ids = ", ".join(dict.fromkeys(str(number) for _, number, _ in places)) or "null"
+        pairs = ", ".join(f"({quoted(channel or '')}, {number})" for channel, number, _ in places) or "null"
         return (
             f"select time_ns, time, channel{columns}, row from main.frames "
             f"where id in ({ids}) and extended = {message.extended} and not remote"
+            + (f" and (channel, id) in ({pairs})" if self._by_channel and places else "")
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Sequence
 from typing import Any
 
 from canwire.databases.database import Database
@@ -16,6 +17,7 @@ from canwire.logs.queries.views import VIEWS, entries, quoted
 from canwire.logs.source import LogFault
 from canwire.values.checks import whole
 
+_Described = Database | str | os.PathLike[str]
 _LEAST = 64 << 20
 _USUAL = 512 << 20
 
@@ -28,7 +30,7 @@ class Trace:
     (a DuckDBPyConnection), for whatever else it can do.
     """
 
-    def __init__(self, path: str, database: Database | None, memory_bytes: int) -> None:
+    def __init__(self, path: str, databases: Sequence[tuple[str, Database]], memory_bytes: int) -> None:
         duckdb = _duckdb()
         self.path = path
         self._home = tempfile.TemporaryDirectory(prefix="canwire-")
@@ -47,8 +49,8 @@ class Trace:
             self.connection.execute(f"create view entries as {entries(self._source)}")
             for name, text in VIEWS.items():
                 self.connection.execute(f"create view {name} as {text}")
-            if database is not None:
-                self._signals = SignalTables(self.connection, database)
+            if databases:
+                self._signals = SignalTables(self.connection, databases)
         except BaseException:
             self.close()
             raise
@@ -129,22 +131,34 @@ class Trace:
 def open_trace(
     path: str | os.PathLike[str],
     *,
-    database: Database | str | os.PathLike[str] | None = None,
+    database: _Described | Sequence[tuple[str, _Described]] | None = None,
     memory_bytes: int = _USUAL,
 ) -> Trace:
     """A trace to ask by SQL: a folder that `record` or `create_log` wrote, a Parquet file, or any other log.
 
     A log of another format is written as a trace first, in a temporary folder. `database` gives names to frames: a
-    `Database`, or the file of one. DuckDB takes at most `memory_bytes`, and what does not fit goes to the disk. Needs
-    canwire[query]. Raises BadLog, BadDescription, BadValue, ExtraMissing, OSError.
+    `Database`, or the file of one, or several as pairs: the channel that it describes, "" for all, and the database.
+    DuckDB takes at most `memory_bytes`, and what does not fit goes to the disk. Needs canwire[query]. Raises BadLog,
+    BadDescription, BadValue, ExtraMissing, OSError.
 
     >>> with open_trace("day/") as trace:  # doctest: +SKIP
     ...     trace.sql("select id, count(*) from frames group by id order by 2 desc").fetchall()
     """
     whole("memory_bytes", memory_bytes, _LEAST, 1 << 50)
-    if database is not None and not isinstance(database, Database):
-        database = load_database(database)
-    return Trace(os.fspath(path), database, memory_bytes)
+    return Trace(os.fspath(path), _databases(database), memory_bytes)
+
+
+def _databases(
+    told: _Described | Sequence[tuple[str, _Described]] | None,
+) -> list[tuple[str, Database]]:
+    """Each with its channel, "" for all; raises BadDescription, BadValue."""
+    if told is None:
+        return []
+    if isinstance(told, Database | str | os.PathLike):
+        told = [("", told)]
+    if not all(isinstance(one, tuple) and len(one) == 2 and isinstance(one[0], str) for one in told):
+        raise BadValue(f"database {told!r}: a database, or pairs of a channel and its database")
+    return [(channel, one if isinstance(one, Database) else load_database(one)) for channel, one in told]
 
 
 def _duckdb() -> Any:

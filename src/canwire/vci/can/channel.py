@@ -70,6 +70,7 @@ class _Channel(QueueObject[T]):
         end = self._lease.writing
         sibling = self._siblings(end, IID_IFifoWriter, self.get_writer)
         writer = FifoWriter(end, self._form, partial(self._give_back, "writer"), sibling)
+        writer.obstacle = self._line.obstacle
         self._ends["writer"] = writer
         return writer
 

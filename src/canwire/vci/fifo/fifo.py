@@ -220,6 +220,8 @@ class FifoWriter(FifoEnd[T]):
     """IFifoWriter: the end of a FIFO that elements are written to. Source: manual 4.1.2 and 6.4.1."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IFifoWriter})
+    obstacle: Callable[[], str] = staticmethod(str)
+    """What keeps the line behind it off its bus."""
 
     @vci_call
     def put_data_entry(self, data: Any) -> None:
@@ -230,7 +232,7 @@ class FifoWriter(FifoEnd[T]):
         cell = self._form.store(data)
         self._drop_block()
         if not self._ring.free():
-            raise VciError.of(VCI_E_TXQUEUE_FULL, self._end.lease.name)
+            raise self._full()
         self._ring.put_bytes(cell)
         self._end.touched()
 
@@ -242,7 +244,7 @@ class FifoWriter(FifoEnd[T]):
         """
         cells = self._ring.acquire_free(self._ring.capacity)
         if not cells:
-            raise VciError.of(VCI_E_TXQUEUE_FULL, self._end.lease.name)
+            raise self._full()
         return self._hand_out(cells, writable=True)
 
     @vci_call
@@ -259,3 +261,7 @@ class FifoWriter(FifoEnd[T]):
         if count:
             self._ring.commit(count)
         self._end.touched()
+
+    def _full(self) -> VciError:
+        why = self.obstacle()
+        return VciError.of(VCI_E_TXQUEUE_FULL, self._end.lease.name + (f": {why}" if why else ""))

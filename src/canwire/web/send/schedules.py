@@ -90,7 +90,7 @@ class Schedules:
             raise BadValue(f"{key}: this description is not open any more")
         network = self._network(file)
         if name not in network.schedules:
-            raise BadValue(f"{key}: there is no such schedule")
+            raise BadValue(f"{key}: {network.unusable.get(name, 'there is no such schedule')}")
         return network.schedules[name], list(network.responses(network.master).values())
 
     def _network(self, key: str) -> ldf.LinDescription:
