@@ -252,6 +252,11 @@ def test_the_control_of_a_lin_line_is_given_back(client: httpx.Client, hub: canw
     client.post("/send/put", data={**GOOD, "line": place.address, "format": "lin", "id": "10"})
     client.post("/send/now", data={"number": "1"})
     client.post("/send/remove", data={"number": "1"})
+    hub.open_lin_control(place.board.id, place.line).close()
+    assert hub.lin_status(place.board.id, place.line).status.running  # nobody else has to hold it
+    again = client.post("/send/lin-up", data={"line": place.address, "rate": "10000", "role": "slave"})
+    assert again.status_code == 200, again.text
+    client.post("/send/lin-down", data={"line": place.address})
     with hub.open_lin_control(place.board.id, place.line) as control:
         control.initialise(LinMode(True, 9600))
 

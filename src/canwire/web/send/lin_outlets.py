@@ -55,20 +55,23 @@ class LinOutlets:
         self._link = link
         self._lock = threading.RLock()
         self._held: dict[str, _Held] = {}
+        self._kept_up: dict[str, Monitor] = {}  # of lines started here: the hub resets a LIN line that nobody holds
         self._delivered: dict[int, int] = {}
         link.subscribe(lambda _: None, self.close)
 
     def bring_up(self, address: str, bit_rate: int, *, master: bool) -> None:
-        """Start this line, which goes on without this page; raises InUse, NoSuchBoard, BadValue."""
+        """Start this line, which goes on until `shut_down` or the server's end; raises InUse, NoSuchBoard, BadValue."""
         with self._lock:
             place = find_lin_line(self._link.hub, address)
             held = self._held.get(address)
             mode = LinMode(master, bit_rate, errors=True)
             if held is not None:
                 self._drop_line(address)
+            self._give_up(address)
             with self._link.hub.open_lin_control(place.board.id, place.line) as control:
                 control.initialise(mode)
                 control.start()
+                self._kept_up[address] = self._link.hub.open_monitor(place.board.id, place.line)
 
     def shut_down(self, address: str) -> None:
         """Stop it; raises InUse, NoSuchBoard."""
@@ -77,6 +80,7 @@ class LinOutlets:
             self._drop_line(address)
             with self._link.hub.open_lin_control(place.board.id, place.line) as control:
                 control.stop()
+            self._give_up(address)
 
     def send(self, row: int, address: str, frame: LinFrame) -> None:
         """Put it on the bus as soon as that is free.
@@ -146,6 +150,13 @@ class LinOutlets:
             self.stop_schedules()
             for address in list(self._held):
                 self._drop_line(address)
+            for address in list(self._kept_up):
+                self._give_up(address)
+
+    def _give_up(self, address: str) -> None:
+        kept = self._kept_up.pop(address, None)
+        if kept is not None:
+            kept.close()
 
     def _line(self, address: str) -> _Held:
         held = self._held.get(address)
