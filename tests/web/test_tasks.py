@@ -250,7 +250,7 @@ def replay(user: User) -> None:
     user.click("Replay…")
     user.page.get_by_label("Speed").fill("2")
     user.click("Start the replay")
-    user.page.get_by_text("20 frames sent, 20 acknowledged").wait_for()
+    user.page.get_by_text("20 frames sent, 20 acknowledged or heard").wait_for()
 
 
 @task("trace", "load a database", 3)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from canwire import BadValue, CanwireError
 from canwire.web.cancheck.recipe import Outgoing, Recipe
+from canwire.web.words import Trouble
 
 MS = 1_000_000  # ns
 RETRY_NS = 5 * MS  # before looking again for room in the send buffer
@@ -55,7 +56,9 @@ class Generators:
         self._clock_ns = clock_ns
         self._changed = threading.Condition(threading.RLock())
         self._all: list[_Generator] = []
-        self._queue: list[tuple[int, int, int]] = []  # due_ns, turn and number; of active ones the latest entry counts
+        self._queue: list[
+            tuple[int, int, int]
+        ] = []  # due_ns, turn and number; of active ones the latest entry counts
         self._turns = 0
 
     def rows(self) -> list[Row]:
@@ -169,7 +172,7 @@ class Generators:
         try:
             room = self._send(one.number, one.recipe.message(one.step))
         except CanwireError as error:
-            one.active, one.waits, one.trouble = False, False, str(error)
+            one.active, one.waits, one.trouble = False, False, Trouble.of(error)
             return True
         one.waits = not room
         if room:

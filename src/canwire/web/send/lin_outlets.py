@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from canwire.web.link import HubLink
 
 _QUEUE = 1024
+Sender = int | str
+"""Who sends: a row of the transmit list by its number, or something else by its name."""
 
 
 class _Held:
@@ -33,9 +35,9 @@ class _Held:
         self.place = place
         self.control: LinControl = hub.open_lin_control(place.board.id, place.line)
         self.monitor: Monitor = hub.open_monitor(place.board.id, place.line)
-        self.rows: set[int] = set()
+        self.rows: set[Sender] = set()
         self.scheduled = False
-        self.waiting: tuple[int, int] | None = None  # the row whose frame is on its way, and its identifier
+        self.waiting: tuple[Sender, int] | None = None  # whose frame is on its way, and its identifier
         try:
             self.monitor.set_up(LinMonitorMode(receive=_QUEUE, events=(int(LinEventKind.ERROR),)))
             self.monitor.activate()
@@ -55,8 +57,10 @@ class LinOutlets:
         self._link = link
         self._lock = threading.RLock()
         self._held: dict[str, _Held] = {}
-        self._kept_up: dict[str, Monitor] = {}  # of lines started here: the hub resets a LIN line that nobody holds
-        self._delivered: dict[int, int] = {}
+        self._kept_up: dict[
+            str, Monitor
+        ] = {}  # of lines started here: the hub resets a LIN line that nobody holds
+        self._delivered: dict[Sender, int] = {}
         link.subscribe(lambda _: None, self.close)
 
     def bring_up(self, address: str, bit_rate: int, *, master: bool) -> None:
@@ -82,7 +86,7 @@ class LinOutlets:
                 control.stop()
             self._give_up(address)
 
-    def send(self, row: int, address: str, frame: LinFrame) -> None:
+    def send(self, row: Sender, address: str, frame: LinFrame) -> None:
         """Put it on the bus as soon as that is free.
 
         Raises WrongState for a line that is no running master, Busy while the frame before is not over, NoSuchBoard.
@@ -98,7 +102,20 @@ class LinOutlets:
             held.rows.add(row)
             held.waiting = row, frame.id
 
-    def delivered(self, row: int) -> int:
+    def hold(self, row: Sender, address: str) -> None:
+        """Keep the line's control until `drop`; raises WrongState for a line that is no running master, InUse."""
+        with self._lock:
+            self._line(address).rows.add(row)
+
+    def under_way(self, row: Sender) -> bool:
+        """Whether a frame of this row is on the wire."""
+        with self._lock:
+            for held in self._held.values():
+                if held.waiting is not None and held.waiting[0] == row:
+                    return held.control.status().status.transmitting
+        return False
+
+    def delivered(self, row: Sender) -> int:
         """How many frames of this row were heard on the bus, headers with their answers."""
         with self._lock:
             for held in self._held.values():
@@ -106,7 +123,7 @@ class LinOutlets:
                     self._listen(held)
             return self._delivered.get(row, 0)
 
-    def drop(self, row: int) -> None:
+    def drop(self, row: Sender) -> None:
         """This row sends nothing any more."""
         with self._lock:
             for address, held in list(self._held.items()):

@@ -16,6 +16,7 @@ from canwire.web.trace.store.history import History
 from canwire.web.trace.store.lin import rows_of_lin
 from canwire.web.trace.store.rows import EVERY_LINE, GAP, LATE, LOST, mark_row, row_dtype, rows_of
 from canwire.web.trace.taps import Watched
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,9 +99,11 @@ class OpenedLog:
                     self._lin |= set(batch.records["channel"][_is_lin(batch.records)].tolist())
                     self._append(_rows(batch))
                 if log.fault_count:
-                    self._trouble = f"{log.fault_count} places could not be read; first {log.faults[0]}"
+                    self._trouble = Trouble.said(
+                        f"{log.fault_count} places could not be read; first {log.faults[0]}", "logfaults"
+                    )
         except (CanwireError, OSError) as error:
-            self._trouble = str(error)
+            self._trouble = Trouble.of(error)
 
     def _append(self, rows: numpy.ndarray) -> None:
         stamps = numpy.maximum(rows["record"]["time_ns"], self._zero_ns or 0) - numpy.uint64(

@@ -295,6 +295,6 @@ sources(viewing.look, (source) => {
   list.setFollow(!byFrame() && !source);
   element("body").scrollTop = 0;
 });
-replays(() => viewing.look, () => lines.watched);
+replays(() => viewing.look, () => lines.channels);
 element("save").addEventListener("click", () => offerMarked(marks.numbers.length));
 setMode(state.mode);

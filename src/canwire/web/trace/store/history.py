@@ -16,6 +16,7 @@ import numpy
 
 from canwire.web.trace.store.identifiers import Identifiers
 from canwire.web.trace.store.rows import LATE, ROW_BYTES, row_dtype
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -145,7 +146,7 @@ class History:
             if os.pwrite(self._file.fileno(), octets, chunk % self._slots * len(octets)) < len(octets):
                 raise OSError("the disk is full")
         except OSError as error:
-            self.trouble = str(error)
+            self.trouble = Trouble.of(error)
 
     def _stored(self, begin: int, end: int) -> numpy.ndarray:
         """Rows from the file, without those that were overwritten while they were read."""
