@@ -173,6 +173,7 @@ def test_plots_and_table_in_the_browser(page: Page, hub: canwire.Hub) -> None:
         page.get_by_text("No fault is set.").wait_for()
 
 
+@pytest.mark.finding("page A5")
 @pytest.mark.parametrize("time_s", [1, 7.000000001])
 def test_a_single_sample_is_plotted_at_any_time(browser: Browser, steady: Site, time_s: float) -> None:
     with tab(browser, steady.address) as page:
@@ -181,3 +182,6 @@ def test_a_single_sample_is_plotted_at_any_time(browser: Browser, steady: Site, 
         page.get_by_role("link", name="Statistics").click()
         page.get_by_role("img", name="Bus load: 25.0 % now").wait_for()
         page.locator(".u-axis").first.wait_for()
+        legend = page.locator("#plot-load .u-legend")
+        legend.get_by_text("25.0").wait_for()  # the newest value, where there is no cursor
+        assert f"{time_s:g} s" in legend.inner_text()

@@ -85,7 +85,9 @@ function fill(row, index) {
     else {
       const text = key in texts ? texts[key](place) : frameText(key, extra, age);
       if (cell.marked) cell.marked = "";
-      if (cell.textContent !== text) cell.textContent = text;
+      if (cell.textContent === text) return;
+      cell.textContent = text;
+      if (key === "data") cell.title = event ? text : ""; // words may be longer than their column
     }
   });
 }
