@@ -58,7 +58,7 @@ class Statistics:
         return self._desk.part(request, "statistics/table.jinja", lines=lines, latest=latest, peaks=peaks)
 
     def _samples(self, request: Request) -> Response:
-        """Columns of numbers: those of Sample, each a list; `epoch` is what to add to their times for the wall clock's."""
+        """Columns of numbers: those of Sample, each a list; `epoch` and its times are seconds since 1970."""
         address = request.query_params.get("line", "")[:_ADDRESS]
         after = request.query_params.get("after", "0")
         if not after.isdecimal() or len(after) > 12:
