@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from canwire.web.trace.store.kinds import Test, identifiers, is_frame, is_lin, is_mark
+from canwire.web.trace.store.kinds import Test, identifiers, is_frame, is_lin, is_mark, kind_of
 from canwire.web.trace.store.rows import EVERY_LINE, row_dtype
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST = 65_536  # different frames; rows of others are counted in `left_out`
-_CAN_KEY, _LIN_KEY = 0x00E004FF, 0x080000FF  # bits of the info word that make a frame another one
+_FD_AT, _FORMATS_AT, _HEADER_AT = 10, 21, 27  # bits of the info word that make a frame another one, with its kind
 _EXTRA = numpy.dtype(
     [("count", "<f8"), ("cycle", "<f8"), ("least", "<f8"), ("most", "<f8"), ("mean", "<f8"),
      ("changed", "<u8", 64)]
@@ -40,7 +40,7 @@ class Identifiers:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._places: dict[bytes, int] = {}
+        self._places: dict[int, int] = {}
         self._rows = numpy.zeros(64, row_dtype())
         self._extra = numpy.zeros(64, _EXTRA)
         self.left_out = 0
@@ -97,7 +97,7 @@ class Identifiers:
         keys = _keys(rows)
         found, first, inverse = numpy.unique(keys, return_index=True, return_inverse=True)
         places = numpy.array(
-            [self._place(key.tobytes(), rows[at]) for key, at in zip(found, first, strict=True)]
+            [self._place(key, rows, at) for key, at in zip(found.tolist(), first.tolist(), strict=True)]
         )
         every = places[inverse.reshape(-1)]
         self.left_out += int((every < 0).sum())
@@ -135,7 +135,7 @@ class Identifiers:
         self._extra[which] = extra
         self._rows[which] = rows[ends]
 
-    def _place(self, key: bytes, row: numpy.ndarray) -> int:
+    def _place(self, key: int, rows: numpy.ndarray, at: int) -> int:
         place = self._places.get(key)
         if place is None:
             if len(self._places) >= MOST:
@@ -144,18 +144,19 @@ class Identifiers:
             if place == len(self._rows):
                 self._rows = numpy.concatenate((self._rows, numpy.zeros(place, row_dtype())))
                 self._extra = numpy.concatenate((self._extra, numpy.zeros(place, _EXTRA)))
-            self._rows[place] = row
+            self._rows[place] = rows[at]
             self._rows[place]["record"]["time_ns"] = 0  # until it is added
             self._extra[place] = 0
             self._places[key] = place
         return place
 
 
-def _keys(rows: numpy.ndarray) -> numpy.ndarray:
-    """What rows of the same frame have in common, as 16 bytes each."""
-    info = rows["record"]["info"]
-    keys = numpy.zeros(len(rows), [("line", "<u4"), ("id", "<u4"), ("info", "<u4"), ("none", "<u4")])
-    keys["line"] = rows["line"]
-    keys["id"] = identifiers(rows)
-    keys["info"] = info & numpy.where(is_lin(rows), numpy.uint32(_LIN_KEY), numpy.uint32(_CAN_KEY))
-    return keys.view("V16").reshape(-1)
+def _keys(rows: numpy.ndarray) -> NDArray[numpy.uint64]:
+    """What rows of the same frame have in common: line, identifier, kind, and what else makes it another one."""
+    info, kind = rows["record"]["info"], kind_of(rows)
+    of_can = (info >> _FD_AT & 1) << 8 | (info >> _FORMATS_AT & 7) << 9
+    of_lin = (info >> _HEADER_AT & 1) << 12
+    keys: NDArray[numpy.uint64] = rows["line"].astype(numpy.uint64) * numpy.uint64(1 << 48)
+    keys |= identifiers(rows) * numpy.uint64(1 << 16)
+    keys |= kind | numpy.where(is_lin(rows), of_lin, of_can)
+    return keys
