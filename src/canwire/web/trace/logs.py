@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from canwire.web.trace.taps import Taps
 
 OPEN_PATH = "/trace/open"
+_AT_ONCE = 1 << 20  # bytes of a log that are written together
 _FOLDERS = ("trace", "journal")  # formats that are no single file
 
 
@@ -153,8 +154,13 @@ class Logs:
         path = Path(folder.name, name)
         try:
             with path.open("wb") as file:
+                pieces, size = [], 0
                 async for piece in request.stream():
-                    await run_in_threadpool(file.write, piece)
+                    pieces.append(piece)
+                    size += len(piece)
+                    if size >= _AT_ONCE or not piece:  # the last one is empty
+                        await run_in_threadpool(file.writelines, pieces)
+                        pieces, size = [], 0
             key = self._opened.open(name, folder, path)
         except (OSError, BadValue) as error:
             folder.cleanup()

@@ -110,7 +110,8 @@ class OpenedLog:
             self._zero_ns or 0
         )
         rows["record"]["time_ns"] = stamps
-        rows = rows[numpy.argsort(stamps, kind="stable")]
+        if (stamps[1:] < stamps[:-1]).any():
+            rows = rows[numpy.argsort(stamps, kind="stable")]
         if len(rows):
             rows["flags"] = numpy.where(rows["record"]["time_ns"] < self._newest_ns, LATE, 0)
             self._newest_ns = max(self._newest_ns, int(rows["record"]["time_ns"][-1]))

@@ -166,8 +166,9 @@ class History:
         parts = []
         at = begin
         while at < end:
-            stop = min((at // CHUNK + 1) * CHUNK, end)
-            place = (at // CHUNK % self._slots * CHUNK + at % CHUNK) * ROW_BYTES
+            chunk = at // CHUNK
+            stop = min((chunk - chunk % self._slots + self._slots) * CHUNK, end)  # the file goes round there
+            place = (chunk % self._slots * CHUNK + at % CHUNK) * ROW_BYTES
             with self._lock:
                 octets = b"" if self._file is None else os.pread(
                     self._file.fileno(), (stop - at) * ROW_BYTES, place)  # fmt: skip

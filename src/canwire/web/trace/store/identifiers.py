@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from canwire.web.trace.store.kinds import Test, identifiers, is_frame, is_lin, is_mark, kind_of
+from canwire.web.trace.store.kinds import Test, identifiers, is_frame, is_lin, is_mark, kind_of, lengths
 from canwire.web.trace.store.rows import EVERY_LINE, row_dtype
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ class Identifiers:
         self._places: dict[int, int] = {}
         self._rows = numpy.zeros(64, row_dtype())
         self._extra = numpy.zeros(64, _EXTRA)
+        self._width = 0  # bytes that any of them had
         self.left_out = 0
 
     def counts(self) -> NDArray[numpy.float64]:
@@ -84,11 +85,13 @@ class Identifiers:
         with self._lock:
             made._places, made._rows = dict(self._places), self._rows.copy()
             made._extra, made.left_out = self._extra.copy(), self.left_out
+            made._width = self._width
         return made
 
     def add(self, rows: numpy.ndarray) -> None:
         """Rows of the history, in its order."""
-        rows = rows[~is_mark(rows) & (rows["line"] != EVERY_LINE)]
+        wanted = ~is_mark(rows) & (rows["line"] != EVERY_LINE)
+        rows = rows if wanted.all() else rows[wanted]
         if len(rows):
             with self._lock:
                 self._take(rows)
@@ -100,40 +103,36 @@ class Identifiers:
             [self._place(key, rows, at) for key, at in zip(found.tolist(), first.tolist(), strict=True)]
         )
         every = places[inverse.reshape(-1)]
-        self.left_out += int((every < 0).sum())
-        rows, every = rows[every >= 0], every[every >= 0]
-        if len(rows):
-            order = numpy.argsort(every, kind="stable")
-            self._add(rows[order], every[order])
+        order = numpy.argsort(every, kind="stable")
+        beyond = int(numpy.searchsorted(every[order], 0))
+        self.left_out += beyond
+        if beyond < len(rows):
+            order = order[beyond:]
+            self._add(rows, order, every[order])
 
-    def _add(self, rows: numpy.ndarray, places: NDArray[numpy.intp]) -> None:
-        """Rows one frame after the other."""
+    def _add(self, rows: numpy.ndarray, order: NDArray[numpy.intp], places: NDArray[numpy.intp]) -> None:
+        """Rows in this order, one frame after the other; `places` are theirs in the table."""
         begins = numpy.flatnonzero(numpy.r_[True, places[1:] != places[:-1]])
-        ends = numpy.r_[begins[1:], len(rows)] - 1
+        ends = numpy.r_[begins[1:], len(order)] - 1
         which = places[begins]
         extra = self._extra[which]
-        before = rows[numpy.r_[0, : len(rows) - 1]]
-        before[begins] = self._rows[which]
-        stamps = rows["record"]["time_ns"].astype(numpy.int64)
-        apart = (stamps - before["record"]["time_ns"].astype(numpy.int64)).astype(float)
-        apart[before["record"]["time_ns"] == 0] = 0  # the first one
+        record = rows["record"]
+        stamps = record["time_ns"][order].astype(numpy.int64)
+        before = numpy.r_[0, stamps[:-1]]
+        before[begins] = self._rows["record"]["time_ns"][which]
+        apart = numpy.where(before == 0, 0, stamps - before).astype(float)  # 0: the first one
         known = apart > 0
-        changed = (rows["record"]["data"] != before["record"]["data"]) & known[:, None]
-        changed_ns = numpy.where(changed, stamps[:, None].astype(numpy.uint64), 0)
-        extra["changed"] = numpy.maximum(extra["changed"], numpy.maximum.reduceat(changed_ns, begins))
-        least = numpy.minimum.reduceat(numpy.where(known, apart, numpy.inf), begins)
-        least = numpy.minimum(least, numpy.where(extra["least"] > 0, extra["least"], numpy.inf))
-        extra["least"] = numpy.where(numpy.isfinite(least), least, 0)
-        extra["most"] = numpy.maximum(extra["most"], numpy.maximum.reduceat(apart, begins))
-        extra["cycle"] = numpy.where(apart[ends] > 0, apart[ends], extra["cycle"])
-        count = numpy.add.reduceat(known, begins)
-        mean = numpy.add.reduceat(apart, begins) / numpy.maximum(count, 1)
-        # the mean of about the last hundred distances, so that it follows a change of the cycle
-        share = numpy.where(extra["mean"] > 0, numpy.minimum(count / 100, 1), 1)
-        extra["mean"] = numpy.where(count > 0, extra["mean"] + (mean - extra["mean"]) * share, extra["mean"])
+        self._width = width = max(self._width, int(lengths(rows).max()))
+        data = record["data"][order, :width]
+        before_data = numpy.roll(data, 1, axis=0)
+        before_data[begins] = self._rows["record"]["data"][which, :width]
+        changed = (data != before_data) & known[:, None]
+        changed_ns = numpy.maximum.reduceat(numpy.where(changed, stamps[:, None], 0), begins)
+        extra["changed"][:, :width] = numpy.maximum(extra["changed"][:, :width], changed_ns.astype(numpy.uint64))
+        _measure(extra, apart, known, begins, ends)
         extra["count"] += ends - begins + 1
         self._extra[which] = extra
-        self._rows[which] = rows[ends]
+        self._rows[which] = rows[order[ends]]
 
     def _place(self, key: int, rows: numpy.ndarray, at: int) -> int:
         place = self._places.get(key)
@@ -149,6 +148,26 @@ class Identifiers:
             self._extra[place] = 0
             self._places[key] = place
         return place
+
+
+def _measure(
+    extra: numpy.ndarray,
+    apart: NDArray[numpy.float64],
+    known: NDArray[numpy.bool_],
+    begins: NDArray[numpy.intp],
+    ends: NDArray[numpy.intp],
+) -> None:
+    """Distances of rows, as far as they are known, into the last, least, most and mean one."""
+    least = numpy.minimum.reduceat(numpy.where(known, apart, numpy.inf), begins)
+    least = numpy.minimum(least, numpy.where(extra["least"] > 0, extra["least"], numpy.inf))
+    extra["least"] = numpy.where(numpy.isfinite(least), least, 0)
+    extra["most"] = numpy.maximum(extra["most"], numpy.maximum.reduceat(apart, begins))
+    extra["cycle"] = numpy.where(apart[ends] > 0, apart[ends], extra["cycle"])
+    count = numpy.add.reduceat(known, begins)
+    mean = numpy.add.reduceat(apart, begins) / numpy.maximum(count, 1)
+    # the mean of about the last hundred distances, so that it follows a change of the cycle
+    share = numpy.where(extra["mean"] > 0, numpy.minimum(count / 100, 1), 1)
+    extra["mean"] = numpy.where(count > 0, extra["mean"] + (mean - extra["mean"]) * share, extra["mean"])
 
 
 def _keys(rows: numpy.ndarray) -> NDArray[numpy.uint64]:
