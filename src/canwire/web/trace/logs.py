@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from canwire.web.trace.taps import Taps
 
 OPEN_PATH = "/trace/open"
+_FIRST_S = 1.0  # for the first rows of a log
 _AT_ONCE = 1 << 20  # bytes of a log that are written together
 _FOLDERS = ("trace", "journal")  # formats that are no single file
 
@@ -162,6 +163,7 @@ class Logs:
                         await run_in_threadpool(file.writelines, pieces)
                         pieces, size = [], 0
             key = self._opened.open(name, folder, path)
+            await run_in_threadpool(self._opened.find(key).wait, _FIRST_S)  # who looks then finds its channels
         except (OSError, BadValue) as error:
             folder.cleanup()
             return JSONResponse({"message": self._desk.words(request).error(error)}, 409)

@@ -39,6 +39,7 @@ class OpenedLog:
         self._channels: list[str] = []
         self._lin: set[int] = set()  # channels with LIN
         self._ends = threading.Event()
+        self._begun = threading.Event()
         self._zero_ns: int | None = None
         self._newest_ns = 0
         self._thread = threading.Thread(target=self._run, args=(path,), name=f"reading {name}")
@@ -56,6 +57,10 @@ class OpenedLog:
     def channels(self) -> list[str]:
         """The names of its channels so far."""
         return list(self._channels)
+
+    def wait(self, timeout_s: float) -> None:
+        """Until its first rows are there, or it has ended; at most so long."""
+        self._begun.wait(timeout_s)
 
     def kind_of(self, channel: str) -> str:
         """ "LIN" for a channel on which there was some so far, else "CAN"."""
@@ -98,12 +103,15 @@ class OpenedLog:
                     self._channels = list(batch.channels)
                     self._lin |= set(batch.records["channel"][_is_lin(batch.records)].tolist())
                     self._append(_rows(batch))
+                    self._begun.set()
                 if log.fault_count:
                     self._trouble = Trouble.said(
                         f"{log.fault_count} places could not be read; first {log.faults[0]}", "logfaults"
                     )
         except (CanwireError, OSError) as error:
             self._trouble = Trouble.of(error)
+        finally:
+            self._begun.set()
 
     def _append(self, rows: numpy.ndarray) -> None:
         stamps = numpy.maximum(rows["record"]["time_ns"], self._zero_ns or 0) - numpy.uint64(
