@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from canwire.web.link import HubLink
 
 _QUEUE = 1024
+_NO_ID = -1  # of an error in a header
 Sender = int | str
 """Who sends: a row of the transmit list by its number, or something else by its name."""
 
@@ -108,11 +109,12 @@ class LinOutlets:
             self._line(address).rows.add(row)
 
     def under_way(self, row: Sender) -> bool:
-        """Whether a frame of this row is on the wire."""
+        """Whether a frame of this row is on its way: it was neither heard yet, nor was an error in its place."""
         with self._lock:
             for held in self._held.values():
                 if held.waiting is not None and held.waiting[0] == row:
-                    return held.control.status().status.transmitting
+                    self._listen(held)
+                    return held.waiting is not None and held.control.status().status.running
         return False
 
     def delivered(self, row: Sender) -> int:
@@ -191,7 +193,7 @@ class LinOutlets:
 
     def _listen(self, held: _Held) -> None:
         while (message := held.monitor.receive()) is not None:
-            if held.waiting is not None and message.id == held.waiting[1]:
+            if held.waiting is not None and message.id in (held.waiting[1], _NO_ID):
                 if isinstance(message, LinFrame):
                     row = held.waiting[0]
                     self._delivered[row] = self._delivered.get(row, 0) + 1
