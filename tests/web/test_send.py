@@ -212,8 +212,12 @@ def test_a_line_that_does_not_run_is_told(client: httpx.Client) -> None:
     assert "does not run" in answer.json()["message"]
 
 
+@pytest.fixture
+def view() -> str:
+    return "send"
+
+
 def test_in_the_browser_by_hand_by_key_and_in_a_cycle(page: Page, hub: canwire.Hub) -> None:
-    page.get_by_role("link", name="Send").click()
     with receiving(hub) as channel:
         page.get_by_role("button", name="New").click()
         page.get_by_label("Identifier, hex").fill("999")

@@ -10,7 +10,7 @@ import pytest
 import canwire
 from canwire import Frame, LinFrame, LinMonitorMode, LogEntry
 from tests.hubs import LONG_S
-from tests.web.conftest import tab
+from tests.web.conftest import at, tab
 from tests.web.test_send import receiving
 from tests.web.test_send_rows import heard
 
@@ -171,8 +171,7 @@ def test_marked_rows_are_saved_alone(client: httpx.Client, log: Path, tmp_path: 
 def test_in_the_browser_a_log_is_replayed_and_marks_are_saved(
     browser: Browser, site: Site, hub: canwire.Hub, log: Path
 ) -> None:
-    with receiving(hub) as channel, tab(browser, site.address) as page:
-        page.goto(f"{site.url}trace")
+    with receiving(hub) as channel, tab(browser, at(site, "trace")) as page:
         page.locator("#log-file").set_input_files(log)
         rows = page.locator("#body .trace-row:not([hidden])")
         rows.filter(has_text="10B").wait_for()

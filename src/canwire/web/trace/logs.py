@@ -163,7 +163,9 @@ class Logs:
                         await run_in_threadpool(file.writelines, pieces)
                         pieces, size = [], 0
             key = self._opened.open(name, folder, path)
-            await run_in_threadpool(self._opened.find(key).wait, _FIRST_S)  # who looks then finds its channels
+            await run_in_threadpool(
+                self._opened.find(key).wait, _FIRST_S
+            )  # who looks then finds its channels
         except (OSError, BadValue) as error:
             folder.cleanup()
             return JSONResponse({"message": self._desk.words(request).error(error)}, 409)

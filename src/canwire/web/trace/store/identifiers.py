@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST = 65_536  # different frames; rows of others are counted in `left_out`
-_FD_AT, _FORMATS_AT, _HEADER_AT = 10, 21, 27  # bits of the info word that make a frame another one, with its kind
+_FD_AT, _FORMATS_AT, _HEADER_AT = (
+    10,
+    21,
+    27,
+)  # bits of the info word that make a frame another one, with its kind
 _EXTRA = numpy.dtype(
     [("count", "<f8"), ("cycle", "<f8"), ("least", "<f8"), ("most", "<f8"), ("mean", "<f8"),
      ("changed", "<u8", 64)]
@@ -128,7 +132,9 @@ class Identifiers:
         before_data[begins] = self._rows["record"]["data"][which, :width]
         changed = (data != before_data) & known[:, None]
         changed_ns = numpy.maximum.reduceat(numpy.where(changed, stamps[:, None], 0), begins)
-        extra["changed"][:, :width] = numpy.maximum(extra["changed"][:, :width], changed_ns.astype(numpy.uint64))
+        extra["changed"][:, :width] = numpy.maximum(
+            extra["changed"][:, :width], changed_ns.astype(numpy.uint64)
+        )
         _measure(extra, apart, known, begins, ends)
         extra["count"] += ends - begins + 1
         self._extra[which] = extra
