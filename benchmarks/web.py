@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
@@ -76,6 +77,23 @@ def processor_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def browser_s() -> dict[str, float]:
+    """Processor time of chromium's processes that this program started, by their kind ("" is the browser itself)."""
+    found: dict[str, float] = {}
+    ours = {os.getpid()}
+    for path in sorted(Path("/proc").glob("[0-9]*"), key=lambda path: int(path.name)):
+        with suppress(OSError):  # it has just ended
+            fields = (path / "stat").read_text().rpartition(")")[2].split()
+            command = (path / "cmdline").read_text()
+            if int(fields[1]) not in ours:
+                continue
+            ours.add(int(path.name))
+            if "chromium" in command.partition(" ")[0]:
+                kind = match[1] if (match := re.search(r"--type=([\w-]+)", command)) else ""
+                found[kind] = found.get(kind, 0) + processor_s(int(path.name))
+    return found
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -122,13 +140,15 @@ def measure(
             f"two pages opened in {time.monotonic() - begin:.2f} s; first paint of the trace after {paint:.0f} ms"
         )
         page.evaluate(WATCH)
-        hub_before, server_before = processor_s(pid), processor_s(server.pid)
         others = [browser.new_page() for _ in range(arguments.viewers - 1)]
         for other in others:
             other.goto(printed.split()[-1])  # for its cookie
             other.goto(page.url)
+            other.locator("body[data-listening=yes]").wait_for()
+        hub_before, server_before, shown_before = processor_s(pid), processor_s(server.pid), browser_s()
         sent = drive(channel, arguments.rate, arguments.seconds)
         hub_s, server_s = processor_s(pid) - hub_before, processor_s(server.pid) - server_before
+        shown_s = {kind: value - shown_before.get(kind, 0) for kind, value in browser_s().items()}
         page.wait_for_timeout(1000)
         ages = sorted(age * 1000 for age in page.evaluate("window.ages"))
         lost, late = (int(page.locator(f"#{name}").inner_text()) for name in ("lost", "late"))
@@ -144,6 +164,8 @@ def measure(
     print(f"newest row's age when drawn: p50 {middle:.0f} ms, p95 {late:.0f} ms")
     percent = 100 / arguments.seconds
     print(f"hub: {alone * percent:.1f} % of a core without a viewer, {hub_s * percent:.1f} % with one")
+    told = ", ".join(f"{kind or 'browser'} {value * percent:.0f} %" for kind, value in shown_s.items())
+    print(f"chromium, of a core: {told}")
     print(f"server: {server_s * percent:.1f} % of a core; the page's JavaScript memory {heap:.0f} MB")
 
 

@@ -184,7 +184,7 @@ def test_plug_and_unplug_in_the_browser(page: Page, hub: canwire.Hub) -> None:
 def test_up_in_the_browser_by_keyboard(page: Page, hub: canwire.Hub) -> None:
     place = canwire.find_lines(hub, "can0")[0]
     page.locator(f'[id="up-{place.address}"]').press("Enter")
-    rate = page.get_by_label("Bit rate, bit/s", exact=True)
+    rate = page.locator("#up-form [name=rate]")
     rate.fill("many")
     rate.press("Enter")
     page.get_by_text("“many” is no number").wait_for()
@@ -195,6 +195,19 @@ def test_up_in_the_browser_by_keyboard(page: Page, hub: canwire.Hub) -> None:
     page.get_by_text(f"{place.address} runs at 125000 bit/s").wait_for()
     page.locator(f'tr[data-line="{place.address}"] .state.error-active').wait_for()
     assert place.status(hub).running
+
+    lin = canwire.find_lines(hub, "lin0")[0].address
+    page.locator(f'[id="up-{lin}"]').press("Enter")
+    dialog = page.locator("#lin-up-dialog")
+    dialog.locator("[name=rate]").fill("30000")
+    dialog.locator("[name=rate]").press("Enter")
+    dialog.get_by_text("30000 is out of range; 1000 to 20000.").wait_for()
+    dialog.locator("[name=rate]").fill("9600")
+    dialog.locator("[name=rate]").press("Enter")
+    row = page.locator(f'tr[data-line="{lin}"]')
+    row.get_by_text("9600, master").wait_for()
+    row.get_by_role("button", name="Stop").click()
+    row.get_by_role("button", name="Start").wait_for()
 
 
 def test_changed_register_bits_are_marked(page: Page, hub: canwire.Hub) -> None:

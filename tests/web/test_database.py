@@ -11,7 +11,7 @@ import canwire
 from canwire import BadDescription, BadSignals, Frame, load_database
 from canwire.web.database import Database
 from tests.hubs import LONG_S
-from tests.web.conftest import holds, served_site, somebody, tab
+from tests.web.conftest import at, holds, served_site, somebody, tab
 from tests.web.test_send import receiving
 from tests.web.trace.watching import sender, tab_on_trace
 
@@ -118,9 +118,8 @@ def test_a_row_by_its_signals_in_the_browser(
     with (
         receiving(hub) as channel,
         served_site(hub_address, [str(dbc)]) as site,
-        tab(browser, site.address) as page,
+        tab(browser, at(site, "send")) as page,
     ):
-        page.get_by_role("link", name="Send").click()
         page.get_by_role("button", name="New").click()
         page.get_by_label("Message").select_option("EngineData")
         page.get_by_label("Speed, rpm").fill("99999")

@@ -13,7 +13,7 @@ import canwire
 from canwire import HubLost
 from canwire.web.trace.store.rows import GAP
 from tests.hubs import LONG_S, serving
-from tests.web.conftest import served_site, somebody, tab
+from tests.web.conftest import EMPTY, at, served_site, somebody, tab
 from tests.web.trace.watching import Watching, sender, watching
 
 if TYPE_CHECKING:
@@ -102,11 +102,11 @@ def test_a_page_that_was_made_without_a_hub_has_its_lines_when_it_is_back(
     with (
         serving(tmp_path, time="real") as first,
         served_site(first.address) as site,
-        tab(browser, site.address) as page,
+        tab(browser, EMPTY) as page,
     ):
         first.process.terminate()
         first.process.wait(LONG_S)
-        page.goto(f"{site.url}send")
+        page.goto(at(site, "send"))
         page.locator("#link").get_by_text("Hub lost").wait_for()
         with serving(tmp_path, time="real"):
             page.locator('#row-form option[value="HW000001:0"]').wait_for(state="attached")

@@ -13,7 +13,7 @@ import pytest
 from canwire.web.server import Site
 from canwire.web.views import VIEWS
 from canwire.web.words import HERE
-from tests.web.conftest import counts, nameless_controls, tab, told
+from tests.web.conftest import EMPTY, counts, nameless_controls, tab, told
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -89,16 +89,18 @@ class Visit(NamedTuple):
 
 @pytest.fixture(scope="module")
 def visits(browser: Browser, steady: Site) -> dict[str, Visit]:
-    """Every view, visited once."""
+    """Every view, reached by its key."""
     found = {}
     asked: list[str] = []
     with (
-        tab(browser, steady.address) as page,
+        tab(browser, EMPTY) as page,
         told(page, "request", lambda request: asked.append(request.url)),
         told(page, "websocket", lambda socket: asked.append(socket.url)),
     ):
-        for name in NAMES:
-            page.goto(f"{steady.url}{name}")
+        page.goto(steady.address)
+        for name in (*NAMES[1:], NAMES[0]):
+            page.keyboard.press(f"Alt+{NAMES.index(name) + 1}")
+            page.wait_for_url(f"**/{name}")
             page.get_by_text("Hub connected").wait_for()
             needed = {}
             for width in (480, 1280):
@@ -110,15 +112,14 @@ def visits(browser: Browser, steady: Site) -> dict[str, Visit]:
     return found
 
 
-def test_nothing_is_asked_of_other_machines(visits: dict[str, Visit], site: Site) -> None:
+def test_views_are_reached_by_keys_and_nothing_is_asked_of_other_machines(
+    visits: dict[str, Visit], site: Site
+) -> None:
     asked = {name: visit.asked for name, visit in visits.items()}
     assert asked == {name: {f"127.0.0.1:{site.port}"} for name in NAMES}
 
 
-def test_views_are_reached_by_keys(page: Page) -> None:
-    for name in (*NAMES[1:], NAMES[0]):
-        page.keyboard.press(f"Alt+{NAMES.index(name) + 1}")
-        page.wait_for_url(f"**/{name}")
+def test_the_content_is_one_tab_away(page: Page) -> None:
     page.keyboard.press("Tab")
     assert page.locator(":focus").inner_text() == "Skip to the content"
 

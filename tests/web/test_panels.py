@@ -13,7 +13,7 @@ from websockets.sync.client import connect
 import canwire
 from canwire import Frame
 from tests.hubs import LONG_S
-from tests.web.conftest import counts, served_site, somebody, tab
+from tests.web.conftest import at, counts, served_site, somebody, tab
 from tests.web.test_send import receiving
 from tests.web.trace.watching import sender
 
@@ -83,8 +83,7 @@ def test_a_signal_that_is_set_is_sent_by_the_row_of_its_message(described: Site,
 def test_in_the_browser_parts_are_added_used_kept_and_saved(
     browser: Browser, described: Site, hub: canwire.Hub
 ) -> None:
-    with receiving(hub) as channel, tab(browser, described.address) as page:
-        page.get_by_role("link", name="Panels").click()
+    with receiving(hub) as channel, tab(browser, at(described, "panels")) as page:
         for kind, signal in (("value", "Speed"), ("slider", "Speed"), ("switch", "Running")):
             page.get_by_role("button", name="Add…").click()
             page.get_by_label("Kind").select_option(kind)

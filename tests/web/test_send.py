@@ -16,7 +16,7 @@ from tests.hubs import LONG_S
 
 if TYPE_CHECKING:
     import httpx2 as httpx
-    from playwright.sync_api import Page
+    from playwright.sync_api import Page, Route
 
 pytestmark = pytest.mark.conforms("PG-03")
 
@@ -212,8 +212,12 @@ def test_a_line_that_does_not_run_is_told(client: httpx.Client) -> None:
     assert "does not run" in answer.json()["message"]
 
 
+@pytest.fixture
+def view() -> str:
+    return "send"
+
+
 def test_in_the_browser_by_hand_by_key_and_in_a_cycle(page: Page, hub: canwire.Hub) -> None:
-    page.get_by_role("link", name="Send").click()
     with receiving(hub) as channel:
         page.get_by_role("button", name="New").click()
         page.get_by_label("Identifier, hex").fill("999")
@@ -224,7 +228,15 @@ def test_in_the_browser_by_hand_by_key_and_in_a_cycle(page: Page, hub: canwire.H
         page.get_by_role("button", name="Keep").click()
         page.get_by_text("999 is out of range; 0 to 7FF.").wait_for()
         page.get_by_label("Identifier, hex").fill("321")
-        page.get_by_role("button", name="Keep").click()
+        held: list[Route] = []
+        page.route("**/send/put", lambda route: held.append(route))
+        with page.expect_request("**/send/put"):
+            page.keyboard.press("Enter")
+        page.keyboard.press("Enter")  # before the answer: it does nothing twice
+        page.get_by_label("Key").focus()
+        assert len(held) == 1
+        held[0].continue_()
+        page.locator("#row-dialog").wait_for(state="hidden")
         page.get_by_role("button", name="Send 1").click()
         assert channel.receive(LONG_S) == Frame(0x321, b"\xab")
         page.keyboard.press("k")

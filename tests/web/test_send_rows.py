@@ -252,6 +252,11 @@ def test_the_control_of_a_lin_line_is_given_back(client: httpx.Client, hub: canw
     client.post("/send/put", data={**GOOD, "line": place.address, "format": "lin", "id": "10"})
     client.post("/send/now", data={"number": "1"})
     client.post("/send/remove", data={"number": "1"})
+    hub.open_lin_control(place.board.id, place.line).close()
+    assert hub.lin_status(place.board.id, place.line).status.running  # nobody else has to hold it
+    again = client.post("/send/lin-up", data={"line": place.address, "rate": "10000", "role": "slave"})
+    assert again.status_code == 200, again.text
+    client.post("/send/lin-down", data={"line": place.address})
     with hub.open_lin_control(place.board.id, place.line) as control:
         control.initialise(LinMode(True, 9600))
 
@@ -288,12 +293,18 @@ def test_a_list_with_every_kind_of_row_is_saved_and_loaded(client: httpx.Client)
     assert client.get("/send/file").text == saved
 
 
+@pytest.fixture
+def view() -> str:
+    return "send"
+
+
 def test_a_browser_offers_its_last_list_where_the_server_has_none(page: Page, client: httpx.Client) -> None:
-    page.get_by_role("link", name="Send").click()
     page.get_by_role("button", name="New").click()
     page.get_by_label("Identifier, hex").fill("321")
     with page.expect_response("**/send/file"):  # what the browser keeps
         page.get_by_role("button", name="Keep").click()
+    while "321" not in str(page.evaluate("localStorage.getItem('canwire.send.kept')")):
+        pass
     (number,) = re.findall(r'data-row="(\d+)"', client.get("/send/list").text)
     client.post("/send/remove", data={"number": number})  # as a server that begins anew
     page.reload()
@@ -307,7 +318,6 @@ def test_a_field_that_is_typed_into_is_not_taken_away_and_counts_go_on(
 ) -> None:
     with receiving(hub):
         client.post("/send/put", data={**GOOD, "cycle": "10"})
-        page.get_by_role("link", name="Send").click()
         field = page.locator("#data-1")
         field.fill("AB")
         client.post("/send/start", data={"number": "1"})

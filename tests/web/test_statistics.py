@@ -14,7 +14,7 @@ from canwire import BadValue, WantedMode
 from canwire.web.lines import Line, can_lines
 from canwire.web.statistics.faults import Faults
 from canwire.web.statistics.sampler import KEPT, Sampler
-from tests.web.conftest import counts, served_site, somebody, tab
+from tests.web.conftest import EMPTY, at, counts, served_site, somebody, tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -159,9 +159,13 @@ def test_a_fault_of_nobody_cannot_be_taken_back() -> None:
         Faults().cancel(1)
 
 
+@pytest.fixture
+def view() -> str:
+    return "statistics"
+
+
 def test_plots_and_table_in_the_browser(page: Page, hub: canwire.Hub) -> None:
     place = canwire.find_lines(hub, "can0")[0]
-    page.get_by_role("link", name="Statistics").click()
     with canwire.start_line(hub, place, WantedMode(500_000).mode(place.info.capabilities)):
         page.get_by_role("img", name="Bus load: 0.0 % now").wait_for()
         counts(page.locator(".uplot"), 4)
@@ -173,11 +177,15 @@ def test_plots_and_table_in_the_browser(page: Page, hub: canwire.Hub) -> None:
         page.get_by_text("No fault is set.").wait_for()
 
 
+@pytest.mark.finding("page A5")
 @pytest.mark.parametrize("time_s", [1, 7.000000001])
 def test_a_single_sample_is_plotted_at_any_time(browser: Browser, steady: Site, time_s: float) -> None:
-    with tab(browser, steady.address) as page:
+    with tab(browser, EMPTY) as page:
         sample = {"columns": [[1], [time_s], [25.0], [0], [0], [0], [0], [0], [0]]}
         page.route("**/statistics/samples?*", lambda route: route.fulfill(json=sample))
-        page.get_by_role("link", name="Statistics").click()
+        page.goto(at(steady, "statistics"))
         page.get_by_role("img", name="Bus load: 25.0 % now").wait_for()
         page.locator(".u-axis").first.wait_for()
+        legend = page.locator("#plot-load .u-legend")
+        legend.get_by_text("25.0").wait_for()  # the newest value, where there is no cursor
+        assert f"{time_s:g} s" in legend.inner_text()

@@ -14,7 +14,7 @@ import pytest
 import canwire
 from canwire import ChannelMode, Frame, LogEntry, WantedMode
 from tests.hubs import LONG_S, serving
-from tests.web.conftest import counts, served_site, tab
+from tests.web.conftest import at, counts, served_site, tab
 
 pytest.importorskip("cantools")
 if TYPE_CHECKING:
@@ -250,7 +250,7 @@ def replay(user: User) -> None:
     user.click("Replay…")
     user.page.get_by_label("Speed").fill("2")
     user.click("Start the replay")
-    user.page.get_by_text("20 frames sent, 20 acknowledged").wait_for()
+    user.page.get_by_text("20 frames sent, 20 acknowledged or heard").wait_for()
 
 
 @task("trace", "load a database", 3)
@@ -308,8 +308,7 @@ def new_row(user: User, identifier: str, data: str, cycle: str = "") -> None:
 
 @pytest.mark.parametrize("wanted", TASKS, ids=[one.text for one in TASKS])
 def test_it_takes_so_many_clicks(browser: Browser, desk: Desk, wanted: Task) -> None:
-    with tab(browser, desk.site.address) as page:
-        page.goto(f"{desk.site.url}{wanted.view}")
+    with tab(browser, at(desk.site, wanted.view)) as page:
         if wanted.view == "trace":
             page.locator("body[data-listening=yes]").wait_for()
         user = User(page, desk)

@@ -5,11 +5,15 @@ from __future__ import annotations
 import re
 import string
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
-from canwire import BadFrame, InUse, NoChannel
-from canwire.web.words import HERE, LANGUAGES, folders, preferred, read, words_in
+from canwire import BadFrame, CanwireError, InUse, NoChannel
+from canwire.web.words import HERE, LANGUAGES, Trouble, folders, preferred, read, words_in
+
+if TYPE_CHECKING:
+    import httpx2 as httpx
 
 pytestmark = pytest.mark.conforms("PG-14")
 TEMPLATES = sorted(HERE.rglob("*.jinja"))
@@ -80,6 +84,30 @@ def test_every_language_has_its_file_in_every_folder() -> None:
 )
 def test_errors_begin_with_a_sentence_of_the_language(error: Exception, english: str, german: str) -> None:
     assert (words_in("en").error(error), words_in("de").error(error)) == (english, german)
+
+
+@pytest.mark.finding("page 17")
+def test_an_error_of_any_kind_has_a_german_sentence_though_it_is_shown_later() -> None:
+    kept = Trouble.of(CanwireError("late"))
+    assert (words_in("en").trouble(kept), words_in("de").trouble(kept)) == ("late", "Das ging nicht (late)")
+    assert words_in("de").told("conflict", "two rates") == "So ginge es auf Kupfer nicht (two rates)"
+    assert words_in("de").trouble("") == ""
+
+
+@pytest.mark.finding("page 17")
+def test_what_is_wrong_with_a_row_is_said_in_the_viewer_s_language(asker: httpx.Client) -> None:
+    kept = asker.post("/send/put", data={"line": "HW000001:0", "format": "classic", "id": "1"}).json()
+    (number,) = re.findall(r"\d+", kept["message"])
+    try:
+        asker.post("/send/now", data={"number": number})
+        english, german = (asker.get("/send/list", params={"lang": one}).text for one in ("en", "de"))
+    finally:
+        asker.post("/send/remove", data={"number": number})
+    assert '<span class="fault">HW000001:0 does not run' in english
+    assert '<span class="fault">Das geht nicht in diesem Zustand (HW000001:0 does not run' in german
+    started = {"line": "HW000001:0", "rate": "999983"}
+    answer = asker.post("/boards/up", params={"lang": "de"}, data=started).json()["faults"]["rate"]
+    assert answer.startswith("Diese Bitrate geht hier nicht (")
 
 
 def test_decimals_have_the_language_s_point() -> None:

@@ -40,7 +40,7 @@ def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bo
     routes += DatabaseRoutes(desk).routes()
     for view in desk.views:
         routes += view.routes(desk)
-    handlers: Any = {HubLost: _away, ClientDisconnect: _too_long}
+    handlers: Any = {HubLost: lambda request, error: _away(desk, request, error), ClientDisconnect: _too_long}
     return Gate(
         Starlette(routes=routes, exception_handlers=handlers), token, hosts, port, UPLOADS, viewers=viewers
     )
@@ -63,5 +63,5 @@ def _too_long(_: Request, __: Exception) -> Response:
     return PlainTextResponse("the body is too long", 413)
 
 
-def _away(_: Request, error: Exception) -> Response:
-    return PlainTextResponse(str(error), 503)
+def _away(desk: Desk, request: Request, error: Exception) -> Response:
+    return PlainTextResponse(desk.words(request).error(error), 503)

@@ -19,7 +19,7 @@ from canwire.web.words import HERE, LANGUAGES, Words, preferred, words_in
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from starlette.requests import Request
+    from starlette.requests import HTTPConnection, Request
     from starlette.routing import BaseRoute
 
     from canwire import Hub
@@ -58,7 +58,7 @@ class Desk:
     closing: ExitStack = field(default_factory=ExitStack)
     kept: dict[str, Any] = field(default_factory=dict)
 
-    def words(self, request: Request) -> Words:
+    def words(self, request: HTTPConnection) -> Words:
         """In the language that this viewer has chosen, or whose browser asks for it."""
         chosen = request.query_params.get("lang") or request.cookies.get(LANGUAGE_COOKIE)
         return words_in(preferred(chosen, request.headers.get("accept-language", "")))

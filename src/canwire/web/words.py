@@ -13,6 +13,25 @@ LANGUAGES = {"en": "English", "de": "Deutsch"}
 USUAL = "en"
 
 
+class Trouble(str):
+    """An error's message that is kept and shown later: it remembers what kind of error it was, for `Words.trouble`."""
+
+    kinds: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, error: Exception) -> Trouble:
+        made = cls(error)
+        made.kinds = tuple(kind.__name__.lower() for kind in type(error).__mro__)
+        return made
+
+    @classmethod
+    def said(cls, text: str, kind: str) -> Trouble:
+        """A text of this kind: there is a word base.error-KIND."""
+        made = cls(text)
+        made.kinds = (kind,)
+        return made
+
+
 class Words:
     """The words of one language. Keys are "view.key"; `{name}` in a text is put in by `word(key, name=...)`."""
 
@@ -33,9 +52,17 @@ class Words:
 
     def error(self, error: Exception) -> str:
         """What the hub says, in English, after a sentence of this language's where it has one."""
-        keys = (f"base.error-{kind.__name__.lower()}" for kind in type(error).__mro__)
+        return self.trouble(Trouble.of(error))
+
+    def trouble(self, text: str) -> str:
+        """The same of an error's message that was kept; any other text as it is."""
+        keys = (f"base.error-{kind}" for kind in getattr(text, "kinds", ()))
         sentence = next((self.texts[key] for key in keys if key in self.texts), "")
-        return f"{sentence} ({error})" if sentence else str(error)
+        return f"{sentence} ({text})" if sentence else str(text)
+
+    def told(self, kind: str, text: str) -> str:
+        """A sentence that the hub says in English, with base.error-KIND before it."""
+        return self.trouble(Trouble.said(text, kind))
 
 
 def read(folder: Path, language: str) -> dict[str, str]:

@@ -105,6 +105,11 @@ def peer(hub: canwire.Hub) -> Iterator[Peer]:
 
 
 @pytest.fixture
+def view() -> str:
+    return "cancheck"
+
+
+@pytest.fixture
 def cancheck(page: Page, peer: Peer) -> Page:
     """Started on CID1:, in a tab."""
     return started(page)
@@ -112,7 +117,6 @@ def cancheck(page: Page, peer: Peer) -> Page:
 
 def started(page: Page) -> Page:
     """CanCheck on CID1:, in this tab."""
-    page.get_by_role("link", name="CanCheck").click()
     page.get_by_role("button", name="Start", exact=True).click()
     page.get_by_role("heading", name="CanCheck", exact=True).wait_for()
     page.get_by_role("button", name="ENTER_STANDBY").wait_for()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from canwire import BadValue
 from canwire.candrv import CandrvError
-from canwire.web.cancheck.generators import MOST, MS, RETRY_NS, Generators
+from canwire.web.cancheck.generators import MS, RETRY_NS, Generators
 from canwire.web.cancheck.recipe import Outgoing, Range, Recipe
 
 
@@ -207,14 +207,26 @@ def test_activating_an_active_one_changes_nothing(bench: Bench) -> None:
     assert [ms for ms, _, _ in bench.sent] == [0, 10]
 
 
+@pytest.mark.finding("page 18")
 @pytest.mark.conforms("FT-13")
-def test_the_list_has_an_end_and_unknown_ones_are_named(bench: Bench) -> None:
-    for _ in range(MOST):
-        bench.generators.add(fixed(), active=False)
-    with pytest.raises(BadValue, match=str(MOST)):
-        bench.generators.add(fixed(), active=False)
-    with pytest.raises(BadValue, match="generator 1F4"):
-        bench.generators.activate(500)
+def test_any_number_of_them_keep_their_cycles_and_unknown_ones_are_named(bench: Bench) -> None:
+    for number in range(1000):
+        bench.generators.add(fixed(number, delay_ms=1000), active=True)
+    with pytest.raises(BadValue, match="generator 3E8: there are 1000"):
+        bench.generators.activate(1000)
+    bench.generators.pause(998)
+    bench.run(2000)
+    assert [index for _, index, _ in bench.sent] == [one for one in range(1000) if one != 998] * 3
+
+
+def test_one_that_is_paused_and_activated_before_it_is_due_sends_once_a_cycle(bench: Bench) -> None:
+    bench.generators.add(fixed(delay_ms=100), active=True)
+    bench.run(50)
+    for _ in range(3):
+        bench.generators.pause(0)
+        bench.generators.activate(0)
+    bench.run(100)
+    assert [ms for ms, _, _ in bench.sent] == [0, 50, 150]
 
 
 # editing

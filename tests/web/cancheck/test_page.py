@@ -14,7 +14,7 @@ from tests.candrv.bench import Peer
 from tests.candrv.conftest import CONFIG
 from tests.hubs import serving
 from tests.web.cancheck.conftest import BOARD, panel, started
-from tests.web.conftest import counts, holds, nameless_controls, served_site, tab
+from tests.web.conftest import at, counts, holds, nameless_controls, served_site, tab
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -170,8 +170,7 @@ def test_several_viewers_see_the_same_and_readers_can_press_nothing(
 def test_windows_fit_and_every_control_has_a_name(browser: Browser, site: Site, client: httpx.Client) -> None:
     assert client.post("/cancheck/start", data={"port": "CID1:"}).status_code == 200
     assert client.post("/cancheck/open", data={"kind": "both"}).status_code == 200
-    with tab(browser, site.address, locale="de-DE") as page:
-        page.goto(f"{site.url}cancheck")
+    with tab(browser, at(site, "cancheck"), locale="de-DE") as page:
         panel(page, "receive")
         panel(page, "send").get_by_role("button", name="Neu").click()
         page.get_by_label("Bereich").check()
@@ -188,7 +187,7 @@ def test_when_the_hub_is_lost_cancheck_has_ended(browser: Browser, tmp_path: Pat
     with (
         serving(tmp_path, CONFIG) as served,
         served_site(served.address) as site,
-        tab(browser, site.address) as page,
+        tab(browser, at(site, "cancheck")) as page,
     ):
         started(page)
         page.get_by_role("button", name="Send & Receive").click()

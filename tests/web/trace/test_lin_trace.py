@@ -29,7 +29,7 @@ from canwire.web.server import Site
 from canwire.web.trace.store.lin import is_lin, lin_message, rows_of_lin
 from canwire.web.trace.store.rows import GAP, LOST
 from tests.hubs import served_here
-from tests.web.conftest import tab
+from tests.web.conftest import EMPTY, at, tab
 from tests.web.trace.watching import sender
 
 if TYPE_CHECKING:
@@ -116,9 +116,9 @@ def master(ends: list[LinControl]) -> LinControl:
 @pytest.fixture
 def trace(browser: Browser, site: Site) -> Iterator[Page]:
     """A tab that hears one line of each bus."""
-    with tab(browser, site.address) as page:
+    with tab(browser, EMPTY) as page:
         page.set_viewport_size({"width": 1500, "height": 800})
-        page.goto(f"{site.url}trace")
+        page.goto(at(site, "trace"))
         page.locator("body[data-listening=yes]").wait_for()
         yield page
 

@@ -12,7 +12,7 @@ import canwire
 from canwire import Frame, LogEntry, LogMark, MarkKind
 from canwire.web.server import Site
 from canwire.web.trace.logs import writable_formats
-from tests.web.conftest import tab
+from tests.web.conftest import at, tab
 from tests.web.trace.watching import Watching
 
 if TYPE_CHECKING:
@@ -116,8 +116,7 @@ def test_what_is_not_there_cannot_be_saved(asker: httpx.Client, query: dict[str,
 
 def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
     """Two clicks to see a log, one to be back."""
-    with tab(browser, steady.address) as page:
-        page.goto(f"{steady.url}trace")
+    with tab(browser, at(steady, "trace")) as page:
         page.locator("#log-file").set_input_files(log)
         rows = page.locator("#body .trace-row:not([hidden])")
         rows.filter(has_text="101").wait_for()

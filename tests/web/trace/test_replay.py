@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import canwire
-from canwire import Frame, LinFrame, LogEntry
+from canwire import Frame, LinFrame, LinMonitorMode, LogEntry
 from tests.hubs import LONG_S
-from tests.web.conftest import tab
+from tests.web.conftest import at, tab
 from tests.web.test_send import receiving
+from tests.web.test_send_rows import heard
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -71,7 +72,7 @@ def test_frames_are_played_in_their_order_at_their_times(
     can = next(name for name, kind in channels(client, key).items() if kind == "CAN")
     with receiving(hub) as channel:
         line = canwire.find_lines(hub, "can0")[0].address
-        wish = {"source": key, "channel": can, "line": line, "speed": "2"}
+        wish = {"source": key, f"line.{can}": line, "speed": "2"}
         assert client.post("/trace/replay", data=wish).status_code == 200
         came = [channel.receive(LONG_S) for _ in range(12)]
         assert [frame.id for frame in came if frame is not None] == [0x100 + number for number in range(12)]
@@ -88,11 +89,41 @@ def test_frames_are_played_in_their_order_at_their_times(
         assert until_over(client)["delivered"] == 5
 
 
+@pytest.mark.finding("page B5")
+def test_every_channel_is_played_onto_a_line_of_its_kind(
+    client: httpx.Client, hub: canwire.Hub, tmp_path: Path
+) -> None:
+    """LIN frames with their responses, headers alone; neither bus waits for the other's."""
+    sent = [LinFrame(0x10, b"\x01\x02"), LinFrame(0x11, header_only=True), LinFrame(0x12, b"\x03")]
+    path = tmp_path / "both.blf"
+    with canwire.create_log(path) as writer:
+        writer.write_many([entry(number) for number in range(3)])
+        writer.write_many([LogEntry(START_NS + 1 + k, "lin0", one, "R") for k, one in enumerate(sent)])
+    key = opened(client, path)
+    named = {kind: name for name, kind in channels(client, key).items()}
+    place = canwire.find_lines(hub, "lin0")[0]
+    up = {"line": place.address, "rate": "19200", "role": "master"}
+    assert client.post("/send/lin-up", data=up).status_code == 200
+    with receiving(hub) as channel, hub.open_monitor(place.board.id, place.line) as monitor:
+        monitor.set_up(LinMonitorMode(receive=64))
+        monitor.activate()
+        wish = {"source": key, "speed": "1", f"line.{named['LIN']}": place.address}
+        wish[f"line.{named['CAN']}"] = canwire.find_lines(hub, "can0")[0].address
+        answer = client.post("/trace/replay", data=wish)
+        assert answer.status_code == 200, answer.text
+        assert [channel.receive(LONG_S) for _ in range(3)] == [Frame(0x100 + k, bytes([k])) for k in range(3)]
+        assert heard(monitor, 2) == [sent[0], sent[2]]
+        played = until_over(client)
+        assert (played["sent"], played["delivered"], played["skipped"], played["trouble"]) == (6, 5, 0, "")
+    hub.open_lin_control(place.board.id, place.line).close()  # it was given back
+
+
 def test_it_is_stopped_and_one_at_a_time(client: httpx.Client, hub: canwire.Hub, log: Path) -> None:
     key = opened(client, log)
-    wish = {"source": key, "channel": next(iter(channels(client, key))), "speed": "0.001"}
+    wish = {"source": key, "speed": "0.001"}
     with receiving(hub) as channel:
-        wish["line"] = canwire.find_lines(hub, "can0")[0].address
+        can = next(iter(channels(client, key)))
+        wish[f"line.{can}"] = canwire.find_lines(hub, "can0")[0].address
         assert client.post("/trace/replay", data=wish).status_code == 200
         assert channel.receive(LONG_S) is not None
         answer = client.post("/trace/replay", data=wish)
@@ -105,20 +136,22 @@ def test_it_is_stopped_and_one_at_a_time(client: httpx.Client, hub: canwire.Hub,
 @pytest.mark.parametrize(
     ("fields", "status"),
     [
-        ({"line": ""}, 422),
+        ({"line.can0": ""}, 422),
+        ({"line.other": "HW000001:0"}, 422),  # two channels onto one line
         ({"speed": "fast"}, 422),
         ({"from": "x"}, 422),
         ({"filter": "what is this"}, 422),
         ({"source": "log-99"}, 409),
-        ({"line": "HW9:9"}, 409),
+        ({"line.can0": "HW9:9"}, 409),
         ({}, 409),  # the line does not run
+        ({"line.can0": "HW000001:2"}, 409),  # nor does this LIN line
     ],
 )
 def test_what_cannot_be_played_is_told(
     client: httpx.Client, log: Path, fields: dict[str, str], status: int
 ) -> None:
     key = opened(client, log)
-    wish = {"source": key, "channel": "can0", "line": "HW000001:0", "speed": "1"}
+    wish = {"source": key, "line.can0": "HW000001:0", "speed": "1"}
     assert client.post("/trace/replay", data={**wish, **fields}).status_code == status
 
 
@@ -138,8 +171,7 @@ def test_marked_rows_are_saved_alone(client: httpx.Client, log: Path, tmp_path: 
 def test_in_the_browser_a_log_is_replayed_and_marks_are_saved(
     browser: Browser, site: Site, hub: canwire.Hub, log: Path
 ) -> None:
-    with receiving(hub) as channel, tab(browser, site.address) as page:
-        page.goto(f"{site.url}trace")
+    with receiving(hub) as channel, tab(browser, at(site, "trace")) as page:
         page.locator("#log-file").set_input_files(log)
         rows = page.locator("#body .trace-row:not([hidden])")
         rows.filter(has_text="10B").wait_for()
@@ -148,7 +180,7 @@ def test_in_the_browser_a_log_is_replayed_and_marks_are_saved(
         page.get_by_label("Speed").fill("0")
         page.get_by_role("button", name="Start the replay").click()
         assert [channel.receive(LONG_S) for _ in range(3)] == [Frame(0x100 + k, bytes([k])) for k in range(3)]
-        page.get_by_text("12 frames sent, 12 acknowledged").wait_for()
+        page.get_by_text("12 frames sent, 12 acknowledged or heard").wait_for()
         rows.filter(has_text="103").click()
         page.keyboard.press("m")
         page.locator("#save").click()

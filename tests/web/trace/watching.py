@@ -15,7 +15,7 @@ from canwire import ChannelMode, Frame, WantedMode
 from canwire.web.server import Site
 from canwire.web.trace.store.rows import row_dtype
 from tests.hubs import LONG_S
-from tests.web.conftest import tab
+from tests.web.conftest import at, tab
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -95,8 +95,7 @@ def watching(site: Site, lines: list[str], **look: Any) -> Iterator[Watching]:
 @contextmanager
 def tab_on_trace(browser: Browser, site: Site, *addresses: str) -> Iterator[Page]:
     """A tab that hears these lines alone already."""
-    with tab(browser, site.address) as page:
-        page.goto(f"{site.url}trace")
+    with tab(browser, at(site, "trace")) as page:
         for address in addresses:
             page.locator("#lines").get_by_label(address).wait_for()
         for other in page.locator("#lines input:checked").all():

@@ -83,12 +83,12 @@ def _mode(call: Call, place: LinePlace, wanted: WantedMode) -> LineMode:
     try:
         capabilities.timing(wanted.nominal or 0)
     except BadTiming as error:
-        call.fields.fault("rate", str(error))
+        call.fields.fault("rate", call.word.error(error))
     try:
         if wanted.data is not None:
             capabilities.data_timing(wanted.data)
     except BadTiming as error:
-        call.fields.fault("datarate", str(error))
+        call.fields.fault("datarate", call.word.error(error))
     call.fields.check()
     return replace(wanted.mode(capabilities), persistent=True)
 

@@ -51,7 +51,8 @@ def _tree(desk: Desk, request: Request) -> Response:
         found = [one for one in by_board(lines, hub.boards()) if _fits(one, request)]
         boards, more = found[:MOST_SHOWN], max(0, len(found) - MOST_SHOWN)
         shown = [line for _, of_board in boards for line in of_board]
-        notices = [*map(str, conflicts_on(hub)), *lateness_of(lines)]
+        notices = [("conflict", str(one)) for one in conflicts_on(hub)]
+        notices += [("lateness", one) for one in lateness_of(lines)]
         leds = {line.place.address: leds_of(hub, line) for line in shown if line.can is not None}
     except HubLost as error:
         return desk.part(request, "boards/away.jinja", error=desk.words(request).error(error))

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
     from canwire.web.cancheck.checking import Checking
+    from canwire.web.words import Words
 
 PACE_S = 0.1  # what comes meanwhile goes in one message
 LOOK_S = 1.0  # between two looks at what other programs have changed
@@ -23,9 +24,10 @@ LOOK_S = 1.0  # between two looks at what other programs have changed
 class Feed:
     """One viewer's: it has seen the rows of each window up to some number."""
 
-    def __init__(self, socket: WebSocket, checking: Checking) -> None:
+    def __init__(self, socket: WebSocket, checking: Checking, word: Words) -> None:
         self._socket = socket
         self._checking = checking
+        self._word = word
         self._changed = asyncio.Event()
         self._seen: dict[str, int] = {}
         self._told = ""
@@ -59,7 +61,10 @@ class Feed:
     def _look(self) -> str:
         """The message, "" if there is nothing new."""
         windows = self._checking.program.windows
-        main, states = told_main(self._checking.program), [told_window(one) for one in windows]
+        main, states = (
+            told_main(self._checking.program, self._word),
+            [told_window(one, self._word) for one in windows],
+        )
         rows = [told_rows(one, self._seen.get(key_of(one), 0)) for one in windows]
         totals = {key_of(one): part["total"] for one, part in zip(windows, rows, strict=True)}
         # what was cleared is told, too

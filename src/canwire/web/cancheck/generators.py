@@ -6,6 +6,7 @@ Source: CANDRV manual (seed 000), 10.4, send dialog; rulings.md 35.
 
 from __future__ import annotations
 
+import heapq
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,11 +14,11 @@ from typing import NamedTuple
 
 from canwire import BadValue, CanwireError
 from canwire.web.cancheck.recipe import Outgoing, Recipe
+from canwire.web.words import Trouble
 
 MS = 1_000_000  # ns
 RETRY_NS = 5 * MS  # before looking again for room in the send buffer
 BURST = 64  # messages of one `fire`, so that others get their turn
-MOST = 256
 
 
 class Row(NamedTuple):
@@ -33,8 +34,9 @@ class Row(NamedTuple):
     trouble: str
 
 
-@dataclass
+@dataclass(eq=False)
 class _Generator:
+    number: int
     recipe: Recipe
     active: bool = False
     due_ns: int = 0
@@ -46,13 +48,17 @@ class _Generator:
 
 
 class Generators:
-    """Any thread may use it. `send(index, message)` tells whether there was room, or raises CanwireError."""
+    """Any number of them; any thread may use it. `send(index, message)` tells whether there was room, or raises
+    CanwireError."""
 
     def __init__(self, send: Callable[[int, Outgoing], bool], clock_ns: Callable[[], int]) -> None:
         self._send = send
         self._clock_ns = clock_ns
         self._changed = threading.Condition(threading.RLock())
         self._all: list[_Generator] = []
+        self._queue: list[
+            tuple[int, int, int]
+        ] = []  # due_ns, turn and number; of active ones the latest entry counts
         self._turns = 0
 
     def rows(self) -> list[Row]:
@@ -74,12 +80,10 @@ class Generators:
             return self._one(index).recipe
 
     def add(self, recipe: Recipe, *, active: bool) -> int:
-        """New: its index. Raises BadValue where the list is full."""
+        """New: its index."""
         with self._changed:
-            if len(self._all) >= MOST:
-                raise BadValue(f"there are {MOST} generators already")
-            self._all.append(_Generator(recipe))
-            index = len(self._all) - 1
+            index = len(self._all)
+            self._all.append(_Generator(index, recipe))
             if active:
                 self.activate(index)
             return index
@@ -98,9 +102,10 @@ class Generators:
         with self._changed:
             one = self._one(index)
             if one.before is not None:
-                one.active, one.due_ns = one.before
+                active, due_ns = one.before
                 one.before = None
-                self._changed.notify_all()
+                if active:
+                    self._begin(one, due_ns)
 
     def change(self, index: int, recipe: Recipe, *, active: bool) -> None:
         """The new settings; its values begin at From."""
@@ -118,8 +123,7 @@ class Generators:
             one = self._one(index)
             one.before, one.trouble = None, ""
             if not one.active:
-                one.active, one.due_ns = True, self._clock_ns()
-                self._changed.notify_all()
+                self._begin(one, self._clock_ns())
 
     def pause(self, index: int) -> None:
         """It keeps its values: activated again, it goes on where it stood."""
@@ -140,24 +144,22 @@ class Generators:
     def fire(self) -> int | None:
         """Send what is due; nanoseconds until the next message is, None while all are paused."""
         with self._changed:
-            if not any(one.active for one in self._all):
+            if self._next() is None:
                 return None
             now_ns = self._clock_ns()
-            full = False
             for _ in range(BURST):
-                due = [one for one in self._all if one.active and one.due_ns <= now_ns]
-                if full or not due:
+                due = self._next()
+                if due is None or due.due_ns > now_ns:
                     break
-                full = not self._fire(min(due, key=lambda one: (one.due_ns, one.turn)), now_ns)
-            if full:
-                return RETRY_NS
-            left = [one.due_ns - now_ns for one in self._all if one.active]
-            return max(0, min(left)) if left else None
+                if not self._fire(due, now_ns):
+                    return RETRY_NS
+            due = self._next()
+            return None if due is None else max(0, due.due_ns - now_ns)
 
     def wait(self, pause_ns: int | None) -> None:
         """Until so much of the clock's time is over, or a generator was activated."""
         with self._changed:
-            if pause_ns is not None or not any(one.active for one in self._all):
+            if pause_ns is not None or self._next() is None:
                 self._changed.wait(None if pause_ns is None else pause_ns / 1e9)
 
     def wake(self) -> None:
@@ -168,9 +170,9 @@ class Generators:
     def _fire(self, one: _Generator, now_ns: int) -> bool:
         """One message of it; was there room?"""
         try:
-            room = self._send(self._all.index(one), one.recipe.message(one.step))
+            room = self._send(one.number, one.recipe.message(one.step))
         except CanwireError as error:
-            one.active, one.waits, one.trouble = False, False, str(error)
+            one.active, one.waits, one.trouble = False, False, Trouble.of(error)
             return True
         one.waits = not room
         if room:
@@ -186,6 +188,26 @@ class Generators:
         one.due_ns = one.due_ns + delay_ns if one.due_ns + delay_ns > now_ns else now_ns + delay_ns
         if one.recipe.ends and one.step >= one.recipe.cycle:
             one.active, one.step = False, 0
+        else:
+            self._wait_for_turn(one)
+
+    def _begin(self, one: _Generator, due_ns: int) -> None:
+        one.active, one.due_ns = True, due_ns
+        self._wait_for_turn(one)
+        self._changed.notify_all()
+
+    def _wait_for_turn(self, one: _Generator) -> None:
+        heapq.heappush(self._queue, (one.due_ns, one.turn, one.number))
+
+    def _next(self) -> _Generator | None:
+        """The active one that is due first; entries of those that were paused or have had their turn go."""
+        while self._queue:
+            due_ns, turn, number = self._queue[0]
+            one = self._all[number]
+            if one.active and (one.due_ns, one.turn) == (due_ns, turn):
+                return one
+            heapq.heappop(self._queue)
+        return None
 
     def _one(self, index: int) -> _Generator:
         if not 0 <= index < len(self._all):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from canwire import CanwireError
 from canwire.web.cancheck.send import SendWindow
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from canwire.web.cancheck.program import Window
@@ -60,5 +61,5 @@ class Runner:
 
     def _tell(self, error: CanwireError) -> None:
         if not self._ends.is_set():
-            self._window.trouble = str(error)
+            self._window.trouble = Trouble.of(error)
             self._changed()

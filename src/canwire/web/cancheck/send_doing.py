@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from canwire.web.cancheck.generators import MOST
 from canwire.web.cancheck.typed import typed_recipe
 
 if TYPE_CHECKING:
@@ -13,6 +12,8 @@ if TYPE_CHECKING:
     from canwire.web.actions import Call
     from canwire.web.cancheck.checking import Checking
     from canwire.web.cancheck.send import SendWindow
+
+_LAST = 0xFFFF_FFFF  # of indices; a generator that is not there is named by the window
 
 
 class SendDoing:
@@ -41,7 +42,7 @@ class SendDoing:
         """The generator's window, left by Activate or Pause (`state`): a new one, or that of `index` anew."""
         window, fields = self._sender(call), call.fields
         active = fields.choice("state", ("active", "paused")) == "active"
-        index = fields.whole("index", 0, MOST - 1) if fields.text("index") else None
+        index = fields.whole("index", 0, _LAST) if fields.text("index") else None
         recipe = typed_recipe(
             fields, call.word, align=window.align, extended=self._checking.program.port.extended
         )
@@ -86,7 +87,7 @@ class SendDoing:
         return call.word(key, index=f"{index:X}")
 
     def _index(self, call: Call) -> int:
-        index = call.fields.whole("index", 0, MOST - 1)
+        index = call.fields.whole("index", 0, _LAST)
         call.fields.check()
         return index
 

@@ -12,6 +12,7 @@ from canwire.web.cancheck.typed import shown_recipe
 if TYPE_CHECKING:
     from canwire.web.cancheck.program import CanCheck, Window
     from canwire.web.cancheck.send import SendWindow
+    from canwire.web.words import Words
 
 MOST_ROWS = 400  # at a time: what a viewer can look at
 
@@ -20,7 +21,7 @@ def key_of(window: Window) -> str:
     return f"{window.kind}-{window.number:X}"
 
 
-def told_main(program: CanCheck) -> dict[str, Any]:
+def told_main(program: CanCheck, word: Words) -> dict[str, Any]:
     """`running` False: nothing else is there. `trouble`: the port's settings cannot be asked for."""
     try:
         port = program.port
@@ -29,11 +30,11 @@ def told_main(program: CanCheck) -> dict[str, Any]:
     try:
         shown = port.shown()
     except CanwireError as error:
-        return {"running": True, "port": port.name, "trouble": str(error)}
+        return {"running": True, "port": port.name, "trouble": word.error(error)}
     return {"running": True, "trouble": "", **asdict(shown)}
 
 
-def told_window(window: Window) -> dict[str, Any]:
+def told_window(window: Window, word: Words) -> dict[str, Any]:
     """All but the rows."""
     told: dict[str, Any] = {
         "key": key_of(window),
@@ -41,12 +42,12 @@ def told_window(window: Window) -> dict[str, Any]:
         "number": f"{window.number:X}",
         "port": window.handle.name,
         "log": window.list.log_name,
-        "trouble": window.trouble or window.list.trouble,
+        "trouble": word.trouble(window.trouble or window.list.trouble),
     }
     try:
-        more = _told_receive(window) if isinstance(window, ReceiveWindow) else _told_send(window)
+        more = _told_receive(window) if isinstance(window, ReceiveWindow) else _told_send(window, word)
     except CanwireError as error:
-        return {**told, "trouble": told["trouble"] or str(error)}
+        return {**told, "trouble": told["trouble"] or word.error(error)}
     return {**told, **more}
 
 
@@ -67,7 +68,7 @@ def _told_receive(window: ReceiveWindow) -> dict[str, Any]:
     }
 
 
-def _told_send(window: SendWindow) -> dict[str, Any]:
+def _told_send(window: SendWindow, word: Words) -> dict[str, Any]:
     return {
         "given_up": window.given_up,
         "lost": window.echoes.lost,
@@ -76,7 +77,7 @@ def _told_send(window: SendWindow) -> dict[str, Any]:
                 "row": window.generator_row(row),
                 "active": row.due_ns is not None,
                 "waits": row.waits,
-                "trouble": row.trouble,
+                "trouble": word.trouble(row.trouble),
                 "fields": shown_recipe(window.generators.recipe(row.number), window.align),
             }
             for row in window.generators.rows()

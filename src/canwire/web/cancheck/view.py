@@ -55,7 +55,7 @@ class CanCheckView:
         try:
             found, trouble = ports(), ""
         except CanwireError as error:  # the registry's file makes no sense
-            found, trouble = [], str(error)
+            found, trouble = [], self._desk.words(request).error(error)
         return self._desk.page(request, VIEW, ports=found, trouble=trouble, kinds=KINDS)
 
     def _entries(self, request: Request) -> Response:
@@ -64,7 +64,7 @@ class CanCheckView:
             dialog = RegistryDialog(self.checking.program.port.name)
             entries = dialog.entries()
         except CanwireError as error:
-            return PlainTextResponse(str(error), 409)
+            return PlainTextResponse(self._desk.words(request).error(error), 409)
         return self._desk.part(request, "cancheck/entries.jinja", port=dialog.port, entries=entries)
 
     def _window(self, request: Request) -> Response:
@@ -73,11 +73,11 @@ class CanCheckView:
         try:
             window = self.checking.program.window(int(query.get("number", ""), 16), query.get("kind", ""))
         except (ValueError, CanwireError) as error:
-            return PlainTextResponse(str(error), 404)
+            return PlainTextResponse(self._desk.words(request).error(error), 404)
         return self._desk.part(request, f"cancheck/{window.kind}.jinja", window=window, kinds=KINDS)
 
     async def _live(self, socket: WebSocket) -> None:
-        await Feed(socket, self.checking).run()
+        await Feed(socket, self.checking, self._desk.words(socket)).run()
 
 
 VIEW = View(

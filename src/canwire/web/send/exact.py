@@ -21,6 +21,7 @@ from canwire import (
     frames_to_array,
 )
 from canwire.web.lines import find_can_line
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -98,7 +99,7 @@ class ExactCycles:
             try:
                 done = self._leases[held.row.line].status().states[held.index] == _DONE
             except CanwireError as error:
-                return str(error)
+                return Trouble.of(error)
             return "" if done else None
 
     def delivered(self, number: int) -> int:

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from canwire.web.link import HubLink
 
 _QUEUE = 1024
+_NO_ID = -1  # of an error in a header
+Sender = int | str
+"""Who sends: a row of the transmit list by its number, or something else by its name."""
 
 
 class _Held:
@@ -33,9 +36,9 @@ class _Held:
         self.place = place
         self.control: LinControl = hub.open_lin_control(place.board.id, place.line)
         self.monitor: Monitor = hub.open_monitor(place.board.id, place.line)
-        self.rows: set[int] = set()
+        self.rows: set[Sender] = set()
         self.scheduled = False
-        self.waiting: tuple[int, int] | None = None  # the row whose frame is on its way, and its identifier
+        self.waiting: tuple[Sender, int] | None = None  # whose frame is on its way, and its identifier
         try:
             self.monitor.set_up(LinMonitorMode(receive=_QUEUE, events=(int(LinEventKind.ERROR),)))
             self.monitor.activate()
@@ -55,20 +58,25 @@ class LinOutlets:
         self._link = link
         self._lock = threading.RLock()
         self._held: dict[str, _Held] = {}
-        self._delivered: dict[int, int] = {}
+        self._kept_up: dict[
+            str, Monitor
+        ] = {}  # of lines started here: the hub resets a LIN line that nobody holds
+        self._delivered: dict[Sender, int] = {}
         link.subscribe(lambda _: None, self.close)
 
     def bring_up(self, address: str, bit_rate: int, *, master: bool) -> None:
-        """Start this line, which goes on without this page; raises InUse, NoSuchBoard, BadValue."""
+        """Start this line, which goes on until `shut_down` or the server's end; raises InUse, NoSuchBoard, BadValue."""
         with self._lock:
             place = find_lin_line(self._link.hub, address)
             held = self._held.get(address)
             mode = LinMode(master, bit_rate, errors=True)
             if held is not None:
                 self._drop_line(address)
+            self._give_up(address)
             with self._link.hub.open_lin_control(place.board.id, place.line) as control:
                 control.initialise(mode)
                 control.start()
+                self._kept_up[address] = self._link.hub.open_monitor(place.board.id, place.line)
 
     def shut_down(self, address: str) -> None:
         """Stop it; raises InUse, NoSuchBoard."""
@@ -77,8 +85,9 @@ class LinOutlets:
             self._drop_line(address)
             with self._link.hub.open_lin_control(place.board.id, place.line) as control:
                 control.stop()
+            self._give_up(address)
 
-    def send(self, row: int, address: str, frame: LinFrame) -> None:
+    def send(self, row: Sender, address: str, frame: LinFrame) -> None:
         """Put it on the bus as soon as that is free.
 
         Raises WrongState for a line that is no running master, Busy while the frame before is not over, NoSuchBoard.
@@ -94,7 +103,21 @@ class LinOutlets:
             held.rows.add(row)
             held.waiting = row, frame.id
 
-    def delivered(self, row: int) -> int:
+    def hold(self, row: Sender, address: str) -> None:
+        """Keep the line's control until `drop`; raises WrongState for a line that is no running master, InUse."""
+        with self._lock:
+            self._line(address).rows.add(row)
+
+    def under_way(self, row: Sender) -> bool:
+        """Whether a frame of this row is on its way: it was neither heard yet, nor was an error in its place."""
+        with self._lock:
+            for held in self._held.values():
+                if held.waiting is not None and held.waiting[0] == row:
+                    self._listen(held)
+                    return held.waiting is not None and held.control.status().status.running
+        return False
+
+    def delivered(self, row: Sender) -> int:
         """How many frames of this row were heard on the bus, headers with their answers."""
         with self._lock:
             for held in self._held.values():
@@ -102,7 +125,7 @@ class LinOutlets:
                     self._listen(held)
             return self._delivered.get(row, 0)
 
-    def drop(self, row: int) -> None:
+    def drop(self, row: Sender) -> None:
         """This row sends nothing any more."""
         with self._lock:
             for address, held in list(self._held.items()):
@@ -146,6 +169,13 @@ class LinOutlets:
             self.stop_schedules()
             for address in list(self._held):
                 self._drop_line(address)
+            for address in list(self._kept_up):
+                self._give_up(address)
+
+    def _give_up(self, address: str) -> None:
+        kept = self._kept_up.pop(address, None)
+        if kept is not None:
+            kept.close()
 
     def _line(self, address: str) -> _Held:
         held = self._held.get(address)
@@ -163,7 +193,7 @@ class LinOutlets:
 
     def _listen(self, held: _Held) -> None:
         while (message := held.monitor.receive()) is not None:
-            if held.waiting is not None and message.id == held.waiting[1]:
+            if held.waiting is not None and message.id in (held.waiting[1], _NO_ID):
                 if isinstance(message, LinFrame):
                     row = held.waiting[0]
                     self._delivered[row] = self._delivered.get(row, 0) + 1

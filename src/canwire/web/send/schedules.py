@@ -74,7 +74,7 @@ class Schedules:
             else:
                 table, frames = parse_lin_schedule(filter(None, re.split(r"[\s;]+", slots)))
         except (BadValue, BadText) as bad:
-            raise BadFields({"table" if key else "slots": str(bad)}) from None
+            raise BadFields({"table" if key else "slots": call.word.error(bad)}) from None
         self._outlets.schedule(line, table, frames, rounds)
         return call.word("send.scheduled", line=line, count=len(table.slots))
 

@@ -10,6 +10,7 @@ from typing import Protocol
 
 from canwire import BadValue, CanwireError
 from canwire.web.send.row import Row, Sent
+from canwire.web.words import Trouble
 
 MOST_ROWS = 200
 _RETRY_S = 0.002  # a sequence waits for its last frame to be acknowledged, in such steps
@@ -109,7 +110,7 @@ class TransmitList:
             try:
                 self._send(row.number, row.line, row.content.at(row.queued))
             except CanwireError as error:
-                self._rows[number] = row.refused(str(error))
+                self._rows[number] = row.refused(Trouble.of(error))
                 raise
             self._rows[number] = row.sent()
 
@@ -162,7 +163,7 @@ class TransmitList:
             try:
                 self._exact.start(row)
             except CanwireError as error:
-                self._rows[row.number] = row.refused(str(error))
+                self._rows[row.number] = row.refused(Trouble.of(error))
                 raise
             self._rows[row.number] = replace(row, running=True, trouble="")
             return
@@ -180,7 +181,7 @@ class TransmitList:
             self._send(row.number, row.line, row.content.at(row.queued))
             row = row.sent()
         except CanwireError as error:
-            row = row.refused(str(error))
+            row = row.refused(Trouble.of(error))
         self._again(row, self._due_s[row.number], now_s)
 
     def _fire_step(self, row: Row, now_s: float) -> None:
@@ -189,7 +190,7 @@ class TransmitList:
         try:
             self._send(row.number, row.line, steps[row.step].frame)
         except CanwireError as error:
-            self._rows[row.number] = replace(row, trouble=str(error))
+            self._rows[row.number] = replace(row, trouble=Trouble.of(error))
             self._due_s[row.number] = now_s + _RETRY_S
             return
         pause_s = steps[row.step].pause_ms / 1000

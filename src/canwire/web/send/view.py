@@ -36,13 +36,13 @@ class Sending:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._outlets = Outlets(desk.link)
-        self._lin = LinOutlets(desk.link)
+        self.lin = LinOutlets(desk.link)
         self._exact = ExactCycles(desk.link)
-        for close in (self._outlets.close, self._lin.close, self._exact.close):
+        for close in (self._outlets.close, self.lin.close, self._exact.close):
             desk.closing.callback(close)
         self.list = TransmitList(self._send, self._drop, self._exact)
         desk.closing.callback(self.list.close)
-        self._schedules = Schedules(desk, self._lin)
+        self._schedules = Schedules(desk, self.lin)
         desk.kept[VIEW.name] = self
 
     def routes(self) -> list[BaseRoute]:
@@ -100,20 +100,20 @@ class Sending:
 
     def _send(self, row: int, line: str, frame: Sent) -> None:
         if isinstance(frame, LinFrame):
-            self._lin.send(row, line, frame)
+            self.lin.send(row, line, frame)
         else:
             self._outlets.send(row, line, frame)
 
     def _drop(self, row: int) -> None:
         self._outlets.drop(row)
-        self._lin.drop(row)
+        self.lin.drop(row)
 
     def _delivered(self, row: int) -> int:
-        return self._outlets.delivered(row) + self._lin.delivered(row) + self._exact.delivered(row)
+        return self._outlets.delivered(row) + self.lin.delivered(row) + self._exact.delivered(row)
 
     def _list(self, request: Request) -> Response:
         rows = [self._shown(row) for row in self.list.rows]
-        return self._desk.part(request, "send/list.jinja", rows=rows, scheduled=self._lin.scheduled)
+        return self._desk.part(request, "send/list.jinja", rows=rows, scheduled=self.lin.scheduled)
 
     def _choices(self, _: Request) -> Response:
         """What a row can be for: lines with the names of their messages."""
@@ -207,7 +207,7 @@ class Sending:
 
     def _stop_all(self, call: Call) -> str:
         self.list.stop_all()
-        self._lin.stop_schedules()
+        self.lin.stop_schedules()
         return call.word("send.all-stopped")
 
 

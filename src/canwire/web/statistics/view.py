@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from starlette.requests import Request
 
     from canwire.web.desk import Desk
+    from canwire.web.trace.view import Tracing
 
 _ADDRESS = 80  # characters
 
@@ -57,13 +58,15 @@ class Statistics:
         return self._desk.part(request, "statistics/table.jinja", lines=lines, latest=latest, peaks=peaks)
 
     def _samples(self, request: Request) -> Response:
-        """Columns of numbers: those of Sample, each a list."""
+        """Columns of numbers: those of Sample, each a list; `epoch` and its times are seconds since 1970."""
         address = request.query_params.get("line", "")[:_ADDRESS]
         after = request.query_params.get("after", "0")
         if not after.isdecimal() or len(after) > 12:
             return JSONResponse({"message": "after"}, 422)
         samples = self._sampler.samples(address, int(after))
-        return JSONResponse({"columns": [list(column) for column in zip(*samples, strict=True)]})
+        columns = [list(column) for column in zip(*samples, strict=True)]
+        tracing: Tracing = self._desk.kept["trace"]
+        return JSONResponse({"columns": columns, "epoch": tracing.history.eras[-1].epoch_ns / 1e9})
 
     def _shown_faults(self, request: Request) -> Response:
         faults = self._faults.shown(self._desk.link.hub)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from canwire.web.trace.source import Source
     from canwire.web.trace.store.identifiers import Page
     from canwire.web.trace.store.selection import Selection
+    from canwire.web.words import Words
 
 EXTRA = numpy.dtype(
     [("count", "<f8"), ("cycle_ms", "<f4"), ("least_ms", "<f4"), ("most_ms", "<f4"), ("mean_ms", "<f4"),
@@ -39,8 +40,9 @@ class Shown(NamedTuple):
 class Answers:
     """To one viewer. `rules` are tests with the colours they give."""
 
-    def __init__(self, databases: Databases) -> None:
+    def __init__(self, databases: Databases, word: Words) -> None:
         self._databases = databases
+        self._word = word
         self._texts: dict[tuple[int, int, bytes], list[tuple[str, str]]] = {}
         self._told: object = None
         self.rules: list[tuple[Test, int]] | None = None
@@ -85,13 +87,15 @@ class Answers:
             "first": history.first,
             "late": history.late,
             "lost": sum(line.lost for line in lines),
-            "trouble": source.trouble,
+            "trouble": self._word.trouble(source.trouble),
             "databases": self._databases.version,
         }
         told = lines, history.eras
         if told != self._told:
             self._told = told
-            head["lines"] = [line._asdict() for line in lines]
+            head["lines"] = [
+                {**line._asdict(), "trouble": self._word.trouble(line.trouble)} for line in lines
+            ]
             head["eras"] = history.eras[-16:]
         return head
 

@@ -30,10 +30,14 @@ if TYPE_CHECKING:
     from starlette.requests import Request
 
     from canwire.web.desk import Desk
+    from canwire.web.send.lin_outlets import LinOutlets
+    from canwire.web.send.view import Sending
     from canwire.web.trace.source import Source
     from canwire.web.trace.taps import Taps
 
 OPEN_PATH = "/trace/open"
+_FIRST_S = 1.0  # for the first rows of a log
+_AT_ONCE = 1 << 20  # bytes of a log that are written together
 _FOLDERS = ("trace", "journal")  # formats that are no single file
 
 
@@ -45,7 +49,7 @@ class Logs:
         self._source = source
         self._opened = opened
         self._taps = taps
-        self.replay = Replay(desk.link)
+        self.replay = Replay(desk.link, self._lin_outlets)
         desk.closing.callback(self.replay.stop)
 
     def routes(self) -> list[BaseRoute]:
@@ -96,24 +100,45 @@ class Logs:
         rows = selected(look, source, self._desk.databases)
         return (rows.rows(at, CHUNK) for at in range(rows.gone, rows.count, CHUNK))
 
+    def _lin_outlets(self) -> LinOutlets:
+        sending: Sending = self._desk.kept["send"]
+        return sending.lin
+
     def _replay(self, call: Call) -> str:
-        """Fields: source, channel (of the log), line, speed, and of the range from, to (seconds), filter."""
+        """Fields: source, line.CHANNEL for each channel of the log, speed, and of the range from, to (s), filter."""
         fields = call.fields
-        query = {"lines": fields.text("channel", longest=80, empty=False), "source": fields.text("source")}
+        onto = {
+            name.removeprefix("line."): fields.text(name, longest=80)
+            for name in fields.given
+            if name.startswith("line.")
+        }
+        onto = {channel: line for channel, line in onto.items() if line}
+        query = {"lines": ",".join(onto), "source": fields.text("source")}
         query["filter"] = fields.text("filter", longest=400)
-        line = fields.text("line", longest=80, empty=False)
         speed = fields.real("speed", 0, 1000)
         begin_s = fields.real("from", 0, 1e9) if fields.text("from") else 0.0
         end_s = fields.real("to", 0, 1e9) if fields.text("to") else None
-        fields.check()
+        self._check_lines(call, onto)
         log = self._opened.find(query["source"])
         try:
             selection = selected(_look(query), log, self._desk.databases)
         except (ValueError, BadFilter) as bad:
-            raise BadFields({"filter": str(bad)}) from None
+            raise BadFields({"filter": call.word("trace.bad-filter", part=str(bad))}) from None
         end_ns = None if end_s is None else round(end_s * 1e9)
-        self.replay.start(Wanted(log.name, selection, line, speed, round(begin_s * 1e9), end_ns))
-        return call.word("trace.replaying", name=log.name, line=line)
+        lines = {log.channels.index(one): line for one, line in onto.items() if one in log.channels}
+        self.replay.start(Wanted(log.name, selection, lines, speed, round(begin_s * 1e9), end_ns))
+        return call.word("trace.replaying", name=log.name, line=", ".join(lines.values()))
+
+    def _check_lines(self, call: Call, onto: Mapping[str, str]) -> None:
+        """Each line is for one channel, and there is one at least."""
+        fields = call.fields
+        if not onto:
+            first = next((name for name in fields.given if name.startswith("line.")), "line.")
+            fields.fault(first, call.word("base.needed"))
+        for place, (channel, line) in enumerate(onto.items()):
+            if line in list(onto.values())[:place]:
+                fields.fault(f"line.{channel}", call.word("trace.line-twice", line=line))
+        fields.check()
 
     def _replay_stop(self, call: Call) -> str:
         self.replay.stop()
@@ -130,9 +155,17 @@ class Logs:
         path = Path(folder.name, name)
         try:
             with path.open("wb") as file:
+                pieces, size = [], 0
                 async for piece in request.stream():
-                    await run_in_threadpool(file.write, piece)
+                    pieces.append(piece)
+                    size += len(piece)
+                    if size >= _AT_ONCE or not piece:  # the last one is empty
+                        await run_in_threadpool(file.writelines, pieces)
+                        pieces, size = [], 0
             key = self._opened.open(name, folder, path)
+            await run_in_threadpool(
+                self._opened.find(key).wait, _FIRST_S
+            )  # who looks then finds its channels
         except (OSError, BadValue) as error:
             folder.cleanup()
             return JSONResponse({"message": self._desk.words(request).error(error)}, 409)

@@ -16,6 +16,7 @@ from canwire.web.trace.store.history import History
 from canwire.web.trace.store.lin import rows_of_lin
 from canwire.web.trace.store.rows import EVERY_LINE, GAP, LATE, LOST, mark_row, row_dtype, rows_of
 from canwire.web.trace.taps import Watched
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,6 +39,7 @@ class OpenedLog:
         self._channels: list[str] = []
         self._lin: set[int] = set()  # channels with LIN
         self._ends = threading.Event()
+        self._begun = threading.Event()
         self._zero_ns: int | None = None
         self._newest_ns = 0
         self._thread = threading.Thread(target=self._run, args=(path,), name=f"reading {name}")
@@ -55,6 +57,10 @@ class OpenedLog:
     def channels(self) -> list[str]:
         """The names of its channels so far."""
         return list(self._channels)
+
+    def wait(self, timeout_s: float) -> None:
+        """Until its first rows are there, or it has ended; at most so long."""
+        self._begun.wait(timeout_s)
 
     def kind_of(self, channel: str) -> str:
         """ "LIN" for a channel on which there was some so far, else "CAN"."""
@@ -97,17 +103,23 @@ class OpenedLog:
                     self._channels = list(batch.channels)
                     self._lin |= set(batch.records["channel"][_is_lin(batch.records)].tolist())
                     self._append(_rows(batch))
+                    self._begun.set()
                 if log.fault_count:
-                    self._trouble = f"{log.fault_count} places could not be read; first {log.faults[0]}"
+                    self._trouble = Trouble.said(
+                        f"{log.fault_count} places could not be read; first {log.faults[0]}", "logfaults"
+                    )
         except (CanwireError, OSError) as error:
-            self._trouble = str(error)
+            self._trouble = Trouble.of(error)
+        finally:
+            self._begun.set()
 
     def _append(self, rows: numpy.ndarray) -> None:
         stamps = numpy.maximum(rows["record"]["time_ns"], self._zero_ns or 0) - numpy.uint64(
             self._zero_ns or 0
         )
         rows["record"]["time_ns"] = stamps
-        rows = rows[numpy.argsort(stamps, kind="stable")]
+        if (stamps[1:] < stamps[:-1]).any():
+            rows = rows[numpy.argsort(stamps, kind="stable")]
         if len(rows):
             rows["flags"] = numpy.where(rows["record"]["time_ns"] < self._newest_ns, LATE, 0)
             self._newest_ns = max(self._newest_ns, int(rows["record"]["time_ns"][-1]))

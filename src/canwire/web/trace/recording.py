@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from canwire import BadValue, InUse, LogWriter, create_log
 from canwire.web.trace.saving import write_rows
 from canwire.web.trace.store.history import CHUNK, History
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -92,7 +93,7 @@ class Recording:
             with create_log(self.path(), format="candump") as log:
                 self._write(log, lines, cursor)
         except OSError as error:  # the disk is full, perhaps
-            trouble = str(error)
+            trouble = Trouble.of(error)
         finally:
             self._history.unlisten(self._grown.set)
             self._taps.want(self, ())

@@ -1,55 +1,53 @@
-"""An opened log played onto a line of the hub: its frames at their times, faster or slower, all or a range of them."""
+"""An opened log played onto lines of the hub: its frames at their times, faster or slower, all or a range of them."""
 
 from __future__ import annotations
 
 import threading
 import time
-from contextlib import suppress
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import (
-    BadFrame,
-    CanwireError,
-    ChannelMode,
-    HubChannel,
-    InUse,
-    QueueFull,
-    WrongState,
-    frame_of_record,
-)
-from canwire.web.lines import find_can_line
-from canwire.web.trace.store.kinds import is_lin, is_mark, kind_of
+from canwire import CanwireError, InUse
+from canwire.web.lines import look
+from canwire.web.trace.answers import frame_of
+from canwire.web.trace.sinks import CanSink, LinSink, Sink
+from canwire.web.trace.store.kinds import is_lin, is_mark
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy
 
-    from canwire import Hub
     from canwire.web.link import HubLink
+    from canwire.web.send.lin_outlets import LinOutlets
     from canwire.web.trace.store.selection import Selection
 
-_QUEUE = 256
 _LOOK_S = 0.05  # between two looks whether it is to end, while it waits
+_RETRY_S = 0.001  # before a line that was busy is asked again
 _PART = 4096  # rows
 
 
 class Wanted(NamedTuple):
-    """What is played: the selection's CAN frames with stamps (ns) from `begin` up to `end`, onto `line`.
+    """What is played: the selection's frames with stamps (ns) from `begin` up to `end`, each on its channel's line.
 
-    `speed` 2 is twice as fast, 0 as fast as the bus takes them.
+    `lines` are addresses by the numbers that the channels have in rows. `speed` 2 is twice as fast, 0 as fast as each
+    bus takes them.
     """
 
     name: str
     selection: Selection
-    line: str
+    lines: Mapping[int, str]
     speed: float
     begin_ns: int
     end_ns: int | None
 
 
 class Played(NamedTuple):
-    """The replay of this `number`, from 1: `sent` were given to the line, `delivered` acknowledged.
+    """The replay of this `number`, from 1: `sent` were given to the lines, `delivered` acknowledged or heard.
 
-    `skipped` are no CAN frames.
+    `skipped` are no frames of the line's kind.
     """
 
     number: int = 0
@@ -64,99 +62,150 @@ class Played(NamedTuple):
 
 
 class Replay:
-    """One at a time for the whole server."""
+    """One at a time for the whole server. `outlets()` are its LIN lines."""
 
-    def __init__(self, link: HubLink) -> None:
+    def __init__(self, link: HubLink, outlets: Callable[[], LinOutlets]) -> None:
         self._link = link
+        self._outlets = outlets
         self._lock = threading.Lock()
         self._ends = threading.Event()
-        self._thread: threading.Thread | None = None
-        self.played = Played()
+        self._players: list[_Player] = []
+        self._number = 0
+        self._about = ("", "")
+
+    @property
+    def played(self) -> Played:
+        """How far it is, or was."""
+        players = list(self._players)
+        return Played(
+            self._number,
+            any(one.running for one in players),
+            *self._about,
+            sum(one.sent for one in players),
+            sum(one.delivered for one in players),
+            sum(one.skipped for one in players),
+            max((one.at_s for one in players), default=0.0),
+            next((one.trouble for one in players if one.trouble), ""),
+        )
 
     def start(self, wanted: Wanted) -> None:
         """Raises InUse while one runs, WrongState for a line that does not run, NoSuchBoard, HubLost."""
         with self._lock:
-            if self._thread is not None and self._thread.is_alive():
-                raise InUse(f"{self.played.name} is being replayed; stop it first")
-            channel = _opened(self._link.hub, wanted.line)
+            if any(one.running for one in self._players):
+                raise InUse(f"{self._about[0]} is being replayed; stop it first")
+            with ExitStack() as undoing:
+                sinks: list[Sink] = []
+                for line in wanted.lines.values():
+                    sinks.append(self._sink(line))
+                    undoing.callback(sinks[-1].close)
+                undoing.pop_all()
             self._ends.clear()
-            self.played = Played(self.played.number + 1, True, wanted.name, wanted.line)
-            self._thread = threading.Thread(target=self._run, args=(wanted, channel), name="replay")
-            self._thread.start()
+            self._number += 1
+            self._about = (wanted.name, ", ".join(wanted.lines.values()))
+            begun = _Begin(time.monotonic(), _first_ns(wanted))
+            self._players = [
+                _Player(wanted, channel, sink, begun, self._ends)
+                for channel, sink in zip(wanted.lines, sinks, strict=True)
+            ]
+            for player in self._players:
+                player.start()
 
     def stop(self) -> None:
-        """What waits in the line's queue is taken back; a second time does nothing."""
+        """What waits in the lines' queues is taken back; a second time does nothing."""
         self._ends.set()
-        if self._thread is not None:
-            self._thread.join()
+        for player in self._players:
+            player.join()
 
-    def _run(self, wanted: Wanted, channel: HubChannel) -> None:
-        trouble = ""
+    def _sink(self, address: str) -> Sink:
+        hub = self._link.hub
+        if any(one.lin is not None for one in look(hub) if one.place.address == address):
+            return LinSink(self._outlets(), address)
+        return CanSink(hub, address)
+
+
+class _Begin(NamedTuple):
+    """The moment at which a row with this stamp is due."""
+
+    at_s: float
+    stamp_ns: int
+
+
+class _Player(threading.Thread):
+    """One channel of the log onto one line: none waits for another's bus."""
+
+    def __init__(
+        self, wanted: Wanted, channel: int, sink: Sink, begun: _Begin, ends: threading.Event
+    ) -> None:
+        super().__init__(name=f"replay on {wanted.lines[channel]}")
+        self._wanted = wanted
+        self._channel = channel
+        self._sink = sink
+        self._begun = begun
+        self._ends = ends
+        self.running = True
+        self.sent = self.delivered = self.skipped = 0
+        self.at_s = 0.0
+        self.trouble = ""
+
+    def run(self) -> None:
+        sink = self._sink
         try:
-            self._play(wanted, channel)
-            while not self._ends.is_set() and channel.status().pending:
+            self._play()
+            while not self._ends.is_set() and sink.counts()[1]:
                 self._ends.wait(_LOOK_S)
             if self._ends.is_set():
-                channel.cancel()
+                sink.cancel()
         except CanwireError as error:
-            trouble = str(error)
+            self.trouble = Trouble.of(error)
         finally:
             with suppress(CanwireError):  # gone with its hub or board
-                self.played = self.played._replace(delivered=channel.status().delivered)
-            channel.close()
-            self.played = self.played._replace(running=False, trouble=trouble)
+                self.delivered = sink.counts()[0]
+            sink.close()
+            self.running = False
 
-    def _play(self, wanted: Wanted, channel: HubChannel) -> None:
-        begun_s, first_ns = 0.0, None
-        for place in range(wanted.selection.gone, wanted.selection.count, _PART):
-            rows = wanted.selection.rows(place, _PART)
-            stamps = rows["record"]["time_ns"]
-            inside = stamps >= wanted.begin_ns
-            if wanted.end_ns is not None:
-                inside &= stamps < wanted.end_ns
-            rows = rows[inside & ~is_mark(rows)]
-            playable = (kind_of(rows) == 0) & ~is_lin(rows)
-            for row, plays in zip(rows, playable, strict=True):
+    def _play(self) -> None:
+        lin = isinstance(self._sink, LinSink)
+        for rows in _parts(self._wanted):
+            rows = rows[rows["line"] == self._channel]
+            for row, fits in zip(rows, is_lin(rows) == lin, strict=True):
                 stamp_ns = int(row["record"]["time_ns"])
-                if first_ns is None:
-                    begun_s, first_ns = time.monotonic(), stamp_ns
-                if wanted.speed:
-                    self._wait_until(begun_s + max(0, stamp_ns - first_ns) / 1e9 / wanted.speed)
+                if self._wanted.speed:
+                    self._wait_until(stamp_ns)
                 if self._ends.is_set():
                     return
-                self._send(channel, row, plays)
-            self.played = self.played._replace(delivered=channel.status().delivered)
+                self._send(row["record"].tobytes(), stamp_ns, fits)
+            self.delivered = self._sink.counts()[0]
 
-    def _send(self, channel: HubChannel, row: numpy.void, plays: bool) -> None:
-        now = self.played
-        try:
-            frame = frame_of_record(row["record"].tobytes()) if plays else None
-        except BadFrame:
-            frame = None
+    def _send(self, record: bytes, stamp_ns: int, fits: bool) -> None:
+        frame = frame_of(record) if fits else None
         if frame is None:
-            self.played = now._replace(skipped=now.skipped + 1)
+            self.skipped += 1
             return
         while not self._ends.is_set():
-            with suppress(QueueFull):
-                channel.send(frame, timeout=_LOOK_S)
-                self.played = now._replace(sent=now.sent + 1, at_s=int(row["record"]["time_ns"]) / 1e9)
+            if self._sink.send(frame):
+                self.sent += 1
+                self.at_s = stamp_ns / 1e9
                 return
+            self._ends.wait(_RETRY_S)
 
-    def _wait_until(self, due_s: float) -> None:
+    def _wait_until(self, stamp_ns: int) -> None:
+        due_s = self._begun.at_s + max(0, stamp_ns - self._begun.stamp_ns) / 1e9 / self._wanted.speed
         while (left_s := due_s - time.monotonic()) > 0:
             if self._ends.wait(min(left_s, _LOOK_S)):
                 return
 
 
-def _opened(hub: Hub, address: str) -> HubChannel:
-    place = find_can_line(hub, address)
-    if not hub.line_status(place.board.id, place.line).running:
-        raise WrongState(f"{address} does not run: nothing can be sent there until it is started")
-    channel = hub.open_channel(place.board.id, place.line)
-    try:
-        channel.set_up(ChannelMode(receive=1, transmit=_QUEUE, frames=False))
-        channel.activate()
-    except CanwireError:
-        channel.close()
-        raise
-    return channel
+def _parts(wanted: Wanted) -> Iterator[numpy.ndarray]:
+    """The rows that are to be played, some at a time."""
+    for place in range(wanted.selection.gone, wanted.selection.count, _PART):
+        rows = wanted.selection.rows(place, _PART)
+        stamps = rows["record"]["time_ns"]
+        inside = (stamps >= wanted.begin_ns) & ~is_mark(rows)
+        if wanted.end_ns is not None:
+            inside &= stamps < wanted.end_ns
+        if inside.any():
+            yield rows[inside]
+
+
+def _first_ns(wanted: Wanted) -> int:
+    return next((int(rows["record"]["time_ns"][0]) for rows in _parts(wanted)), 0)

@@ -16,6 +16,7 @@ from canwire.web.trace.store.history import History
 from canwire.web.trace.store.merging import Merger
 from canwire.web.trace.store.rows import EVERY_LINE, GAP, LOST, UNHEARD
 from canwire.web.trace.tap import Tap
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -222,7 +223,7 @@ class Taps:
                 try:
                     tap = Tap(hub, places[address], number)
                 except CanwireError as error:
-                    troubles[address] = str(error)
+                    troubles[address] = Trouble.of(error)
                     continue
                 with self._changed:
                     self._taps[address] = tap
@@ -231,6 +232,6 @@ class Taps:
                 if since_s is not None:
                     self._merger.mark(UNHEARD, number, round((now_s - since_s) * 1000))
         except CanwireError as error:
-            troubles = dict.fromkeys(wanted - self._taps.keys(), str(error))
+            troubles = dict.fromkeys(wanted - self._taps.keys(), Trouble.of(error))
         with self._changed:
             self._troubles = {one: said for one, said in troubles.items() if one in viewed}

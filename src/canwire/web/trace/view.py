@@ -87,8 +87,9 @@ class Tracing:
             {"key": key, "name": log.name, "reading": log.reading} for key, log in self.opened.logs.items()
         ]
         told: dict[str, object] = {"lines": lines, "logs": logs}
-        told["recording"] = self.recording.progress._asdict()
-        told["replay"] = self.logs.replay.played._asdict()
+        word = self._desk.words(request)
+        for key, state in (("recording", self.recording.progress), ("replay", self.logs.replay.played)):
+            told[key] = {**state._asdict(), "trouble": word.trouble(state.trouble)}
         return JSONResponse(told)
 
     def _names(self, request: Request) -> Response:
@@ -116,7 +117,7 @@ class Tracing:
             wanted = Wanted(int(query["line"]), int(query["id"], 16), len(query["id"]) == 8, query["signal"])
             begin = int(query.get("from", 0))
         except (ValueError, KeyError, BadValue) as error:
-            return JSONResponse({"message": str(error)}, 422)
+            return JSONResponse({"message": self._desk.words(request).error(error)}, 422)
         end = source.history.total
         begin = max(begin, end - MOST_PLOTTED)
         database = self.databases.of(source.bus_of(wanted.line))
@@ -140,7 +141,7 @@ class Tracing:
         try:
             path = self.recording.path(int(number) if number.isdecimal() else -1)
         except BadValue as error:
-            return JSONResponse({"message": str(error)}, 404)
+            return JSONResponse({"message": self._desk.words(request).error(error)}, 404)
         return FileResponse(path, media_type="text/plain", filename=file_name("log"))
 
     def _record(self, call: Call) -> str:
@@ -158,8 +159,9 @@ class Tracing:
 
     async def _live(self, socket: WebSocket) -> None:
         def viewing(wanted: Look, viewer: object, before: Viewing | None) -> Viewing:
-            return Viewing(wanted, self.source(wanted.source), self.databases, viewer, before)
+            return Viewing(wanted, self.source(wanted.source), self.databases, viewer, before, word)
 
+        word = self._desk.words(socket)
         await Feed(socket, viewing).run()
 
 

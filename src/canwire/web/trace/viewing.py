@@ -17,6 +17,7 @@ from canwire.web.trace.store.selection import Selection
 if TYPE_CHECKING:
     from canwire.web.databases.loaded import Databases
     from canwire.web.trace.source import Source
+    from canwire.web.words import Words
 
 
 class Viewing:
@@ -27,7 +28,13 @@ class Viewing:
     """
 
     def __init__(
-        self, look: Look, source: Source, databases: Databases, viewer: object, before: Viewing | None
+        self,
+        look: Look,
+        source: Source,
+        databases: Databases,
+        viewer: object,
+        before: Viewing | None,
+        word: Words,
     ) -> None:
         same = before if before is not None and before.source is source else None
         self.look = look
@@ -49,7 +56,7 @@ class Viewing:
         if look.since:
             kept = same is not None and same.look.since == look.since
             self._before = same._before if same is not None and kept else identifiers.counts()
-        self._answers = Answers(databases)
+        self._answers = Answers(databases, word)
         self.selection: Selection
         self._indices: list[int] = []
         self._key: object = None

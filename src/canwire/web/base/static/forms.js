@@ -59,7 +59,10 @@ document.addEventListener("submit", async (event) => {
   const form = event.target;
   if (!form.dataset.action) return;
   event.preventDefault();
+  if (form.hasAttribute("aria-busy")) return; // a second Enter before the answer would do it twice
+  form.setAttribute("aria-busy", "true");
   const done = await post(form.dataset.action, new FormData(form, event.submitter), form);
+  form.removeAttribute("aria-busy");
   if (done) {
     if ("closes" in form.dataset) form.closest("dialog")?.close();
     if ("clears" in form.dataset) form.reset();

@@ -1,10 +1,11 @@
 // Four plots of one line's counters, by uPlot; asked for once a second, what is new alone.
-import { decimal, word } from "/static/base/base.js";
+import { decimal, localised, word } from "/static/base/base.js";
 
 const LOOK_MS = 1000;
 const KEPT = 1200;
 const HEIGHT = 170;
 const NUMBER = 0, TIME = 1;
+const EPOCH = 1e9; // seconds: what is later counts since 1970
 const PLOTS = {
   load: [["load", 2, "--plot-1"]],
   rates: [["sent", 3, "--plot-1"], ["received", 4, "--plot-2"]],
@@ -33,19 +34,29 @@ function make() {
       width: place.clientWidth,
       height: HEIGHT,
       cursor: { sync: { key: "statistics" } },
-      scales: { x: { time: false, range: range }, y: { range: (_, low, high) => [0, Math.max(1, (high || 0) * 1.1)] } },
-      axes: [{ ...axis, values: (_, ticks) => ticks.map((one) => `${one} s`) }, { ...axis, size: 52 }],
+      scales: { x: { time: true, range: range }, y: { range: (_, low, high) => [0, Math.max(1, (high || 0) * 1.1)] } },
+      axes: [{ ...axis, values: (_, ticks) => ticks.map(moment) }, { ...axis, size: 52, values: (_, ticks) => ticks.map((one) => localised(`${one}`)) }],
       series: [
-        { label: word("statistics.time"), value: (_, value) => (value === null ? "–" : `${decimal(value, 1)} s`) },
+        { label: word("statistics.time"), value: (plot, value) => told(moment, value ?? plot.data[0].at(-1)) },
         ...series.map(([key, , name]) => ({
           label: word(`statistics.series-${key}`), stroke: colour(name), width: 1.6, points: { show: false },
-          value: (_, value) => (value === null || value === undefined ? "–" : decimal(value, key === "load" ? 1 : 0)),
+          value: (plot, value, at) => told((one) => decimal(one, key === "load" ? 1 : 0), value ?? plot.data[at].at(-1)),
         })),
       ],
     }, dataOf(series), place);
     made.series_ = series;
     return made;
   });
+}
+
+/** What the cursor is at, without one the newest value. */
+function told(shown, value) {
+  return value === null || value === undefined ? "–" : shown(value);
+}
+
+/** The time of day; of a hub whose epoch is not known, seconds since it began. */
+function moment(seconds) {
+  return seconds > EPOCH ? new Date(seconds * 1000).toLocaleTimeString("en-GB") : localised(`${Math.round(seconds * 10) / 10} s`);
 }
 
 function dataOf(series) {
@@ -71,6 +82,7 @@ async function look() {
     return; // the page's head says that server or hub are away
   }
   if (line !== lineChoice.value || !told.columns.length) return;
+  told.columns[TIME] = told.columns[TIME].map((seconds) => seconds + (told.epoch ?? 0));
   // a hub that was started anew counts its time from the beginning
   if (columns[TIME].length && told.columns[TIME][0] < columns[TIME].at(-1)) columns = empty();
   told.columns.forEach((column, at) => {

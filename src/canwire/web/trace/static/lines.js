@@ -13,6 +13,7 @@ export class LinesChosen {
     this.chosen = remembered("trace.lines", null);
     this.known = "";
     this.onLin = new Set();
+    this.kinds = new Map();
     this.wasLin = false;
     this.search = document.createElement("input");
     this.search.type = "search";
@@ -51,6 +52,7 @@ export class LinesChosen {
     document.dispatchEvent(new CustomEvent("logs", { detail: told.logs }));
     document.dispatchEvent(new CustomEvent("replay", { detail: told.replay }));
     busesAre(told.lines.map((line) => line.bus));
+    this.kinds = new Map(told.lines.map((line) => [line.address, line.kind]));
     this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN" && line.running).map((line) => line.address));
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
@@ -62,6 +64,11 @@ export class LinesChosen {
   /** Whether a LIN line is watched. */
   get lin() {
     return this.watched.some((address) => this.onLin.has(address));
+  }
+
+  /** Those that are watched, each with "CAN" or "LIN". */
+  get channels() {
+    return this.watched.map((address) => ({ address, kind: this.kinds.get(address) }));
   }
 
   /** Others are watched, or a LIN line among them has come to run or has stopped: columns differ then. */

@@ -3,25 +3,30 @@
 const ROW_PX = 22;
 const TALLEST_PX = 15_000_000; // browsers cannot do 33 million; a longer list is scrolled in proportion
 
+const SYNC_MS = 200; // between two changes of the scroll bar while rows come: each costs a layout of the page
+
 /**
  * `columns`: [{key, label, number}]; `fill(element, index)` writes a row's texts; `opened(index)` when one is chosen;
  * `moved()` when other rows are in sight. `show(count)` says how many there are now.
  * While `follow` is set the newest one is in sight.
+ *
+ * Rows stand in a window that does not scroll, at places that do not change while they follow; the spacer beside it has
+ * the list's length. Nothing here asks the browser for a size while rows come: that would lay the page out at once.
  */
 export class List {
-  constructor(head, body, spacer, fill, opened, moved) {
-    Object.assign(this, { head, body, spacer, fill, opened, moved });
+  constructor(head, body, rows, spacer, fill, opened, moved) {
+    Object.assign(this, { head, body, rows, spacer, fill, opened, moved });
     this.count = 0;
     this.selected = -1;
     this.follow = true;
     this.elements = [];
     this.columns = [];
+    this.height = body.clientHeight;
+    this.top = 0; // scrollTop
+    this.length = 0; // of the spacer, in pixels
+    this.timer = null;
     this.exact = null; // [scrollTop, first]: the first row where scrolling in proportion is too coarse
-    body.addEventListener("scroll", () => {
-      if (this.first + this.room >= this.count - 0.1) this.setFollow(true);
-      this.draw();
-      moved();
-    });
+    body.addEventListener("scroll", () => this.scrolled());
     body.addEventListener("wheel", (event) => {
       if (event.deltaY < 0) this.unfollow();
       if (this.coarse && !event.ctrlKey) {
@@ -32,14 +37,19 @@ export class List {
     body.addEventListener("keydown", (event) => this.key(event));
     body.addEventListener("click", (event) => {
       const row = event.target.closest(".trace-row");
-      if (row) this.select(Number(row.dataset.index), true);
+      if (row) this.select(row.index, true);
     });
-    new ResizeObserver(() => { this.draw(); moved(); }).observe(body);
+    new ResizeObserver(() => {
+      this.height = body.clientHeight;
+      this.sync();
+      this.draw();
+      moved();
+    }).observe(body);
   }
 
   /** Rows that fit, with a part of one. */
   get room() {
-    return this.body.clientHeight / ROW_PX;
+    return this.height / ROW_PX;
   }
 
   get coarse() {
@@ -48,19 +58,46 @@ export class List {
 
   /** The topmost row in sight, with its part. */
   get first() {
-    const top = this.body.scrollTop;
-    if (!this.coarse) return top / ROW_PX;
-    if (this.exact?.[0] === top) return this.exact[1];
-    return (top / (TALLEST_PX - this.body.clientHeight)) * Math.max(0, this.count - this.room);
+    if (this.follow) return Math.max(0, this.count - this.room);
+    if (!this.coarse) return this.top / ROW_PX;
+    if (this.exact?.[0] === this.top) return this.exact[1];
+    return (this.top / (TALLEST_PX - this.height)) * Math.max(0, this.count - this.room);
   }
 
   goTo(first) {
+    this.sync();
     const last = Math.max(0, this.count - this.room);
     const wanted = Math.max(0, Math.min(first, last));
-    this.body.scrollTop = this.coarse ? (wanted / last) * (TALLEST_PX - this.body.clientHeight) : wanted * ROW_PX;
-    this.exact = [this.body.scrollTop, wanted];
+    this.body.scrollTop = this.coarse ? (wanted / last) * (TALLEST_PX - this.height) : wanted * ROW_PX;
+    this.top = this.body.scrollTop;
+    this.exact = [this.top, wanted];
     this.draw();
     this.moved();
+  }
+
+  /** By somebody, or by `sync`. */
+  scrolled() {
+    const top = this.body.scrollTop;
+    if (this.follow) {
+      if (top >= Math.min(this.top, this.length - this.height) - ROW_PX) return;
+      this.follow = false; // its bar was drawn upwards
+    }
+    this.top = top;
+    if (this.first + this.room >= this.count - 0.1) this.setFollow(true);
+    this.draw();
+    this.moved();
+  }
+
+  /** The scroll bar is as long, and where, it should be. */
+  sync() {
+    clearTimeout(this.timer);
+    this.timer = null;
+    const length = Math.min(this.count * ROW_PX, TALLEST_PX);
+    if (length !== this.length) this.spacer.style.height = `${length}px`;
+    this.length = length;
+    if (!this.follow) return;
+    this.body.scrollTop = length;
+    this.top = Math.max(0, length - this.height);
   }
 
   label(columns) {
@@ -78,9 +115,10 @@ export class List {
   }
 
   show(count) {
+    const fewer = count < this.count;
     this.count = count;
-    this.spacer.style.height = `${Math.min(count * ROW_PX, TALLEST_PX)}px`;
-    if (this.follow) this.body.scrollTop = this.body.scrollHeight;
+    if (fewer) this.sync();
+    else this.timer ??= setTimeout(() => this.sync(), SYNC_MS);
     this.draw();
   }
 
@@ -91,21 +129,23 @@ export class List {
   }
 
   draw() {
-    const first = this.follow ? Math.max(0, this.count - this.room) : this.first;
+    const { first } = this;
     const begin = Math.floor(first);
-    const shift = this.body.scrollTop - first * ROW_PX;
     const room = Math.ceil(this.room) + 1;
     while (this.elements.length < room) this.elements.push(this.make());
     for (let k = 0; k < this.elements.length; k += 1) {
       const element = this.elements[k];
       const index = begin + k;
       const there = k < room && index < this.count;
-      element.hidden = !there;
+      if (element.hidden === there) element.hidden = !there;
       if (!there) continue;
-      element.style.transform = `translateY(${index * ROW_PX + shift}px)`;
-      element.dataset.index = index;
-      element.setAttribute("aria-rowindex", index + 2); // the head is row 1
-      element.setAttribute("aria-selected", String(index === this.selected));
+      const at = Math.round((index - first) * ROW_PX);
+      if (element.at !== at) element.style.transform = `translateY(${at}px)`;
+      element.at = at;
+      if (element.index !== index) element.setAttribute("aria-rowindex", index + 2); // the head is row 1
+      element.index = index;
+      const selected = String(index === this.selected);
+      if (element.ariaSelected !== selected) element.ariaSelected = selected;
       this.fill(element, index);
     }
   }
@@ -120,7 +160,7 @@ export class List {
       cell.className = `c-${column.key}${column.number ? " num" : ""}`;
       row.append(cell);
     }
-    this.body.append(row);
+    this.rows.append(row);
     return row;
   }
 
@@ -129,7 +169,10 @@ export class List {
   }
 
   setFollow(follow) {
+    const before = this.follow;
+    if (before && !follow) this.sync(); // it stays where it is
     this.follow = follow;
+    if (!before && follow) this.sync();
   }
 
   select(index, open) {

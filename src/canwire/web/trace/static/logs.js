@@ -82,7 +82,29 @@ export function sources(look, chosen) {
   });
 }
 
-/** The dialog that plays the opened log onto a line; `look()` is what is looked at, `channels()` its lines. */
+/** For each channel of a log a choice of lines: a running one of the same bus, or for the first channel of its kind any that runs. */
+function onto(channels, lines) {
+  const taken = new Set();
+  return channels.map(({ address: channel, kind }, place) => {
+    const fit = lines.filter((line) => line.lin === (kind === "LIN")).sort((one, other) => other.running - one.running);
+    const free = fit.filter((line) => line.running && !taken.has(line.address));
+    const first = channels.findIndex((one) => one.kind === kind) === place;
+    const usual = free.find((line) => line.bus === channel) ?? (first ? free[0] : null);
+    taken.add(usual?.address);
+    const choice = document.createElement("select");
+    choice.name = `line.${channel}`;
+    choice.append(new Option(word("trace.not-replayed"), ""));
+    for (const line of fit) choice.append(new Option(`${line.address} · ${line.bus || "–"}`, line.address));
+    choice.value = usual?.address ?? "";
+    const label = document.createElement("label");
+    const name = document.createElement("span");
+    name.textContent = `${channel} (${kind})`;
+    label.append(name, choice);
+    return label;
+  });
+}
+
+/** The dialog that plays the opened log onto lines; `look()` is what is looked at, `channels()` its lines with their kinds. */
 export function replays(look, channels) {
   const form = element("replay-form");
   let running = false;
@@ -95,9 +117,8 @@ export function replays(look, channels) {
     const answer = await fetch("/send/choices").catch(() => null); // the head says that the server is away
     if (!answer?.ok) return;
     const { lines } = await answer.json();
-    const fit = lines.filter((line) => !line.lin).sort((one, other) => other.running - one.running);
-    form.elements.line.replaceChildren(...fit.map((line) => new Option(`${line.address} · ${line.bus || "–"}`, line.address)));
-    form.elements.channel.replaceChildren(...channels().map((name) => new Option(name)));
+    const place = element("replay-lines");
+    place.replaceChildren(place.querySelector("legend"), ...onto(channels(), lines));
     element("replaying").showModal();
   });
   form.addEventListener("submit", () => {

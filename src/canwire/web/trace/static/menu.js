@@ -12,7 +12,7 @@ export function menu(body, place, chosen, act, selected) {
   };
   body.addEventListener("contextmenu", (event) => {
     const row = event.target.closest(".trace-row");
-    index = row ? Number(row.dataset.index) : selected();
+    index = row ? row.index : selected();
     if (index < 0) return;
     event.preventDefault();
     chosen(index);

@@ -1,5 +1,5 @@
 // Curves of signals in one time axis with the trace: several, each with an axis of its own, zoomed by dragging.
-import { decimal, word } from "/static/base/base.js";
+import { decimal, localised, word } from "/static/base/base.js";
 
 const LOOK_MS = 500;
 const WINDOW_S = 30; // that is followed
@@ -59,7 +59,7 @@ export class Plots {
     if (!this.curves.length) return;
     const ink = getComputedStyle(document.body).getPropertyValue("--quiet");
     const rule = getComputedStyle(document.body).getPropertyValue("--rule");
-    const axis = { stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } };
+    const axis = { values: (_, ticks) => ticks.map((one) => localised(`${one}`)), stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } };
     this.drawn = new uPlot({
       ...this.size(),
       legend: { show: false },

@@ -15,13 +15,14 @@ import { record } from "/static/trace/recording.js";
 import { frameText, isSilent, makeTexts, markBytes, markSignals } from "/static/trace/texts.js";
 import { Viewing } from "/static/trace/viewing.js";
 
+const COUNT_MS = 100;
 const element = (id) => document.getElementById(id);
 const state = { mode: remembered("trace.mode", "time"), columns: [], gone: 0, dirty: false, pausedHead: null };
 const marks = new Marks();
 const names = new Names(() => columns());
 let kept = JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}");
 
-const list = new List(element("head"), element("body"), element("spacer"), fill, open, () => viewing.send());
+const list = new List(element("head"), element("body"), element("window"), element("spacer"), fill, open, () => viewing.send());
 const viewing = new Viewing(answered, wanted, (there) => {
   element("live").textContent = there ? "" : word("base.unreachable");
 });
@@ -31,7 +32,7 @@ const byFrame = () => state.mode === "id";
 
 /** Which rows the screen needs; -1: the newest. */
 function wanted() {
-  const room = Math.ceil(element("body").clientHeight / 22) + 2;
+  const room = Math.ceil(list.room) + 2;
   if (!byFrame() && list.follow) return { at: -1, rows: room, byFrame: false };
   return { at: Math.floor(list.first) + (byFrame() ? 0 : state.gone), rows: room, byFrame: byFrame() };
 }
@@ -65,29 +66,38 @@ function placeOf(index) {
 function fill(row, index) {
   const place = placeOf(index);
   if (!rows.has(place)) {
-    row.className = "trace-row coming";
-    for (const cell of row.children) cell.textContent = cell.marked = "";
+    row.className = row.look = "trace-row coming";
+    for (const cell of row.children) put(cell, "");
     return;
   }
   const event = !rows.frame(place);
   const colour = rows.colour(place);
   const marked = marks.has(rows.number(place));
-  row.className = `trace-row${event ? ` event kind-${rows.kind(place)}` : ""}${colour ? ` tint-${colour}` : ""}`
+  const look = `trace-row${event ? ` event kind-${rows.kind(place)}` : ""}${colour ? ` tint-${colour}` : ""}`
     + `${marked ? " marked" : ""}${rows.flags(place) & 1 ? " late" : ""}`;
-  row.dataset.number = rows.number(place);
   const extra = byFrame() ? rows.extra(place) : null;
   const age = state.paused ? 0 : (performance.now() - viewing.at) / 1000;
-  if (extra && isSilent(extra, age)) row.classList.add("silent");
+  const whole = extra && isSilent(extra, age) ? `${look} silent` : look;
+  if (row.look !== whole) row.className = row.look = whole;
   state.columns.forEach((key, at) => {
     const cell = row.children[at];
     if (extra && key === "data" && !event) markBytes(cell, texts.data(place), extra.changed, age);
     else if (extra && key === "signals") markSignals(cell, `${rows.line(place)} ${rows.idText(place)}`, viewing.head.signals[place - rows.first]);
     else {
       const text = key in texts ? texts[key](place) : frameText(key, extra, age);
-      if (cell.marked) cell.marked = "";
-      if (cell.textContent !== text) cell.textContent = text;
+      if (put(cell, text) && key === "data") cell.title = event ? text : ""; // words may be longer than their column
     }
   });
+}
+
+/** Another text of a cell; false where it is the same. */
+function put(cell, text) {
+  if (!cell.marked && cell.text === text) return false;
+  if (cell.marked || cell.firstChild === null) cell.textContent = text;
+  else cell.firstChild.data = text; // costs less than another node
+  cell.marked = "";
+  cell.text = text;
+  return true;
 }
 
 function draw() {
@@ -98,12 +108,19 @@ function draw() {
     const { head } = viewing;
     if (!head) return;
     const shown = byFrame() ? head.count : head.count - head.gone;
-    element("shown").textContent = shown;
-    element("kept").textContent = head.total - head.first;
-    element("empty").hidden = shown > 0;
+    state.counting ??= setTimeout(count, COUNT_MS);
+    if (element("empty").hidden === (shown === 0)) element("empty").hidden = shown > 0;
     list.show(shown);
     document.dispatchEvent(new CustomEvent("drawn", { detail: { rows, last: rows.end - 1 } }));
   });
+}
+
+/** How many rows there are; as often as somebody can read it. */
+function count() {
+  state.counting = null;
+  const { head } = viewing;
+  element("shown").textContent = byFrame() ? head.count : head.count - head.gone;
+  element("kept").textContent = head.total - head.first;
 }
 
 function columns() {
@@ -222,7 +239,7 @@ const plots = new Plots(() => viewing.look.source, () => state.paused, (time) =>
 });
 element("body").addEventListener("click", (event) => {
   const signal = event.target.closest("[data-signal]");
-  const place = signal && placeOf(Number(signal.closest(".trace-row").dataset.index));
+  const place = signal && placeOf(signal.closest(".trace-row").index);
   if (!signal || !rows.has(place)) return;
   plots.add({ line: rows.line(place), id: rows.idText(place), signal: signal.dataset.signal });
   event.stopPropagation();
@@ -295,6 +312,6 @@ sources(viewing.look, (source) => {
   list.setFollow(!byFrame() && !source);
   element("body").scrollTop = 0;
 });
-replays(() => viewing.look, () => lines.watched);
+replays(() => viewing.look, () => lines.channels);
 element("save").addEventListener("click", () => offerMarked(marks.numbers.length));
 setMode(state.mode);

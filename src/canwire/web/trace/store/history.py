@@ -16,6 +16,7 @@ import numpy
 
 from canwire.web.trace.store.identifiers import Identifiers
 from canwire.web.trace.store.rows import LATE, ROW_BYTES, row_dtype
+from canwire.web.words import Trouble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -82,7 +83,7 @@ class History:
             begin, end = max(begin, self.first), min(end, self.total)
             kept = max(0, self.total - self._memory)
             if begin >= kept:
-                return self._ring[numpy.arange(begin, end) % self._memory]
+                return self._kept(begin, end)
         older = self._stored(begin, min(end, kept))
         if end <= kept:
             return older
@@ -93,7 +94,7 @@ class History:
 
     def pick(self, numbers: NDArray[numpy.int64]) -> numpy.ndarray:
         """The rows with these numbers, which rise; those that are gone are left out."""
-        found = [numpy.zeros(0, row_dtype())]
+        found = []
         for part in numpy.split(numbers, numpy.flatnonzero(numpy.diff(numbers // CHUNK)) + 1):
             if len(part):
                 begin, end = int(part[0]), int(part[-1]) + 1
@@ -101,7 +102,7 @@ class History:
                 missing = end - begin - len(rows)
                 places = part - begin - missing
                 found.append(rows[places[places >= 0]])
-        return numpy.concatenate(found)
+        return _joined(found)
 
     def blocks(self, begin: int, end: int) -> Iterator[numpy.ndarray]:
         """The rows between two numbers, some ten thousands at a time."""
@@ -126,7 +127,10 @@ class History:
             self.late += int((rows["flags"] & LATE != 0).sum())
             for chunk in range((begin + CHUNK - 1) // CHUNK, (end + CHUNK - 1) // CHUNK):
                 self._spill(chunk - self._memory // CHUNK)  # its place in memory is needed now
-            self._ring[numpy.arange(begin, end) % self._memory] = rows
+            at = begin % self._memory
+            first = min(len(rows), self._memory - at)
+            self._ring[at : at + first] = rows[:first]
+            self._ring[: len(rows) - first] = rows[first:]
             self.total = end
             self.first = max(self.first, (end - 1) // CHUNK * CHUNK + CHUNK - self._slots * CHUNK)
             if self.trouble:
@@ -145,19 +149,37 @@ class History:
             if os.pwrite(self._file.fileno(), octets, chunk % self._slots * len(octets)) < len(octets):
                 raise OSError("the disk is full")
         except OSError as error:
-            self.trouble = str(error)
+            self.trouble = Trouble.of(error)
+
+    def _kept(self, begin: int, end: int) -> numpy.ndarray:
+        """A copy of rows that are in memory."""
+        if end <= begin:
+            return numpy.zeros(0, row_dtype())
+        at = begin % self._memory
+        stop = at + end - begin
+        if stop <= self._memory:
+            return self._ring[at:stop].copy()
+        return numpy.concatenate((self._ring[at:], self._ring[: stop - self._memory]))
 
     def _stored(self, begin: int, end: int) -> numpy.ndarray:
         """Rows from the file, without those that were overwritten while they were read."""
-        parts = [numpy.zeros(0, row_dtype())]
+        parts = []
         at = begin
         while at < end:
-            stop = min((at // CHUNK + 1) * CHUNK, end)
-            place = (at // CHUNK % self._slots * CHUNK + at % CHUNK) * ROW_BYTES
+            chunk = at // CHUNK
+            stop = min((chunk - chunk % self._slots + self._slots) * CHUNK, end)  # the file goes round there
+            place = (chunk % self._slots * CHUNK + at % CHUNK) * ROW_BYTES
             with self._lock:
                 octets = b"" if self._file is None else os.pread(
                     self._file.fileno(), (stop - at) * ROW_BYTES, place)  # fmt: skip
             parts.append(numpy.frombuffer(octets, row_dtype(), len(octets) // ROW_BYTES))
             at = stop
-        rows = numpy.concatenate(parts)
+        rows = _joined(parts)
         return rows[max(0, self.first - begin) :]
+
+
+def _joined(parts: list[numpy.ndarray]) -> numpy.ndarray:
+    """One is not copied."""
+    if len(parts) == 1:
+        return parts[0]
+    return numpy.concatenate(parts) if parts else numpy.zeros(0, row_dtype())

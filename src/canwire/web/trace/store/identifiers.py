@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from canwire.web.trace.store.kinds import Test, identifiers, is_frame, is_lin, is_mark
+from canwire.web.trace.store.kinds import Test, identifiers, is_frame, is_lin, is_mark, kind_of, lengths
 from canwire.web.trace.store.rows import EVERY_LINE, row_dtype
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST = 65_536  # different frames; rows of others are counted in `left_out`
-_CAN_KEY, _LIN_KEY = 0x00E004FF, 0x080000FF  # bits of the info word that make a frame another one
+_FD_AT, _FORMATS_AT, _HEADER_AT = (
+    10,
+    21,
+    27,
+)  # bits of the info word that make a frame another one, with its kind
 _EXTRA = numpy.dtype(
     [("count", "<f8"), ("cycle", "<f8"), ("least", "<f8"), ("most", "<f8"), ("mean", "<f8"),
      ("changed", "<u8", 64)]
@@ -40,9 +44,10 @@ class Identifiers:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._places: dict[bytes, int] = {}
+        self._places: dict[int, int] = {}
         self._rows = numpy.zeros(64, row_dtype())
         self._extra = numpy.zeros(64, _EXTRA)
+        self._width = 0  # bytes that any of them had
         self.left_out = 0
 
     def counts(self) -> NDArray[numpy.float64]:
@@ -84,11 +89,13 @@ class Identifiers:
         with self._lock:
             made._places, made._rows = dict(self._places), self._rows.copy()
             made._extra, made.left_out = self._extra.copy(), self.left_out
+            made._width = self._width
         return made
 
     def add(self, rows: numpy.ndarray) -> None:
         """Rows of the history, in its order."""
-        rows = rows[~is_mark(rows) & (rows["line"] != EVERY_LINE)]
+        wanted = ~is_mark(rows) & (rows["line"] != EVERY_LINE)
+        rows = rows if wanted.all() else rows[wanted]
         if len(rows):
             with self._lock:
                 self._take(rows)
@@ -97,45 +104,43 @@ class Identifiers:
         keys = _keys(rows)
         found, first, inverse = numpy.unique(keys, return_index=True, return_inverse=True)
         places = numpy.array(
-            [self._place(key.tobytes(), rows[at]) for key, at in zip(found, first, strict=True)]
+            [self._place(key, rows, at) for key, at in zip(found.tolist(), first.tolist(), strict=True)]
         )
         every = places[inverse.reshape(-1)]
-        self.left_out += int((every < 0).sum())
-        rows, every = rows[every >= 0], every[every >= 0]
-        if len(rows):
-            order = numpy.argsort(every, kind="stable")
-            self._add(rows[order], every[order])
+        order = numpy.argsort(every, kind="stable")
+        beyond = int(numpy.searchsorted(every[order], 0))
+        self.left_out += beyond
+        if beyond < len(rows):
+            order = order[beyond:]
+            self._add(rows, order, every[order])
 
-    def _add(self, rows: numpy.ndarray, places: NDArray[numpy.intp]) -> None:
-        """Rows one frame after the other."""
+    def _add(self, rows: numpy.ndarray, order: NDArray[numpy.intp], places: NDArray[numpy.intp]) -> None:
+        """Rows in this order, one frame after the other; `places` are theirs in the table."""
         begins = numpy.flatnonzero(numpy.r_[True, places[1:] != places[:-1]])
-        ends = numpy.r_[begins[1:], len(rows)] - 1
+        ends = numpy.r_[begins[1:], len(order)] - 1
         which = places[begins]
         extra = self._extra[which]
-        before = rows[numpy.r_[0, : len(rows) - 1]]
-        before[begins] = self._rows[which]
-        stamps = rows["record"]["time_ns"].astype(numpy.int64)
-        apart = (stamps - before["record"]["time_ns"].astype(numpy.int64)).astype(float)
-        apart[before["record"]["time_ns"] == 0] = 0  # the first one
+        record = rows["record"]
+        stamps = record["time_ns"][order].astype(numpy.int64)
+        before = numpy.r_[0, stamps[:-1]]
+        before[begins] = self._rows["record"]["time_ns"][which]
+        apart = numpy.where(before == 0, 0, stamps - before).astype(float)  # 0: the first one
         known = apart > 0
-        changed = (rows["record"]["data"] != before["record"]["data"]) & known[:, None]
-        changed_ns = numpy.where(changed, stamps[:, None].astype(numpy.uint64), 0)
-        extra["changed"] = numpy.maximum(extra["changed"], numpy.maximum.reduceat(changed_ns, begins))
-        least = numpy.minimum.reduceat(numpy.where(known, apart, numpy.inf), begins)
-        least = numpy.minimum(least, numpy.where(extra["least"] > 0, extra["least"], numpy.inf))
-        extra["least"] = numpy.where(numpy.isfinite(least), least, 0)
-        extra["most"] = numpy.maximum(extra["most"], numpy.maximum.reduceat(apart, begins))
-        extra["cycle"] = numpy.where(apart[ends] > 0, apart[ends], extra["cycle"])
-        count = numpy.add.reduceat(known, begins)
-        mean = numpy.add.reduceat(apart, begins) / numpy.maximum(count, 1)
-        # the mean of about the last hundred distances, so that it follows a change of the cycle
-        share = numpy.where(extra["mean"] > 0, numpy.minimum(count / 100, 1), 1)
-        extra["mean"] = numpy.where(count > 0, extra["mean"] + (mean - extra["mean"]) * share, extra["mean"])
+        self._width = width = max(self._width, int(lengths(rows).max()))
+        data = record["data"][order, :width]
+        before_data = numpy.roll(data, 1, axis=0)
+        before_data[begins] = self._rows["record"]["data"][which, :width]
+        changed = (data != before_data) & known[:, None]
+        changed_ns = numpy.maximum.reduceat(numpy.where(changed, stamps[:, None], 0), begins)
+        extra["changed"][:, :width] = numpy.maximum(
+            extra["changed"][:, :width], changed_ns.astype(numpy.uint64)
+        )
+        _measure(extra, apart, known, begins, ends)
         extra["count"] += ends - begins + 1
         self._extra[which] = extra
-        self._rows[which] = rows[ends]
+        self._rows[which] = rows[order[ends]]
 
-    def _place(self, key: bytes, row: numpy.ndarray) -> int:
+    def _place(self, key: int, rows: numpy.ndarray, at: int) -> int:
         place = self._places.get(key)
         if place is None:
             if len(self._places) >= MOST:
@@ -144,18 +149,39 @@ class Identifiers:
             if place == len(self._rows):
                 self._rows = numpy.concatenate((self._rows, numpy.zeros(place, row_dtype())))
                 self._extra = numpy.concatenate((self._extra, numpy.zeros(place, _EXTRA)))
-            self._rows[place] = row
+            self._rows[place] = rows[at]
             self._rows[place]["record"]["time_ns"] = 0  # until it is added
             self._extra[place] = 0
             self._places[key] = place
         return place
 
 
-def _keys(rows: numpy.ndarray) -> numpy.ndarray:
-    """What rows of the same frame have in common, as 16 bytes each."""
-    info = rows["record"]["info"]
-    keys = numpy.zeros(len(rows), [("line", "<u4"), ("id", "<u4"), ("info", "<u4"), ("none", "<u4")])
-    keys["line"] = rows["line"]
-    keys["id"] = identifiers(rows)
-    keys["info"] = info & numpy.where(is_lin(rows), numpy.uint32(_LIN_KEY), numpy.uint32(_CAN_KEY))
-    return keys.view("V16").reshape(-1)
+def _measure(
+    extra: numpy.ndarray,
+    apart: NDArray[numpy.float64],
+    known: NDArray[numpy.bool_],
+    begins: NDArray[numpy.intp],
+    ends: NDArray[numpy.intp],
+) -> None:
+    """Distances of rows, as far as they are known, into the last, least, most and mean one."""
+    least = numpy.minimum.reduceat(numpy.where(known, apart, numpy.inf), begins)
+    least = numpy.minimum(least, numpy.where(extra["least"] > 0, extra["least"], numpy.inf))
+    extra["least"] = numpy.where(numpy.isfinite(least), least, 0)
+    extra["most"] = numpy.maximum(extra["most"], numpy.maximum.reduceat(apart, begins))
+    extra["cycle"] = numpy.where(apart[ends] > 0, apart[ends], extra["cycle"])
+    count = numpy.add.reduceat(known, begins)
+    mean = numpy.add.reduceat(apart, begins) / numpy.maximum(count, 1)
+    # the mean of about the last hundred distances, so that it follows a change of the cycle
+    share = numpy.where(extra["mean"] > 0, numpy.minimum(count / 100, 1), 1)
+    extra["mean"] = numpy.where(count > 0, extra["mean"] + (mean - extra["mean"]) * share, extra["mean"])
+
+
+def _keys(rows: numpy.ndarray) -> NDArray[numpy.uint64]:
+    """What rows of the same frame have in common: line, identifier, kind, and what else makes it another one."""
+    info, kind = rows["record"]["info"], kind_of(rows)
+    of_can = (info >> _FD_AT & 1) << 8 | (info >> _FORMATS_AT & 7) << 9
+    of_lin = (info >> _HEADER_AT & 1) << 12
+    keys: NDArray[numpy.uint64] = rows["line"].astype(numpy.uint64) * numpy.uint64(1 << 48)
+    keys |= identifiers(rows) * numpy.uint64(1 << 16)
+    keys |= kind | numpy.where(is_lin(rows), of_lin, of_can)
+    return keys

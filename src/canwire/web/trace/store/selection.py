@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+_LAST = 0xFFFFFFFF
 STEP = 16 * CHUNK  # rows that are looked at before others have their turn
 
 
@@ -28,7 +29,10 @@ class Selection:
         self, history: History, lines: Collection[int] | None, test: Test | None, since: int = 0
     ) -> None:
         self._history = history
-        self._lines = None if lines is None else numpy.array([*sorted(lines), EVERY_LINE], numpy.uint16)
+        self._lines: NDArray[numpy.bool_] | None = None  # by number, whether it is one of them
+        if lines is not None:
+            self._lines = numpy.zeros(EVERY_LINE + 1, bool)
+            self._lines[[*lines, EVERY_LINE]] = True
         self._test = test
         self._until: int | None = None
         self._numbers = numpy.zeros(1024, numpy.uint32)
@@ -50,7 +54,7 @@ class Selection:
     @property
     def gone(self) -> int:
         """How many of its rows the history has not any more."""
-        return int(numpy.searchsorted(self._numbers[: self.count], self._history.first))
+        return self.place_of(self._history.first)
 
     def extend(self) -> bool:
         """Look at up to STEP more rows; are there still more?"""
@@ -73,7 +77,10 @@ class Selection:
 
     def place_of(self, number: int) -> int:
         """Of the first row whose number is not less."""
-        return int(numpy.searchsorted(self._numbers[: self.count], number))
+        if number > _LAST:
+            return self.count
+        # of the same type: else numpy would make all of them another one first
+        return int(numpy.searchsorted(self._numbers[: self.count], numpy.uint32(max(number, 0))))
 
     def place_at(self, time_ns: int) -> int:
         """Of the first row whose time is not less; times of different hubs are not told apart."""
@@ -111,9 +118,7 @@ class Selection:
     def _add(self, rows: numpy.ndarray) -> None:
         if not len(rows):
             return
-        passed = numpy.ones(len(rows), bool)
-        if self._lines is not None:
-            passed = numpy.isin(rows["line"], self._lines)
+        passed = numpy.ones(len(rows), bool) if self._lines is None else self._lines[rows["line"]]
         if self._test is not None:
             passed &= self._test(rows) | is_mark(rows)
         found = rows["number"][passed]
