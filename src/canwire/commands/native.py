@@ -63,7 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print what was asked for in one line.
 
-    BadValue for nothing, and for what .NET or Windows have not; Unsupported where no libraries were built, or no compiler is.
+    BadValue for nothing, and for what .NET or Windows have not; Unsupported where no libraries were built, or no
+    compiler is.
     """
     words = _dotnet(arguments) if arguments.interface == DOTNET else _libraries(arguments)
     if not words:
