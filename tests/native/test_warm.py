@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -56,6 +57,16 @@ def parent_of(process: int) -> int:
     return int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1])
 
 
+def knock(warm: int) -> None:
+    """Ask without a word, and with words that are none."""
+    name = Path(f"/proc/{warm}/cmdline").read_bytes().rstrip(b"\0").rpartition(b"\0")[2]
+    for said in (b"", b"no program"):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as asking:
+            asking.connect(b"\0" + name)
+            if said:
+                asking.send(said)
+
+
 def ends(process: int) -> bool:
     """Before long."""
     try:
@@ -89,6 +100,7 @@ def test_programs_after_the_first_have_warm_helpers_of_their_own(
         running.enter_context(start.program(hub.address, tmp_path))
         first = helper_at(hub.address)
         warm = running.enter_context(killed_at_last(parent_of(first)))
+        knock(warm)
         with start.program(address.name, address.parent):
             second = helper_at(str(address))
             assert parent_of(second) == warm

@@ -21,6 +21,7 @@ from canwire.native.helper.serving import INTERFACES
 CHANNEL = 3  # the socket of the program that a helper serves: ../core/start.c
 _STANDARD_ERROR = 2
 _WAITING = 64  # programs that may ask at the same time
+_PATIENCE_S = 2  # for one who asks: the same as its own
 _LARGEST = 1 << 18
 _DESCRIPTORS = 3
 _CREDENTIALS = struct.Struct("3i")
@@ -87,19 +88,31 @@ def _fork_for(asking: socket.socket, listening: socket.socket) -> Served | None:
     )
     if user != os.getuid():
         return None
-    data, descriptors, flags, _ = socket.recv_fds(asking, _LARGEST, _DESCRIPTORS)
+    asking.settimeout(_PATIENCE_S)
+    try:
+        data, descriptors, flags, _ = socket.recv_fds(asking, _LARGEST, _DESCRIPTORS)
+    except OSError:  # it says nothing, or has gone
+        return None
     whole = len(descriptors) == _DESCRIPTORS and not flags & (socket.MSG_TRUNC | socket.MSG_CTRUNC)
     if whole and os.fork() == 0:
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         listening.close()
-        asking.send(b"1")
-        if asking.recv(1) != b"1":
-            os._exit(0)  # that took too long: the program has another helper
-        asking.close()
+        if not _is_wanted(asking):
+            os._exit(0)
         return _become(data, descriptors)
     for descriptor in descriptors:
         os.close(descriptor)
     return None
+
+
+def _is_wanted(asking: socket.socket) -> bool:
+    """No: the program has started another one, since this one took too long."""
+    with asking:
+        try:
+            asking.send(b"1")
+            return asking.recv(1) == b"1"
+        except OSError:
+            return False
 
 
 def _become(data: bytes, descriptors: list[int]) -> Served:
