@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from canwire.native import dotnet, include_directory, library_directory
@@ -21,7 +22,7 @@ from canwire.native import dotnet, include_directory, library_directory
 PROGRAM = Path(__file__).parent / "native.cpp"
 PYTHON = Path(__file__).parent / "native_python.py"
 SHARP = Path(__file__).parent / "native.cs"
-WHAT = ("start", "call", "batches", "single", "one-way", "socket")
+WHAT = ("call", "batches", "single", "one-way", "socket")
 
 
 def build(home: Path) -> Path:
@@ -55,6 +56,19 @@ def sharp(home: Path, program: Path, settings: dict[str, str]) -> None:
         print(reader.communicate()[0], end="", flush=True)
 
 
+def starts(program: Path, settings: dict[str, str]) -> None:
+    """With a helper of its own, then with one that the run before has left warm; beside Python's own start."""
+    for _ in range(3):
+        begun = time.perf_counter()
+        subprocess.run([sys.executable, "-c", "pass"], check=True)
+        print(f"Python start    {(time.perf_counter() - begun) * 1e3:6.0f} ms for `pass`", flush=True)
+        for stays in ("0", "10"):
+            print("cold  " if stays == "0" else "warm  ", end="", flush=True)
+            subprocess.run(
+                [str(program), "start"], env={**settings, "CANWIRE_HELPER_STAYS": stays}, check=True
+            )
+
+
 def main() -> None:
     with tempfile.TemporaryDirectory() as directory:
         home = Path(directory)
@@ -66,6 +80,7 @@ def main() -> None:
             assert hub.stdout is not None
             assert "canwire hub on" in hub.stdout.readline()
             settings = {**os.environ, "CANWIRE_HUB": address, "CANWIRE_PYTHON": sys.executable}
+            starts(program, settings)
             for what in WHAT:
                 subprocess.run([str(program), what], env=settings, check=True)
             for what in ("batches", "single", "one-way"):

@@ -3,23 +3,34 @@
 python docs/shared_picture.py > docs/shared.svg                    a hub and three commands
 python docs/shared_picture.py five > docs/five-programs.svg        the five programs of five-programs.md
 python docs/shared_picture.py socketcan > docs/socketcan.svg       socketcan.md's terminals
+python docs/shared_picture.py native > docs/native.svg             programs in C++ and C#, candump and pytest
 """
 
 from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from html import escape
 from pathlib import Path
 
 import canwire
 
 LINE, LEFT, TOP, WIDTH = 19, 16, 30, 1000
-COLOURS = (("$ ", "#7fd962"), ("# ", "#6e7681"), ("HW", "#59c2ff"), ("  can0", "#ffb454"), ("(", "#ffb454"))
+COLOURS = (
+    ("$ ", "#7fd962"),
+    ("# ", "#6e7681"),
+    ("HW", "#59c2ff"),
+    ("  can0", "#ffb454"),
+    ("  HW", "#ffb454"),
+    ("(", "#ffb454"),
+)
 SEND = ["send", "can0", "123#1122", "18FF1234##1AABBCC", "100#R"]
 
 
@@ -112,7 +123,73 @@ def socketcan() -> list[str]:
     ]  # fmt: skip
 
 
-STORIES = {"five": five, "socketcan": socketcan}
+TEST = """\
+import subprocess, can
+
+def test_greeting():
+    with can.Bus(interface="canwire", channel="HW000002:0") as bus:
+        subprocess.run("./first", check=True)
+        assert bus.recv(10).data == b"\\xca\\xfe"
+"""
+
+
+def native() -> list[str]:
+    """The first programs of native.md and native-dotnet.md, candump, and a test of the one in C++."""
+    pages, examples = Path(__file__).parent, Path(__file__).parents[1] / "examples" / "native"
+    lines = [line for page in ("native.md", "native-dotnet.md") for line in console(pages / page)]
+    cpp, cs, mono = (
+        next(line for line in lines if part in line).replace("$out/", "").replace("examples/native/", "")
+        for part in ("first.cpp", "First.cs", "mono $out")
+    )
+    serve, dump, first = "canwire serve", "canwire run candump -n 3 HW000002_0", "./first"
+    show, test = "cat test_first.py", "pytest -q test_first.py"
+    with tempfile.TemporaryDirectory() as home:
+        for source in ("first.cpp", "First.cs"):
+            shutil.copy(examples / source, home)
+        (Path(home) / "test_first.py").write_text(TEST, encoding="utf-8")
+        os.environ["CANWIRE_HUB"] = socket = str(Path(home) / "canwire.sock")
+        with ExitStack() as running:
+            hub = running.enter_context(ended(started(home, *serve.split(), "--socket", socket)))
+            introduction = read(hub, 1)[0].replace(home, "/run/user/1000")
+            for line in (cpp, cs):
+                printed(home, line)
+            seen = running.enter_context(ended(started(home, *dump.split())))
+            with canwire.connect(socket, name="picture") as shared:
+                (place,) = canwire.find_lines(shared, "HW000002:0")
+                while not place.status(shared).channels:
+                    time.sleep(0.05)
+            said = [printed(home, line) for line in (first, mono, show, test)]
+            shown = read(seen, 3)
+    return [
+        "# terminal 1", f"$ {serve}", introduction, "",
+        "# terminal 2", f"$ {dump}", *shown, "",
+        "# terminal 3", f"$ {cpp} && {first}", *said[0], f"$ {cs}", f"$ {mono}", *said[1], f"$ {show}", *said[2],
+        f"$ {test}", *(re.sub(r" in [0-9.]+s", "", text) for text in said[3]),
+    ]  # fmt: skip
+
+
+@contextmanager
+def ended(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
+    """Nothing of it is left afterwards, whatever happens."""
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def console(page: Path) -> list[str]:
+    """The commands of a page."""
+    return re.findall(r"^\$ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def printed(home: str, line: str) -> list[str]:
+    """What a shell prints for this line."""
+    done = subprocess.run(line, shell=True, check=True, cwd=home, stdout=subprocess.PIPE, text=True)
+    return done.stdout.splitlines()
+
+
+STORIES = {"five": five, "socketcan": socketcan, "native": native}
 
 
 def started(home: str, *words: str) -> subprocess.Popen[str]:

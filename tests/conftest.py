@@ -24,6 +24,9 @@ if os.environ.get("PYTHONDONTWRITEBYTECODE") == "1":
     # anew, each of a thousand processes compiles the program. Whoever means it for tests too says "always".
     del os.environ["PYTHONDONTWRITEBYTECODE"]
     sys.dont_write_bytecode = False
+os.environ.setdefault(
+    "CANWIRE_HELPER_STAYS", "0"
+)  # programs in C leave no warm process behind: tests/native/test_warm.py
 
 
 def pytest_configure(config: pytest.Config) -> None:

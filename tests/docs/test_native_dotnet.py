@@ -1,4 +1,4 @@
-"""native-dotnet.md: its program is compiled and run, its sed makes today's C# fit for mcs, its counts are right."""
+"""native-dotnet.md: its program runs as native.svg shows it, its sed makes C# fit for mcs, its counts are right."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ import pytest
 from canwire import Unsupported
 from canwire.native import dotnet, library_directory
 from tests import warm
-from tests.docs.blocks import ROOT, blocks, run_console
+from tests.docs.blocks import ROOT, blocks
 from tests.missing import find_program
 
-PAGE = ROOT / "docs" / "native-dotnet.md"
+PAGE, PICTURE = ROOT / "docs" / "native-dotnet.md", ROOT / "docs" / "native.svg"
 TYPE = re.compile(
     r"^    (?:\[.*\] )?public (?:sealed |partial )*(?:class|struct|enum|interface) (\w+)", re.MULTILINE
 )
@@ -56,10 +56,23 @@ def needs_libraries() -> None:
     find_program("mono")
 
 
-@pytest.mark.conforms("N-43")
-def test_its_program_runs(tmp_path: Path) -> None:
+@pytest.mark.conforms("N-39", "N-43")
+def test_its_program_one_in_cpp_candump_and_pytest_on_one_bus(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The picture native.svg, whose commands are the pages'."""
+    pytest.importorskip("can")
     needs_libraries()
-    assert "USB-to-CAN FD (simulated): 123 CAFE\n" in run_console(PAGE, tmp_path)
+    for program in ("g++", "candump"):
+        find_program(program)
+    import shared_picture
+
+    tools = os.pathsep.join((str(tmp_path), str(Path(sys.executable).parent), os.environ["PATH"]))
+    for name, value in {"PATH": tools, "XDG_STATE_HOME": str(tmp_path / "state"), "CANWIRE_HUB": ""}.items():
+        monkeypatch.setenv(name, value)
+    warm.write_script(tmp_path / "canwire")
+    shown = shared_picture.picture(shared_picture.native())
+    assert shown == PICTURE.read_text(encoding="utf-8")
 
 
 @pytest.mark.conforms("N-43")

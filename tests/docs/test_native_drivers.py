@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from canwire import Unsupported
 from canwire.native import library_directory
+from tests import warm
 from tests.docs.blocks import ROOT, blocks
 from tests.missing import needs_program
 
@@ -31,12 +31,8 @@ def test_the_commands_build_programs(tmp_path: Path) -> None:
         pytest.skip(str(error))
     for source, name in (("candrv.c", "CanRead.c"), ("acan.c", "wct32.c"), ("checks.h", "checks.h")):
         shutil.copy(PROGRAMS / source, tmp_path / name)
-    (tmp_path / "python").symlink_to(sys.executable)
-    settings = {
-        **os.environ,
-        "PATH": f"{tmp_path}:{os.environ['PATH']}",
-        "PYTHONPATH": os.pathsep.join(sys.path),
-    }
+    warm.write_script(tmp_path / "canwire")
+    settings = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
     [words] = fenced("sh")
     done = subprocess.run(
         ["sh", "-e"], input=words, cwd=tmp_path, env=settings, text=True, capture_output=True

@@ -36,6 +36,8 @@ def test_options_for_windows(
     (made / "vciapi.dll").touch()
     assert status_of(*asked) == 0
     told = capsys.readouterr().out
+    assert status_of("native", "candrv", "--windows", "--libs") != 0
+    assert "Linux alone" in capsys.readouterr().err
     assert f"-idirafter {tmp_path}/include -L{made} -lvcinpl2 -luuid" in told
 
 
@@ -45,7 +47,7 @@ def test_nothing_asked_for_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_pkg_config(native: Native) -> None:
-    for name in ("vciapi", "vcinpl", "vcinpl2"):
+    for name in ("vciapi", "vcinpl", "vcinpl2", "candrv", "acan"):
         told = subprocess.run(
             [find_program("pkg-config"), "--cflags", "--libs", name],
             env={**os.environ, "PKG_CONFIG_PATH": pkg_config_directory()},
@@ -59,9 +61,11 @@ def test_pkg_config(native: Native) -> None:
 
 def test_cmake(native: Native, tmp_path: Path) -> None:
     find_program("g++")
+    (tmp_path / "driver.c").write_text('#include "canbusio.h"\nint main(void) { return !CloseHandle(0); }\n')
     (tmp_path / "CMakeLists.txt").write_text(
-        "cmake_minimum_required(VERSION 3.13)\nproject(sample CXX)\nfind_package(canwire REQUIRED)\n"
+        "cmake_minimum_required(VERSION 3.13)\nproject(sample C CXX)\nfind_package(canwire REQUIRED)\n"
         f"add_executable(sample {native.home}/errors.cpp)\ntarget_link_libraries(sample canwire::vciapi)\n"
+        "add_executable(driver driver.c)\ntarget_link_libraries(driver canwire::candrv)\n"
     )
     cmake = find_program("cmake")
     subprocess.run(

@@ -1,7 +1,8 @@
-"""`canwire native`: what a build needs to know for programs in C, C++ and .NET that are written for VCI.
+"""`canwire native`: what a build needs to know for programs in C, C++ and .NET, written for VCI, CANDRV or ACAN.
 
 canwire native --cflags --libs              options for g++, VCI V4 (vcisdk.h)
 canwire native vcinpl2 --cflags --libs      options for gcc or g++, the flat interface with CAN FD (vcinpl2.h)
+canwire native candrv --cflags --libs       the same for CANDRV (canbusio.h), and acan for ACAN.H
 canwire native dotnet --libs                references for mcs, Ixxat.Vci4 and Ixxat.Vci3
 canwire native dotnet --libraries           where these assemblies are: what MONO_PATH takes
 canwire native --windows --cflags --libs    options for x86_64-w64-mingw32-g++: the same for Windows
@@ -23,7 +24,14 @@ import sys
 from canwire import BadValue
 from canwire.native import cmake_directory, dotnet, include_directory, library_directory, pkg_config_directory
 
-INTERFACES = {"vciapi": ("vciapi",), "vcinpl": ("vcinpl", "vciapi"), "vcinpl2": ("vcinpl2", "vciapi")}
+INTERFACES = {
+    "vciapi": ("vciapi",),
+    "vcinpl": ("vcinpl", "vciapi"),
+    "vcinpl2": ("vcinpl2", "vciapi"),
+    "candrv": ("candrv",),
+    "acan": ("acan",),
+}
+LINUX_ALONE = ("candrv", "acan")
 DOTNET = "dotnet"
 
 
@@ -55,7 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print what was asked for in one line.
 
-    BadValue for nothing, and for what .NET has not; Unsupported where no libraries were built, or no compiler is.
+    BadValue for nothing, and for what .NET or Windows have not; Unsupported where no libraries were built, or no
+    compiler is.
     """
     words = _dotnet(arguments) if arguments.interface == DOTNET else _libraries(arguments)
     if not words:
@@ -65,6 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _libraries(arguments: argparse.Namespace) -> list[str]:
+    if arguments.windows and arguments.interface in LINUX_ALONE:
+        raise BadValue(f"{arguments.interface} is there for Linux alone, not for Windows")
     words: list[str] = []
     if arguments.cflags:
         words += ["-idirafter", include_directory()] if arguments.windows else [f"-I{include_directory()}"]

@@ -20,19 +20,28 @@ def start(thread: threading.Thread) -> None:
     """In place of Thread.start: the new thread's first turn comes when this one waits."""
     me = current()
     module = getattr(getattr(thread, "_target", None), "__module__", None) or ""
-    if me is None or module.startswith(_OWN):
+    if me is None:
         originals.start(thread)
         return
     company = me.company
+    if module.startswith(_OWN):
+        _start_outside(me, thread)
+        return
     member = company.enrolled(thread)
     thread.__dict__[_MEMBER] = member
     thread.__dict__["run"] = _taking_part(thread, member, thread.run)
-    me.outside += 1  # until it has begun: it runs by itself up to there
     try:
-        originals.start(thread)
+        _start_outside(me, thread)
     except BaseException:
         company.withdraw(member)
         raise
+
+
+def _start_outside(me: Member, thread: threading.Thread) -> None:
+    """The starter keeps its turn until the thread has begun: that runs by itself up to there."""
+    me.outside += 1
+    try:
+        originals.start(thread)
     finally:
         me.outside -= 1
 

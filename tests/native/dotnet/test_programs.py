@@ -41,6 +41,7 @@ def test_one_bus_with_a_program_in_python(mono: Mono, hub: Served) -> None:
         ("Fast.cs", "two rates, filters and a cyclic list"),
         ("Errors.cs", "every mistake has its exception"),
         ("Stream.cs", "all of them in order"),
+        ("Threads.cs", "whatever the threads did"),
     ],
 )
 def test_vci4(mono: Mono, hub: Served, program: str, said: str) -> None:

@@ -127,6 +127,44 @@ static void threads(Line &line)
     TRUE_THAT(GetLastError() == ERROR_INVALID_HANDLE);
 }
 
+static unsigned __stdcall read_until_it_is_released(void *reader)
+{
+    CANMSG message;
+    HRESULT result;
+
+    do
+        result = static_cast<IFifoReader *>(reader)->GetDataEntry(&message);
+    while (result == VCI_OK || result == VCI_E_RXQUEUE_EMPTY);
+    return result == static_cast<HRESULT>(VCI_E_INVHANDLE) ? 0 : 1;
+}
+
+/* A reader that is released while others use it: they hear of it, and its memory is not theirs any longer. */
+static void released_meanwhile(Line &line)
+{
+    DWORD code;
+
+    for (int round = 0; round < 20; round++) {
+        HANDLE each[3];
+        IFifoReader *reader;
+        ICanChannel *channel;
+        ICanSocket *socket;
+
+        OK(line.layer->OpenSocket(0, IID_ICanSocket, (PVOID *)&socket));
+        OK(socket->CreateChannel(FALSE, &channel));
+        OK(channel->Initialize(50, 50));
+        OK(channel->GetReader(&reader));
+        for (HANDLE &thread : each)
+            thread = (HANDLE)_beginthreadex(NULL, 0, read_until_it_is_released, reader, 0, NULL);
+        TRUE_THAT(reader->Release() == 0);
+        for (HANDLE thread : each) {
+            TRUE_THAT(WaitForSingleObject(thread, 10000) == WAIT_OBJECT_0 && GetExitCodeThread(thread, &code) && code == 0);
+            CloseHandle(thread);
+        }
+        channel->Release();
+        socket->Release();
+    }
+}
+
 int main()
 {
     Line line(0);
@@ -135,6 +173,7 @@ int main()
     texts();
     interfaces(line);
     threads(line);
+    released_meanwhile(line);
 #ifndef _WIN32
     fork_of(line);
 #endif

@@ -29,14 +29,18 @@ static cw_socket take_socket(void)
 
     pthread_mutex_lock(&lock);
     ready = cw_helper_runs() || cw_helper_start() == 0;
-    if (ready && idle_count > 0)
+    if (ready && !cw_timed() && idle_count > 0)
         socket = idle[--idle_count];
     pthread_mutex_unlock(&lock);
-    return ready && socket == CW_NO_SOCKET ? cw_socket_new() : socket;
+    if (!ready || socket != CW_NO_SOCKET)
+        return socket;
+    return cw_timed() ? cw_thread_socket() : cw_socket_new();
 }
 
 static void give_back(cw_socket socket)
 {
+    if (cw_timed())
+        return;
     pthread_mutex_lock(&lock);
     if (idle_count < MOST_IDLE) {
         idle[idle_count++] = socket;
@@ -79,7 +83,9 @@ int cw_call(struct cw_call *call)
     if (asked == 0 && of == cw_process()) {
         give_back(socket);
     } else {
-        if (socket != CW_NO_SOCKET)
+        if (cw_timed())
+            cw_thread_socket_forget();
+        else if (socket != CW_NO_SOCKET)
             cw_socket_close(socket);
         cw_helper_gone(of);
     }
@@ -96,6 +102,7 @@ void cw_close_descriptors(struct cw_call *call)
 void cw_calls_in_child(void)
 {
     pthread_mutex_init(&lock, NULL);
+    cw_thread_socket_forget();
     while (idle_count > 0)
         cw_socket_close(idle[--idle_count]);
 }

@@ -46,6 +46,21 @@ void cw_close_descriptors(struct cw_call *call);
 /* Another number in each fork, and after a helper's end: what was opened under another one is over. */
 uint32_t cw_process(void);
 
+#ifndef _WIN32
+/* One time with others, where CANWIRE_TIMED is 1: timed.c. Waits for handles and rings take part by themselves. */
+int cw_timed(void);
+int64_t cw_hub_now(void);          /* nanoseconds; -1: this thread takes no part, the clock's time counts */
+int cw_sleep(int64_t milliseconds); /* 1: done; 0: likewise */
+uint32_t cw_expect_thread(void);   /* before one is started: it takes part from then on, in the order of these calls */
+void cw_thread_begins(uint32_t expected, int succeeded); /* in that thread; or in who could not start it */
+void cw_changed(void);             /* something that other threads may wait for: they look when this one waits */
+int cw_others_run(void);           /* a lock is not free: others have their turns; 0: likewise */
+#else /* nobody does on Windows */
+#define cw_timed() 0
+#define cw_hub_now() (-1)
+#define cw_changed() ((void)0)
+#endif
+
 /* rings: ring.c. One thread at a time uses an end, as in the hub; any number may wait on it. */
 
 struct cw_place { /* what the helper answers for a ring, with descriptors: memory, own, and peer if there is one */

@@ -8,7 +8,7 @@
 #define SECOND 1000000000ll
 #define LONGEST_MS (INT64_MAX / MILLISECOND / 4)
 
-static int64_t now(void)
+int64_t cw_clock_now(void)
 {
     struct timespec time;
 
@@ -18,17 +18,25 @@ static int64_t now(void)
 
 int64_t cw_deadline(int64_t milliseconds)
 {
-    return milliseconds < 0 || milliseconds > LONGEST_MS ? INT64_MAX : now() + milliseconds * MILLISECOND;
+    int64_t now;
+
+    if (milliseconds < 0 || milliseconds > LONGEST_MS)
+        return INT64_MAX;
+    now = cw_timed() ? cw_hub_now() : -1;
+    return (now < 0 ? cw_clock_now() : now) + milliseconds * MILLISECOND;
 }
 
 int cw_poll(struct pollfd *about, nfds_t count, int64_t until)
 {
-    for (;;) {
-        int64_t left = until == INT64_MAX ? 0 : until - now();
-        struct timespec span = {left > 0 ? left / SECOND : 0, left > 0 ? left % SECOND : 0};
-        int found = ppoll(about, count, until == INT64_MAX ? NULL : &span, NULL);
+    int found = cw_timed() ? cw_poll_by_turns(about, count, &until) : -1;
 
-        if (found >= 0 || errno != EINTR) /* a program's handler has run: Windows' calls know no signals */
-            return found;
+    while (found < 0) {
+        int64_t left = until == INT64_MAX ? 0 : until - cw_clock_now();
+        struct timespec span = {left > 0 ? left / SECOND : 0, left > 0 ? left % SECOND : 0};
+
+        found = ppoll(about, count, until == INT64_MAX ? NULL : &span, NULL);
+        if (found < 0 && errno != EINTR) /* else a program's handler has run: Windows' calls know no signals */
+            break;
     }
+    return found;
 }

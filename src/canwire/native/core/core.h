@@ -69,10 +69,20 @@ void cw_lock_handles(void);
 void cw_unlock_handles(void);
 
 /* clock.c */
-int64_t cw_deadline(int64_t milliseconds);                  /* nanoseconds of the monotonic clock; INT64_MAX: never */
+int64_t cw_clock_now(void);                 /* nanoseconds of the monotonic clock */
+int64_t cw_deadline(int64_t milliseconds);  /* of that, or of the hub's time; INT64_MAX: never */
 int cw_poll(struct pollfd *about, nfds_t count, int64_t until); /* as ppoll; 0 when the time is over; goes on after signals */
 
 int cw_drain(int descriptor); /* lent.c: was anything in it? */
+
+/* timed.c: nanoseconds of the hub's time, -1 where the calling thread takes no part in it */
+cw_socket cw_thread_socket(void); /* the calling thread's own; CW_NO_SOCKET: none could be made */
+void cw_thread_socket_forget(void);
+int64_t cw_await_turn(int64_t until); /* something was signalled, another thread has run, or the time is over */
+int cw_poll_by_turns(struct pollfd *about, nfds_t count, int64_t *until);
+#else
+#define cw_thread_socket() CW_NO_SOCKET
+#define cw_thread_socket_forget() ((void)0)
 #endif
 
 #pragma GCC visibility pop

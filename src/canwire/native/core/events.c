@@ -101,6 +101,7 @@ static void destroy(struct cw_object *object)
 void cw_event_set(struct cw_event *event)
 {
     eventfd_write(event->own, 1);
+    cw_changed();
 }
 
 /* Every signal there is, taken out of the sources; was there one? A ring then signals at the next occasion; one that is

@@ -37,6 +37,7 @@ void cw_ring_signal(struct cw_ring *ring, int descriptor)
     static const uint64_t one = 1;
 
     (void)ring;
+    cw_changed();
     if (write(descriptor, &one, sizeof one) < 0)
         return; /* full: it has a wake-up pending anyway; or it is gone */
 }

@@ -55,16 +55,18 @@ static int python_of(char *library, char *python)
 }
 
 /* CANWIRE_PYTHON, or the one that this library was installed for, or the first in PATH */
-static void find_python(char *python)
+static void find_python(char *python, char *library)
 {
     const char *given = getenv("CANWIRE_PYTHON");
-    char library[PATH_MAX];
+    char of[PATH_MAX];
     Dl_info about;
 
+    if (dladdr((void *)&find_python, &about) == 0 || realpath(about.dli_fname, library) == NULL)
+        *library = '\0';
+    snprintf(of, sizeof of, "%s", library);
     if (given != NULL && *given != '\0')
         snprintf(python, PATH_MAX, "%s", given);
-    else if (dladdr((void *)&find_python, &about) == 0 || realpath(about.dli_fname, library) == NULL ||
-             !python_of(library, python))
+    else if (!python_of(of, python))
         snprintf(python, PATH_MAX, "python3");
 }
 
@@ -108,8 +110,8 @@ static void become(int channel, const char *python, char *const words[], char *c
 
 int cw_start_helper(int channel)
 {
-    char python[PATH_MAX], parent[16];
-    char *words[] = {python, "-P", "-c", PROGRAM, parent, program_invocation_short_name, NULL};
+    char python[PATH_MAX], library[PATH_MAX], parent[16], warm[CW_WARM_NAME];
+    char *words[] = {python, "-P", "-c", PROGRAM, parent, program_invocation_short_name, warm, NULL};
     char **settings = variables();
     sigset_t all, before;
     long middle;
@@ -117,8 +119,13 @@ int cw_start_helper(int channel)
 
     if (settings == NULL)
         return -1;
-    find_python(python);
+    find_python(python, library);
     snprintf(parent, sizeof parent, "%d", (int)getpid());
+    cw_warm_name(warm, python, library, settings);
+    if (*warm != '\0' && cw_warm_start(warm, channel, words + 4, settings) == 0) {
+        free(settings);
+        return 0;
+    }
     sigfillset(&all); /* no handler of the program's runs in the process in the middle */
     pthread_sigmask(SIG_SETMASK, &all, &before);
     middle = syscall(SYS_clone, 0, NULL, NULL, NULL, NULL);

@@ -6,8 +6,6 @@ import gc
 import os
 import sys
 
-CHANNEL = 3  # the socket of a program that starts it with one: ../core/start.c
-
 
 def main() -> None:
     """Answer until the program has ended; then nothing of this process is left either."""
@@ -16,7 +14,7 @@ def main() -> None:
     status = 1
     try:
         gc.disable()  # a program's objects are few, and each is given back by hand
-        _serve(program, sys.argv[3:])
+        _serve(program, name, "".join(sys.argv[3:]))
         status = 0
     except BaseException:
         sys.excepthook(*sys.exc_info())
@@ -26,14 +24,20 @@ def main() -> None:
         os._exit(status)  # threads may still be answering; the system gives everything back
 
 
-def _serve(program: int, port: list[str]) -> None:
-    if port:
+def _serve(program: int, name: str, where: str) -> None:
+    """`where` is a port, or an address for those who want a warm helper, or nothing."""
+    if where.isdecimal():
         from canwire.native.helper.far import serve_far
 
-        serve_far(int(port[0]), program)
-    else:
-        import socket
+        serve_far(int(where), program)
+        return
+    import socket
 
-        from canwire.native.helper.near import serve_near
+    from canwire.native.helper.near import serve_near
+    from canwire.native.helper.warm import CHANNEL, Served, forked
 
-        serve_near(socket.socket(fileno=CHANNEL), program)
+    served = Served(program, name)
+    if where:
+        served = forked(served, where)
+        sys.argv[0] = served.name
+    serve_near(socket.socket(fileno=CHANNEL), served.process)

@@ -22,6 +22,7 @@ from canwire.native.helper.serving import Helper
 
 if TYPE_CHECKING:
     from canwire.native.helper.answers import Reply
+    from canwire.native.helper.turns import Turns
 
 _REQUEST = struct.Struct("<40sII")
 _REPLY = struct.Struct("<iI")
@@ -31,7 +32,7 @@ _LARGEST = _REQUEST.size + (1 << 16)
 def answer_on(helper: Helper, connection: socket.socket) -> None:
     """Until the program closes it."""
     room = bytearray(_LARGEST)
-    with connection, contextlib.suppress(ConnectionError):
+    with connection, helper.thread(), contextlib.suppress(ConnectionError):
         while length := connection.recv_into(room):
             method, number, _ = _REQUEST.unpack_from(room)
             data = bytes(room[_REQUEST.size : length])
@@ -51,12 +52,21 @@ def _send(connection: socket.socket, reply: Reply) -> None:
             os.close(descriptor)
 
 
+def turns_of_program() -> Turns | None:
+    """Where it keeps one time with others."""
+    if os.environ.get("CANWIRE_TIMED") != "1":
+        return None
+    from canwire.native.helper.turns import Turns  # what no other program has need of
+
+    return Turns()
+
+
 def serve_near(channel: socket.socket, program: int) -> None:
     """Answer at the sockets that come on `channel`, until the program has closed it or ended, in whatever way."""
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))  # every queue of the program takes some here
     states = States()
-    helper = Helper(states, states.page)
+    helper = Helper(states, states.page, turns_of_program())
     try:
         ended = os.pidfd_open(program)
     except ProcessLookupError:  # it was quicker

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import sys
 import threading
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from canwire import BadMessage
@@ -12,8 +13,10 @@ from canwire.native.helper.answers import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from contextlib import AbstractContextManager
 
     from canwire.native.helper.answers import Answers, Passing
+    from canwire.native.helper.turns import Turns
 
 INTERFACES = {
     "acan": "canwire.native.acan",
@@ -28,12 +31,22 @@ _UNEXPECTED = -1  # where not even the interface could be found
 class Helper:
     """All that is answered for one program."""
 
-    def __init__(self, states: Passing, hello: Callable[[], Reply] = Reply) -> None:
-        """`hello` answers the first call: what the program needs before all else."""
+    def __init__(
+        self, states: Passing, hello: Callable[[], Reply] = Reply, turns: Turns | None = None
+    ) -> None:
+        """`hello` answers the first call: what the program needs before all else.
+
+        `turns`: the program keeps its hub's time, and each thread is answered at its turn.
+        """
         self._states = states
         self._hello = hello
-        self._interfaces: dict[str, Answers] = {}
+        self._turns = turns
+        self._interfaces: dict[str, Answers] = {} if turns is None else {"time": turns}
         self._loading = threading.Lock()
+
+    def thread(self) -> AbstractContextManager[None]:
+        """The calling thread answers one of the program's, inside."""
+        return nullcontext() if self._turns is None else self._turns.thread()
 
     def answer(self, method: str, number: int, data: bytes) -> Reply:
         """Raises nothing: what no interface has foreseen is printed, for the program's user to report."""
@@ -41,6 +54,8 @@ class Helper:
             if method == "helper.hello":
                 return self._hello()
             interface, _, name = method.partition(".")
+            if self._turns is not None and interface != "time":
+                self._turns.take_part()
             return self._interface(interface).answer(name, number, data)
         except Exception:
             print(f"canwire: the call {method} failed in an unexpected way:", file=sys.stderr)

@@ -8,6 +8,7 @@ bool Reader::is(REFIID iid) const
 
 HRESULT Reader::GetDataEntry(PVOID into)
 {
+    Using alone(this->use());
     HRESULT result = check();
     uint32_t count = 0;
     const void *cells = result == VCI_OK ? cw_ring_acquire(&ring_, &count) : nullptr;
@@ -24,6 +25,7 @@ HRESULT Reader::GetDataEntry(PVOID into)
 
 HRESULT Reader::AcquireRead(PVOID *into, PUINT16 count)
 {
+    Using alone(this->use());
     HRESULT result = check();
     uint32_t there = 0;
     const void *cells;
@@ -52,6 +54,7 @@ HRESULT Reader::AcquireRead(PVOID *into, PUINT16 count)
 
 HRESULT Reader::ReleaseRead(UINT16 count)
 {
+    Using alone(this->use());
     HRESULT result = check();
 
     if (result == VCI_OK && count > acquired_)
@@ -72,6 +75,7 @@ bool Writer::is(REFIID iid) const
 
 HRESULT Writer::PutDataEntry(PVOID data)
 {
+    Using alone(this->use());
     HRESULT result = check();
     uint32_t count;
     void *cells;
@@ -92,6 +96,7 @@ HRESULT Writer::PutDataEntry(PVOID data)
 
 HRESULT Writer::AcquireWrite(PVOID *into, PUINT16 count)
 {
+    Using alone(this->use());
     HRESULT result = check();
     uint32_t there = 0;
 
@@ -116,6 +121,7 @@ HRESULT Writer::AcquireWrite(PVOID *into, PUINT16 count)
 
 HRESULT Writer::ReleaseWrite(UINT16 count)
 {
+    Using alone(this->use());
     HRESULT result = check();
     const void *elements = elements_.lie_apart() ? copies_ : cells_;
 

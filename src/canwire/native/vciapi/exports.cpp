@@ -70,10 +70,14 @@ HRESULT VciAccessFifo(REFVCIID id, REFIID iid, PVOID *into)
 }
 
 // What the vendor's header has beside the manual: a counter of microseconds, and the time in units of 100 ns since 1601.
+// Both go by the hub's time in a program that keeps one with others.
 static UINT64 clock_ns(clockid_t clock)
 {
+    INT64 kept = cw_timed() ? cw_hub_now() : -1;
     struct timespec now;
 
+    if (kept >= 0)
+        return static_cast<UINT64>(kept);
     clock_gettime(clock, &now);
     return static_cast<UINT64>(now.tv_sec) * 1000000000 + static_cast<UINT64>(now.tv_nsec);
 }

@@ -80,6 +80,8 @@ template <class Interface> HRESULT End<Interface>::map(Call &call, const unsigne
 
 template <class Interface> void End<Interface>::close()
 {
+    Using alone(this->use());
+
     cw_ring_close(&ring_);
     free(copies_);
     copies_ = nullptr;
@@ -90,6 +92,11 @@ template <class Interface> HRESULT End<Interface>::other(REFIID iid, PVOID *into
     Call call(this->kind_, "query_interface", this->remote_);
 
     return open_fifo(call.with(iid), iid, into);
+}
+
+template <class Interface> pthread_mutex_t *End<Interface>::use()
+{
+    return this->remote_.process == cw_process() ? &use_ : nullptr;
 }
 
 template <class Interface> HRESULT End<Interface>::check()
@@ -106,8 +113,12 @@ template <class Interface> HRESULT End<Interface>::check()
 
 template <class Interface> HRESULT End<Interface>::Lock()
 {
-    HRESULT result = check();
+    HRESULT result;
 
+    {
+        Using alone(this->use());
+        result = check();
+    }
     return result != VCI_OK ? result : pthread_mutex_lock(&lock_) == 0 ? VCI_OK : VCI_E_INVALID_STATE;
 }
 
@@ -118,6 +129,7 @@ template <class Interface> HRESULT End<Interface>::Unlock()
 
 template <class Interface> HRESULT End<Interface>::AssignEvent(HANDLE event)
 {
+    Using alone(this->use());
     HRESULT result = check();
     struct cw_event *found = nullptr;
 
@@ -134,6 +146,7 @@ template <class Interface> HRESULT End<Interface>::AssignEvent(HANDLE event)
 
 template <class Interface> HRESULT End<Interface>::SetThreshold(UINT16 threshold)
 {
+    Using alone(this->use());
     HRESULT result = check();
 
     if (result == VCI_OK)
@@ -151,6 +164,7 @@ template <class Interface> HRESULT End<Interface>::clamped(PUINT16 into, uint32_
 
 template <class Interface> HRESULT End<Interface>::GetThreshold(PUINT16 into)
 {
+    Using alone(this->use());
     HRESULT result = check();
 
     return result == VCI_OK ? clamped(into, static_cast<uint32_t>(ring_.threshold)) : result;
@@ -158,6 +172,7 @@ template <class Interface> HRESULT End<Interface>::GetThreshold(PUINT16 into)
 
 template <class Interface> HRESULT End<Interface>::GetCapacity(PUINT16 into)
 {
+    Using alone(this->use());
     HRESULT result = check();
 
     return result == VCI_OK ? clamped(into, ring_.capacity) : result;
@@ -165,6 +180,7 @@ template <class Interface> HRESULT End<Interface>::GetCapacity(PUINT16 into)
 
 template <class Interface> HRESULT End<Interface>::GetEntrySize(PUINT16 into)
 {
+    Using alone(this->use());
     HRESULT result = check();
 
     return result == VCI_OK ? clamped(into, elements_.size()) : result;
@@ -172,6 +188,7 @@ template <class Interface> HRESULT End<Interface>::GetEntrySize(PUINT16 into)
 
 template <class Interface> HRESULT End<Interface>::GetFillCount(PUINT16 into)
 {
+    Using alone(this->use());
     HRESULT result = check();
 
     return result == VCI_OK ? clamped(into, cw_ring_fill(&ring_)) : result;
@@ -179,6 +196,7 @@ template <class Interface> HRESULT End<Interface>::GetFillCount(PUINT16 into)
 
 template <class Interface> HRESULT End<Interface>::GetFreeCount(PUINT16 into)
 {
+    Using alone(this->use());
     HRESULT result = check();
 
     return result == VCI_OK ? clamped(into, cw_ring_free(&ring_)) : result;

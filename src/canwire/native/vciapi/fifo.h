@@ -24,6 +24,27 @@ private:
     HRESULT count(const char *method, PUINT16 into);
 };
 
+// A call uses an end alone, so that another thread may release it meanwhile; NULL: there is nothing to be alone with.
+class Using {
+public:
+    explicit Using(pthread_mutex_t *by) : by_(by)
+    {
+        if (by_ != nullptr)
+            pthread_mutex_lock(by_);
+    }
+
+    ~Using()
+    {
+        if (by_ != nullptr)
+            pthread_mutex_unlock(by_);
+    }
+
+    Using(const Using &) = delete;
+
+private:
+    pthread_mutex_t *by_;
+};
+
 // One end: its ring, and what of it was handed out.
 template <class Interface> class End : public Object<Interface> {
 public:
@@ -45,6 +66,7 @@ protected:
     HRESULT check(); // VCI_OK, or what keeps it from being used
     HRESULT hand_out(const void *cells, uint32_t count, PVOID *into, PUINT16 how_many);
     bool room_for_copies();
+    pthread_mutex_t *use(); // NULL in a fork, where a thread of the parent's may have it for ever
 
     struct cw_ring ring_;
     Elements elements_;
@@ -55,7 +77,8 @@ protected:
 private:
     HRESULT clamped(PUINT16 into, uint32_t count);
 
-    pthread_mutex_t lock_;
+    pthread_mutex_t use_ = PTHREAD_MUTEX_INITIALIZER;
+    pthread_mutex_t lock_; // the program's
 };
 
 class Reader : public End<IFifoReader> {

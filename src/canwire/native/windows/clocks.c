@@ -5,10 +5,14 @@
 #include <sched.h>
 #include <time.h>
 
+/* The hub's time where the program keeps one with others. */
 static ULONGLONG now_ns(void)
 {
+    int64_t kept = cw_timed() ? cw_hub_now() : -1;
     struct timespec now;
 
+    if (kept >= 0)
+        return (ULONGLONG)kept;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (ULONGLONG)now.tv_sec * 1000000000u + (ULONGLONG)now.tv_nsec;
 }
@@ -17,6 +21,8 @@ void Sleep(DWORD milliseconds)
 {
     struct timespec span = {milliseconds / 1000, milliseconds % 1000 * 1000000l};
 
+    if (cw_sleep(milliseconds == INFINITE ? CW_FOR_EVER : (int64_t)milliseconds))
+        return;
     if (milliseconds == 0)
         sched_yield();
     else
@@ -66,10 +72,12 @@ BOOL QueryPerformanceFrequency(PLARGE_INTEGER hertz)
 
 static void split(LPSYSTEMTIME into, struct tm *(*by)(const time_t *, struct tm *))
 {
-    struct timespec now;
+    int64_t kept = cw_timed() ? cw_hub_now() : -1; /* since 1970 then */
+    struct timespec now = {(time_t)(kept / 1000000000), (long)(kept % 1000000000)};
     struct tm parts;
 
-    clock_gettime(CLOCK_REALTIME, &now);
+    if (kept < 0)
+        clock_gettime(CLOCK_REALTIME, &now);
     by(&now.tv_sec, &parts);
     *into = (SYSTEMTIME){(WORD)(parts.tm_year + 1900), (WORD)(parts.tm_mon + 1), (WORD)parts.tm_wday,
                          (WORD)parts.tm_mday,          (WORD)parts.tm_hour,      (WORD)parts.tm_min,

@@ -95,6 +95,7 @@ BOOL ReleaseSemaphore(HANDLE semaphore, LONG count, LPLONG before)
     allowed = count >= 1 && count <= found->most - there;
     eventfd_write(found->count, (eventfd_t)(there + (allowed ? count : 0)));
     pthread_mutex_unlock(&found->lock);
+    cw_changed();
     if (before != NULL)
         *before = there;
     cw_object_release(&found->object);
@@ -130,6 +131,7 @@ BOOL ReleaseMutex(HANDLE mutex)
     owned = found->times > 0 && found->owner == GetCurrentThreadId();
     if (owned && --found->times == 0)
         eventfd_write(found->count, 1);
+    cw_changed();
     pthread_mutex_unlock(&found->lock);
     cw_object_release(&found->object);
     return owned ? TRUE : cw_fail(ERROR_NOT_OWNER);

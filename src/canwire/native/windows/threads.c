@@ -13,6 +13,7 @@ struct thread {
     DWORD code;
     LPTHREAD_START_ROUTINE start;
     void *argument;
+    uint32_t expected; /* where it keeps the hub's time with others */
 };
 
 static __thread struct thread *here;
@@ -51,6 +52,7 @@ static void *run(void *started)
 
     here = thread;
     pthread_cleanup_push(end, thread);
+    cw_thread_begins(thread->expected, 1);
     code = thread->start(thread->argument);
     __atomic_store_n(&thread->code, code, __ATOMIC_RELEASE);
     pthread_cleanup_pop(1);
@@ -66,12 +68,14 @@ static struct thread *started(LPTHREAD_START_ROUTINE start, void *argument, SIZE
 
     if (made == NULL)
         return NULL;
-    *made = (struct thread){{&kind, 2}, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK), STILL_ACTIVE, start, argument};
+    *made = (struct thread){{&kind, 2}, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK), STILL_ACTIVE, start, argument, 0};
     pthread_attr_init(&how);
     pthread_attr_setdetachstate(&how, PTHREAD_CREATE_DETACHED);
     if (stack >= 65536) /* a smaller one would do for Windows' printf, and not for glibc's */
         pthread_attr_setstacksize(&how, stack);
+    made->expected = cw_timed() ? cw_expect_thread() : 0;
     if (made->ended < 0 || pthread_create(&number, &how, run, made) != 0) {
+        cw_thread_begins(made->expected, 0);
         if (made->ended >= 0)
             close(made->ended);
         free(made);
@@ -210,7 +214,13 @@ void InitializeCriticalSection(LPCRITICAL_SECTION section)
 
 void EnterCriticalSection(LPCRITICAL_SECTION section)
 {
-    pthread_mutex_lock((pthread_mutex_t *)section);
+    pthread_mutex_t *mutex = (pthread_mutex_t *)section;
+
+    while (pthread_mutex_trylock(mutex) != 0)
+        if (!cw_timed() || !cw_others_run()) { /* else who has it may be waiting for a turn */
+            pthread_mutex_lock(mutex);
+            return;
+        }
 }
 
 BOOL TryEnterCriticalSection(LPCRITICAL_SECTION section)
@@ -221,6 +231,7 @@ BOOL TryEnterCriticalSection(LPCRITICAL_SECTION section)
 void LeaveCriticalSection(LPCRITICAL_SECTION section)
 {
     pthread_mutex_unlock((pthread_mutex_t *)section);
+    cw_changed();
 }
 
 void DeleteCriticalSection(LPCRITICAL_SECTION section)

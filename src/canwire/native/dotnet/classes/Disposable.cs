@@ -12,8 +12,11 @@ namespace Ixxat.Vci4
     /// <summary>Holds references until Dispose, which may be called again; other calls throw ObjectDisposedException then.</summary>
     internal abstract unsafe class Disposable : IDisposable
     {
+        /// <summary>Whoever uses memory of a native object's has this; so has Dispose.</summary>
+        internal readonly object Gate = new object();
+
         private readonly List<NativeObject> held = new List<NativeObject>();
-        private bool disposed;
+        private volatile bool disposed;
 
         internal Disposable()
         {
@@ -21,13 +24,16 @@ namespace Ixxat.Vci4
 
         public void Dispose()
         {
-            if (disposed)
-                return;
-            disposed = true;
-            Ending();
-            for (int at = held.Count - 1; at >= 0; at--)
-                held[at].Release();
-            held.Clear();
+            lock (Gate)
+            {
+                if (disposed)
+                    return;
+                disposed = true;
+                Ending();
+                for (int at = held.Count - 1; at >= 0; at--)
+                    held[at].Release();
+                held.Clear();
+            }
         }
 
         /// <summary>What a kind has to do before its references go.</summary>
@@ -49,14 +55,21 @@ namespace Ixxat.Vci4
         internal NativeObject Hold(IntPtr reference)
         {
             var made = new NativeObject(reference);
-            held.Add(made);
-            return made;
+            lock (Gate)
+                if (!disposed)
+                {
+                    held.Add(made);
+                    return made;
+                }
+            made.Release(); // another thread was quicker
+            throw new ObjectDisposedException(GetType().FullName);
         }
 
         internal void Drop(NativeObject one)
         {
-            if (one != null && held.Remove(one))
-                one.Release();
+            lock (Gate)
+                if (one != null && held.Remove(one))
+                    one.Release();
         }
 
         internal static void Check(int result)

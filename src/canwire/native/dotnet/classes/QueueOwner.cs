@@ -28,16 +28,19 @@ namespace Ixxat.Vci4.Bal
         /// <summary>The queue to be initialised; the one before goes where it was not as exclusive.</summary>
         internal NativeObject Prepared(bool alone)
         {
-            owner.Alive();
-            if (queue != null && alone == exclusive)
+            lock (owner.Gate)
+            {
+                owner.Alive();
+                if (queue != null && alone == exclusive)
+                    return queue;
+                IntPtr made;
+                owner.Drop(queue);
+                queue = null;
+                Disposable.Check(socket.Call(SocketSlot.CreateQueue, alone ? 1u : 0u, &made));
+                queue = owner.Hold(made);
+                exclusive = alone;
                 return queue;
-            IntPtr made;
-            owner.Drop(queue);
-            queue = null;
-            Disposable.Check(socket.Call(SocketSlot.CreateQueue, alone ? 1u : 0u, &made));
-            queue = owner.Hold(made);
-            exclusive = alone;
-            return queue;
+            }
         }
 
         internal NativeObject Queue
@@ -45,9 +48,10 @@ namespace Ixxat.Vci4.Bal
             get
             {
                 owner.Alive();
-                if (queue == null)
+                NativeObject found = queue;
+                if (found == null)
                     throw new ObjectDisposedException(owner.GetType().FullName, owner.BusName + ": call Initialize first");
-                return queue;
+                return found;
             }
         }
 

@@ -9,7 +9,9 @@ namespace Canwire.Native
     {
         private readonly NativeObject of;
         private readonly int slot;
+        private readonly object gate = new object();
         private EventPump pump;
+        private bool over;
 
         internal Assignment(NativeObject of, int slot)
         {
@@ -22,26 +24,32 @@ namespace Canwire.Native
         {
             if (target == null)
                 throw new ArgumentNullException("fifoEvent");
-            var made = new EventPump(target);
-            int result = of.Call(slot, (void*)made.Handle);
-            if (result != Results.Ok)
+            lock (gate)
             {
-                made.Dispose();
+                if (over)
+                    throw new ObjectDisposedException("the FIFO or list");
+                var made = new EventPump(target);
+                int result = of.Call(slot, (void*)made.Handle);
+                EventPump gone = result == Results.Ok ? pump : made;
+                if (result == Results.Ok)
+                    pump = made;
+                if (gone != null)
+                    gone.Dispose();
                 return result;
             }
-            if (pump != null)
-                pump.Dispose();
-            pump = made;
-            return result;
         }
 
         public void Dispose()
         {
-            if (pump == null)
-                return;
-            of.Call(slot, (void*)null);
-            pump.Dispose();
-            pump = null;
+            lock (gate)
+            {
+                over = true;
+                if (pump == null)
+                    return;
+                of.Call(slot, (void*)null);
+                pump.Dispose();
+                pump = null;
+            }
         }
     }
 }

@@ -96,15 +96,18 @@ namespace Ixxat.Vci4.Bal.Lin
 
         public int ReadMessages(out ILinMessage[] msgarray)
         {
-            ushort count;
-            Alive();
-            var at = (LinMsg*)Acquire(out count);
-            msgarray = count > 0 ? new ILinMessage[count] : null;
-            for (int k = 0; k < count; k++)
-                msgarray[k] = new LinMessage { Raw = at[k] };
-            if (count > 0)
-                Release(count);
-            return count;
+            lock (Gate)
+            {
+                ushort count;
+                Alive();
+                var at = (LinMsg*)Acquire(out count);
+                msgarray = count > 0 ? new ILinMessage[count] : null;
+                for (int k = 0; k < count; k++)
+                    msgarray[k] = new LinMessage { Raw = at[k] };
+                if (count > 0)
+                    Release(count);
+                return count;
+            }
         }
 #endif
     }

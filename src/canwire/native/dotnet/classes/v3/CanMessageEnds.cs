@@ -27,17 +27,20 @@ namespace Ixxat.Vci3.Bal.Can
         public int ReadMessages(CanMessage[] messages)
         {
             int done = 0;
-            Alive();
-            while (done < messages.Length)
+            lock (Gate)
             {
-                ushort there;
-                var at = (CanMsg*)Acquire(out there);
-                int count = Math.Min((int)there, messages.Length - done);
-                if (count == 0)
-                    break;
-                for (int k = 0; k < count; k++)
-                    messages[done++] = CanMessage.Received(at[k]);
-                Release((ushort)count);
+                Alive();
+                while (done < messages.Length)
+                {
+                    ushort there;
+                    var at = (CanMsg*)Acquire(out there);
+                    int count = Math.Min((int)there, messages.Length - done);
+                    if (count == 0)
+                        break;
+                    for (int k = 0; k < count; k++)
+                        messages[done++] = CanMessage.Received(at[k]);
+                    Release((ushort)count);
+                }
             }
             return done;
         }

@@ -40,51 +40,69 @@ namespace Ixxat.Vci3.Bal.Can
 
         public void Reset()
         {
-            Alive();
-            Check(list.Call(SchedulerSlot.Reset));
-            foreach (CanCyclicTXMsg message in listed.Keys)
-                message.Status = CanCyclicTXStatus.Empty;
-            listed.Clear();
+            lock (listed)
+            {
+                Alive();
+                Check(list.Call(SchedulerSlot.Reset));
+                foreach (CanCyclicTXMsg message in listed.Keys)
+                    message.Status = CanCyclicTXStatus.Empty;
+                listed.Clear();
+            }
         }
 
         public void UpdateStatus()
         {
-            CanSchedulerState state;
-            if (IsDisposed)
-                return;
-            Check(list.Call(SchedulerSlot.GetStatus, &state));
-            foreach (var one in listed)
-                one.Key.Status = (CanCyclicTXStatus)state.Messages[one.Value];
+            lock (listed)
+            {
+                CanSchedulerState state;
+                if (IsDisposed)
+                    return;
+                Check(list.Call(SchedulerSlot.GetStatus, &state));
+                foreach (var one in listed)
+                    one.Key.Status = (CanCyclicTXStatus)state.Messages[one.Value];
+            }
         }
 
         public void AddMessage(CanCyclicTXMsg message)
         {
-            uint index;
-            Alive();
-            if (message == null)
-                throw new ArgumentNullException("message");
-            if (listed.ContainsKey(message))
-                throw new ArgumentException("the message is on the list", "message");
-            CanCyclicMsg structure = message.Structure();
-            Check(list.Call(SchedulerSlot.AddMessage, &structure, &index));
-            listed[message] = index;
+            lock (listed)
+            {
+                uint index;
+                Alive();
+                if (message == null)
+                    throw new ArgumentNullException("message");
+                if (listed.ContainsKey(message))
+                    throw new ArgumentException("the message is on the list", "message");
+                CanCyclicMsg structure = message.Structure();
+                Check(list.Call(SchedulerSlot.AddMessage, &structure, &index));
+                listed[message] = index;
+            }
         }
 
         public void RemoveMessage(CanCyclicTXMsg message)
         {
-            Check(list.Call(SchedulerSlot.RemMessage, Index(message)));
-            listed.Remove(message);
-            message.Status = CanCyclicTXStatus.Empty;
+            lock (listed)
+            {
+                Check(list.Call(SchedulerSlot.RemMessage, Index(message)));
+                listed.Remove(message);
+                message.Status = CanCyclicTXStatus.Empty;
+            }
         }
 
         public void StartMessage(CanCyclicTXMsg message, ushort repeatCount)
         {
-            Check(list.Call(SchedulerSlot.StartMessage, Index(message), (uint)repeatCount));
+            lock (listed)
+            {
+                Check(list.Call(SchedulerSlot.StartMessage, Index(message), (uint)repeatCount));
+            }
         }
 
         public void StopMessage(CanCyclicTXMsg message)
         {
-            Check(list.Call(SchedulerSlot.StopMessage, Index(message)));
+            lock (listed)
+            {
+                Check(list.Call(SchedulerSlot.StopMessage, Index(message)));
+            }
         }
 
         internal override void Open(Place place)

@@ -51,14 +51,17 @@ namespace Ixxat.Vci4.Bal.Can
         /// <summary>Null if there are none.</summary>
         private ICanMessage2[] ReadBlock()
         {
-            ushort count;
-            Alive();
-            void* from = Acquire(out count);
-            if (count == 0)
-                return null;
-            ICanMessage2[] made = isLong ? LongOnes((CanMsg2*)from, count) : ShortOnes((CanMsg*)from, count);
-            Release(count);
-            return made;
+            lock (Gate)
+            {
+                ushort count;
+                Alive();
+                void* from = Acquire(out count);
+                if (count == 0)
+                    return null;
+                ICanMessage2[] made = isLong ? LongOnes((CanMsg2*)from, count) : ShortOnes((CanMsg*)from, count);
+                Release(count);
+                return made;
+            }
         }
 
         // arrays of the classes themselves, into which Mono stores without a look at interfaces

@@ -28,12 +28,15 @@ namespace Ixxat.Vci4.Bal.Can
 
         internal CanCyclicTXMsg Add()
         {
-            owner.Alive();
-            if (messages.Count == Room)
-                throw new ArgumentOutOfRangeException("message", "the list of " + owner.BusName + " has its 16 messages");
-            var made = new CanCyclicTXMsg(this, isLong);
-            messages.Add(made);
-            return made;
+            lock (messages)
+            {
+                owner.Alive();
+                if (messages.Count == Room)
+                    throw new ArgumentOutOfRangeException("message", "the list of " + owner.BusName + " has its 16 messages");
+                var made = new CanCyclicTXMsg(this, isLong);
+                messages.Add(made);
+                return made;
+            }
         }
 
         internal void Call(int slot)
@@ -44,58 +47,73 @@ namespace Ixxat.Vci4.Bal.Can
 
         internal void Reset()
         {
-            Call(SchedulerSlot.Reset);
-            messages.Clear();
-            sent.Clear();
+            lock (messages)
+            {
+                Call(SchedulerSlot.Reset);
+                messages.Clear();
+                sent.Clear();
+            }
         }
 
         /// <summary>Put it on VCI's list as it is now, and start it.</summary>
         internal void Start(CanCyclicTXMsg message, ushort count)
         {
-            owner.Alive();
-            if (!messages.Contains(message))
-                throw new InvalidOperationException(
-                    "the list of " + owner.BusName + " was reset: AddMessage makes another message");
-            CanCyclicMsg structure = message.Adapted();
-            byte[] content = Bytes(&structure);
-            KeyValuePair<uint, byte[]> before;
-            if (!sent.TryGetValue(message, out before) || !before.Value.SequenceEqual(content))
+            lock (messages)
             {
-                uint index;
-                Remove(message);
-                Disposable.Check(list.Call(SchedulerSlot.AddMessage, &structure, &index));
-                sent[message] = before = new KeyValuePair<uint, byte[]>(index, content);
+                owner.Alive();
+                if (!messages.Contains(message))
+                    throw new InvalidOperationException(
+                        "the list of " + owner.BusName + " was reset: AddMessage makes another message");
+                CanCyclicMsg structure = message.Adapted();
+                byte[] content = Bytes(&structure);
+                KeyValuePair<uint, byte[]> before;
+                if (!sent.TryGetValue(message, out before) || !before.Value.SequenceEqual(content))
+                {
+                    uint index;
+                    Remove(message);
+                    Disposable.Check(list.Call(SchedulerSlot.AddMessage, &structure, &index));
+                    sent[message] = before = new KeyValuePair<uint, byte[]>(index, content);
+                }
+                Disposable.Check(list.Call(SchedulerSlot.StartMessage, before.Key, (uint)count));
             }
-            Disposable.Check(list.Call(SchedulerSlot.StartMessage, before.Key, (uint)count));
         }
 
         internal void Stop(CanCyclicTXMsg message)
         {
-            KeyValuePair<uint, byte[]> found;
-            owner.Alive();
-            if (sent.TryGetValue(message, out found))
-                Disposable.Check(list.Call(SchedulerSlot.StopMessage, found.Key));
+            lock (messages)
+            {
+                KeyValuePair<uint, byte[]> found;
+                owner.Alive();
+                if (sent.TryGetValue(message, out found))
+                    Disposable.Check(list.Call(SchedulerSlot.StopMessage, found.Key));
+            }
         }
 
         internal void Remove(CanCyclicTXMsg message)
         {
-            KeyValuePair<uint, byte[]> found;
-            owner.Alive();
-            if (!sent.TryGetValue(message, out found))
-                return;
-            sent.Remove(message);
-            Disposable.Check(list.Call(SchedulerSlot.RemMessage, found.Key));
+            lock (messages)
+            {
+                KeyValuePair<uint, byte[]> found;
+                owner.Alive();
+                if (!sent.TryGetValue(message, out found))
+                    return;
+                sent.Remove(message);
+                Disposable.Check(list.Call(SchedulerSlot.RemMessage, found.Key));
+            }
         }
 
         internal CanCyclicTXStatus State(CanCyclicTXMsg message)
         {
-            KeyValuePair<uint, byte[]> found;
-            if (owner.IsDisposed || !sent.TryGetValue(message, out found))
-                return CanCyclicTXStatus.Empty;
-            CanSchedulerState2 both;
-            CanSchedulerState* state = &both.List; // ICanScheduler2's has the line's state in front
-            Disposable.Check(list.Call(SchedulerSlot.GetStatus, isLong ? (void*)&both : state));
-            return (CanCyclicTXStatus)state->Messages[found.Key];
+            lock (messages)
+            {
+                KeyValuePair<uint, byte[]> found;
+                if (owner.IsDisposed || !sent.TryGetValue(message, out found))
+                    return CanCyclicTXStatus.Empty;
+                CanSchedulerState2 both;
+                CanSchedulerState* state = &both.List; // ICanScheduler2's has the line's state in front
+                Disposable.Check(list.Call(SchedulerSlot.GetStatus, isLong ? (void*)&both : state));
+                return (CanCyclicTXStatus)state->Messages[found.Key];
+            }
         }
 
         private byte[] Bytes(CanCyclicMsg* from)
