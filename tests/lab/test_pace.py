@@ -109,7 +109,7 @@ def test_an_answer_that_takes_time_is_held(clock: Clock) -> None:
 
 
 def test_real_time_has_a_pace_of_its_own() -> None:
-    with canwire.Lab(time="real") as lab, pytest.raises(canwire.WrongState, match="real|clock"):
+    with canwire.Lab(time="real") as lab, pytest.raises(canwire.WrongState, match="clock"):
         lab.set_pace(2)
     with canwire.connect(time="real") as hub, pytest.raises(canwire.WrongState, match="clock"):
         hub.set_pace(2)

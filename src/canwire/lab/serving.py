@@ -15,8 +15,8 @@ from canwire.bus.can.faults.faults import Faults
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
 from canwire.errors import HubLost
-from canwire.hub.links.answering import Server
 from canwire.held_time import HeldTime
+from canwire.hub.links.answering import Server
 from canwire.hub.owner.bench import Bench
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.pace import BenchPace

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from canwire.boards.config.configuration import Config
-from canwire.hub.owner.entrance import open_session
 from canwire.held_time import LATE_NS
+from canwire.hub.owner.entrance import open_session
 from canwire.hub.owner.lockstep.pace import LockstepPace
 from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.session import Session
