@@ -21,7 +21,8 @@ pytest.importorskip("numpy")
 
 WAYS = (
     "poll", "ppoll", "select", "pselect", "epoll", "epoll2", "timeout", "sleep", "alarm", "timerfd", "interval",
-    "semaphore", "condition", "mutex", "timer", "timer_thread", "sigwait",
+    "semaphore", "condition", "mutex", "timer", "timer_thread", "timer_thread_id",
+    "sigwait",
 )  # fmt: skip
 
 
@@ -39,6 +40,11 @@ def ecu(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture(scope="session")
 def workers(tmp_path_factory: pytest.TempPathFactory) -> str:
     return compiled("workers", tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def holders(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return compiled("holders", tmp_path_factory)
 
 
 @pytest.fixture(scope="session")
@@ -127,6 +133,17 @@ def test_threads_that_wait_for_each_other(tmp_path: Path, workers: str) -> None:
     assert [ids.count(name) for name in ("100", "101", "102", "103")] == [10] * 4
 
 
+def test_mutexes_and_children_are_waited_for_in_the_hubs_time(tmp_path: Path, holders: str) -> None:
+    """Whoever holds a lock, or is a child, sleeps by the hub's time: who waits for it holds up nobody."""
+    ended = played(tmp_path / "hub", {"holders": [holders]})["holders"]
+    assert ended == (
+        0,
+        "mutex 20\nwriter 20\nreader 20\nalready its own 35\nchild that sleeps 30\nany child 30\nwaitid 30\n"
+        "shell whose command sleeps 30\nchild that computes 0\nnone left\n",
+        "",
+    )
+
+
 def test_a_fork_takes_part_from_its_beginning(tmp_path: Path, forks: str) -> None:
     """Time waits for what a child computes before its first wait, and not for one that waits for a pipe."""
     ended = played(tmp_path / "hub", {"forks": [forks]})["forks"]
@@ -134,10 +151,9 @@ def test_a_fork_takes_part_from_its_beginning(tmp_path: Path, forks: str) -> Non
 
 
 def test_what_takes_no_part_is_named(tmp_path: Path, ecu: str) -> None:
-    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "timer_thread_id", "1"]})
+    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "barrier", "2"]})
     assert (
-        "ecu uses timer_create with SIGEV_THREAD_ID: by the computer's clock, not by the hub's time"
-        in ended["ecu"].errors
+        "ecu uses pthread_barrier_wait: by the computer's clock, not by the hub's time" in ended["ecu"].errors
     )
 
 
