@@ -1,4 +1,4 @@
-"""Signals with a value, as the kernel's timers send them (sigevent(7)): to a process that a descriptor stands for, or a thread."""
+"""Signals with a value, as the kernel's timers send them (sigevent(7)): to a process, or to one of its threads."""
 
 from __future__ import annotations
 

@@ -23,6 +23,9 @@ class TimerSignal(NamedTuple):
     thread: int = 0
 
 
+NO_SIGNAL = TimerSignal()
+
+
 class Keeps(Protocol):
     """Whose time it is: turns.py's TimedWaiter."""
 
@@ -52,7 +55,7 @@ class TimerDescriptors:
         self._made: dict[int, _TimerDescriptor] = {}
         self._last = 0
 
-    def open(self, process: int, nonblocking: bool, signal: TimerSignal = TimerSignal()) -> tuple[int, int]:
+    def open(self, process: int, nonblocking: bool, signal: TimerSignal = NO_SIGNAL) -> tuple[int, int]:
         """Number and descriptor of a new one, not armed; raises OSError where there are too many.
 
         One with a `signal` sends that to the program and counts nothing (timer_create).
