@@ -144,7 +144,7 @@ class Lockstep:
                 return
             if not page.words.stirred():
                 return
-        if any(not seat.participant.waits for seat in program.seats.values()):
+        if program.runs():
             program.rung = True
         else:
             self._world.kick(session)
@@ -240,8 +240,7 @@ class Lockstep:
         """A thread's seat; one that has none yet sits down."""
         seat = program.seats.get(thread)
         if seat is None:
-            name = next((one.participant.name for one in program.seats.values()), session.name)
-            seat = self._seated(program, thread, name)
+            seat = self._seated(program, thread, program.seat_name() or session.name)
             seat.participant.woken = False
         seat.sessions.add(session)
         return seat
