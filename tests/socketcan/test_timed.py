@@ -88,12 +88,13 @@ def _ended(program: subprocess.Popen[str]) -> Ended:
     return Ended(program.returncode, output, errors)
 
 
-def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
+def of_can_utils(home: Path, ecu: str) -> dict[str, Sequence[str]]:
+    """Programs of can-utils, and an ECU; `isotpsend` sends what comes from its standard input."""
     for name in ("candump", "cangen", "canplayer", "isotpsend", "isotprecv"):
         find_program(name)
-    requests = tmp_path / "requests"
+    requests = home / "requests"
     requests.write_text("".join(f"({100 + at * 0.013:.6f}) can0 7DF#{at:02X}\n" for at in range(4)))
-    cast: dict[str, Sequence[str]] = {
+    return {
         "log": ["candump", "-L", "-T", "200", "can0"],
         "noise": ["cangen", "can0", "-g", "9", "-n", "5"],
         "tester": ["canplayer", "-I", str(requests)],
@@ -101,6 +102,10 @@ def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
         "receiver": ["isotprecv", "-s", "321", "-d", "123", "can0"],
         "sender": ["isotpsend", "-s", "123", "-d", "321", "can0"],
     }
+
+
+def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
+    cast = of_can_utils(tmp_path, ecu)
     message = " ".join(f"{byte:02X}" for byte in range(30))
     first, second = (played(tmp_path / name, cast, message + "\n") for name in ("first", "second"))
     assert {one.status for one in first.values()} == {0}, first
@@ -110,9 +115,14 @@ def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
     assert first["receiver"].output == message + " \n"
 
 
+def of_every_way(ecu: str) -> dict[str, Sequence[str]]:
+    """An ECU for each way to wait."""
+    return {f"{number}-{way}": [ecu, str(number), way, "4"] for number, way in enumerate(WAYS)}
+
+
 def test_every_way_to_wait(tmp_path: Path, ecu: str) -> None:
     """Four silences of 25 ms, by every clock."""
-    cast = {f"{number}-{way}": [ecu, str(number), way, "4"] for number, way in enumerate(WAYS)}
+    cast = of_every_way(ecu)
     ended = played(tmp_path / "hub", cast)
     assert {name: one.output for name, one in ended.items()} == dict.fromkeys(
         cast, "0 answered, 0.100000000 0.100000000 0.100000 0\n"
