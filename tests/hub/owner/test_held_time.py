@@ -13,6 +13,8 @@ from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol.messages import AwaitTurn, JoinTime
 
+pytestmark = pytest.mark.core
+
 LATE_S = LATE_NS / 1e9
 
 
