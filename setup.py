@@ -52,6 +52,12 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.boards.can.line": 3,
     "canwire.hub.owner.pace": 1,
     "canwire.hub.owner.loop": 1,
+    "canwire.hub.owner.lockstep.turns": 1,
+    "canwire.hub.owner.lockstep.program": 1,
+    "canwire.hub.owner.lockstep.shared_page": 1,
+    "canwire.hub.owner.lockstep.keeper": 1,
+    "canwire.hub.owner.lockstep.pace": 1,
+    "canwire.hub.protocol.turn_page": 1,
 }
 SHIM = "canwire.socketcan._shim"
 NATIVE = "canwire.native.lib."

@@ -35,6 +35,9 @@ from canwire.chips.sja1000 import modes as sja1000_modes
 from canwire.drivers import can_fd as can_fd_driver
 from canwire.drivers import driver
 from canwire.hub.owner import loop, pace
+from canwire.hub.owner.lockstep import keeper, program, shared_page, turns
+from canwire.hub.owner.lockstep import pace as lockstep_pace
+from canwire.hub.protocol import turn_page
 from canwire.values import frame, slcan_text
 
 # fmt: off
@@ -43,6 +46,7 @@ MODULES = (
     reader_state, clock, coasting, drifting, bit_level, load, joining, stepped, bus_state, can_bus, confinement, host,
     can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes, sja1000, driver,
     can_fd_driver, message_filter, channel, line, pace, loop,
+    turns, program, shared_page, keeper, lockstep_pace, turn_page,
 )
 # fmt: on
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from canwire import BadValue, Closed, Frame, Lab, LabBus, NodeScript
+from canwire.held_time import HeldTime
 from canwire.lab.event_loop import run
 from canwire.timeline import Timeline
 
@@ -130,7 +131,7 @@ def test_threads_that_end_late_take_no_time_of_the_lab() -> None:
         await loop.shutdown_default_executor(300)  # as asyncio.Runner does from Python 3.12 on
         assert await waiting
 
-    run(timeline, main(), late.set)
+    run(timeline, HeldTime(), main(), late.set)
     assert timeline.now_ns == 0
 
 

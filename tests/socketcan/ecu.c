@@ -1,7 +1,7 @@
 /* An ECU in C: it answers 7DF by 100 + its number, and sends 110 + its number after 25 ms of silence.
  *
  * ecu NUMBER WAY COUNT: how it waits (poll, ppoll, select, pselect, epoll, epoll2, timeout, sleep, alarm, timerfd, interval,
- * semaphore, condition, mutex, timer, timer_thread, timer_thread_id, sigwait) and how often. At the end it prints what its clocks say.
+ * semaphore, condition, mutex, timer, timer_thread, timer_thread_id, sigwait, barrier) and how often. At the end it prints what its clocks say.
  */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -25,6 +25,9 @@
 #include <unistd.h>
 
 #define SILENCE_MS 25
+#ifndef sigev_notify_thread_id
+#define sigev_notify_thread_id _sigev_un._tid
+#endif
 
 static int opened(void)
 {
@@ -117,9 +120,9 @@ static void by_posix_timer(const char *way)
         event.sigev_notify = SIGEV_THREAD;
         event.sigev_notify_function = call;
     } else if (strcmp(way, "timer_thread_id") == 0)
-        event.sigev_notify = SIGEV_THREAD_ID;
+        event.sigev_notify = SIGEV_THREAD_ID, event.sigev_notify_thread_id = gettid();
     if (timer_create(CLOCK_MONOTONIC, &event, &timer) < 0)
-        return; /* no such thread */
+        exit(8);
     if (timer_settime(timer, 0, &once, NULL) < 0 || timer_gettime(timer, &left) < 0 || left.it_value.tv_nsec > SILENCE_MS * 1000000)
         exit(5);
     if (strcmp(way, "timer_thread") == 0)
@@ -174,7 +177,11 @@ static int waited(int fd, const char *way)
         by_lock(way);
     else if (strncmp(way, "timer", 5) == 0 || strcmp(way, "sigwait") == 0)
         by_posix_timer(way);
-    else
+    else if (strcmp(way, "barrier") == 0) {
+        pthread_barrier_t barrier;
+        pthread_barrier_init(&barrier, NULL, 1);
+        pthread_barrier_wait(&barrier);
+    } else
         clock_nanosleep(CLOCK_MONOTONIC, 0, &span, NULL);
     return poll(&one, 1, 0);
 }

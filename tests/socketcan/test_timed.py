@@ -21,7 +21,8 @@ pytest.importorskip("numpy")
 
 WAYS = (
     "poll", "ppoll", "select", "pselect", "epoll", "epoll2", "timeout", "sleep", "alarm", "timerfd", "interval",
-    "semaphore", "condition", "mutex", "timer", "timer_thread", "sigwait",
+    "semaphore", "condition", "mutex", "timer", "timer_thread", "timer_thread_id",
+    "sigwait",
 )  # fmt: skip
 
 
@@ -39,6 +40,11 @@ def ecu(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture(scope="session")
 def workers(tmp_path_factory: pytest.TempPathFactory) -> str:
     return compiled("workers", tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def holders(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return compiled("holders", tmp_path_factory)
 
 
 @pytest.fixture(scope="session")
@@ -82,12 +88,13 @@ def _ended(program: subprocess.Popen[str]) -> Ended:
     return Ended(program.returncode, output, errors)
 
 
-def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
+def of_can_utils(home: Path, ecu: str) -> dict[str, Sequence[str]]:
+    """Programs of can-utils, and an ECU; `isotpsend` sends what comes from its standard input."""
     for name in ("candump", "cangen", "canplayer", "isotpsend", "isotprecv"):
         find_program(name)
-    requests = tmp_path / "requests"
+    requests = home / "requests"
     requests.write_text("".join(f"({100 + at * 0.013:.6f}) can0 7DF#{at:02X}\n" for at in range(4)))
-    cast: dict[str, Sequence[str]] = {
+    return {
         "log": ["candump", "-L", "-T", "200", "can0"],
         "noise": ["cangen", "can0", "-g", "9", "-n", "5"],
         "tester": ["canplayer", "-I", str(requests)],
@@ -95,6 +102,10 @@ def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
         "receiver": ["isotprecv", "-s", "321", "-d", "123", "can0"],
         "sender": ["isotpsend", "-s", "123", "-d", "321", "can0"],
     }
+
+
+def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
+    cast = of_can_utils(tmp_path, ecu)
     message = " ".join(f"{byte:02X}" for byte in range(30))
     first, second = (played(tmp_path / name, cast, message + "\n") for name in ("first", "second"))
     assert {one.status for one in first.values()} == {0}, first
@@ -104,9 +115,14 @@ def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
     assert first["receiver"].output == message + " \n"
 
 
+def of_every_way(ecu: str) -> dict[str, Sequence[str]]:
+    """An ECU for each way to wait."""
+    return {f"{number}-{way}": [ecu, str(number), way, "4"] for number, way in enumerate(WAYS)}
+
+
 def test_every_way_to_wait(tmp_path: Path, ecu: str) -> None:
     """Four silences of 25 ms, by every clock."""
-    cast = {f"{number}-{way}": [ecu, str(number), way, "4"] for number, way in enumerate(WAYS)}
+    cast = of_every_way(ecu)
     ended = played(tmp_path / "hub", cast)
     assert {name: one.output for name, one in ended.items()} == dict.fromkeys(
         cast, "0 answered, 0.100000000 0.100000000 0.100000 0\n"
@@ -127,6 +143,17 @@ def test_threads_that_wait_for_each_other(tmp_path: Path, workers: str) -> None:
     assert [ids.count(name) for name in ("100", "101", "102", "103")] == [10] * 4
 
 
+def test_mutexes_and_children_are_waited_for_in_the_hubs_time(tmp_path: Path, holders: str) -> None:
+    """Whoever holds a lock, or is a child, sleeps by the hub's time: who waits for it holds up nobody."""
+    ended = played(tmp_path / "hub", {"holders": [holders]})["holders"]
+    assert ended == (
+        0,
+        "mutex 20\nwriter 20\nreader 20\nalready its own 35\nchild that sleeps 30\nany child 30\nwaitid 30\n"
+        "shell whose command sleeps 30\nchild that computes 0\nnone left\n",
+        "",
+    )
+
+
 def test_a_fork_takes_part_from_its_beginning(tmp_path: Path, forks: str) -> None:
     """Time waits for what a child computes before its first wait, and not for one that waits for a pipe."""
     ended = played(tmp_path / "hub", {"forks": [forks]})["forks"]
@@ -134,10 +161,9 @@ def test_a_fork_takes_part_from_its_beginning(tmp_path: Path, forks: str) -> Non
 
 
 def test_what_takes_no_part_is_named(tmp_path: Path, ecu: str) -> None:
-    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "timer_thread_id", "1"]})
+    ended = played(tmp_path / "hub", {"ecu": [ecu, "1", "barrier", "2"]})
     assert (
-        "ecu uses timer_create with SIGEV_THREAD_ID: by the computer's clock, not by the hub's time"
-        in ended["ecu"].errors
+        "ecu uses pthread_barrier_wait: by the computer's clock, not by the hub's time" in ended["ecu"].errors
     )
 
 

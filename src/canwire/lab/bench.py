@@ -132,7 +132,7 @@ class Lab(LabTime):
 
         self.check_open()
         if self._hub is None:
-            self._hub = LabHub(self.timeline, self.pacer)
+            self._hub = LabHub(self.timeline, self.held, self.pacer)
         self._hub.add({**self.buses, **self.lin_buses})
         self._hub.handle.company = self._company
         return self._hub.handle

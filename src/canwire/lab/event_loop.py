@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
+    from canwire.held_time import HeldTime
     from canwire.timeline import Timeline
 
 ResultT = TypeVar("ResultT")
@@ -21,9 +22,9 @@ ResultT = TypeVar("ResultT")
 class VirtualLoop(asyncio.SelectorEventLoop):
     """`time()` is the timeline's, in seconds."""
 
-    def __init__(self, timeline: Timeline, kick: Callable[[], object]) -> None:
+    def __init__(self, timeline: Timeline, held: HeldTime, kick: Callable[[], object]) -> None:
         self.timeline = timeline
-        super().__init__(_PassingTime(timeline, kick))
+        super().__init__(_PassingTime(timeline, held, kick))
         self._clock_resolution = 1e-9  # a timer is due at its nanosecond
 
     def time(self) -> float:
@@ -37,9 +38,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 class _PassingTime(DefaultSelector):
     """Where the loop would sleep, the timeline goes on: to the next happening there, but no longer than that sleep."""
 
-    def __init__(self, timeline: Timeline, kick: Callable[[], object]) -> None:
+    def __init__(self, timeline: Timeline, held: HeldTime, kick: Callable[[], object]) -> None:
         super().__init__()
         self._timeline = timeline
+        self._held = held
         self._kick = kick
 
     def select(self, timeout: float | None = None) -> list[tuple[SelectorKey, int]]:
@@ -52,13 +54,17 @@ class _PassingTime(DefaultSelector):
             next_ns = min(next_ns, self._timeline.now_ns + max(1, round(timeout * 1e9)))
         if next_ns >= NEVER:  # nothing will ever happen on the bench: only a thread can bring something
             return super().select(None)
-        self._timeline.run_until(next_ns)
+        self._held.run(self._timeline, next_ns)
+        self._held.rest()
         return super().select(0)
 
 
 def run(
-    timeline: Timeline, main: Coroutine[Any, Any, ResultT], kick: Callable[[], object] = lambda: None
+    timeline: Timeline,
+    held: HeldTime,
+    main: Coroutine[Any, Any, ResultT],
+    kick: Callable[[], object] = lambda: None,
 ) -> ResultT:
     """As asyncio.run, in the timeline's time; `kick` is called before it passes."""
-    with asyncio.Runner(loop_factory=lambda: VirtualLoop(timeline, kick)) as runner:
+    with asyncio.Runner(loop_factory=lambda: VirtualLoop(timeline, held, kick)) as runner:
         return runner.run(main)

@@ -13,6 +13,7 @@ from canwire.bus.can.faults.faults import Faults
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
 from canwire.errors import HubLost
+from canwire.held_time import HeldTime
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
 from canwire.hub.owner.bench import Bench
@@ -28,10 +29,10 @@ from canwire.timeline import Timeline
 class LabHub:
     """`handle` is the connection to it. No board is plugged in at first; `add` tells it of a bus that was made."""
 
-    def __init__(self, timeline: Timeline, pacer: Pacer | None) -> None:
+    def __init__(self, timeline: Timeline, held: HeldTime, pacer: Pacer | None) -> None:
         self._wires: dict[str, CanBus | LinBus] = {}
         self._faults: dict[str, Faults | LinFaults] = {}
-        bench = Bench(timeline, self._wires, self._faults)
+        bench = Bench(timeline, held, self._wires, self._faults)
         if pacer is None:
             self._world = World(Config(), virtual=True, bench=bench)
             self._engine = Engine(self._world, VIRTUAL)

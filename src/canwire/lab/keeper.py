@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from canwire.held_time import HeldTime
 from canwire.timeline import Timeline
 
 
@@ -13,8 +14,9 @@ class LabKeeper:
     lost = False
     alone = True
 
-    def __init__(self, timeline: Timeline, kick: Callable[[], object]) -> None:
+    def __init__(self, timeline: Timeline, held: HeldTime, kick: Callable[[], object]) -> None:
         self._timeline = timeline
+        self._held = held
         self._kick = kick
 
     def now_ns(self) -> int:
@@ -22,7 +24,8 @@ class LabKeeper:
 
     def pass_time(self, now_ns: int, until_ns: int) -> int:
         self._kick()
-        self._timeline.run_until(until_ns)
+        self._held.run(self._timeline, until_ns)
+        self._held.rest()
         return self._timeline.now_ns
 
     def leave(self) -> None:

@@ -15,6 +15,7 @@ from canwire.bus.can.faults.faults import Faults
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.faults import LinFaults
 from canwire.errors import HubLost
+from canwire.held_time import HeldTime
 from canwire.hub.links.answering import Server
 from canwire.hub.owner.bench import Bench
 from canwire.hub.owner.engine import Engine
@@ -46,7 +47,7 @@ class Serving:
         rates = [BusConfig(name=name, bit_rate=bus.timing.bit_rate) for name, bus in buses.items()]
         slow = [BusConfig(name=name, type="lin") for name in lin_buses]
         with pacer.lock:
-            self._world = World(Config(bus=(*rates, *slow)), bench=Bench(timeline, wires, faults))
+            self._world = World(Config(bus=(*rates, *slow)), bench=Bench(timeline, HeldTime(), wires, faults))
         self._engine = Engine(self._world, pace=BenchPace(self._world, pacer))
         with ExitStack() as on_failure:
             on_failure.callback(self._engine.close)

@@ -8,10 +8,11 @@ from collections.abc import Callable, Coroutine, Iterator
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from canwire.errors import BadValue, Closed, NotIdle
+from canwire.errors import BadValue, Closed, NotIdle, WrongState
+from canwire.held_time import HeldTime
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
-from canwire.values.checks import LONGEST_NS, nanoseconds, whole
+from canwire.values.checks import LONGEST_NS, nanoseconds, pace, whole
 
 if TYPE_CHECKING:
     import asyncio  # 35 ms that only asyncio's users pay
@@ -34,6 +35,7 @@ class LabTime:
         if time not in ("virtual", "real"):
             raise BadValue(f"time {time!r}: 'virtual' or 'real'")
         self.timeline = Timeline()
+        self.held = HeldTime()
         self.pacer = Pacer(self.timeline) if time == "real" else None
         self._company: Company | None = None
         self.waiters: dict[asyncio.Future[None], int] = {}
@@ -62,7 +64,7 @@ class LabTime:
             return
         if self.pacer is None:
             self.kick()
-            while not self.timeline.run_until(time_ns):
+            while not self.held.run_through(self.timeline, time_ns):
                 pass  # somebody's halt was not meant for us
         else:
             self.pacer.wait_until(time_ns)
@@ -77,9 +79,9 @@ class LabTime:
             self.pacer.wait(lambda: self.timeline.idle() or self._stalled() is not None, None)
         else:
             self.kick()
-            while not self.timeline.run_until_idle(self.timeline.now_ns + _CHUNK_NS):
+            while not self.held.run_until_idle(self.timeline, self.timeline.now_ns + _CHUNK_NS):
                 if self.timeline.next_ns() > self.timeline.now_ns + _CHUNK_NS:
-                    self.timeline.run_until(self.timeline.next_ns())
+                    self.held.run_through(self.timeline, self.timeline.next_ns())
                 if self._stalled() is not None:
                     break
         stalled = self._stalled()
@@ -113,7 +115,18 @@ class LabTime:
             return asyncio.run(main)
         from canwire.lab.event_loop import run
 
-        return run(self.timeline, main, self.kick)
+        return run(self.timeline, self.held, main, self.kick)
+
+    def set_pace(self, factor: float | None) -> None:
+        """Virtual time: from now on it passes `factor` times as quickly as the wall clock, 0.0001 to 10000.
+
+        1 is the clock's own speed; None: as quickly as it can. Nodes do the same at every pace, and time still stands
+        while the program computes: what that takes too long for is left out. May be called while time passes, from a
+        callback or another thread. Raises BadValue, WrongState in real time, which has the clock's.
+        """
+        if self.pacer is not None:
+            raise WrongState("a pace is for a lab in virtual time: this one's passes with the clock")
+        self.held.hold(pace(factor))
 
     def lateness_ns(self) -> list[int]:
         """Real time only: how late each happening was handled."""
@@ -173,7 +186,7 @@ class LabTime:
             return found
         self.kick()
         while not ready():
-            if self.timeline.run_until(deadline_ns):
+            if self.held.run_through(self.timeline, deadline_ns):
                 return ready()
         return True
 
@@ -202,7 +215,7 @@ class LabTime:
         """For canwire.in_time: what lets time pass here, None where the clock does."""
         from canwire.lab.keeper import LabKeeper
 
-        return None if self.pacer is not None else LabKeeper(self.timeline, self.kick)
+        return None if self.pacer is not None else LabKeeper(self.timeline, self.held, self.kick)
 
     def kick(self) -> None:
         """Time is about to pass; for labs that look at what others have queued."""
@@ -231,11 +244,11 @@ class LabTime:
         self.kick()
         due_ns = self.timeline.next_ns()
         if due_ns > deadline_ns:
-            self.timeline.run_until(deadline_ns)
+            self.held.run_through(self.timeline, deadline_ns)
         elif due_ns >= NEVER:
             await waiter  # nothing will ever happen unless another task makes it
         else:
-            self.timeline.run_until(due_ns)
+            self.held.run_through(self.timeline, due_ns)
 
     @contextlib.contextmanager
     def _locked(self, pacer: Pacer) -> Iterator[None]:

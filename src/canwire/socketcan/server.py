@@ -25,6 +25,7 @@ from canwire.socketcan.sockets.open_sockets import OpenSockets
 from canwire.socketcan.supervised.notices import Listener, fetched
 from canwire.socketcan.supervised.supervisor import Supervisor
 from canwire.socketcan.table import MOST_INTERFACES, Table
+from canwire.socketcan.timed.timers import TimerSignal
 from canwire.socketcan.timed.turns import TimedWaiter
 
 if TYPE_CHECKING:
@@ -209,7 +210,8 @@ class Server:
             asked.answer(0 if takes_part else 1)
         elif request.operation == Operation.OPEN_TIMER:
             value = _times(_UNTIL, request)[0] if request.data else 0
-            number, descriptor = turns.timers.open(request.process, bool(request.a), (request.b, value))
+            signal = TimerSignal(request.b, value, request.slot)
+            number, descriptor = turns.timers.open(request.process, bool(request.a), signal)
             asked.answer(number, descriptor=descriptor)
         elif request.operation == Operation.SET_TIMER_FD:
             times = _times(_TIMER, request) if request.a else None

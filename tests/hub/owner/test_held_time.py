@@ -5,13 +5,15 @@ from __future__ import annotations
 import pytest
 
 from canwire.boards.config.configuration import Config
+from canwire.held_time import LATE_NS
 from canwire.hub.owner.entrance import open_session
-from canwire.hub.owner.lockstep.held import LATE_NS
 from canwire.hub.owner.lockstep.pace import LockstepPace
 from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol.messages import AwaitTurn, JoinTime
+
+pytestmark = pytest.mark.core
 
 LATE_S = LATE_NS / 1e9
 

@@ -13,7 +13,7 @@ from canwire.hub.owner.world import World
 from canwire.hub.protocol.messages import AwaitTurn, JoinTime
 from canwire.timeline import NEVER
 
-pytestmark = pytest.mark.finding("machines 5")
+pytestmark = [pytest.mark.core, pytest.mark.finding("machines 5")]
 PATIENCE_S = 5.0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
@@ -16,6 +17,8 @@ from hypothesis.stateful import (
 
 from canwire.hub.owner.lockstep.turns import Participant, Turns
 from canwire.timeline import NEVER
+
+pytestmark = pytest.mark.core
 
 
 def names(turns: Turns) -> list[str]:

@@ -137,11 +137,11 @@ class ClientTime(ABC):
         return state
 
     def set_pace(self, factor: float | None) -> None:
-        """A hub in lockstep: from now on its time passes `factor` times as quickly as the wall clock, 0.0001 to 10000.
+        """A hub in lockstep or virtual time: from now on it passes `factor` times as quickly as the wall clock.
 
-        1 is the clock's own speed; None: as quickly as it can. Time still waits for programs that compute, and what
-        they take too long for is left out. `time_state().pace` says what it is. Raises BadValue, WrongState for a hub
-        whose time passes otherwise.
+        0.0001 to 10000; 1 is the clock's own speed; None: as quickly as it can. Time still waits for programs that
+        compute, and what they take too long for is left out. `time_state().pace` says what it is. Raises BadValue,
+        WrongState for a hub whose time passes otherwise.
         """
         self.call(m.SetPace(pace(factor)))
 

@@ -55,7 +55,10 @@ class LocalLink:
         call: Pending[Answer] = Pending()
         self._engine.call(lambda: self._ask(request, call))
         if self.time == VIRTUAL:
-            self._engine.call(lambda: self._let_time_pass(request, call))
+            last_ns = self._engine.world.timeline.now_ns + _SILENCE_NS
+            while self._engine.call(lambda: self._let_time_pass(request, call, last_ns)):
+                self._engine.world.held.rest()
+            self._engine.world.held.rest()
         return call.result()
 
     def listen(self, listener: Listener) -> None:
@@ -113,10 +116,10 @@ class LocalLink:
                 close_descriptors(*outcome[1])
         self._engine.world.timeline.halt()  # in virtual time no more of it passes than the answer took
 
-    def _let_time_pass(self, request: Message, call: Pending[Answer]) -> None:
+    def _let_time_pass(self, request: Message, call: Pending[Answer], last_ns: int) -> bool:
+        """Until there is an answer. True: time may not pass any further at this moment."""
         world = self._engine.world
         world.kick_all()
-        last_ns = world.timeline.now_ns + _SILENCE_NS
         while not call.settled:
             due_ns = world.timeline.next_ns()
             if due_ns >= NEVER or due_ns > last_ns:
@@ -124,7 +127,9 @@ class LocalLink:
                     f"{type(request).__name__} would never end: nothing that it waits for is left to happen on the "
                     f"buses of this hub"
                 )
-            world.timeline.run_until(due_ns)
+            if not world.held.run(world.timeline, due_ns) and world.held.resting:
+                return True
+        return False
 
     def _rung(self) -> None:
         if not self._engine.attempt(lambda: rung(self._engine.world, self._session, self._doorbell)):

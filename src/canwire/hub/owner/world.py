@@ -19,6 +19,7 @@ from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.medium import one_way_delay_ps
 from canwire.errors import BadValue, NoSuchBoard, Unplugged, Unsupported
+from canwire.held_time import HeldTime
 from canwire.hub.owner.bench import Bench
 from canwire.hub.owner.faults.book import FaultBook
 from canwire.hub.owner.held.bells import Bells
@@ -54,10 +55,10 @@ class World:
     def __init__(
         self, config: Config, *, virtual: bool = False, bench: Bench | None = None, turns: Turns | None = None
     ) -> None:
-        self._bench = bench or Bench(Timeline(), {}, {})
-        self.timeline = self._bench.timeline
+        self._bench = bench or Bench(Timeline(), HeldTime(), {}, {})
+        self.timeline, self.held = self._bench.timeline, self._bench.held
         self.virtual = virtual or turns is not None
-        self.lockstep = None if turns is None else Lockstep(self.timeline, turns, self)
+        self.lockstep = None if turns is None else Lockstep(self.timeline, self.held, turns, self)
         self.buses: dict[str, CanBus | LinBus] = {}
         self.reactor = None if self.virtual else LaterReactor()
         self.machine = catalogue.Machine(self.timeline, self.buses, IsaBus(), self.reactor)

@@ -14,8 +14,15 @@ here: the worst that a program can write is a wait of its own.
 
 from __future__ import annotations
 
+from canwire import _mem
+
 SIZE = 4096
-_ASKED, _UNTIL, _STIRS, _GIVEN, _NOW, _CALLS = range(6)
+_ASKED = 0
+_UNTIL = 1
+_STIRS = 2
+_GIVEN = 3
+_NOW = 4
+_CALLS = 5
 _M63 = (1 << 63) - 1
 
 
@@ -23,64 +30,64 @@ class TurnPage:
     """Either end of it; `memory` has SIZE bytes."""
 
     def __init__(self, memory: memoryview) -> None:
-        self._words = memory.cast("Q")
+        self._memory = memory
+        self._words = _mem.words_of(memory)
         self.seen = 0  # the last `asked` that the hub has looked at
-        self._stirs_seen = self._calls_seen = 0
+        self._stirs_seen = 0
+        self._calls_seen = 0
 
     # the program's
 
     def ask(self, until_ns: int) -> int:
         """Begin to wait; the number of this wait."""
-        words = self._words
-        words[_UNTIL] = until_ns
-        asked = words[_ASKED] = words[_ASKED] + 1
+        asked = _mem.load_acquire(self._words, _ASKED) + 1
+        _mem.store_release(self._words, _UNTIL, until_ns)
+        _mem.store_release(self._words, _ASKED, asked)
         return asked
 
     def given(self, asked: int) -> bool:
         """This wait is over."""
-        return self._words[_GIVEN] == asked
+        return _mem.load_acquire(self._words, _GIVEN) == asked
 
     def now_ns(self) -> int:
         """When it was over."""
-        return self._words[_NOW]
+        return _mem.load_acquire(self._words, _NOW)
 
     def stir(self) -> None:
-        words = self._words
-        words[_STIRS] = words[_STIRS] + 1
+        _mem.store_release(self._words, _STIRS, _mem.load_acquire(self._words, _STIRS) + 1)
 
     def call(self) -> None:
         """From a thread that takes no turns: the one whose page this is looks again, too, be it after its next wait."""
-        words = self._words
-        words[_CALLS] = words[_CALLS] + 1
+        _mem.store_release(self._words, _CALLS, _mem.load_acquire(self._words, _CALLS) + 1)
         self.stir()
 
     # the hub's
 
     def asked(self) -> bool:
         """A wait has begun since the last look."""
-        asked = self._words[_ASKED]
+        asked = _mem.load_acquire(self._words, _ASKED)
         new = asked != self.seen
         self.seen = asked
         return new
 
     def until_ns(self) -> int:
-        return self._words[_UNTIL] & _M63
+        return _mem.load_acquire(self._words, _UNTIL) & _M63
 
     def stirred(self) -> bool:
         """Since the last look."""
-        stirs = self._words[_STIRS]
+        stirs = _mem.load_acquire(self._words, _STIRS)
         new = stirs != self._stirs_seen
         self._stirs_seen = stirs
         return new
 
     def called(self) -> bool:
         """Since the last look."""
-        calls = self._words[_CALLS]
+        calls = _mem.load_acquire(self._words, _CALLS)
         new = calls != self._calls_seen
         self._calls_seen = calls
         return new
 
     def give(self, now_ns: int) -> None:
         """The wait that was looked at last is over."""
-        self._words[_NOW] = now_ns
-        self._words[_GIVEN] = self.seen
+        _mem.store_release(self._words, _NOW, now_ns)
+        _mem.store_release(self._words, _GIVEN, self.seen)

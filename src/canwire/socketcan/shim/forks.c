@@ -15,6 +15,7 @@ void waits_itself(void)
 {
     has_only_begun = 0;
     has_waited = 1;
+    seat_taken();
 }
 
 void begin_threads(void)
@@ -23,14 +24,17 @@ void begin_threads(void)
         return;
     take_part();
     has_only_begun = 1;
+    seat_taken();
 }
 
 void leave_if_begun(void)
 {
     struct request request = {.operation = LEAVE_TIME};
 
-    if (has_only_begun)
-        ask(&request, NULL, 0, NULL, NULL, NULL, 0);
+    if (!has_only_begun)
+        return;
+    ask(&request, NULL, 0, NULL, NULL, NULL, 0);
+    seat_left();
     has_only_begun = 0;
 }
 
@@ -49,6 +53,8 @@ static void take_part_as(long parent)
 
     has_waited = 0;
     has_only_begun = ask(&request, NULL, 0, NULL, NULL, NULL, 0) == 0;
+    if (has_only_begun)
+        seat_taken();
 }
 
 EXPORT pid_t fork(void)
@@ -62,6 +68,7 @@ EXPORT pid_t fork(void)
     pid_t child = REAL(fork)();
     if (child == 0) {
         forget_timers();
+        forget_seats();
         take_part_as(parent);
         while (REAL(write)(seated[1], "", 1) < 0 && errno == EINTR)
             ;

@@ -1,5 +1,5 @@
-/* Semaphores, conditions, timed mutexes and joins, where programs keep one time: who waits for another thread lets it run,
- * and the timeout is the hub's. They look whenever another thread of the program begins a wait or ends.
+/* Semaphores, conditions and joins, where programs keep one time: who waits for another thread lets it run, and the
+ * timeout is the hub's. They look whenever another thread of the program begins a wait or ends.
  */
 #include "timed.h"
 
@@ -37,19 +37,6 @@ static void begins_again(pthread_t thread) /* its name may be given to another o
             __atomic_store_n(&ended[at], 0, __ATOMIC_RELEASE);
 }
 
-/* When an absolute time of this clock is over, by the hub's. */
-static int64_t until(clockid_t clock, const struct timespec *time)
-{
-    int64_t epoch_ns = clock == CLOCK_REALTIME ? (int64_t)shim_table->epoch_ns : 0;
-
-    return time->tv_sec > NEVER / SECOND - 1 ? NEVER : time->tv_sec * SECOND + time->tv_nsec - epoch_ns;
-}
-
-static int impossible(const struct timespec *time)
-{
-    return time->tv_nsec < 0 || time->tv_nsec >= SECOND;
-}
-
 /* semaphores */
 
 static int sem_in_time(sem_t *semaphore, int64_t until_ns)
@@ -73,11 +60,11 @@ static int sem_until(sem_t *semaphore, clockid_t clock, const struct timespec *t
 {
     if (sem_trywait(semaphore) == 0)
         return 0;
-    if (impossible(time)) {
+    if (impossible_time(time)) {
         errno = EINVAL;
         return -1;
     }
-    return sem_in_time(semaphore, until(clock, time));
+    return sem_in_time(semaphore, until_ns_of(clock, time));
 }
 
 EXPORT int sem_wait(sem_t *semaphore)
@@ -95,38 +82,6 @@ int sem_clockwait(sem_t *restrict semaphore, clockid_t clock, const struct times
 EXPORT int sem_clockwait(sem_t *restrict semaphore, clockid_t clock, const struct timespec *restrict time)
 {
     return timed() ? sem_until(semaphore, clock, time) : REAL(sem_clockwait)(semaphore, clock, time);
-}
-
-/* mutexes */
-
-static int lock_in_time(pthread_mutex_t *mutex, int64_t until_ns)
-{
-    struct wait wait = {.until_ns = until_ns, .restarts = 1};
-    int error;
-
-    while ((error = pthread_mutex_trylock(mutex)) == EBUSY) {
-        if (wait.again && expired(&wait))
-            return ETIMEDOUT;
-        if (await_turn(&wait) < 0 && errno != EINTR)
-            return errno;
-    }
-    return error;
-}
-
-EXPORT int pthread_mutex_timedlock(pthread_mutex_t *restrict mutex, const struct timespec *restrict time)
-{
-    if (!timed() || impossible(time))
-        return REAL(pthread_mutex_timedlock)(mutex, time);
-    return lock_in_time(mutex, until(CLOCK_REALTIME, time));
-}
-
-int pthread_mutex_clocklock(pthread_mutex_t *mutex, clockid_t clock, const struct timespec *time);
-
-EXPORT int pthread_mutex_clocklock(pthread_mutex_t *mutex, clockid_t clock, const struct timespec *time)
-{
-    if (!timed() || impossible(time))
-        return REAL(pthread_mutex_clocklock)(mutex, clock, time);
-    return lock_in_time(mutex, until(clock, time));
 }
 
 /* conditions */
@@ -168,9 +123,9 @@ static clockid_t clock_of(const pthread_cond_t *condition)
 EXPORT int pthread_cond_timedwait(pthread_cond_t *restrict condition, pthread_mutex_t *restrict mutex,
                                   const struct timespec *restrict time)
 {
-    if (!timed() || impossible(time))
+    if (!timed() || impossible_time(time))
         return NEWER(pthread_cond_timedwait)(condition, mutex, time);
-    return condition_in_time(condition, mutex, until(clock_of(condition), time));
+    return condition_in_time(condition, mutex, until_ns_of(clock_of(condition), time));
 }
 
 int pthread_cond_clockwait(pthread_cond_t *condition, pthread_mutex_t *mutex, clockid_t clock,
@@ -179,9 +134,9 @@ int pthread_cond_clockwait(pthread_cond_t *condition, pthread_mutex_t *mutex, cl
 EXPORT int pthread_cond_clockwait(pthread_cond_t *condition, pthread_mutex_t *mutex, clockid_t clock,
                                   const struct timespec *time)
 {
-    if (!timed() || impossible(time))
+    if (!timed() || impossible_time(time))
         return REAL(pthread_cond_clockwait)(condition, mutex, clock, time);
-    return condition_in_time(condition, mutex, until(clock, time));
+    return condition_in_time(condition, mutex, until_ns_of(clock, time));
 }
 
 EXPORT int pthread_cond_signal(pthread_cond_t *condition)

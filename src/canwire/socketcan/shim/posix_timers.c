@@ -6,9 +6,13 @@
 #include <errno.h>
 #include <pthread.h>
 #include <string.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #define MOST 256
+#ifndef sigev_notify_thread_id
+#define sigev_notify_thread_id _sigev_un._tid
+#endif
 
 struct timer {
     int32_t number; /* the server's, from 1 up; 0: this one is free */
@@ -90,8 +94,10 @@ static int made(struct timer *timer, const struct sigevent *event)
     int64_t value = (int64_t)(intptr_t)event->sigev_value.sival_ptr;
     struct request request = {.operation = OPEN_TIMER};
 
-    if (event->sigev_notify == SIGEV_SIGNAL)
+    if (event->sigev_notify == SIGEV_SIGNAL || event->sigev_notify == SIGEV_THREAD_ID)
         request.b = event->sigev_signo;
+    if (event->sigev_notify == SIGEV_THREAD_ID)
+        request.slot = event->sigev_notify_thread_id;
     long number = ask(&request, &value, sizeof value, NULL, NULL, &timer->fd, 1);
     if (number < 0)
         return -1;
@@ -106,17 +112,21 @@ static int made(struct timer *timer, const struct sigevent *event)
     return 0;
 }
 
+static int impossible_event(const struct sigevent *event)
+{
+    if (event->sigev_notify == SIGEV_THREAD_ID && syscall(SYS_tgkill, getpid(), event->sigev_notify_thread_id, 0) < 0)
+        return 1;
+    return (event->sigev_notify == SIGEV_SIGNAL || event->sigev_notify == SIGEV_THREAD_ID) &&
+           (event->sigev_signo < 1 || event->sigev_signo > SIGRTMAX);
+}
+
 EXPORT int timer_create(clockid_t clock, struct sigevent *restrict event, timer_t *restrict timer)
 {
     struct sigevent usual = {.sigev_notify = SIGEV_SIGNAL, .sigev_signo = SIGALRM};
 
     if (!timed() || clock < 0 || clock == CLOCK_PROCESS_CPUTIME_ID || clock == CLOCK_THREAD_CPUTIME_ID)
         return REAL(timer_create)(clock, event, timer);
-    if (event != NULL && event->sigev_notify == SIGEV_THREAD_ID) {
-        note(NOTE_CLOCK, "timer_create with SIGEV_THREAD_ID");
-        return REAL(timer_create)(clock, event, timer);
-    }
-    if (event != NULL && event->sigev_notify == SIGEV_SIGNAL && (event->sigev_signo < 1 || event->sigev_signo > SIGRTMAX)) {
+    if (event != NULL && impossible_event(event)) {
         errno = EINVAL;
         return -1;
     }

@@ -113,12 +113,12 @@ enum operation {
     SEND_BCM,        /* a = interface or 0, data = struct bcm_msg_head and frames */
     SEND_ISOTP,      /* a = flags, data = PDU */
     NOTE,            /* a = enum note, data = text */
-    AWAIT_TURN,      /* a = AGAIN, SLEEPS, b = SA_RESTART, data = int64_t until, ns; the answer is the turn, and the number
-                        of the signal that came with it */
+    AWAIT_TURN,      /* slot = a child whose end is waited for, -1: any, 0: none; a = AGAIN, SLEEPS, b = SA_RESTART,
+                        data = int64_t until, ns; the answer is the turn, and the number of the signal that came with it */
     LEAVE_TIME,      /* this thread takes part no longer */
     SET_TIMER,       /* data = int64_t until SIGALRM, and then again each time, ns; the reply's data likewise: before */
-    OPEN_TIMER,      /* a = TFD_NONBLOCK, b = a signal instead or 0, data = its int64_t value; the reply is its number and
-                        brings a descriptor */
+    OPEN_TIMER,      /* a = TFD_NONBLOCK, b = a signal instead or 0, slot = the thread that gets it or 0, data = its int64_t
+                        value; the reply is its number and brings a descriptor */
     TAKE_PART,       /* this thread, which has just begun, runs; a = the thread that forked it, if that one takes part */
     SET_TIMER_FD,    /* slot = its number, a = set it (else look), data and reply as of SET_TIMER */
     SEND_J1939,      /* a = size of an address that comes first, and MORE_FOLLOWS; data = address and bytes */

@@ -1,5 +1,5 @@
 /* Making sockets, binding them, and their options. */
-#include "shim.h"
+#include "timed.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -38,6 +38,8 @@ int open_can_socket(int type, int protocol)
         return -1;
     if (fd >= 0 && type & SOCK_NONBLOCK)
         REAL(fcntl)(fd, F_SETFL, REAL(fcntl)(fd, F_GETFL) | O_NONBLOCK);
+    if (timed())
+        seat_taken();
     return fd;
 }
 

@@ -14,6 +14,7 @@ static void leave(void *nothing)
 
     (void)nothing;
     thread_ends();
+    seat_left();
     if (timed())
         ask(&request, NULL, 0, NULL, NULL, NULL, 0);
 }
@@ -75,7 +76,7 @@ void take_part(void)
 
 int await_turn(struct wait *wait)
 {
-    struct request request = {.operation = AWAIT_TURN, .b = wait->restarts};
+    struct request request = {.operation = AWAIT_TURN, .slot = wait->child, .b = wait->restarts};
     sigset_t before;
     long done;
 

@@ -9,6 +9,7 @@
 
 #include "shim.h"
 
+#include <pthread.h>
 #include <signal.h>
 #include <time.h>
 
@@ -25,6 +26,7 @@ struct wait { /* one call that waits */
     const sigset_t *mask; /* of signals meanwhile; NULL: as it is */
     int restarts;         /* after a handler with SA_RESTART, as the kernel's own call does */
     int sleeps;           /* until then, whatever happens */
+    pid_t child;          /* until this one ends, -1: any; 0: for something else */
     int again;            /* it has looked before: nothing that others may wait for has happened since */
 };
 
@@ -42,6 +44,19 @@ void begin_threads(void);     /* this one begins others: it takes part before th
 void waits_itself(void);      /* it takes part until it ends */
 void reads_elsewhere(int fd); /* it takes part no longer if this blocks */
 void leave_if_begun(void);    /* it takes part no longer: another program begins in its place */
+
+/* seats.c */
+void seat_taken(void);            /* this thread takes part, ... */
+void seat_left(void);             /* ... and no longer */
+void forget_seats(void);          /* a fork has none */
+int keeps_time(void);             /* this thread takes part */
+int other_keeps_time(int number); /* so does this one of the process, which is another one */
+int own_number(void);
+
+/* mutexes.c */
+int lock_in_time(pthread_mutex_t *mutex, int64_t until_ns);
+int64_t until_ns_of(clockid_t clock, const struct timespec *time); /* an absolute time of this clock, by the hub's */
+int impossible_time(const struct timespec *time);
 
 /* locks.c */
 void thread_ends(void); /* this one, as far as those are concerned who join it */

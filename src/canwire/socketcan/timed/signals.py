@@ -1,11 +1,13 @@
-"""Signals with a value, as the kernel's timers send them (sigevent(7)), to a process that a descriptor stands for."""
+"""Signals with a value, as the kernel's timers send them (sigevent(7)): to a process, or to one of its threads."""
 
 from __future__ import annotations
 
 import ctypes
 import os
+import platform
 
 _PIDFD_SEND_SIGNAL = 424  # the same number on every architecture (asm-generic/unistd.h)
+_RT_TGSIGQUEUEINFO = 297 if platform.machine() == "x86_64" else 240
 _SI_TIMER = -2
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -28,6 +30,16 @@ class _Information(ctypes.Structure):
 def send_timer_signal(process: int, number: int, value: int, timer: int) -> None:
     """`process` is a pidfd. Raises OSError: ProcessLookupError where it has ended."""
     information = _Information(number=number, code=_SI_TIMER, timer=timer, value=value)
-    if _libc.syscall(_PIDFD_SEND_SIGNAL, process, number, ctypes.byref(information), 0) < 0:
+    _check(_libc.syscall(_PIDFD_SEND_SIGNAL, process, number, ctypes.byref(information), 0))
+
+
+def send_timer_signal_to_thread(process: int, thread: int, number: int, value: int, timer: int) -> None:
+    """The same for one thread of a process, by their numbers."""
+    information = _Information(number=number, code=_SI_TIMER, timer=timer, value=value)
+    _check(_libc.syscall(_RT_TGSIGQUEUEINFO, process, thread, number, ctypes.byref(information)))
+
+
+def _check(result: int) -> None:
+    if result < 0:
         error = ctypes.get_errno()
         raise OSError(error, os.strerror(error))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import select
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -15,6 +15,17 @@ if TYPE_CHECKING:
 MOST = 1024  # of one program: as many as it has descriptors for
 
 
+class TimerSignal(NamedTuple):
+    """What a timer of timer_create sends: number 0 is none, thread 0 is whichever the system takes."""
+
+    number: int = 0
+    value: int = 0
+    thread: int = 0
+
+
+NO_SIGNAL = TimerSignal()
+
+
 class Keeps(Protocol):
     """Whose time it is: turns.py's TimedWaiter."""
 
@@ -22,13 +33,13 @@ class Keeps(Protocol):
 
     def call_at_ns(self, due_ns: int, call: Callable[[], object]) -> Timer: ...
     def stir(self) -> None: ...
-    def interrupt(self, process: int, number: int, value: int, timer: int) -> None: ...
+    def interrupt(self, process: int, signal: TimerSignal, timer: int) -> None: ...
 
 
 class _TimerDescriptor:
-    """One of `process`; this end of the eventfd does not keep who writes. `signal`: number (0: none) and value."""
+    """One of `process`; this end of the eventfd does not keep who writes."""
 
-    def __init__(self, process: int, nonblocking: bool, signal: tuple[int, int]) -> None:
+    def __init__(self, process: int, nonblocking: bool, signal: TimerSignal) -> None:
         self.process = process
         self.signal = signal
         self.descriptor = os.eventfd(0, os.EFD_CLOEXEC | (os.EFD_NONBLOCK if nonblocking else 0))
@@ -44,10 +55,10 @@ class TimerDescriptors:
         self._made: dict[int, _TimerDescriptor] = {}
         self._last = 0
 
-    def open(self, process: int, nonblocking: bool, signal: tuple[int, int] = (0, 0)) -> tuple[int, int]:
+    def open(self, process: int, nonblocking: bool, signal: TimerSignal = NO_SIGNAL) -> tuple[int, int]:
         """Number and descriptor of a new one, not armed; raises OSError where there are too many.
 
-        One with a `signal`, its number and value, sends that to the program and counts nothing (timer_create).
+        One with a `signal` sends that to the program and counts nothing (timer_create).
         """
         own = [number for number, one in self._made.items() if one.process == process]
         if len(own) >= MOST:  # the oldest ones were closed: nobody has so many descriptors
@@ -93,8 +104,8 @@ class TimerDescriptors:
         one.timer = None
         if one.then_ns > 0:
             self._arm(number, one, one.due_ns + one.then_ns)
-        if one.signal[0]:
-            self._time.interrupt(one.process, *one.signal, number)
+        if one.signal.number:
+            self._time.interrupt(one.process, one.signal, number)
         else:
             os.eventfd_write(one.descriptor, 1)
             self._time.stir()

@@ -15,8 +15,10 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.loop import READABLE, URGENT, Polled
-from canwire.socketcan.timed.signals import send_timer_signal
-from canwire.socketcan.timed.timers import TimerDescriptors
+from canwire.socketcan.timed.children import children_of
+from canwire.socketcan.timed.seat import NEVER, Seat
+from canwire.socketcan.timed.signals import send_timer_signal, send_timer_signal_to_thread
+from canwire.socketcan.timed.timers import TimerDescriptors, TimerSignal
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,23 +28,7 @@ if TYPE_CHECKING:
     from canwire.socketcan.requests.control import Asked, Request
     from canwire.socketcan.table import Table
 
-NEVER = (1 << 63) - 1
 _AGAIN, _SLEEPS = 1, 2  # of a wait: shim/shim.h
-
-
-class Seat:
-    """A thread that takes part: it runs, or waits for `give`. `round` is the server's turn in which it had its last.
-
-    One that `sleeps` waits for nothing but its time.
-    """
-
-    def __init__(self, process: int) -> None:
-        self.process = process
-        self.give: Callable[[], object] | None = None
-        self.until_ns = NEVER
-        self.looks = False
-        self.sleeps = False
-        self.round = -1
 
 
 class TimedWaiter:
@@ -77,7 +63,6 @@ class TimedWaiter:
         self._watcher.start()
 
     def clock_s(self) -> float:
-        """Of the hub."""
         return self.now_ns / 1e9
 
     # descriptors
@@ -120,7 +105,7 @@ class TimedWaiter:
             seat = self._seats[key] = Seat(request.process)
             self._watch_process(request.process)
         if seat is not None:
-            seat.give, seat.sleeps = None, False
+            seat.give, seat.sleeps, seat.children = None, False, []
             asked.hold = lambda give: self._hold(seat, give)
 
     def has_seat(self, thread: int) -> bool:
@@ -140,6 +125,8 @@ class TimedWaiter:
         if not request.a & _AGAIN:
             self.stir()
         seat.until_ns, seat.looks, seat.sleeps = until_ns, False, bool(request.a & _SLEEPS)
+        if request.slot:
+            self._awaits_children(seat, [request.slot] if request.slot > 0 else children_of(request.process))
 
         def interrupted() -> None:
             seat.give = None
@@ -178,17 +165,22 @@ class TimedWaiter:
             signal.pidfd_send_signal(self._ends[process], signal.SIGALRM)
         self._interrupted(process, signal.SIGALRM)
 
-    def interrupt(self, process: int, number: int, value: int, timer: int) -> None:
+    def interrupt(self, process: int, signal: TimerSignal, timer: int) -> None:
         """Send this signal, as a timer of the kernel's would."""
-        if process in self._ends:
-            with suppress(ProcessLookupError):
-                send_timer_signal(self._ends[process], number, value, timer)
-            self._interrupted(process, number)
+        if process not in self._ends:
+            return
+        with suppress(ProcessLookupError):
+            if signal.thread:
+                send_timer_signal_to_thread(process, signal.thread, signal.number, signal.value, timer)
+            else:
+                send_timer_signal(self._ends[process], signal.number, signal.value, timer)
+        self._interrupted(process, signal.number, signal.thread)
 
-    def _interrupted(self, process: int, number: int) -> None:
+    def _interrupted(self, process: int, number: int, thread: int = 0) -> None:
         """It has a turn, in which its handler has run, or it finds the signal that it waits for."""
         self._signalled[process] = number
-        seat = next((seat for key, seat in self._seats.items() if key[0] == process), None)
+        seats = [seat for key, seat in self._seats.items() if key[0] == process and thread in (0, key[1])]
+        seat = seats[0] if seats else None
         if seat is not None and seat.give not in (None, _nothing):
             self._give(seat)  # it is interrupted already
 
@@ -225,7 +217,8 @@ class TimedWaiter:
 
     def wait(self, seconds: float | None) -> list[tuple[int, int]]:
         found = self._urgent.poll(0)
-        if any(seat.give is None for seat in self._seats.values()):  # one runs: time stands
+        processes = [key[0] for key in self._seats]
+        if any(seat.runs(processes) for seat in self._seats.values()):  # time stands
             return found if found or seconds == 0 else self._urgent.poll(None)
         found += self._calm.wait(0)
         if not found and seconds != 0:
@@ -241,6 +234,13 @@ class TimedWaiter:
             self._wait_for_turn(seconds)
         else:
             self._either.poll(None)
+
+    def _awaits_children(self, seat: Seat, children: list[int]) -> None:
+        """It looks again when one of them has ended, which may be so already."""
+        seat.children = children
+        for child in children:
+            self._watch_process(child)
+        seat.looks = not children or not all(child in self._ends for child in children)
 
     def _next(self) -> Seat | None:
         """In turns; who waits for no time at all lets programs elsewhere run before it has another one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from canwire.errors import HubError
+from canwire.held_time import HeldTime
 from canwire.hub.owner.answers.registry import Answers
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
@@ -23,17 +24,17 @@ def _advance(request: m.Advance, session: Session, world: World) -> Answer:
         timeline.at(timeline.now_ns, world.kick_all)  # as a happening, whose signals count
         end_ns = timeline.now_ns + request.span_ns
         if end_ns < _LARGEST_NS:
-            timeline.run_until(end_ns)
+            world.held.run(timeline, end_ns)
         else:
-            _run_on(timeline)
+            _run_on(timeline, world.held)
     return m.Number(timeline.now_ns), ()
 
 
-def _run_on(timeline: Timeline) -> None:
+def _run_on(timeline: Timeline, held: HeldTime) -> None:
     """Until somebody's event is signalled; raises HubError after an hour: boards' clocks tick for ever."""
     began_ns = timeline.now_ns
     while (due_ns := timeline.next_ns()) < NEVER and due_ns <= began_ns + _SILENCE_NS:
-        if not timeline.run_until(due_ns):
+        if not held.run(timeline, due_ns):
             return
     if due_ns >= NEVER:
         raise HubError("this would never end: nothing is left to happen on the buses of this hub")

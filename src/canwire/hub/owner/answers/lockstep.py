@@ -39,14 +39,16 @@ def _stir(request: m.Stir, session: Session, world: World) -> Answer:
 
 @answers.to(m.SetPace)
 def _set_pace(request: m.SetPace, session: Session, world: World) -> Answer:
-    _kept(world).held.hold(pace(request.factor or None))
+    if not world.virtual:
+        raise WrongState("a pace is for a hub in lockstep or virtual time: this one's passes with the clock")
+    world.held.hold(pace(request.factor or None))
     return DONE
 
 
 @answers.to(m.GetTime)
 def _get_time(request: m.GetTime, session: Session, world: World) -> Answer:
     kept = world.lockstep
-    return m.TimeState(world.timeline.now_ns, (), "") if kept is None else kept.state(), ()
+    return m.TimeState(world.timeline.now_ns, (), "", world.held.factor) if kept is None else kept.state(), ()
 
 
 def _kept(world: World) -> Lockstep:

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from canwire.errors import CanwireError, HubLost, LimitReached, WrongState
+from canwire.held_time import HeldTime
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.limits import enough
-from canwire.hub.owner.lockstep.held import HeldTime
 from canwire.hub.owner.lockstep.program import Program, Seat, Turn
 from canwire.hub.owner.lockstep.shared_page import SharedPage
 from canwire.hub.owner.lockstep.turns import Participant, Turns
@@ -37,10 +37,10 @@ class Looked(Protocol):
 class Lockstep:
     """Everybody who keeps one time. `standstill` is the sentence that says why time does not pass, or ""."""
 
-    def __init__(self, timeline: Timeline, turns: Turns, world: Looked) -> None:
+    def __init__(self, timeline: Timeline, held: HeldTime, turns: Turns, world: Looked) -> None:
         self.turns = turns
         self.standstill = ""
-        self.held = HeldTime()
+        self.held = held
         self.turn_ns = 0  # when the last turn began
         self._timeline = timeline
         self._world = world
@@ -144,7 +144,7 @@ class Lockstep:
                 return
             if not page.words.stirred():
                 return
-        if any(not seat.participant.waits for seat in program.seats.values()):
+        if program.runs():
             program.rung = True
         else:
             self._world.kick(session)
@@ -240,8 +240,7 @@ class Lockstep:
         """A thread's seat; one that has none yet sits down."""
         seat = program.seats.get(thread)
         if seat is None:
-            name = next((one.participant.name for one in program.seats.values()), session.name)
-            seat = self._seated(program, thread, name)
+            seat = self._seated(program, thread, program.seat_name() or session.name)
             seat.participant.woken = False
         seat.sessions.add(session)
         return seat

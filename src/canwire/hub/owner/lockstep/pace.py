@@ -15,13 +15,11 @@ if TYPE_CHECKING:
     from canwire.hub.owner.world import World
 
 PATIENCE_S = 5.0
-Stand = tuple[
-    int, "Participant | None", str | None
-]  # turns given, who runs, who is missing (None: nobody came yet)
 _LONGEST_SILENCE_NS = (
     3_600_000_000_000  # that everybody waits for without a timeout: boards' clocks tick for ever
 )
 _STEP_NS = 2_000_000  # bus time between two looks at the clock
+_SLICE, _NEVER = SLICE_NS, NEVER  # for the compiled form, which has them as C numbers
 
 
 class LockstepPace(RealPace):
@@ -37,9 +35,13 @@ class LockstepPace(RealPace):
         if world.lockstep is None:
             raise BadValue("a world whose programs keep one time is made with turns")
         self._lockstep = world.lockstep
+        self._turns = world.lockstep.turns
+        self._held = world.lockstep.held
         self._patience_ns = round(patience_s * 1e9)
         self._instant = -1  # bus time, when it was last looked at
-        self._stand: Stand = (0, None, None)  # whom time waited for then ...
+        self._stand_given = 0  # whom time waited for then: turns so far, ...
+        self._stand_runs: Participant | None = None  # ... who runs, ...
+        self._missing: str | None = None  # ... who is missing (None: nobody came yet), ...
         self._stand_ns = clock_ns()  # ... and since when of the clock
         self._spent_ns: dict[Participant, int] = {}  # of the clock, in turns that ended at this instant
         self._told = self._told_of_repeats = False  # of this stand, of this instant
@@ -49,35 +51,37 @@ class LockstepPace(RealPace):
 
     def catch_up(self) -> None:
         """What is asked meanwhile finds the time of this instant; where that is held to the clock, its time."""
-        until_ns, now_ns = self._lockstep.turns.until_ns(), self._timeline.now_ns
-        if self._lockstep.held.factor and until_ns > now_ns:
-            limit_ns = self._limit_ns(min(until_ns, self._timeline.next_ns()))
-            self._timeline.run_until(min(until_ns, limit_ns))
+        if not self._held.factor:
+            return
+        until_ns, now_ns = self._turns.until_ns(), self._timeline.now_ns
+        if until_ns > now_ns:
+            self._timeline.run_until(min(until_ns, self._limit_ns(min(until_ns, self._timeline.next_ns()))))
 
     def run(self) -> float | None:
-        lockstep, timeline = self._lockstep, self._timeline
+        timeline = self._timeline
         began_ns = self._monotonic_ns()
         while True:
-            lockstep.give_turn()
-            until_ns = lockstep.turns.until_ns()
+            self._lockstep.give_turn()
+            until_ns = self._turns.until_ns()
             if until_ns <= timeline.now_ns:
                 return self._watch(began_ns)
             due_ns = timeline.next_ns()
-            if until_ns >= NEVER:
-                if due_ns > lockstep.turn_ns + _LONGEST_SILENCE_NS:
+            if until_ns >= _NEVER:
+                if due_ns > self._lockstep.turn_ns + _LONGEST_SILENCE_NS:
                     return self._watch(began_ns)
                 until_ns = due_ns
             next_ns = min(until_ns, due_ns)
             limit_ns = self._limit_ns(next_ns)
             whole = timeline.run_until(min(until_ns, limit_ns, max(due_ns, timeline.now_ns) + _STEP_NS))
             if whole and limit_ns < next_ns:
-                return lockstep.held.wait_s(next_ns - limit_ns)
-            if self._monotonic_ns() - began_ns >= SLICE_NS:
+                return float(self._held.wait_s(next_ns - limit_ns))
+            if self._monotonic_ns() - began_ns >= _SLICE:
                 return 0.0
 
     def _limit_ns(self, next_ns: int) -> int:
-        held = self._lockstep.held
-        return held.limit_ns(self._timeline.now_ns, next_ns, self._monotonic_ns()) if held.factor else NEVER
+        if not self._held.factor:
+            return _NEVER
+        return self._held.limit_ns(self._timeline.now_ns, next_ns, self._monotonic_ns())
 
     def _watch(self, now_ns: int) -> float | None:
         """Time stands: the seconds until somebody has to be named for it, None: nobody, or that was done."""
@@ -105,18 +109,18 @@ class LockstepPace(RealPace):
         Nobody answers for a time that passed before it came, nor for what others spend at this instant. A turn that
         was named for its length counts for itself alone.
         """
-        lockstep, instant = self._lockstep, self._timeline.now_ns
-        turns = lockstep.turns
-        stand = (turns.given, turns.running, turns.missing if lockstep.occupied else None)
+        lockstep, turns, instant = self._lockstep, self._turns, self._timeline.now_ns
+        missing = turns.missing if lockstep.occupied else None
         if instant != self._instant:
             self._instant, self._told_of_repeats = instant, False
             self._spent_ns.clear()
-        elif stand != self._stand:
-            before, spent_ns = self._stand[1], now_ns - self._stand_ns
+        elif (turns.given, turns.running, missing) != (self._stand_given, self._stand_runs, self._missing):
+            before, spent_ns = self._stand_runs, now_ns - self._stand_ns
             if before is not None and spent_ns < self._patience_ns:
                 self._spent_ns[before] = self._spent_ns.get(before, 0) + spent_ns
         elif lockstep.occupied:
             return
-        self._stand, self._stand_ns, self._told = stand, now_ns, False
+        self._stand_given, self._stand_runs, self._missing = turns.given, turns.running, missing
+        self._stand_ns, self._told = now_ns, False
         if not self._told_of_repeats:
             lockstep.standstill = ""

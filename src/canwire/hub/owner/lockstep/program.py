@@ -43,6 +43,17 @@ class Program:
         self.rung = False  # a doorbell, since one of its threads last waited
         self._timeline = timeline
 
+    def runs(self) -> bool:
+        """One of its threads does."""
+        for seat in self.seats.values():
+            if not seat.participant.waits:
+                return True
+        return False
+
+    def seat_name(self) -> str:
+        """What its threads are called in the order of turns; "" where none takes part."""
+        return next((seat.participant.name for seat in self.seats.values()), "")
+
     def halt(self) -> None:
         """Something was signalled: its threads look again at this instant, and no more time passes before that."""
         for seat in self.seats.values():

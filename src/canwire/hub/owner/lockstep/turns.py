@@ -15,6 +15,7 @@ from operator import attrgetter
 from canwire.timeline import NEVER
 
 Place = tuple[int, tuple[tuple[int, int, str], ...], int, int]
+_NEVER = NEVER
 _PIECES = re.compile(r"(\d+)|(\D+)")
 
 
@@ -55,7 +56,8 @@ class Turns:
         self._names = tuple(names)
         self._begun = False
         self._everybody: list[Participant] = []
-        self._after: Place | None = None  # who had the last turn of this instant
+        self._last: Participant | None = None  # who had the last turn of this instant ...
+        self._after: Place | None = None  # ... and its place, should it be gone
         self._instant_ns = -1
 
     @property
@@ -106,11 +108,11 @@ class Turns:
         if self.running is not None or not self._begun:
             return None
         if now_ns != self._instant_ns:
-            self._instant_ns, self._after = now_ns, None
+            self._instant_ns, self._last, self._after = now_ns, None, None
         found = self._first_due(now_ns)
         if found is not None:
             found.waits = found.woken = False
-            self._after = found.place
+            self._last, self._after = found, found.place
             self.running = found
             self.given += 1
         return found
@@ -120,21 +122,29 @@ class Turns:
 
         Where nobody takes part, or somebody is missing, that is the beginning: it must not pass.
         """
-        if self.running is not None or not self._begun:
+        if self.running is not None or not self._begun or not self._everybody:
             return 0
-        return min((one.until_ns for one in self._everybody), default=0)
+        soonest = _NEVER
+        for one in self._everybody:
+            soonest = min(soonest, one.until_ns)
+        return soonest
 
     def _first_due(self, now_ns: int) -> Participant | None:
         """Rounds: after the one who had the last turn first, so that whoever waits for nothing holds up nobody."""
-        everybody = self._everybody
-        begin = 0 if self._after is None else bisect_right(everybody, self._after, key=_place_of)
-        for k in range(begin, len(everybody)):
-            if (everybody[k].woken and not everybody[k].deaf) or everybody[k].until_ns <= now_ns:
-                return everybody[k]
-        for k in range(min(begin, len(everybody))):
-            if (everybody[k].woken and not everybody[k].deaf) or everybody[k].until_ns <= now_ns:
-                return everybody[k]
+        count, begin = len(self._everybody), self._begin()
+        for k in range(count):
+            one = self._everybody[begin + k if begin + k < count else begin + k - count]
+            if (one.woken and not one.deaf) or one.until_ns <= now_ns:
+                return one
         return None
+
+    def _begin(self) -> int:
+        if self._last is None:
+            return 0
+        for k in range(len(self._everybody)):
+            if self._everybody[k] is self._last:
+                return k + 1
+        return bisect_right(self._everybody, self._after, key=_place_of)
 
 
 def _natural(name: str) -> tuple[tuple[int, int, str], ...]:
