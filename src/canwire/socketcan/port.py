@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from canwire import Lease, LinePlace, WantedMode
     from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.listener import Listener
+    from canwire.socketcan.listener import Listener, Tap
     from canwire.socketcan.loop import Timer
     from canwire.socketcan.setting import Setting
 
@@ -53,8 +53,11 @@ class Port:
     def __init__(self, setting: Setting, interface: Interface, on_lost: Callable[[Port], object]) -> None:
         self.interface = interface
         self.lost = False
+        self.heard = 0  # frames, errors included
         self._on_lost = on_lost
         self.listeners: list[Listener] = []
+        self.taps: set[Tap] = set()
+        self.stampers: dict[int, Callable[[Array], object]] = {}  # by slot: hears of its frames on the bus
         self.silent: set[int] = set()  # slots whose frames are not looped back to anybody here
         self._setting = setting
         self._loop = setting.loop
@@ -127,6 +130,7 @@ class Port:
 
     def _hand_on(self, records: Array) -> None:
         was_up, up = self._follow(records)
+        self.heard += len(records)
         batch = self._batch_of(records)
         for listener in list(self.listeners):
             listener.take(batch)
@@ -145,6 +149,10 @@ class Port:
 
     def _batch_of(self, records: Array) -> Batch:
         owners = self._echoes.owners(records)
+        for slot, call in list(self.stampers.items()):
+            own = owners == slot
+            if own.any():
+                call(self._rows_of(records[own]))
         errors: Array = records["info"] & TYPE_MASK != 0
         if errors.any():
             rows = self._rows_of(records)
@@ -204,6 +212,8 @@ class Port:
             self._lose(error)
             return
         self._echoes.sent(slot, records)
+        for tap in self.taps:
+            tap.going(self, rows)
 
     def drop(self, count: int, why: str = WENT) -> None:
         """So many frames cannot go out."""

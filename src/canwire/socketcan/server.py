@@ -15,6 +15,7 @@ from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.netlink.door import NetlinkDoor
 from canwire.socketcan.netlink.files import NetFiles
 from canwire.socketcan.netlink.links import Links
+from canwire.socketcan.netlink.proc_files import ProcFiles
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.programs import calls_itself, is_for_musl, trouble_with
 from canwire.socketcan.requests.control import Asked, Control, Request
@@ -93,7 +94,8 @@ class Server:
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._netlink: NetlinkDoor | None = None
         links = Links(self._setting, self._ports)
-        self._files = NetFiles(os.path.join(directory, "net"), links)
+        proc = ProcFiles(os.path.join(directory, "proc"), links, self._ports, self._sockets)
+        self._files = (NetFiles(os.path.join(directory, "net"), links), proc)  # shim/shim.h, enum folder
         with suppress(OSError):  # a kernel that gives none: programs have its own alone, and that is said
             self._netlink = NetlinkDoor(self._setting, links)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
@@ -226,7 +228,7 @@ class Server:
             asked.answer(self._note(request))
             return
         if request.operation == Operation.PLACE_FILES:
-            self._files.refresh(os.fsdecode(request.data))
+            self._files[request.a].refresh(os.fsdecode(request.data))
             asked.answer(0)
             return
         if request.operation == Operation.SUPERVISE:

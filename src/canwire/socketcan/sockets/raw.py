@@ -11,15 +11,18 @@ from canwire.socketcan.constants import (
     CAN_MTU,
     CAN_RAW_FD_FRAMES,
     CAN_RAW_LOOPBACK,
+    CAN_RAW_XL_FRAMES,
     CANFD_MTU,
     SOL_CAN_RAW,
 )
 from canwire.socketcan.interfaces import NOT_BOUND, NOT_FRAMES
+from canwire.socketcan.netlink.proc_files import Wanted
 from canwire.socketcan.outlets import RowOutlet
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.rings import COLLECTED, Rings, Row
 from canwire.socketcan.sockets.base import CanSocket, index_of
 from canwire.socketcan.sockets.raw_options import RawOptions
+from canwire.socketcan.sockets.stamped import StampedSocket
 from canwire.socketcan.wire import numpy_module, received_dtype, row_of, sound
 
 if TYPE_CHECKING:
@@ -41,7 +44,7 @@ _MUCH = 64  # frames after which more is looked for at once ...
 _GATHER_S = 0.0005  # ... and else after this
 
 
-class RawSocket(CanSocket):
+class RawSocket(StampedSocket):
     """A socket without a program's bind hears nothing and sends to addresses only."""
 
     def __init__(
@@ -59,6 +62,7 @@ class RawSocket(CanSocket):
         self._options = RawOptions()
         self._heard: list[Port] = []
         self._held: deque[tuple[int, Array]] = deque()  # sent; their interfaces have no room yet
+        self._matches = 0
         super().__init__(setting, ports, slot, end, closed)
 
     # what the program asks
@@ -91,8 +95,8 @@ class RawSocket(CanSocket):
         if level != SOL_CAN_RAW:
             raise refuse(errno.EINVAL)
         self._options.set(name, value)
-        if name == CAN_RAW_FD_FRAMES:
-            self.setting.table.allow_fd(self.slot, self._options.on(name))
+        if name in (CAN_RAW_FD_FRAMES, CAN_RAW_XL_FRAMES):
+            self.setting.table.allow_fd(self.slot, self._options.on(CAN_RAW_FD_FRAMES))
         elif name == CAN_RAW_LOOPBACK:
             for port in self._heard:
                 self._apply_loopback(port)
@@ -101,6 +105,12 @@ class RawSocket(CanSocket):
         if level != SOL_CAN_RAW:
             raise refuse(errno.EINVAL)
         return self._options.get(name)
+
+    def receive_list(self) -> list[Wanted]:
+        if not self._heard:
+            return []
+        index = self.setting.table.bound_to(self.slot)
+        return [Wanted(index, *words, "raw", self._matches) for words in self._options.wanted()]
 
     def _apply_loopback(self, port: Port) -> None:
         if self._options.on(CAN_RAW_LOOPBACK):
@@ -113,7 +123,9 @@ class RawSocket(CanSocket):
     def take(self, batch: Batch) -> None:
         found = self._options.selected(batch, self.slot)
         if found is not None:
-            self._put(found)
+            self._matches += len(found)
+            self.ports.matches += len(found)
+            self.put(found)
 
     def congested(self) -> bool:
         return self._outlet.congested()
@@ -122,13 +134,15 @@ class RawSocket(CanSocket):
         row = numpy_module().zeros(1, received_dtype())
         row["error"], row["interface"] = error, interface.index
         self.setting.table.set_error(self.slot, error)
+        if self.errors is not None:
+            self.errors.gone()
         if error == errno.ENODEV:
             self._heard = [port for port in self._heard if port.interface is not interface]
             if not self._heard:
                 self.setting.table.unbind(self.slot)
-        self._put(row)
+        self.put(row)
 
-    def _put(self, rows: Array) -> None:
+    def put(self, rows: Array) -> None:
         if not self._hung_up:
             self._outlet.put(rows)
             self.rewatch()
@@ -252,6 +266,7 @@ class RawSocket(CanSocket):
         if not self._options.on(CAN_RAW_LOOPBACK):
             port.silent.add(self.slot)
         room = port.room()
+        self.leaving(port, rows[:room])
         if room < len(rows):
             self._held.append((index, rows[room:].copy()))
         port.send(self.slot, rows[:room])
@@ -260,5 +275,6 @@ class RawSocket(CanSocket):
         for port in self._heard:
             port.leave(self)
             port.silent.discard(self.slot)
+        self.ports.forget_stamper(self.slot)
         self._heard = []
         self.let_go()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_J1939, SOL_CAN_J1939
 from canwire.socketcan.j1939.message import NO_ADDRESS, NO_NAME
 from canwire.socketcan.ports import refuse
-from canwire.socketcan.sockets.j1939.errors import control_message
+from canwire.socketcan.sockets.error_queue import control_message
 from canwire.socketcan.sockets.j1939.names import Name
 from canwire.socketcan.sockets.j1939.socket import ABOUT
 from canwire.socketcan.supervised.program import Message, Program
