@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     import numpy
 
     from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.port import Port
     from canwire.socketcan.wire import Batch
 
     Array = numpy.ndarray
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 class Tap(Protocol):
     """A socket that wants to know what is given to a line, too."""
 
-    def going(self, port: Port, frames: Array) -> None:
+    def going(self, interface: Interface, frames: Array) -> None:
         """These, of `sent_dtype`: copy what is kept."""
 
 

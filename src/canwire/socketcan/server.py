@@ -231,6 +231,10 @@ class Server:
             self._files[request.a].refresh(os.fsdecode(request.data))
             asked.answer(0)
             return
+        if request.operation == Operation.SUBSCRIBE and self._netlink is not None:
+            self._netlink.subscribe(request.a, request.b)
+            asked.answer(0)
+            return
         if request.operation == Operation.SUPERVISE:
             self._supervise(request, asked)
             return

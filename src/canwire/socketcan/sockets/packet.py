@@ -179,13 +179,13 @@ class PacketSocket(RawSocket):
         rows["flags"] = 0
         self._pass_on(rows)
 
-    def going(self, port: Port, frames: Array) -> None:
+    def going(self, interface: Interface, frames: Array) -> None:
         """These, of `sent_dtype`, were given to the line: who asked for all protocols has them, too."""
         if self._about != _ALL or self._values[IGNORE_OUTGOING]:
             return
         rows = numpy_module().zeros(len(frames), received_dtype())
         rows["stamp_ns"] = self.setting.hub.now_ns() + self.setting.epoch_ns
-        rows["interface"], rows["length"], rows["flags"] = port.interface.index, frames["size"], OUTGOING
+        rows["interface"], rows["length"], rows["flags"] = interface.index, frames["size"], OUTGOING
         for name in ("can_id", "len", "fd_flags", "reserved", "raw_dlc", "data"):
             rows[name] = frames[name]
         self._pass_on(rows)

@@ -40,8 +40,7 @@ if TYPE_CHECKING:
 
 _LATER = 16  # waiting rows below which a bus that waits goes on
 _KICKS = 64
-_MUCH = 64  # frames after which more is looked for at once ...
-_GATHER_S = 0.0005  # ... and else after this
+_MUCH = 64  # frames after which more is looked for at once
 
 
 class RawSocket(StampedSocket):
@@ -60,6 +59,7 @@ class RawSocket(StampedSocket):
         self._ring = rings.pair(slot, end.fileno())
         self._outlet = RowOutlet(self._ring, end, lambda: setting.table.receive_buffer(slot))
         self._options = RawOptions()
+        self._gathering = setting.gathering()
         self._heard: list[Port] = []
         self._held: deque[tuple[int, Array]] = deque()  # sent; their interfaces have no room yet
         self._matches = 0
@@ -170,7 +170,10 @@ class RawSocket(StampedSocket):
         for message in messages:
             if len(message) > 1:  # else a kick, or nothing
                 self._send_past_library(message)
-        self._collect_soon()
+        if self.setting.timed or self._collects:
+            self._collect_soon()
+        else:
+            self._collect()
 
     def _send_past_library(self, frame: bytes) -> None:
         """By fwrite, splice, a plain system call: nobody could say what is wrong with it, so it is counted."""
@@ -224,9 +227,9 @@ class RawSocket(StampedSocket):
             self._collect_soon()
         elif self._hung_up:
             self.close()
-        elif count:
+        elif count and self._gathering is not None and (pause_s := self._gathering.pause_s(count)):
             self._collects = True
-            self.setting.loop.call_in(self.setting.gather_s(_GATHER_S), self._collect)
+            self.setting.loop.call_in(pause_s, self._collect)
         elif not self._ring.want_frames():
             self._collect_soon()
 
