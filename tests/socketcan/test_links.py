@@ -114,6 +114,39 @@ assert wire.recv(16)[8:9] == b"1"
     bench.run(sys.executable, "-c", program)
 
 
+DOWN_BEFORE = """
+import errno, socket, subprocess
+def ip(what):
+    subprocess.run(["ip", "link", "set", "can0", what], check=True)
+def bound(kind, type, protocol, *name):
+    made = socket.socket(kind, type, protocol)
+    made.bind(("can0", *name))
+    made.settimeout(10)
+    return made
+ip("down")
+both = bound(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW), bound(socket.AF_PACKET, socket.SOCK_RAW, 0, 0xC)
+for one in both:
+    for call in (lambda: one.recv(16), lambda: one.send(bytes(16))):
+        try:
+            call()
+        except OSError as error:
+            assert error.errno == errno.ENETDOWN, error
+        else:
+            raise AssertionError(one)
+ip("up")
+both[0].send(bytes(16))
+assert both[1].recv(16) == bytes(16)
+both[1].send(bytes(16))
+assert both[0].recv(16) == bytes(16)
+"""
+
+
+@pytest.mark.conforms("N-50")
+def test_who_binds_to_an_interface_that_is_down_hears_it_once_it_is_up(bench: Bench) -> None:
+    find_program("ip")
+    bench.run(sys.executable, "-c", DOWN_BEFORE)
+
+
 NOT_SET = {
     "type can bitrate 123456789": "Invalid argument",
     "type can restart": "can0 is down, or no program here uses it",

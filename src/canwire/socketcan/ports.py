@@ -54,6 +54,11 @@ class Ports:
             raise failure
         return found
 
+    def is_down(self, index: int) -> bool:
+        """It was taken down before anybody used it: who binds to it waits until it is up."""
+        interface = self._setting.interfaces.by_index.get(index)
+        return index not in self._open and interface is not None and not interface.flags & UP
+
     def in_use(self) -> list[Port]:
         return list(self._open.values())
 

@@ -90,6 +90,7 @@ class Server:
         self._sockets = OpenSockets(
             self._setting, self._ports, rings, prefix, self._stop_if_unused, self._say_once
         )
+        self._setting.came_up = self._look_again
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._netlink: NetlinkDoor | None = None
@@ -175,6 +176,9 @@ class Server:
         for interface in gone:
             if self._ports.known(interface.index) is None:
                 self._setting.interfaces.remove(interface)
+        self._look_again()
+
+    def _look_again(self) -> None:
         for one in self._sockets:
             one.boards_changed()
 

@@ -38,6 +38,7 @@ class Setting:
         self.timed = hub.timed
         self.say = say
         self.deserted: Callable[[], object] = lambda: None  # a socket has lost its last program
+        self.came_up: Callable[[], object] = lambda: None  # an interface that was down
         self.stir: Callable[[], object] = lambda: None  # there is something for a program, or room
 
     def gathering(self) -> Gathering | None:

@@ -221,6 +221,7 @@ class Links:
                 f"{place.address} runs at {format_rates(status.mode)}, {format_setter(status)}",
             )
         self._setting.interfaces.show(interface, interface.flags | UP)
+        self._setting.came_up()
 
     def _stop(self, interface: Interface) -> None:
         hub, port = self._setting.hub, self._ports.known(interface.index)

@@ -148,7 +148,7 @@ class CanSocket:
         self.ended()
 
     def boards_changed(self) -> None:
-        """Interfaces may have come."""
+        """Interfaces may have come, or up."""
 
     @property
     def deserted(self) -> bool:

@@ -83,15 +83,18 @@ class PacketSocket(RawSocket):
         family, protocol, index = _ADDRESS.unpack_from(address)
         if family != socket.AF_PACKET:
             raise refuse(errno.EINVAL)
-        heard = [self.ports.port(index)] if index else self.ports.of_all()
+        heard = self._ports_at(index)
         self._part()
+        self._hears_later = index if not heard else 0
         if protocol:
             self._set_protocol(protocol)
         self._hears_all = index == 0
         self._hear(heard if self._about else [])
         self.setting.table.bind(self.slot, index)
-        if index:
+        if index and heard:
             heard[0].tell_if_down(self)
+        elif index:
+            self.interface_lost(self.setting.interfaces.by_index[index], errno.ENETDOWN)
 
     def _part(self) -> None:
         for port in self._heard:

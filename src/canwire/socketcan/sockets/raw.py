@@ -56,6 +56,7 @@ class RawSocket(StampedSocket):
         rings: Rings,
     ) -> None:
         self._hung_up = self._collects = self._hears_all = False
+        self._hears_later = 0  # the interface that it is bound to, and that is down
         self._ring = rings.pair(slot, end.fileno())
         self._outlet = RowOutlet(self._ring, end, lambda: setting.table.receive_buffer(slot))
         self._options = RawOptions()
@@ -69,15 +70,24 @@ class RawSocket(StampedSocket):
 
     def bind(self, address: bytes) -> None:
         index = index_of(address)
-        heard = [self.ports.port(index)] if index else self.ports.of_all()
+        heard = self._ports_at(index)
         for port in self._heard:
             port.leave(self)
         self._heard = []
+        self._hears_later = index if not heard else 0
         self._hears_all = index == 0
         self._hear(heard)
         self.setting.table.bind(self.slot, index)
-        if index:
+        if index and heard:
             heard[0].tell_if_down(self)
+        elif index:
+            self.interface_lost(self.setting.interfaces.by_index[index], errno.ENETDOWN)
+
+    def _ports_at(self, index: int) -> list[Port]:
+        """Of this interface, 0: of all; none where it is down, and heard once it is up. Raises OSError."""
+        if not index:
+            return self.ports.of_all()
+        return [] if self.ports.is_down(index) else [self.ports.port(index)]
 
     def _hear(self, ports: list[Port]) -> None:
         for port in ports:
@@ -87,9 +97,9 @@ class RawSocket(StampedSocket):
                 self._apply_loopback(port)
 
     def boards_changed(self) -> None:
-        if self._hears_all:
+        if self._hears_all or self._hears_later:
             with suppress(OSError):  # the port has said why
-                self._hear(self.ports.of_all())
+                self._hear(self._ports_at(self._hears_later))
 
     def set_option(self, level: int, name: int, value: bytes) -> None:
         if level != SOL_CAN_RAW:
