@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import struct
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
@@ -27,6 +26,7 @@ from canwire.socketcan.supervised.notices import Listener, fetched
 from canwire.socketcan.supervised.supervisor import Supervisor
 from canwire.socketcan.table import MOST_INTERFACES, Table
 from canwire.socketcan.timed.turns import TimedWaiter
+from canwire.socketcan.wire import numpy_module
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,7 +72,7 @@ class Server:
     ) -> None:
         self._boards = Event()
         hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
-        prefix = f"canwire-{secrets.token_hex(3)}-"
+        prefix = f"canwire-{os.urandom(3).hex()}-"
         table = Table(os.path.join(directory, "table"), prefix.encode())
         self._turns = TimedWaiter(hub, table) if hub.timed else None
         self._loop = Loop()
@@ -104,6 +104,7 @@ class Server:
 
     def run(self, programs: tuple[int, int]) -> None:
         """Until all of these are readable or hung up, and nobody has a socket any more."""
+        self._loop.soon(numpy_module)  # loads while the program starts
         self._alive = set(programs)
         for descriptor in programs:
             self._watch_end(descriptor)

@@ -55,7 +55,7 @@ class Table:
     def __init__(self, path: str, prefix: bytes) -> None:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
         try:
-            os.ftruncate(descriptor, _SIZE)
+            os.posix_fallocate(descriptor, 0, _SIZE)  # so that a full place is an error now
             self._memory = mmap.mmap(descriptor, _SIZE)
         finally:
             os.close(descriptor)

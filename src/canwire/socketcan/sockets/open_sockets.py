@@ -86,7 +86,16 @@ class OpenSockets:
         own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         own.setblocking(False)
         theirs.bind(f"\0{self._prefix}{slot:04x}")
-        made = self._made(protocol, slot, own, os.fstat(theirs.fileno()).st_ino)
+        try:
+            made = self._made(protocol, slot, own, os.fstat(theirs.fileno()).st_ino)
+        except OSError as error:
+            own.close()
+            theirs.close()
+            self._setting.table.free_slot(slot)
+            if error.errno != errno.ENOSPC:
+                raise
+            self._say_once(f"no more CAN sockets: {error.filename} is full")
+            raise refuse(errno.ENOBUFS) from None
         self._by_slot[slot] = self._by_inode[os.fstat(theirs.fileno()).st_ino] = made
         return theirs
 
