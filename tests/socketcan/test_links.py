@@ -12,7 +12,7 @@ import canwire
 from canwire.socketcan.netlink import messages as m
 from tests.hubs import LONG_S
 from tests.missing import find_program
-from tests.socketcan.bench import Bench
+from tests.socketcan.bench import Bench, finished
 
 
 def shown(bench: Bench, *words: str) -> dict[str, Any]:
@@ -114,9 +114,42 @@ assert wire.recv(16)[8:9] == b"1"
     bench.run(sys.executable, "-c", program)
 
 
+DOWN_BEFORE = """
+import errno, socket, subprocess
+def ip(what):
+    subprocess.run(["ip", "link", "set", "can0", what], check=True)
+def bound(kind, type, protocol, *name):
+    made = socket.socket(kind, type, protocol)
+    made.bind(("can0", *name))
+    made.settimeout(10)
+    return made
+ip("down")
+both = bound(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW), bound(socket.AF_PACKET, socket.SOCK_RAW, 0, 0xC)
+for one in both:
+    for call in (lambda: one.recv(16), lambda: one.send(bytes(16))):
+        try:
+            call()
+        except OSError as error:
+            assert error.errno == errno.ENETDOWN, error
+        else:
+            raise AssertionError(one)
+ip("up")
+both[0].send(bytes(16))
+assert both[1].recv(16) == bytes(16)
+both[1].send(bytes(16))
+assert both[0].recv(16) == bytes(16)
+"""
+
+
+@pytest.mark.conforms("N-50")
+def test_who_binds_to_an_interface_that_is_down_hears_it_once_it_is_up(bench: Bench) -> None:
+    find_program("ip")
+    bench.run(sys.executable, "-c", DOWN_BEFORE)
+
+
 NOT_SET = {
     "type can bitrate 123456789": "Invalid argument",
-    "type can restart-ms 100": "Operation not supported",
+    "type can restart": "can0 is down, or no program here uses it",
     "type can one-shot on": "Operation not supported",
     "mtu 1500": "can0: its MTU is its line's",
     "name other": "canwire run --interface NAME=LINE gives other names",
@@ -147,6 +180,134 @@ def test_files_of_sysfs(bench: Bench) -> None:
     find_program("cansend")
     find_program("ip")
     bench.run(sys.executable, "-c", FILES)
+
+
+IN_PROC = """
+import os, socket, struct
+wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+wire.bind(("can0",))
+full = 0xC0000000
+filters = struct.pack("<8I", 0x123, full | 0x7FF, 0x80000456, full | 0x1FFFFFFF, 0x20000007, 0x7FF, 0x100, 0x700)
+wire.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, filters)
+wire.setsockopt(socket.SOL_CAN_RAW, 2, 0xFF)
+def said(name):
+    with open(f"/proc/net/{name}") as file:
+        return file.read()
+none = "0" * 16
+for name, where in (
+    ("sff", "123       c00007ff"), ("eff", "80000456  dfffffff"), ("inv", "20000007  000007ff"),
+    ("fil", "100       00000700"), ("err", "000       200000ff"),
+):
+    text = said("can/rcvlist_" + name)
+    assert text.startswith(f"\\nreceive list 'rx_{name}':\\n  (any: no entry)\\n  device   can_id"), text
+    assert f"   can0   {where}  {none}  {none}         0  raw\\n" in text, text
+assert "  (can0: no entry)\\n" in said("can/rcvlist_all")
+assert "        5 current receive list entries (CRCV)\\n" in said("can/stats")
+assert said("can/version") == "rev 20170425 abi 9\\n"
+assert "\\n  can0:" in said("dev") and "\\n    lo:" in said("dev")
+assert os.access("/proc/net/can/rcvlist_all", os.R_OK) and not os.path.exists("/proc/net/can/nothing")
+assert sorted(os.listdir("/proc/self/net/can"))[0] == "rcvlist_all"
+"""
+
+
+@pytest.mark.conforms("N-50")
+def test_files_of_proc(bench: Bench) -> None:
+    bench.run(sys.executable, "-c", IN_PROC)
+
+
+NOTIFIED = """
+import socket, struct, subprocess
+by_mask = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, 0)
+by_mask.bind((0, 1))
+by_option = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, 0)
+by_option.setsockopt(270, 1, 1)
+by_option.bind((0, 0))
+subprocess.run(["ip", "link", "set", "can0", "up"], check=True)
+subprocess.run(["ip", "link", "set", "can0", "down"], check=True)
+for one in (by_mask, by_option):
+    one.settimeout(10)
+    flags = 1
+    while flags & 1:
+        data, (port, _) = one.recvfrom(1 << 16)
+        kind, index, flags = struct.unpack_from("<4xH10x4xiI", data)
+        assert (kind, index, port) == (16, 1001, 0), (kind, index, port)
+by_option.setsockopt(270, 2, 1)
+subprocess.run(["ip", "link", "set", "can0", "up"], check=True)
+by_mask.recv(1 << 16)
+by_option.setblocking(False)
+try:
+    while True:
+        assert not struct.unpack_from("<20xiI", by_option.recv(1 << 16))[1] & 1
+except BlockingIOError:
+    pass
+"""
+
+
+@pytest.mark.conforms("N-50")
+def test_changes_are_told(bench: Bench) -> None:
+    find_program("ip")
+    bench.run(sys.executable, "-c", NOTIFIED)
+
+
+COME_AND_GO = """
+import socket, struct
+told = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, 0)
+told.bind((0, 1))
+print("listening", flush=True)
+def hears(what):
+    while True:
+        data = told.recv(1 << 16)
+        if struct.unpack_from("<4xH", data)[0] == what and b"HW000077_0" in data:
+            return
+hears(16)
+print("came", flush=True)
+hears(17)
+"""
+
+
+def test_boards_that_come_and_go_are_told(bench: Bench) -> None:
+    program = bench.start(sys.executable, "-c", COME_AND_GO)
+    assert program.stdout is not None
+    assert program.stdout.readline() == "listening\n"
+    bench.hub.plug("usb-to-can-fd", "HW000077", buses=("can0", "can0"))
+    assert program.stdout.readline() == "came\n"
+    bench.hub.unplug("HW000077")
+    finished(program)
+
+
+RESTARTED = """
+import socket, struct, subprocess
+wire = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+wire.setsockopt(socket.SOL_CAN_RAW, 2, 0x1FFFFFFF)
+subprocess.run(["ip", "link", "set", "can0", "type", "can", "restart-ms", "{restart_ms}"], check=True)
+wire.bind(("can0",))
+wire.settimeout(20)
+wire.send(struct.pack("=IB3x", 0x123, 0) + bytes(8))
+def until(kind):
+    while struct.unpack_from("=I", wire.recv(16))[0] & (0x20000000 | kind) != 0x20000000 | kind:
+        pass
+until(0x40)
+if not {restart_ms}:
+    subprocess.run(["ip", "link", "set", "can0", "type", "can", "restart"], check=True)
+until(0x100)
+wire.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_RECV_OWN_MSGS, 1)
+wire.send(struct.pack("=IB3x", 0x124, 0) + bytes(8))
+while struct.unpack_from("=I", wire.recv(16))[0] != 0x124:
+    pass
+subprocess.run(["ip", "link", "set", "can0", "type", "can", "restart"], check=False)
+"""
+
+
+@pytest.mark.conforms("N-50")
+@pytest.mark.finding("socketcan 16")
+@pytest.mark.parametrize("restart_ms", [0, 5], ids=["by hand", "by itself"])
+def test_an_interface_leaves_bus_off(bench: Bench, restart_ms: int) -> None:
+    find_program("ip")
+    with bench.hub.bus("can0").faults.flip(frame_id=0x123, bit="crc delimiter", times=32, seen_by="sender"):
+        program = bench.start(sys.executable, "-c", RESTARTED.format(restart_ms=restart_ms))
+        _, errors = program.communicate(timeout=LONG_S)
+    assert program.returncode == 0, errors
+    assert "can0 is not in bus-off" in errors
 
 
 def test_what_cannot_be_set(bench: Bench) -> None:

@@ -109,3 +109,27 @@ def test_a_static_program_starts_dynamic_ones(bench: Bench) -> None:
     dump = bench.listening("candump", "can0", "-n", "1")
     bench.run(busybox, "sh", "-c", "cansend can0 123#7F")
     assert finished(dump) == "  can0  123   [1]  7F\n"
+
+
+MANY = """\
+sent 4 of 16 bytes, heard 4 of 16: 1 2 3 4, address 1
+then -1, errno 11
+{ring}
+stamped 5, 96 bytes of control, flags 2000
+"""
+
+
+@pytest.mark.conforms("N-48", "N-52")
+@pytest.mark.finding("socketcan 6", "socketcan 10")
+@pytest.mark.parametrize("switches", [(), ("-static",)], ids=["served by the library", "static"])
+def test_many_messages_in_one_call(
+    bench: Bench, tmp_path_factory: pytest.TempPathFactory, switches: tuple[str, ...]
+) -> None:
+    """Also by io_uring, where this kernel lets programs have that: its writes and reads are frames, too."""
+    made = built(tmp_path_factory, "gcc", *switches, source="many.c")
+    found = bench.run(made)
+    ring = "ring: 2 done, heard 77 of 2 bytes"
+    forbidden = next(
+        (line for line in found.splitlines() if line in ("ring: 1", "ring: 38")), ring
+    )  # EPERM, ENOSYS
+    assert found == MANY.format(ring=forbidden)

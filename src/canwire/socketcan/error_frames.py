@@ -6,9 +6,10 @@ that, Debian 12's candump among them, refuse a frame with a class that they do n
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from canwire import BusEvent, ErrorKind, EventKind, encode_error_frame
+from canwire import BusEvent, ErrorKind, ErrorState, EventKind, encode_error_frame
 from canwire.socketcan.constants import CAN_MTU
 
 _ANY_CLASS = 0x1FF  # an error frame without one of these says something that SocketCAN has no word for
@@ -39,3 +40,14 @@ def put_error_frame(row: Any, event: BusEvent) -> bool:
     row["data"] = 0
     row["data"][: len(data)] = list(data)
     return True
+
+
+def put_error_frames(records: Any, rows: Any, errors: Any, on_state: Callable[[ErrorState], object]) -> Any:
+    """Turn the events among records (`errors` is a mask) into error frames; a mask of what there is to hand on."""
+    kept = ~errors
+    for at in errors.nonzero()[0]:
+        event = BusEvent.from_record(records[at].tobytes())
+        if event.kind is EventKind.STATE:
+            on_state(event.state)
+        kept[at] = put_error_frame(rows[at], event)
+    return kept

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING
 
 from canwire import BadValue, every_line, find_lines
 from canwire.socketcan.constants import CAN_MTU, CANFD_MTU
-from canwire.socketcan.table import GONE, UP, Table
+from canwire.socketcan.table import GONE, OFF, UP, Table
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from canwire import Hub, LinePlace, WantedMode
 
 # why frames were dropped
@@ -40,6 +42,7 @@ class Interface:
     of_all: bool
     mtu: int
     flags: int = UP
+    restart_ms: int = 0  # after bus-off, as netlink has set it; 0: it stays there
     wanted: WantedMode | None = None  # as netlink has set it; None: as `canwire run` was told
 
 
@@ -64,6 +67,7 @@ class Interfaces:
         self.by_index: dict[int, Interface] = {}
         self._names: dict[int, str] = {}
         self.dropped: Counter[tuple[str, str]] = Counter()  # by name and reason: sent, and did not go out
+        self.changed: Callable[[Interface], object] = lambda interface: None  # it came, went, is up or down
         self.unplaced: set[str] = set()  # names that the table has no place for
         for name, target in mappings.items():
             self._add(name, target, find_lines(hub, target, "CAN"), of_all=True)
@@ -89,8 +93,11 @@ class Interfaces:
 
     def show(self, interface: Interface, flags: int) -> None:
         """Have the programs see it so: UP, STUCK."""
+        changed = (interface.flags ^ flags) & (UP | OFF | GONE)
         interface.flags = flags
         self._table.set_flags(interface.place, flags)
+        if changed:
+            self.changed(interface)
 
     def drop(self, index: int, count: int, why: str = WENT) -> None:
         """So many frames were taken from a program and cannot go out; Linux calls it tx_dropped."""
@@ -125,4 +132,5 @@ class Interfaces:
         place, index = found
         self.unplaced.discard(name)
         self._names[index] = name
-        self.by_index[index] = Interface(name, target, index, place, of_all, mtu)
+        made = self.by_index[index] = Interface(name, target, index, place, of_all, mtu)
+        self.changed(made)

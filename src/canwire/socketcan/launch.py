@@ -17,8 +17,10 @@ from pathlib import Path
 
 from canwire import CanwireError, Unsupported
 from canwire.socketcan.programs import is_for_musl
+from canwire.socketcan.rings import has_room
 
 DIRECTORY_VARIABLE = "CANWIRE_SOCKETCAN"
+_ROOM = 8 << 20  # bytes: the table, and some sockets
 _LONGEST_PATH = 90  # of a socket there, below what struct sockaddr_un holds
 
 _IGNORED_BY_PYTHON = ("SIGPIPE", "SIGXFSZ")
@@ -77,10 +79,17 @@ def launch(
     os.execvpe(program, [program, *arguments], variables)
 
 
-def _place() -> str | None:
-    """Where sockets belong, if its name is short enough for one."""
-    runtime = os.environ.get("XDG_RUNTIME_DIR")
-    return runtime if runtime and os.path.isdir(runtime) and len(runtime) < _LONGEST_PATH - 30 else None
+def _place() -> str:
+    """Where sockets belong, if its name is short enough for one and it has room; else where all else is put."""
+    runtime, usual = os.environ.get("XDG_RUNTIME_DIR", ""), tempfile.gettempdir()
+    places = [runtime] if os.path.isdir(runtime) and len(runtime) < _LONGEST_PATH - 30 else []
+    for place in (*places, usual):
+        if has_room(place, _ROOM):
+            return place
+    raise CanwireError(
+        f"{' and '.join([*places, usual])}: less than {_ROOM >> 20} MB are free there; "
+        "make room, or set TMPDIR to a directory that has some"
+    )
 
 
 def _start(directory: str, serving: Serving) -> str:

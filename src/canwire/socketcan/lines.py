@@ -62,6 +62,27 @@ def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Contr
     return _shared(hub, places, wanted)
 
 
+class Company:
+    """Of an interface: another line that acknowledges, where it is named after its bus and no other one runs there."""
+
+    def __init__(self, hub: Hub, own: LinePlace, target: str) -> None:
+        self._hub = hub
+        self._own = own
+        self._wanted = target == own.info.bus
+        self._there: tuple[LinePlace, Lease] | None = None
+
+    def seek(self, wanted: WantedMode) -> None:
+        """Have it, unless there is one."""
+        if self._there is None and self._wanted:
+            self._there = company_for(self._hub, self._own, wanted)
+
+    def leave(self) -> None:
+        """A second time does nothing."""
+        there, self._there = self._there, None
+        if there is not None:
+            there[1].close()
+
+
 def company_for(hub: Hub, own: LinePlace, wanted: WantedMode) -> tuple[LinePlace, Lease] | None:
     """Start another line of the bus, for as long as the lease is open; None where one runs, or there is no other."""
     others = [place for place in _on_bus(hub, own.info.bus) if place.address != own.address]

@@ -5,8 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    import numpy
+
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.wire import Batch
+
+    Array = numpy.ndarray
+
+
+class Tap(Protocol):
+    """A socket that wants to know what is given to a line, too."""
+
+    def going(self, interface: Interface, frames: Array) -> None:
+        """These, of `sent_dtype`: copy what is kept."""
 
 
 class Listener(Protocol):

@@ -6,13 +6,14 @@ import errno
 from collections import deque
 from typing import TYPE_CHECKING
 
-from canwire import BusEvent, CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
+from canwire import CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
 from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
-from canwire.socketcan.error_frames import put_error_frame
+from canwire.socketcan.error_frames import put_error_frames
 from canwire.socketcan.interfaces import FULL, WENT
-from canwire.socketcan.lines import channel_on, company_for
+from canwire.socketcan.lines import Company, channel_on
 from canwire.socketcan.loop import READABLE
+from canwire.socketcan.netlink.restarting import Restarting
 from canwire.socketcan.table import GONE, OFF, STUCK, UP
 from canwire.socketcan.wire import (
     LOCAL,
@@ -29,9 +30,8 @@ if TYPE_CHECKING:
 
     import numpy
 
-    from canwire import Lease, LinePlace, WantedMode
     from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.listener import Listener
+    from canwire.socketcan.listener import Listener, Tap
     from canwire.socketcan.loop import Timer
     from canwire.socketcan.setting import Setting
 
@@ -40,9 +40,7 @@ if TYPE_CHECKING:
 _RECEIVE, _TRANSMIT = 32_768, 4096  # frames
 _AT_ONCE = 2048
 _ROOM = 256  # frames for which a sender that waits is woken
-_MUCH = 64  # frames after which more is looked for at once ...
-_GATHER_S = 0.0005  # ... and else after this, or twice that where so many had come: a full bus
-_SEVERAL = 3
+_MUCH = 64  # frames after which more is looked for at once
 _STUCK_S, _LOOK_S = 0.25, 0.02
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO)
 
@@ -53,12 +51,16 @@ class Port:
     def __init__(self, setting: Setting, interface: Interface, on_lost: Callable[[Port], object]) -> None:
         self.interface = interface
         self.lost = False
+        self.heard = 0  # frames, errors included
         self._on_lost = on_lost
         self.listeners: list[Listener] = []
+        self.taps: set[Tap] = set()
+        self.stampers: dict[int, Callable[[Array], object]] = {}  # by slot: hears of its frames on the bus
         self.silent: set[int] = set()  # slots whose frames are not looped back to anybody here
         self._setting = setting
         self._loop = setting.loop
         self._echoes = Echoes()
+        self._gathering = setting.gathering()
         self._waiting: deque[Callable[[], object]] = deque()
         self._pumps = False
         self._stuck: Timer | None = None
@@ -66,8 +68,9 @@ class Port:
         wanted = interface.wanted or setting.wanted
         self.place, self._channel = channel_on(hub, interface.target, wanted)
         self.cyclic = CyclicFrames(hub, self.place)
-        self._company: tuple[LinePlace, Lease] | None = None
-        self.seek_company(wanted)
+        self.company = Company(hub, self.place, interface.target)
+        self.company.seek(wanted)
+        self.restarting = Restarting(setting, interface, self.place, self._restarted)
         events = tuple(map(int, _EVENTS))
         self._channel.set_up(
             ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=events, kin="SocketCAN")
@@ -80,17 +83,6 @@ class Port:
         setting.interfaces.show(interface, UP if running else 0)
         self.pump()
 
-    def seek_company(self, wanted: WantedMode) -> None:
-        """Where it is named after its bus: another line there that acknowledges, unless one runs."""
-        if self._company is None and self.interface.target == self.place.info.bus:
-            self._company = company_for(self._setting.hub, self.place, wanted)
-
-    def leave_company(self) -> None:
-        """A second time does nothing."""
-        company, self._company = self._company, None
-        if company is not None:
-            company[1].close()
-
     # receiving
 
     def pump(self) -> None:
@@ -102,7 +94,10 @@ class Port:
 
     def _rung(self, _: int) -> None:
         self._reading.descriptor.clear()
-        self.pump()
+        if self._setting.timed:  # whatever else is there at this time comes first
+            self.pump()
+        elif not self._pumps:
+            self._turn()
 
     def _turn(self) -> None:
         self._pumps = False
@@ -118,15 +113,19 @@ class Port:
             self._hand_on(records)
         if len(records) >= _MUCH:
             self.pump()
-        elif len(records):
+            return
+        pause_s = (
+            self._gathering.pause_s(len(records)) if self._gathering is not None and len(records) else 0.0
+        )
+        if pause_s:
             self._pumps = True
-            gather_s = 2 * _GATHER_S if len(records) >= _SEVERAL else _GATHER_S
-            self._loop.call_in(self._setting.gather_s(gather_s), self._turn)
-        else:
+            self._loop.call_in(pause_s, self._turn)
+        elif not self.lost:
             self._reading.ring.arm()
 
     def _hand_on(self, records: Array) -> None:
         was_up, up = self._follow(records)
+        self.heard += len(records)
         batch = self._batch_of(records)
         for listener in list(self.listeners):
             listener.take(batch)
@@ -145,10 +144,14 @@ class Port:
 
     def _batch_of(self, records: Array) -> Batch:
         owners = self._echoes.owners(records)
+        for slot, call in list(self.stampers.items()):
+            own = owners == slot
+            if own.any():
+                call(self._rows_of(records[own]))
         errors: Array = records["info"] & TYPE_MASK != 0
         if errors.any():
             rows = self._rows_of(records)
-            kept = self._put_errors(records, rows, errors)
+            kept = put_error_frames(records, rows, errors, self._show_carrier)
             rows, owners, errors = rows[kept], owners[kept], errors[kept]
             return Batch(lambda: rows, owners, errors)
         if self.silent:
@@ -161,20 +164,18 @@ class Port:
         rows["flags"] = (records["info"] & SELF_RECEPTION != 0) * LOCAL
         return rows
 
-    def _put_errors(self, records: Array, rows: Array, errors: Array) -> Array:
-        """Turn events into error frames; a mask of what there is to hand on."""
-        kept = ~errors
-        for at in errors.nonzero()[0]:
-            event = BusEvent.from_record(records[at].tobytes())
-            if event.kind is EventKind.STATE:
-                self._show_carrier(event.state)
-            kept[at] = put_error_frame(rows[at], event)
-        return kept
-
     def _show_carrier(self, state: ErrorState) -> None:
         """IFF_RUNNING follows bus-off, as with the kernel's drivers."""
         off = OFF if state is ErrorState.BUS_OFF else 0
+        if off and not self.interface.flags & OFF:
+            self.restarting.bus_off()
         self._setting.interfaces.show(self.interface, self.interface.flags & ~OFF | off)
+
+    def _restarted(self, batch: Batch) -> None:
+        """The line has left bus-off, and an error frame says so."""
+        self._show_carrier(ErrorState.ERROR_ACTIVE)
+        for listener in list(self.listeners):
+            listener.take(batch)
 
     def _runs(self) -> bool:
         """Asked of the line: what an event says of STARTED is the state before."""
@@ -204,6 +205,8 @@ class Port:
             self._lose(error)
             return
         self._echoes.sent(slot, records)
+        for tap in self.taps:
+            tap.going(self.interface, rows)
 
     def drop(self, count: int, why: str = WENT) -> None:
         """So many frames cannot go out."""
@@ -287,8 +290,9 @@ class Port:
         if self.lost:
             return
         self.lost = True
+        self.restarting.stop()
         self._loop.forget(self._reading.descriptor.fileno())
         self._loop.forget(self._writing.descriptor.fileno())
         self._waiting.clear()
         self._channel.close()
-        self.leave_company()
+        self.company.leave()

@@ -26,6 +26,8 @@ class Ports:
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
         self._open: dict[int, Port] = {}
+        self._heard_before = 0  # by ports that are gone
+        self.matches = 0  # frames that sockets were given
 
     def port(self, index: int) -> Port:
         """Of this interface; raises OSError: ENODEV if there is none, ENETDOWN where its line cannot be had."""
@@ -52,6 +54,19 @@ class Ports:
             raise failure
         return found
 
+    def is_down(self, index: int) -> bool:
+        """It was taken down before anybody used it: who binds to it waits until it is up."""
+        interface = self._setting.interfaces.by_index.get(index)
+        return index not in self._open and interface is not None and not interface.flags & UP
+
+    def in_use(self) -> list[Port]:
+        return list(self._open.values())
+
+    def forget_stamper(self, slot: int) -> None:
+        """Who wanted to know when its frames were on the bus is gone."""
+        for port in self._open.values():
+            port.stampers.pop(slot, None)
+
     def known(self, index: int) -> Port | None:
         """One that is open already."""
         return self._open.get(index)
@@ -59,6 +74,10 @@ class Ports:
     def pending(self) -> int:
         """Frames on their way to a bus."""
         return sum(port.pending for port in list(self._open.values()))  # one may turn out to be lost
+
+    def heard(self) -> int:
+        """Frames that have come from lines, since the beginning."""
+        return self._heard_before + sum(port.heard for port in self._open.values())
 
     def progress(self) -> int:
         """Grows with each frame that goes out."""
@@ -80,4 +99,5 @@ class Ports:
 
     def _lost(self, port: Port) -> None:
         self._open.pop(port.interface.index, None)
+        self._heard_before += port.heard
         self._setting.interfaces.remove(port.interface)

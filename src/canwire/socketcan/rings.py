@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import mmap
 import os
 import struct
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from canwire.socketcan.table import MOST_SLOTS
@@ -19,6 +21,12 @@ if TYPE_CHECKING:
 _HEADER = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 _ABOUT_SIZE = 24  # shim/shim.h, struct about
 COLLECTED = 512  # rows at once
+
+
+def has_room(directory: str, size: int) -> bool:
+    """So many bytes are free there: memory of a file that is mapped ends a program where there are none."""
+    there = os.statvfs(directory)
+    return there.f_bavail * there.f_frsize >= size
 
 
 class Row(NamedTuple):
@@ -39,6 +47,7 @@ class Rings:
     def __init__(self, path: str, library: str) -> None:
         self.library = _library(library)
         self._size = int(self.library.canwire_block_size())
+        self.directory = os.path.dirname(path)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
         try:
             os.ftruncate(descriptor, self._size * MOST_SLOTS)
@@ -46,11 +55,21 @@ class Rings:
         finally:
             os.close(descriptor)
         self._address = ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
-        self.rows: Array = numpy_module().zeros(COLLECTED, sent_dtype())
-        self.rows_address = int(self.rows.ctypes.data)
+
+    @cached_property
+    def rows(self) -> Array:
+        """What was collected last. Made for the first socket: numpy takes longer to load than all else."""
+        found: Array = numpy_module().zeros(COLLECTED, sent_dtype())
+        return found
+
+    @cached_property
+    def rows_address(self) -> int:
+        return int(self.rows.ctypes.data)
 
     def pair(self, slot: int, descriptor: int) -> RingPair:
-        """Of this slot, made anew; `descriptor` is the server's end of its socket pair."""
+        """Of this slot, made anew; `descriptor` is the server's end of its socket pair. Raises OSError: ENOSPC."""
+        if not has_room(self.directory, self._size):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), self.directory)
         return RingPair(self, self._address + slot * self._size, descriptor)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import struct
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,6 +14,7 @@ from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.netlink.door import NetlinkDoor
 from canwire.socketcan.netlink.files import NetFiles
 from canwire.socketcan.netlink.links import Links
+from canwire.socketcan.netlink.proc_files import ProcFiles
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.programs import calls_itself, is_for_musl, trouble_with
 from canwire.socketcan.requests.control import Asked, Control, Request
@@ -27,6 +27,7 @@ from canwire.socketcan.supervised.supervisor import Supervisor
 from canwire.socketcan.table import MOST_INTERFACES, Table
 from canwire.socketcan.timed.timers import TimerSignal
 from canwire.socketcan.timed.turns import TimedWaiter
+from canwire.socketcan.wire import numpy_module
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,7 +73,7 @@ class Server:
     ) -> None:
         self._boards = Event()
         hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
-        prefix = f"canwire-{secrets.token_hex(3)}-"
+        prefix = f"canwire-{os.urandom(3).hex()}-"
         table = Table(os.path.join(directory, "table"), prefix.encode())
         self._turns = TimedWaiter(hub, table) if hub.timed else None
         self._loop = Loop()
@@ -90,11 +91,13 @@ class Server:
         self._sockets = OpenSockets(
             self._setting, self._ports, rings, prefix, self._stop_if_unused, self._say_once
         )
+        self._setting.came_up = self._look_again
         self._alive: set[int] = set()
         self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
         self._netlink: NetlinkDoor | None = None
         links = Links(self._setting, self._ports)
-        self._files = NetFiles(os.path.join(directory, "net"), links)
+        proc = ProcFiles(os.path.join(directory, "proc"), links, self._ports, self._sockets)
+        self._files = (NetFiles(os.path.join(directory, "net"), links), proc)  # shim/shim.h, enum folder
         with suppress(OSError):  # a kernel that gives none: programs have its own alone, and that is said
             self._netlink = NetlinkDoor(self._setting, links)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
@@ -102,6 +105,7 @@ class Server:
 
     def run(self, programs: tuple[int, int]) -> None:
         """Until all of these are readable or hung up, and nobody has a socket any more."""
+        self._loop.soon(numpy_module)  # loads while the program starts
         self._alive = set(programs)
         for descriptor in programs:
             self._watch_end(descriptor)
@@ -174,6 +178,9 @@ class Server:
         for interface in gone:
             if self._ports.known(interface.index) is None:
                 self._setting.interfaces.remove(interface)
+        self._look_again()
+
+    def _look_again(self) -> None:
         for one in self._sockets:
             one.boards_changed()
 
@@ -228,7 +235,11 @@ class Server:
             asked.answer(self._note(request))
             return
         if request.operation == Operation.PLACE_FILES:
-            self._files.refresh(os.fsdecode(request.data))
+            self._files[request.a].refresh(os.fsdecode(request.data))
+            asked.answer(0)
+            return
+        if request.operation == Operation.SUBSCRIBE and self._netlink is not None:
+            self._netlink.subscribe(request.a, request.b)
             asked.answer(0)
             return
         if request.operation == Operation.SUPERVISE:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from canwire.socketcan.loop import Gathering
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -36,8 +38,9 @@ class Setting:
         self.timed = hub.timed
         self.say = say
         self.deserted: Callable[[], object] = lambda: None  # a socket has lost its last program
+        self.came_up: Callable[[], object] = lambda: None  # an interface that was down
         self.stir: Callable[[], object] = lambda: None  # there is something for a program, or room
 
-    def gather_s(self, seconds: float) -> float:
-        """How long to wait for more frames before looking again; not at all where programs keep one time."""
-        return 0.0 if self.timed else seconds
+    def gathering(self) -> Gathering | None:
+        """Of one who looks for frames; None where programs keep one time: nobody waits for more by the clock."""
+        return None if self.timed else Gathering(self.loop.clock_s)

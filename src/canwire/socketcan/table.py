@@ -32,9 +32,9 @@ _AT_REST = 64  # places that wait, so that who still looks at one that is gone d
 _FLAGS_OFFSET = 24
 _BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
 _IDENTIFIERS_OFFSET = 52
-_BROADCASTS_OFFSET, _QUEUES_OFFSET, _QUEUED_OFFSET = 64, 68, 72
+_BROADCASTS_OFFSET, _WATCHED_OFFSET, _QUEUED_OFFSET, _RING_OFFSET = 64, 68, 72, 76
 _STAMPS, _STAMPS_OFFSET = struct.Struct("<IIII"), 24
-_NOW_AT, _EPOCH_AT, _TIMED_AT, _QUEUES_AT, _NETLINK_AT = 32, 40, 48, 52, 56
+_NOW_AT, _EPOCH_AT, _TIMED_AT, _WATCHED_AT, _NETLINK_AT = 32, 40, 48, 52, 56
 _LONG = struct.Struct("<Q")
 _PAIR, _WORD = struct.Struct("<iI"), struct.Struct("<I")
 _WORDS = struct.Struct("<II")
@@ -55,7 +55,7 @@ class Table:
     def __init__(self, path: str, prefix: bytes) -> None:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
         try:
-            os.ftruncate(descriptor, _SIZE)
+            os.posix_fallocate(descriptor, 0, _SIZE)  # so that a full place is an error now
             self._memory = mmap.mmap(descriptor, _SIZE)
         finally:
             os.close(descriptor)
@@ -63,7 +63,7 @@ class Table:
         self._interfaces = 0
         self._resting: deque[int] = deque()  # places of interfaces that are gone
         self._uses = Counter[int]()
-        self._queues: set[int] = set()  # slots with an error queue
+        self._watched: set[int] = set()  # slots of which poll has more to tell than the kernel
         self._free = list(range(MOST_SLOTS - 1, -1, -1))
 
     def keep_time(self, epoch_ns: int) -> None:
@@ -120,6 +120,7 @@ class Table:
 
     def free_slot(self, slot: int) -> None:
         """Nobody has a descriptor of it any more."""
+        self.watch(slot, False)
         self._free.append(slot)
 
     def bind(self, slot: int, interface: int) -> None:
@@ -143,7 +144,10 @@ class Table:
         _WORD.pack_into(self._memory, _at(slot) + _FD_OFFSET, int(allowed))
 
     def set_error(self, slot: int, error: int) -> None:
-        """What SO_ERROR tells once."""
+        """What SO_ERROR tells once; poll says so, too."""
+        if error:
+            self._watched.add(slot)
+            _WORD.pack_into(self._memory, _WATCHED_AT, len(self._watched))
         _WORD.pack_into(self._memory, _at(slot) + _ERROR_OFFSET, error)
 
     def receive_buffer(self, slot: int) -> int:
@@ -160,11 +164,15 @@ class Table:
     def set_broadcasts(self, slot: int, on: bool) -> None:
         _WORD.pack_into(self._memory, _at(slot) + _BROADCASTS_OFFSET, int(on))
 
-    def queue_errors(self, slot: int, on: bool) -> None:
-        """It has an error queue, which poll looks at."""
-        self._queues.add(slot) if on else self._queues.discard(slot)
-        _WORD.pack_into(self._memory, _at(slot) + _QUEUES_OFFSET, int(on))
-        _WORD.pack_into(self._memory, _QUEUES_AT, len(self._queues))
+    def watch(self, slot: int, on: bool) -> None:
+        """It has an error queue, or a ring that is mapped: poll looks at that."""
+        self._watched.add(slot) if on else self._watched.discard(slot)
+        _WORD.pack_into(self._memory, _at(slot) + _WATCHED_OFFSET, int(on))
+        _WORD.pack_into(self._memory, _WATCHED_AT, len(self._watched))
+
+    def place_ring(self, slot: int, state_at: int) -> None:
+        """Where the state of what came last in its mapped ring is, bytes; -1: nothing has come."""
+        _WORD.pack_into(self._memory, _at(slot) + _RING_OFFSET, state_at + 1)
 
     def count_errors(self, slot: int, count: int) -> None:
         """So many entries are in its error queue."""
@@ -173,7 +181,7 @@ class Table:
     # of programs whose calls the server answers
 
     def protocol(self, slot: int) -> int:
-        """CAN_RAW, CAN_BCM, CAN_ISOTP."""
+        """CAN_RAW, CAN_BCM, CAN_ISOTP ..."""
         found: int = _WORD.unpack_from(self._memory, _at(slot))[0]
         return found
 

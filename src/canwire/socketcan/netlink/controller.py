@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     STATE,
     MODES,
     RESTART_MS,
-    _RESTART,
+    RESTART,
     COUNTERS,
     DATA_TIMING,
     DATA_TIMING_LIMITS,
@@ -37,7 +37,9 @@ _WORD, _PAIR, _HALVES = struct.Struct("<I"), struct.Struct("<II"), struct.Struct
 _STATISTICS = struct.Struct("<6I")  # struct can_device_stats
 
 
-def shown(capabilities: Capabilities, mode: LineMode, status: LineStatus, state: ErrorState) -> bytes:
+def shown(
+    capabilities: Capabilities, mode: LineMode, status: LineStatus, state: ErrorState, restart_ms: int
+) -> bytes:
     """IFLA_INFO_DATA of a line that is set up so."""
     flags = (LISTEN_ONLY if mode.listen_only else 0) | (ERROR_REPORTS if mode.error_frames else 0)
     flags |= (FD if mode.data_timing is not None else 0) | (0 if mode.iso_fd else FD_NON_ISO)
@@ -48,7 +50,7 @@ def shown(capabilities: Capabilities, mode: LineMode, status: LineStatus, state:
         attribute(CLOCK, _WORD.pack(capabilities.clock_hz)),
         attribute(STATE, _WORD.pack(int(state))),
         attribute(MODES, _PAIR.pack(0, flags)),
-        attribute(RESTART_MS, _WORD.pack(0)),
+        attribute(RESTART_MS, _WORD.pack(restart_ms)),
         attribute(COUNTERS, _HALVES.pack(status.tec & 0xFFFF, status.rec & 0xFFFF)),
         _timing(DATA_TIMING, mode.data_timing),
         _limits(DATA_TIMING_LIMITS, capabilities, of_data=True),
@@ -69,9 +71,19 @@ def asked(data: bytes, before: WantedMode, capabilities: Capabilities) -> Wanted
             wanted = _with_timing(wanted, value, capabilities, of_data=kind == DATA_TIMING)
         elif kind == MODES:
             wanted = _with_modes(wanted, *_unpacked(_PAIR, value))
-        elif kind != RESTART_MS or _unpacked(_WORD, value)[0]:
+        elif kind not in (RESTART_MS, RESTART):  # which links.py looks at
             raise refuse(errno.EOPNOTSUPP)
     return wanted
+
+
+def restart_ms_asked(data: bytes) -> int | None:
+    """Milliseconds; None: they are left as they are. Raises OSError."""
+    value = attributes_in(data).get(RESTART_MS)
+    return None if value is None else _unpacked(_WORD, value)[0]
+
+
+def asks_for_restart(data: bytes) -> bool:
+    return RESTART in attributes_in(data)
 
 
 def _with_timing(

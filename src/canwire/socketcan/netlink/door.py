@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from canwire import CanwireError
 from canwire.socketcan.loop import READABLE, URGENT
+from canwire.socketcan.netlink.changes import Changes
 from canwire.socketcan.netlink.links import Links, Refused
 from canwire.socketcan.netlink.messages import (
     ACKNOWLEDGE,
@@ -51,8 +52,10 @@ class NetlinkDoor:
         self._end.bind((0, 0))
         setting.table.set_netlink_port(self._end.getsockname()[0])
         setting.loop.watch(self._end.fileno(), READABLE | URGENT, self._arrived)
+        self._changes = Changes(setting, links, self._end)
 
     def close(self) -> None:
+        self._changes.close()
         self._setting.loop.forget(self._end.fileno())
         self._end.close()
 
@@ -62,6 +65,10 @@ class NetlinkDoor:
             users = [_CREDENTIALS.unpack(value)[1] for _, _, value in ancillary]
             if users and users[0] in (0, os.geteuid()):  # anybody can send to such a socket
                 self.answer(data, sender[0])
+
+    def subscribe(self, port: int, group: int) -> None:
+        """The socket of this port hears of what changes; a group below 0: no longer. Raises OSError."""
+        self._changes.subscribe(port, group)
 
     def answer(self, data: bytes, port: int) -> None:
         """What a program's socket of this port has sent to the kernel."""

@@ -95,6 +95,11 @@ class Links:
         name = attributes.get(_NAME, attributes.get(_ALT_NAME, b"")).split(b"\0", 1)[0].decode("latin-1")
         return next((one for one in self.all if one.name == name), None)
 
+    def gone(self, interface: Interface) -> bytes:
+        """The body of an RTM_DELLINK."""
+        name = attribute(_NAME, interface.name.encode() + b"\0")
+        return INFO.pack(0, TYPE_CAN, interface.index, _NO_ARP | _ECHO, 0) + name
+
     # shown
 
     def link(self, interface: Interface) -> bytes:
@@ -106,7 +111,7 @@ class Links:
         if up and not status.running:  # it starts when a socket is bound to it
             state = ErrorState.ERROR_ACTIVE
         word = struct.Struct("<I").pack
-        data = controller.shown(place.info.capabilities, mode, status, state)
+        data = controller.shown(place.info.capabilities, mode, status, state, interface.restart_ms)
         info = attribute(_INFO_KIND, b"can\0") + attribute(_INFO_DATA, data)
         parts = [
             INFO.pack(0, TYPE_CAN, interface.index, flags, 0),
@@ -157,6 +162,7 @@ class Links:
     def change(self, interface: Interface, body: bytes) -> None:
         """RTM_SETLINK and RTM_NEWLINK; raises Refused."""
         _, _, _, flags, mask = INFO.unpack_from(body)
+        self._setting.interfaces.changed(interface)
         for kind, value in attributes_in(body[INFO.size :]).items():
             if kind == _LINK_INFO:
                 self._set_up(interface, attributes_in(value).get(_INFO_DATA, b""))
@@ -182,6 +188,23 @@ class Links:
         if in_use and wanted.mode(place.info.capabilities).timing != (status.mode and status.mode.timing):
             raise Refused(errno.EBUSY, f"{interface.name}: {_NEEDS_DOWN}")
         interface.wanted = wanted
+        self._set_restarting(interface, data)
+
+    def _set_restarting(self, interface: Interface, data: bytes) -> None:
+        port = self._ports.known(interface.index)
+        up = interface.flags & UP and port is not None
+        restart_ms = controller.restart_ms_asked(data)
+        if restart_ms is not None and restart_ms != interface.restart_ms:
+            if up:
+                raise Refused(errno.EBUSY, f"{interface.name}: {_NEEDS_DOWN}")
+            interface.restart_ms = restart_ms
+        if controller.asks_for_restart(data):
+            if port is None or not up:
+                raise Refused(errno.EINVAL, f"{interface.name} is down, or no program here uses it")
+            try:
+                port.restarting.ask()
+            except OSError as error:
+                raise Refused(error.errno or errno.EIO, f"{interface.name} is not in bus-off") from None
 
     def _start(self, interface: Interface) -> None:
         hub, port = self._setting.hub, self._ports.known(interface.index)
@@ -191,13 +214,14 @@ class Links:
             mode = wanted.mode(place.info.capabilities)
             start_line(hub, place, replace(mode, persistent=True)).close()
             if port is not None:
-                port.seek_company(wanted)
+                port.company.seek(wanted)
         elif not wanted.rates_agree(status.mode):
             raise Refused(
                 errno.EBUSY,
                 f"{place.address} runs at {format_rates(status.mode)}, {format_setter(status)}",
             )
         self._setting.interfaces.show(interface, interface.flags | UP)
+        self._setting.came_up()
 
     def _stop(self, interface: Interface) -> None:
         hub, port = self._setting.hub, self._ports.known(interface.index)
@@ -207,7 +231,7 @@ class Links:
             with hub.open_control(place.board.id, place.line) as control:
                 control.stop()
         if port is not None:
-            port.leave_company()
+            port.company.leave()
         if port is None:
             self._setting.interfaces.show(interface, interface.flags & ~UP)
 

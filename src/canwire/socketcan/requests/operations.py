@@ -8,8 +8,10 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.ports import refuse
+from canwire.socketcan.sockets.error_queue import SOL_SOCKET
 from canwire.socketcan.sockets.j1939.socket import J1939Socket
 from canwire.socketcan.sockets.messages import MessageSocket
+from canwire.socketcan.sockets.packet import PacketSocket
 
 if TYPE_CHECKING:
     from canwire.socketcan.requests.control import Asked, Request
@@ -39,6 +41,8 @@ class Operation(IntEnum):
     NAME = 16
     TAKE_ERROR = 17
     PLACE_FILES = 18
+    MAP_RING = 19
+    SUBSCRIBE = 20
     SUPERVISE = 100
 
 
@@ -61,6 +65,9 @@ def do_with_socket(found: CanSocket, request: Request, asked: Asked) -> None:
     elif request.operation == Operation.CONNECT:
         found.connect(request.data)
         asked.answer(0)
+    elif request.operation == Operation.SET_OPTION and request.a == SOL_SOCKET:
+        found.stamps_changed()
+        asked.answer(0)
     elif request.operation == Operation.SET_OPTION:
         found.set_option(request.a, request.b, request.data)
         asked.answer(0)
@@ -70,7 +77,10 @@ def do_with_socket(found: CanSocket, request: Request, asked: Asked) -> None:
         found.sent(request.data, request.a, bool(request.b), asked)
     elif isinstance(found, J1939Socket) and request.operation == Operation.NAME:
         asked.answer(0, found.name(of_peer=bool(request.a)))
-    elif isinstance(found, J1939Socket) and request.operation == Operation.TAKE_ERROR:
+    elif isinstance(found, PacketSocket) and request.operation == Operation.MAP_RING:
+        descriptor, size = found.memory()
+        asked.answer(size, descriptor=descriptor)
+    elif request.operation == Operation.TAKE_ERROR:
         entry = found.take_error()
         asked.answer(0, _SIZE.pack(len(entry.data)) + entry.data + entry.control)
     else:

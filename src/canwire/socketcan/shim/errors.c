@@ -1,7 +1,7 @@
-/* The error queues of CAN_J1939 sockets: the server keeps them, and the socket below has none.
+/* What poll tells of a CAN socket that the socket below does not: POLLERR, and what a mapped ring has.
  *
- * What poll has to tell, POLLERR, is a number in the slot. An empty message wakes who waits, as one does for an error
- * of the socket's. An epoll instance is asked in /proc which descriptors it has, so that nothing has to be kept here: one
+ * The server keeps the error queues, and the socket below has none. What poll has to tell, POLLERR, is a number in the slot.
+ * An empty message wakes who waits, as one does for an error of the socket's. An epoll instance is asked in /proc which descriptors it has, so that nothing has to be kept here: one
  * that does not want EPOLLIN is registered with it nevertheless, and with WOKEN_ONLY.
  */
 #include "ring.h"
@@ -46,32 +46,47 @@ ssize_t receive_error(struct slot *slot, struct msghdr *message)
     return (ssize_t)done;
 }
 
-static struct slot *with_queue(int fd)
+static struct slot *watched_slot(int fd)
 {
-    struct slot *slot = shim_table != NULL && shim_table->error_queues != 0 ? slot_of(fd) : NULL;
+    struct slot *slot = shim_table != NULL && shim_table->watched != 0 ? slot_of(fd) : NULL;
 
-    return slot != NULL && slot->protocol == CAN_J1939 && slot->queues_errors ? slot : NULL;
+    return slot != NULL && (slot->watched || __atomic_load_n(&slot->error, __ATOMIC_RELAXED) != 0) ? slot : NULL;
 }
 
-int with_error_queues(struct pollfd *fds, unsigned long count)
+int with_watched(struct pollfd *fds, unsigned long count)
 {
-    if (shim_table == NULL || shim_table->error_queues == 0)
+    if (shim_table == NULL || shim_table->watched == 0)
         return 0;
     for (unsigned long at = 0; at < count; at++)
-        if (with_queue(fds[at].fd) != NULL)
+        if (watched_slot(fds[at].fd) != NULL)
             return 1;
     return 0;
 }
 
-/* What the program is told of a descriptor with a queue, of which the kernel says this. */
+static int readable(int fd, struct slot *slot)
+{
+    struct pollfd now = {fd, POLLIN, 0};
+    char byte;
+
+    if (slot->protocol == PACKET && slot->watched)
+        return ring_has_some(fd, slot);
+    drop_tokens(fd, slot);
+    if (REAL(poll)(&now, 1, 0) <= 0 || !(now.revents & POLLIN))
+        return 0;
+    return __atomic_load_n(&slot->error, __ATOMIC_RELAXED) == 0 ||
+           REAL(recv)(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) != 0; /* the error itself is nothing to read */
+}
+
+/* What the program is told of such a descriptor, of which the kernel says this. */
 static short told(int fd, struct slot *slot, short events, short found)
 {
-    drop_tokens(fd, slot);
-    struct pollfd now = {fd, POLLIN, 0};
-    if (REAL(poll)(&now, 1, 0) >= 0)
-        found = (short)((found & ~(POLLIN | POLLRDNORM)) | (now.revents & POLLIN ? POLLIN | POLLRDNORM : 0));
-    if (__atomic_load_n(&slot->queued_errors, __ATOMIC_ACQUIRE) != 0)
+    int before = errno;
+
+    found = (short)((found & ~(POLLIN | POLLRDNORM)) | (readable(fd, slot) ? POLLIN | POLLRDNORM : 0));
+    if (__atomic_load_n(&slot->queued_errors, __ATOMIC_ACQUIRE) != 0 ||
+        __atomic_load_n(&slot->error, __ATOMIC_RELAXED) != 0)
         found |= POLLERR;
+    errno = before;
     return (short)(found & (events | POLLERR | POLLHUP | POLLNVAL));
 }
 
@@ -80,11 +95,11 @@ int polled_once(struct pollfd *fds, unsigned long count, const sigset_t *mask)
     static const struct timespec none;
     int found = REAL(ppoll)(fds, count, &none, mask);
 
-    if (found < 0 || !with_error_queues(fds, count))
+    if (found < 0 || !with_watched(fds, count))
         return found;
     found = 0;
     for (unsigned long at = 0; at < count; at++) {
-        struct slot *slot = with_queue(fds[at].fd);
+        struct slot *slot = watched_slot(fds[at].fd);
         if (slot != NULL)
             fds[at].revents = told(fds[at].fd, slot, fds[at].events, fds[at].revents);
         found += fds[at].revents != 0;
@@ -108,7 +123,7 @@ static int wait_for_any(const struct pollfd *fds, unsigned long count, int64_t l
 
     for (unsigned long at = 0; at < count; at++) {
         all[at] = fds[at];
-        if (with_queue(fds[at].fd) == NULL)
+        if (watched_slot(fds[at].fd) == NULL)
             continue;
         struct pollfd readable = {fds[at].fd, POLLIN, 0};
         if (!(fds[at].events & POLLIN) && REAL(poll)(&readable, 1, 0) > 0)
@@ -120,7 +135,7 @@ static int wait_for_any(const struct pollfd *fds, unsigned long count, int64_t l
     return REAL(ppoll)(all, count, step_ns == INT64_MAX ? NULL : &span, mask);
 }
 
-int poll_error_queues(struct pollfd *fds, unsigned long count, const struct timespec *span, const sigset_t *mask)
+int poll_watched(struct pollfd *fds, unsigned long count, const struct timespec *span, const sigset_t *mask)
 {
     int64_t end_ns = span == NULL ? INT64_MAX : clock_ns() + span->tv_sec * SECOND + span->tv_nsec;
 
@@ -143,7 +158,7 @@ EXPORT int epoll_ctl(int epoll, int operation, int fd, struct epoll_event *event
     struct slot *slot = operation == EPOLL_CTL_DEL || event == NULL ? NULL : slot_of(fd);
     struct epoll_event changed;
 
-    if (slot == NULL || slot->protocol != CAN_J1939 || event->events & EPOLLIN)
+    if (slot == NULL || (slot->protocol != CAN_J1939 && slot->protocol != CAN_ISOTP) || event->events & EPOLLIN)
         return REAL(epoll_ctl)(epoll, operation, fd, event);
     changed = *event;
     changed.events |= EPOLLIN | WOKEN_ONLY;
@@ -153,10 +168,10 @@ EXPORT int epoll_ctl(int epoll, int operation, int fd, struct epoll_event *event
 /* Have the events of one descriptor among those found told as poll does; how many there are then. */
 static int put_event(struct epoll_event *events, int found, int most, int fd, const struct epoll_event *registered)
 {
-    struct slot *slot = with_queue(fd);
+    struct slot *slot = watched_slot(fd);
     int at = 0;
 
-    if (slot == NULL)
+    if (slot == NULL || !(registered->events & EPOLLERR)) /* EPOLLONESHOT: not now */
         return found;
     while (at < found && events[at].data.u64 != registered->data.u64)
         at++;
@@ -171,7 +186,7 @@ static int put_event(struct epoll_event *events, int found, int most, int fd, co
     return found;
 }
 
-static int with_queues_of(int epoll, struct epoll_event *events, int found, int most)
+int with_watched_of(int epoll, struct epoll_event *events, int found, int most)
 {
     char name[32], line[256];
     struct epoll_event registered;
@@ -194,10 +209,10 @@ int epolled_once(int fd, struct epoll_event *events, int most, const sigset_t *m
 {
     int found = REAL(epoll_pwait)(fd, events, most, 0, mask);
 
-    return found < 0 || shim_table->error_queues == 0 ? found : with_queues_of(fd, events, found, most);
+    return found < 0 || shim_table == NULL || shim_table->watched == 0 ? found : with_watched_of(fd, events, found, most);
 }
 
-int epoll_error_queues(int fd, struct epoll_event *events, int most, int milliseconds, const sigset_t *mask)
+int epoll_watched(int fd, struct epoll_event *events, int most, int milliseconds, const sigset_t *mask)
 {
     int64_t end_ns = milliseconds < 0 ? INT64_MAX : clock_ns() + milliseconds * 1000000ll;
 

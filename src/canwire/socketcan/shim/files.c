@@ -1,4 +1,4 @@
-/* Paths below /sys/class/net: the server has such a folder, where its interfaces are beside the kernel's. */
+/* Paths below /sys/class/net and /proc/net/can, and /proc/net/dev: the server has such folders, its interfaces among them. */
 #include "shim.h"
 
 #include <dirent.h>
@@ -12,8 +12,36 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#define BEGIN 14 /* characters of FOLDER, and at least those of what is below /proc/net */
 #define FOLDER "/sys/class/net"
-#define BEGIN (sizeof FOLDER - 1)
+
+/* Of a path of /proc/net that is served, what comes after that; NULL: it is the kernel's. */
+static const char *below_proc(const char *path)
+{
+    static const char *const begins[] = {"/proc/net/", "/proc/self/net/"};
+
+    for (int at = 0; at < 2; at++) {
+        size_t length = strlen(begins[at]);
+        const char *name = path + length;
+        if (strncmp(path, begins[at], length) == 0 &&
+            (strcmp(name, "dev") == 0 || (strncmp(name, "can", 3) == 0 && (name[3] == '\0' || name[3] == '/'))))
+            return name;
+    }
+    return NULL;
+}
+
+static const char *meant_in_proc(const char *path, const char *directory, char room[PATH_MAX])
+{
+    struct request request = {.operation = PLACE_FILES, .a = PROC_FOLDER};
+    const char *name = below_proc(path);
+    int before = errno;
+
+    if (name != NULL && snprintf(room, PATH_MAX, "%s/proc/%s", directory, name) < PATH_MAX &&
+        ask(&request, NULL, 0, NULL, NULL, NULL, 0) >= 0)
+        path = room;
+    errno = before;
+    return path;
+}
 
 /* The path that is meant, in `room` where that is another one. */
 static const char *meant(const char *path, char room[PATH_MAX])
@@ -23,8 +51,11 @@ static const char *meant(const char *path, char room[PATH_MAX])
     char begin[BEGIN];
     int before = errno;
 
-    if (shim_table == NULL || directory == NULL || path == NULL || copy_in(begin, path, BEGIN) != 0 ||
-        memcmp(begin, FOLDER, BEGIN) != 0 || (path[BEGIN] != '\0' && path[BEGIN] != '/'))
+    if (shim_table == NULL || directory == NULL || path == NULL || copy_in(begin, path, 1) != 0)
+        return path;
+    if (strncmp(path, "/proc/", 6) == 0)
+        return meant_in_proc(path, directory, room);
+    if (strncmp(path, FOLDER, BEGIN) != 0 || (path[BEGIN] != '\0' && path[BEGIN] != '/'))
         return path;
     const char *name = path + BEGIN + strspn(path + BEGIN, "/");
     size_t length = strcspn(name, "/");

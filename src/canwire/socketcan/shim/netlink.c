@@ -38,21 +38,57 @@ int is_link_socket(int fd)
     return protocol == NETLINK_USERSOCK;
 }
 
-/* Groups are those of another protocol: nothing is told of changes. */
+/* Groups are those of another protocol: the server tells each socket by itself. */
+static int subscribe(int fd, int group)
+{
+    struct sockaddr_nl name = {.nl_family = AF_NETLINK};
+    socklen_t length = sizeof name;
+
+    if (REAL(getsockname)(fd, (struct sockaddr *)&name, &length) < 0)
+        return -1;
+    if (name.nl_pid == 0) { /* it has no address yet */
+        if (REAL(bind)(fd, (struct sockaddr *)&name, sizeof name) < 0 ||
+            REAL(getsockname)(fd, (struct sockaddr *)&name, &length) < 0)
+            return -1;
+    }
+    struct request request = {.operation = SUBSCRIBE, .a = (int32_t)name.nl_pid, .b = group};
+    return ask(&request, NULL, 0, NULL, NULL, NULL, 0) < 0 ? -1 : 0;
+}
+
+static int subscribe_all(int fd, uint32_t groups)
+{
+    for (int group = 1; groups != 0; group++, groups >>= 1)
+        if (groups & 1 && subscribe(fd, group) < 0)
+            return -1;
+    return 0;
+}
+
 int bind_link_socket(int fd, const struct sockaddr *address, socklen_t length)
 {
     struct sockaddr_nl name;
 
     if (length < sizeof name || copy_in(&name, address, sizeof name) != 0)
         return REAL(bind)(fd, address, length);
+    uint32_t groups = name.nl_groups;
+    struct sockaddr_nl own = {0};
+    socklen_t size = sizeof own;
     name.nl_groups = 0;
-    return REAL(bind)(fd, (struct sockaddr *)&name, sizeof name);
+    if (REAL(getsockname)(fd, (struct sockaddr *)&own, &size) == 0 && own.nl_pid != 0 && name.nl_pid == 0)
+        return subscribe_all(fd, groups); /* bound by a membership before */
+    return REAL(bind)(fd, (struct sockaddr *)&name, sizeof name) < 0 ? -1 : subscribe_all(fd, groups);
 }
 
 int set_link_option(int fd, int name, const void *value, socklen_t length)
 {
-    if (name == NETLINK_ADD_MEMBERSHIP || name == NETLINK_DROP_MEMBERSHIP)
-        return 0;
+    int group;
+
+    if (name == NETLINK_ADD_MEMBERSHIP || name == NETLINK_DROP_MEMBERSHIP) {
+        if (length < sizeof group)
+            return errno = EINVAL, -1;
+        if (copy_in(&group, value, sizeof group) != 0)
+            return errno = EFAULT, -1;
+        return subscribe(fd, name == NETLINK_ADD_MEMBERSHIP ? group : -group);
+    }
     return REAL(setsockopt)(fd, SOL_NETLINK, name, value, length);
 }
 

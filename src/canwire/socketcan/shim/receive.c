@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/j1939.h>
+#include <linux/if_packet.h>
 #include <linux/net_tstamp.h>
 #include <poll.h>
 #include <stdlib.h>
@@ -66,6 +67,28 @@ static void put_about(const struct about *about, struct msghdr *message, size_t 
     put_control(message, used, SOL_CAN_J1939, SCM_J1939_PRIO, &about->priority, 1);
 }
 
+/* AF_PACKET's PACKET_AUXDATA. */
+static void put_auxiliary(const struct arrival *arrival, struct msghdr *message, size_t *used)
+{
+    struct tpacket_auxdata data = {.tp_status = TP_STATUS_USER,
+                                   .tp_len = (uint32_t)arrival->length,
+                                   .tp_snaplen = (uint32_t)arrival->length};
+
+    put_control(message, used, SOL_PACKET, PACKET_AUXDATA, &data, sizeof data);
+}
+
+/* ... and where it came from. */
+static int tell_packet(const struct slot *slot, const struct arrival *arrival, struct msghdr *message)
+{
+    struct sockaddr_ll name = packet_name(slot, &arrival->header);
+
+    if (message->msg_name == NULL)
+        return 0;
+    int error = copy_out(message->msg_name, &name, message->msg_namelen < sizeof name ? message->msg_namelen : sizeof name);
+    message->msg_namelen = sizeof name;
+    return error;
+}
+
 static int tell(struct slot *slot, const struct arrival *arrival, struct msghdr *message, size_t room)
 {
     const struct received *header = &arrival->header;
@@ -76,6 +99,8 @@ static int tell(struct slot *slot, const struct arrival *arrival, struct msghdr 
     if (slot->protocol == CAN_J1939)
         put_about(&arrival->about, message, &used);
     put_stamps(slot, header, message, &used);
+    if (slot->protocol == PACKET && slot->sends)
+        put_auxiliary(arrival, message, &used);
     if (slot->counts_drops && header->drops != 0)
         put_control(message, &used, SOL_SOCKET, SO_RXQ_OVFL, &header->drops, sizeof header->drops);
     message->msg_controllen = used;
@@ -83,6 +108,8 @@ static int tell(struct slot *slot, const struct arrival *arrival, struct msghdr 
         message->msg_flags |= MSG_DONTROUTE;
     if (header->flags & RECEIVED_OWN)
         message->msg_flags |= MSG_CONFIRM;
+    if (slot->protocol == PACKET)
+        return tell_packet(slot, arrival, message);
     if (message->msg_name != NULL) {
         struct sockaddr_can name = {.can_family = AF_CAN, .can_ifindex = header->interface};
         socklen_t length = address_length(slot);
@@ -182,7 +209,7 @@ static ssize_t hand_over(int fd, struct msghdr *message, const struct arrival *a
 static ssize_t take_message(int fd, struct slot *slot, struct block *block, struct msghdr *message, int flags,
                             struct arrival *arrival)
 {
-    int whole = slot->protocol == CAN_RAW, peek = MSG_PEEK | MSG_TRUNC | MSG_DONTWAIT;
+    int whole = slot->protocol == CAN_RAW || slot->protocol == PACKET, peek = MSG_PEEK | MSG_TRUNC | MSG_DONTWAIT;
     char byte;
     ssize_t done = -1;
 
@@ -196,7 +223,7 @@ static ssize_t take_message(int fd, struct slot *slot, struct block *block, stru
     if (arrival->length >= 0) {
         look_up(block, slot, flags & MSG_PEEK, arrival);
         done = hand_over(fd, message, arrival, flags);
-        if (slot->protocol == CAN_ISOTP && flags & MSG_TRUNC && done >= 0)
+        if ((slot->protocol == CAN_ISOTP || slot->protocol == PACKET) && flags & MSG_TRUNC && done >= 0)
             done = arrival->length;
         if (!whole && !(flags & MSG_PEEK) && arrival->length <= (ssize_t)sizeof arrival->data) {
             int before = errno;
@@ -268,8 +295,11 @@ ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int f
         return errno = EINVAL, -1;
     if (slot->protocol == CAN_J1939 && flags & MSG_ERRQUEUE)
         return receive_error(slot, message);
-    if (flags & MSG_ERRQUEUE && slot->protocol != CAN_BCM) /* nothing ever comes there */
+    if (flags & MSG_ERRQUEUE && slot->protocol != CAN_BCM) {
+        if (slot->protocol != CAN_ISOTP && __atomic_load_n(&slot->queued_errors, __ATOMIC_ACQUIRE) != 0)
+            return receive_error(slot, message);
         return errno = slot->protocol == CAN_ISOTP ? EINVAL : EAGAIN, -1;
+    }
     if (block == NULL)
         return errno = ENETDOWN, -1;
     for (;;) {

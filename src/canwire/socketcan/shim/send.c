@@ -161,12 +161,18 @@ static int frame_error(const struct slot *slot, const struct interface *interfac
     return interface_error(interface, 0);
 }
 
+/* Of AF_PACKET: a driver drops what is no frame, and says nothing. */
+static int packet_error(const struct interface *interface, size_t size)
+{
+    return size > (size_t)interface->mtu ? EMSGSIZE : interface_error(interface, 0);
+}
+
 static ssize_t send_raw(int fd, struct slot *slot, const struct msghdr *message, int flags)
 {
     char frame[sizeof(struct canfd_frame)] = {0};
     struct block *block = block_of(slot);
     size_t size = size_of_message(message);
-    int index = destination(slot, message);
+    int index = slot->protocol == PACKET ? packet_destination(slot, message) : destination(slot, message);
     struct interface *interface;
 
     if (index < 0)
@@ -183,7 +189,7 @@ static ssize_t send_raw(int fd, struct slot *slot, const struct msghdr *message,
     if (error == 0 && size <= sizeof frame)
         error = gather(message, frame);
     if (error == 0)
-        error = frame_error(slot, interface, frame, size);
+        error = slot->protocol == PACKET ? packet_error(interface, size) : frame_error(slot, interface, frame, size);
     if (error == 0) {
         struct sent header = {index, (uint32_t)size};
         error = put_row(fd, block, &header, frame, flags, interface);
@@ -197,7 +203,8 @@ static ssize_t send_raw(int fd, struct slot *slot, const struct msghdr *message,
 
 ssize_t send_message(int fd, struct slot *slot, const struct msghdr *message, int flags)
 {
-    return slot->protocol == CAN_RAW ? send_raw(fd, slot, message, flags) : send_asked(fd, slot, message, flags);
+    return slot->protocol == CAN_RAW || slot->protocol == PACKET ? send_raw(fd, slot, message, flags)
+                                                                 : send_asked(fd, slot, message, flags);
 }
 
 EXPORT ssize_t sendmsg(int fd, const struct msghdr *message, int flags)

@@ -14,6 +14,7 @@
 #include <signal.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/select.h>
 #include <sys/socket.h>
 #include <sys/types.h>
 #include <sys/uio.h>
@@ -55,10 +56,10 @@ struct slot { /* one socket; what stands here the program's calls change without
     uint32_t receives;        /* CAN_ISOTP: the two identifiers */
     uint32_t sends;
     uint32_t receive_timeout_us; /* SO_RCVTIMEO as it was set: the kernel rounds it to its ticks */
-    uint32_t broadcasts;         /* CAN_J1939: SO_BROADCAST ... */
-    uint32_t queues_errors;      /* ... SO_J1939_ERRQUEUE ... */
-    uint32_t queued_errors;      /* ... and how much is there */
-    uint32_t reserved;
+    uint32_t broadcasts;         /* CAN_J1939: SO_BROADCAST */
+    uint32_t watched;            /* poll has more to tell of it than the kernel: SO_J1939_ERRQUEUE, an error, a mapped ring */
+    uint32_t queued_errors;      /* how much its error queue has */
+    uint32_t ring_at; /* a mapped ring: one byte after where the state of what came last begins, 0: nothing came; packets.c */
 };
 
 struct table {
@@ -69,7 +70,7 @@ struct table {
     uint64_t now_ns;   /* where programs keep one time: the hub's ... */
     uint64_t epoch_ns; /* ... and what makes it the wall's */
     uint32_t timed;
-    uint32_t error_queues; /* how many sockets have one */
+    uint32_t watched;  /* how many sockets are, see struct slot */
     uint32_t netlink_port; /* of the server's netlink socket; 0: it has none */
     uint32_t link_sockets; /* programs have opened some */
     struct interface interface[MOST_INTERFACES];
@@ -102,6 +103,7 @@ struct sent { /* stands before what the program sends */
 
 #define RECEIVED_LOCAL 1u /* MSG_DONTROUTE */
 #define RECEIVED_OWN 2u   /* MSG_CONFIRM */
+#define RECEIVED_OUTGOING 4u /* AF_PACKET: it is on its way to the line */
 
 /* requests to the server; each is one message on a connection of its own */
 enum operation {
@@ -124,10 +126,13 @@ enum operation {
     SEND_J1939,      /* a = size of an address that comes first, and MORE_FOLLOWS; data = address and bytes */
     NAME,            /* CAN_J1939: a = the peer's; the reply's data is a struct sockaddr_can */
     TAKE_ERROR,      /* the error queue's oldest: size of its data (uint32_t), data, control messages */
-    PLACE_FILES,     /* data = an interface, or nothing: have the files of /sys/class/net in the directory's net/ */
+    PLACE_FILES,     /* a = enum folder, data = an interface, or nothing: have the files of the folder in the directory */
+    MAP_RING,        /* AF_PACKET: the reply brings the descriptor of the memory, and its size */
+    SUBSCRIBE,       /* a = the port of a netlink socket, b = a group of rtnetlink's, below 0: no longer */
     SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };
 
+enum folder { NET_FOLDER, PROC_FOLDER };
 enum note { NOTE_PROTOCOL = 1, NOTE_NETLINK, NOTE_EXEC, NOTE_CLOCK, NOTE_NOT_SUPERVISED };
 
 struct request {
@@ -141,6 +146,8 @@ struct request {
 #define MORE_FOLLOWS 0x100
 #define AGAIN 1  /* this is no new wait */
 #define SLEEPS 2 /* until then, whatever happens */
+
+#define PACKET 256 /* the protocol of a slot: AF_PACKET's */
 
 /* real.c */
 #define REAL(name)                                                                                                     \
@@ -205,6 +212,17 @@ struct vector { /* a program's message, fetched */
 };
 int fetch_message(struct vector *vector, const struct msghdr *message); /* -1 and errno */
 
+/* packets.c: AF_PACKET */
+#define KERNELS_OWN (-2)
+int open_packet_socket(int type, int protocol); /* KERNELS_OWN: nothing of ours can be meant */
+int bind_packet_socket(int fd, struct slot *slot, const struct sockaddr *address, socklen_t length);
+int packet_destination(const struct slot *slot, const struct msghdr *message);
+int get_packet_option(struct slot *slot, int name, void *value, socklen_t *length); /* 1: the server knows */
+int ring_has_some(int fd, struct slot *slot);
+int rings_ready(int count, const fd_set *reads); /* select: how many of them have some; the others will block */
+struct sockaddr_ll;
+struct sockaddr_ll packet_name(const struct slot *slot, const struct received *header);
+
 /* receive.c, send.c */
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);
 ssize_t receive_error(struct slot *slot, struct msghdr *message); /* MSG_ERRQUEUE */
@@ -217,12 +235,13 @@ int destination(const struct slot *slot, const struct msghdr *message);         
 int waits_to_send(int fd, int flags);                                            /* it blocks where there is no room */
 ssize_t send_asked(int fd, struct slot *slot, const struct msghdr *message, int flags); /* asked.c */
 
-/* errors.c: the error queues of CAN_J1939 sockets, and POLLERR while there is something in them */
+/* errors.c: error queues, and POLLERR while there is something in them or an error waits; mapped rings' POLLIN */
 struct epoll_event;
-int with_error_queues(struct pollfd *fds, unsigned long count);
+int with_watched(struct pollfd *fds, unsigned long count);
 int polled_once(struct pollfd *fds, unsigned long count, const sigset_t *mask);
-int poll_error_queues(struct pollfd *fds, unsigned long count, const struct timespec *span, const sigset_t *mask);
+int poll_watched(struct pollfd *fds, unsigned long count, const struct timespec *span, const sigset_t *mask);
 int epolled_once(int fd, struct epoll_event *events, int most, const sigset_t *mask);
-int epoll_error_queues(int fd, struct epoll_event *events, int most, int milliseconds, const sigset_t *mask);
+int with_watched_of(int epoll, struct epoll_event *events, int found, int most);
+int epoll_watched(int fd, struct epoll_event *events, int most, int milliseconds, const sigset_t *mask);
 
 #endif

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
+#include <linux/if_packet.h>
 #include <linux/netlink.h>
 #include <linux/net_tstamp.h>
 #include <net/if.h>
@@ -23,6 +24,8 @@
 #define PROTOCOLS 8 /* CAN_NPROTO */
 #define KINDS 11 /* SOCK_MAX */
 #define LARGEST_OPTION 65536
+#define TRANSMIT_STAMPS                                                                                                \
+    (SOF_TIMESTAMPING_TX_HARDWARE | SOF_TIMESTAMPING_TX_SOFTWARE | SOF_TIMESTAMPING_TX_SCHED)
 
 int open_can_socket(int type, int protocol)
 {
@@ -51,6 +54,11 @@ EXPORT int socket(int domain, int type, int protocol)
         return open_can_socket(type, protocol);
     if (domain == AF_NETLINK && protocol == 0)
         return open_link_socket(type);
+    if (domain == AF_PACKET && shim_table->interfaces > 0) {
+        int fd = open_packet_socket(type, protocol);
+        if (fd != KERNELS_OWN)
+            return fd;
+    }
     return REAL(socket)(domain, type, protocol);
 }
 
@@ -68,6 +76,8 @@ EXPORT int bind(int fd, const struct sockaddr *address, socklen_t length)
 
     if (slot == NULL && is_link_socket(fd))
         return bind_link_socket(fd, address, length);
+    if (slot != NULL && slot->protocol == PACKET)
+        return bind_packet_socket(fd, slot, address, length);
     return slot == NULL ? REAL(bind)(fd, address, length) : ask_with_address(BIND, slot, address, length);
 }
 
@@ -91,6 +101,14 @@ static int name_of_j1939(const struct slot *slot, int peer, struct sockaddr *add
     return error != 0 ? (errno = error, -1) : 0;
 }
 
+static int put_name(struct sockaddr *address, socklen_t *length, const void *name, socklen_t whole)
+{
+    int error = copy_out(address, name, *length < whole ? *length : whole);
+
+    *length = whole;
+    return error != 0 ? (errno = error, -1) : 0;
+}
+
 EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
 {
     struct slot *slot = slot_of(fd);
@@ -98,6 +116,11 @@ EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
 
     if (slot == NULL)
         return REAL(getsockname)(fd, address, length);
+    if (slot->protocol == PACKET) {
+        struct received from = {.interface = slot->interface};
+        struct sockaddr_ll own = packet_name(slot, &from);
+        return put_name(address, length, &own, offsetof(struct sockaddr_ll, sll_addr));
+    }
     name.can_ifindex = slot->interface;
     name.can_addr.tp.rx_id = slot->receives;
     name.can_addr.tp.tx_id = slot->sends;
@@ -107,12 +130,7 @@ EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
         errno = EOPNOTSUPP;
         return -1;
     }
-    socklen_t whole = address_length(slot);
-    int error = copy_out(address, &name, *length < whole ? *length : whole);
-    *length = whole;
-    if (error != 0)
-        errno = error;
-    return error != 0 ? -1 : 0;
+    return put_name(address, length, &name, address_length(slot));
 }
 
 EXPORT int getpeername(int fd, struct sockaddr *address, socklen_t *length)
@@ -182,8 +200,14 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
     else if (is_stamp(name))
         slot->stamp = number != 0 ? (uint32_t)name : 0;
     else if (is_stamping(name)) {
+        uint32_t before = slot->stamping_flags;
         slot->stamping = (uint32_t)name;
         slot->stamping_flags = (uint32_t)number;
+        if ((before | slot->stamping_flags) & TRANSMIT_STAMPS) {
+            struct request request = {
+                .operation = SET_OPTION, .slot = slot_number(slot), .a = SOL_SOCKET, .b = name};
+            return ask(&request, NULL, 0, NULL, NULL, NULL, 0) < 0 ? -1 : 0;
+        }
     } else
         slot->receive_buffer = number < 1152 ? 2304 : number > 0x3fffffff ? 0x7fffffff : (uint32_t)number * 2;
     return 0;
@@ -213,9 +237,9 @@ EXPORT int setsockopt(int fd, int level, int name, const void *value, socklen_t 
 static int get_socket_option(int fd, struct slot *slot, int name, int *number)
 {
     switch (name) {
-    case SO_DOMAIN: *number = AF_CAN; return 0;
+    case SO_DOMAIN: *number = slot->protocol == PACKET ? AF_PACKET : AF_CAN; return 0;
     case SO_TYPE: *number = slot->type; return 0;
-    case SO_PROTOCOL: *number = 0; return 0; /* can_create sets none */
+    case SO_PROTOCOL: *number = slot->protocol == PACKET ? (int)slot->receives : 0; return 0; /* can_create sets none */
     case SO_RCVBUF: *number = (int)slot->receive_buffer; return 0;
     case SO_RXQ_OVFL: *number = (int)slot->counts_drops; return 0;
     case SO_ERROR: *number = take_error(fd, slot); return 0;
@@ -262,6 +286,11 @@ EXPORT int getsockopt(int fd, int level, int name, void *value, socklen_t *lengt
         return given(value, &number, *length);
     }
     request.slot = slot_number(slot);
+    if (slot->protocol == PACKET && level == SOL_PACKET) {
+        int done = get_packet_option(slot, name, value, length);
+        if (done <= 0)
+            return done;
+    }
     if (slot->protocol == CAN_RAW && (level != SOL_CAN_RAW || (int)*length < 0)) {
         errno = EINVAL;
         return -1;

@@ -38,6 +38,8 @@ static const struct sock_filter filter[] = {
     IF(OWN_ARCH, 1, 0),
     PASS,
     LOAD(offsetof(struct seccomp_data, nr)),
+    IF(SYS_recvmmsg, 19, 0),
+    IF(SYS_sendmmsg, 18, 0),
     IF(SYS_bind, 17, 0),
     IF(SYS_connect, 16, 0),
     IF(SYS_getsockname, 15, 0),

@@ -27,10 +27,13 @@ static int polled(struct pollfd *fds, nfds_t count, struct wait *wait)
 EXPORT int poll(struct pollfd *fds, nfds_t count, int timeout)
 {
     struct timespec span = of_milliseconds(timeout);
-    if (with_error_queues(fds, count) && (timeout == 0 || !timed()))
-        return poll_error_queues(fds, count, timeout < 0 ? NULL : &span, NULL);
+    if (with_watched(fds, count) && (timeout == 0 || !timed()))
+        return poll_watched(fds, count, timeout < 0 ? NULL : &span, NULL);
     if (timeout == 0 || !timed())
-        return REAL(poll)(fds, count, timeout);
+    {
+        int found = REAL(poll)(fds, count, timeout);
+        return found > 0 && with_watched(fds, count) ? poll_watched(fds, count, timeout < 0 ? NULL : &span, NULL) : found;
+    }
     struct wait wait = {.until_ns = wait_end_ns(timeout < 0 ? NULL : &span)};
     return polled(fds, count, &wait);
 }
@@ -38,10 +41,13 @@ EXPORT int poll(struct pollfd *fds, nfds_t count, int timeout)
 EXPORT int ppoll(struct pollfd *fds, nfds_t count, const struct timespec *span, const sigset_t *mask)
 {
     int at_once = !timed() || (span != NULL && span->tv_sec == 0 && span->tv_nsec == 0);
-    if (at_once && with_error_queues(fds, count))
-        return poll_error_queues(fds, count, span, mask);
+    if (at_once && with_watched(fds, count))
+        return poll_watched(fds, count, span, mask);
     if (at_once)
-        return REAL(ppoll)(fds, count, span, mask);
+    {
+        int found = REAL(ppoll)(fds, count, span, mask);
+        return found > 0 && with_watched(fds, count) ? poll_watched(fds, count, span, mask) : found;
+    }
     struct wait wait = {.until_ns = wait_end_ns(span), .mask = mask};
     return polled(fds, count, &wait);
 }
@@ -83,6 +89,21 @@ static int selected(int count, struct sets *sets, struct wait *wait)
     }
 }
 
+/* Those that have some are readable, whatever the kernel says. */
+static int add_rings(int count, const fd_set *wanted, fd_set *reads, int found)
+{
+    for (int fd = 0; fd < count; fd++) {
+        fd_set one;
+        FD_ZERO(&one);
+        FD_SET(fd, &one);
+        if (FD_ISSET(fd, wanted) && !FD_ISSET(fd, reads) && rings_ready(fd + 1, &one)) {
+            FD_SET(fd, reads);
+            found++;
+        }
+    }
+    return found;
+}
+
 static int select_by_turns(int count, fd_set *reads, fd_set *writes, fd_set *others, struct wait *wait)
 {
     struct sets sets;
@@ -100,11 +121,25 @@ static int select_by_turns(int count, fd_set *reads, fd_set *writes, fd_set *oth
     return found;
 }
 
+/* What waits in a socket that has a mapped ring is old: only the ring says whether there is something. */
+static int select_by_kernel(int count, fd_set *reads, fd_set *writes, fd_set *others, struct timeval *timeout)
+{
+    struct timeval none = {0, 0};
+    fd_set wanted;
+
+    if (reads == NULL || count > FD_SETSIZE || shim_table == NULL || shim_table->watched == 0)
+        return REAL(select)(count, reads, writes, others, timeout);
+    wanted = *reads;
+    int ready = rings_ready(count, &wanted);
+    int found = REAL(select)(count, reads, writes, others, ready ? &none : timeout);
+    return found < 0 || !ready ? found : add_rings(count, &wanted, reads, found);
+}
+
 EXPORT int select(int count, fd_set *restrict reads, fd_set *restrict writes, fd_set *restrict others,
                   struct timeval *restrict timeout)
 {
     if (!timed() || (timeout != NULL && timeout->tv_sec == 0 && timeout->tv_usec == 0))
-        return REAL(select)(count, reads, writes, others, timeout);
+        return select_by_kernel(count, reads, writes, others, timeout);
     struct timespec span = {0, 0};
     if (timeout != NULL)
         span = (struct timespec){timeout->tv_sec + timeout->tv_usec / 1000000, timeout->tv_usec % 1000000 * 1000};
@@ -137,13 +172,24 @@ static int epolled(int fd, struct epoll_event *events, int most, struct wait *wa
     }
 }
 
+/* The kernel's wait, in which an error may have come. */
+static int waited_on(int fd, struct epoll_event *events, int most, int timeout, const sigset_t *mask)
+{
+    int found = REAL(epoll_pwait)(fd, events, most, timeout, mask);
+
+    if (found <= 0 || shim_table == NULL || shim_table->watched == 0)
+        return found;
+    found = with_watched_of(fd, events, found, most);
+    return found > 0 ? found : epoll_watched(fd, events, most, timeout, mask);
+}
+
 EXPORT int epoll_pwait(int fd, struct epoll_event *events, int most, int timeout, const sigset_t *mask)
 {
     int at_once = timeout == 0 || !timed();
-    if (at_once && shim_table != NULL && shim_table->error_queues != 0)
-        return epoll_error_queues(fd, events, most, timeout, mask);
+    if (at_once && shim_table != NULL && shim_table->watched != 0)
+        return epoll_watched(fd, events, most, timeout, mask);
     if (at_once)
-        return REAL(epoll_pwait)(fd, events, most, timeout, mask);
+        return waited_on(fd, events, most, timeout, mask);
     struct timespec span = of_milliseconds(timeout);
     struct wait wait = {.until_ns = wait_end_ns(timeout < 0 ? NULL : &span), .mask = mask};
     return epolled(fd, events, most, &wait);
@@ -162,9 +208,7 @@ EXPORT int epoll_pwait2(int fd, struct epoll_event *events, int most, const stru
 
 EXPORT int epoll_wait(int fd, struct epoll_event *events, int most, int timeout)
 {
-    if (timed() || (shim_table != NULL && shim_table->error_queues != 0))
-        return epoll_pwait(fd, events, most, timeout, NULL);
-    return REAL(epoll_wait)(fd, events, most, timeout);
+    return epoll_pwait(fd, events, most, timeout, NULL);
 }
 
 /* what _FORTIFY_SOURCE makes of them */

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     import socket
     from collections.abc import Callable
 
+    from canwire.socketcan.netlink.proc_files import Wanted
     from canwire.socketcan.rings import Row
     from canwire.socketcan.setting import Setting
+    from canwire.socketcan.sockets.error_queue import Queued
 
 LARGEST_MESSAGE = 1 << 17  # bytes that a program sends past the library
 _ADDRESS = struct.Struct("<Hxxi")
@@ -67,6 +69,17 @@ class CanSocket:
 
     def get_option(self, level: int, name: int) -> bytes:
         raise refuse(errno.ENOPROTOOPT)
+
+    def stamps_changed(self) -> None:
+        """SO_TIMESTAMPING asks for times of what is sent, or no longer."""
+
+    def take_error(self) -> Queued:
+        """The oldest entry of its error queue."""
+        raise refuse(errno.EAGAIN)
+
+    def receive_list(self) -> list[Wanted]:
+        """What it hears, as /proc/net/can shows it."""
+        return []
 
     def sent_to(self, data: bytes, address: bytes) -> None:
         """sendto of a program whose calls the server answers; no address: to where it is bound."""
@@ -135,7 +148,7 @@ class CanSocket:
         self.ended()
 
     def boards_changed(self) -> None:
-        """Interfaces may have come."""
+        """Interfaces may have come, or up."""
 
     @property
     def deserted(self) -> bool:

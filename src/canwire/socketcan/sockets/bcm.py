@@ -21,7 +21,14 @@ from canwire.socketcan.bcm.message import (
 )
 from canwire.socketcan.bcm.sending import Repeated, Sending
 from canwire.socketcan.bcm.watching import Watching
-from canwire.socketcan.constants import CAN_MTU, CAN_RTR_FLAG
+from canwire.socketcan.constants import (
+    CAN_EFF_FLAG,
+    CAN_EFF_MASK,
+    CAN_MTU,
+    CAN_RTR_FLAG,
+    CAN_SFF_MASK,
+)
+from canwire.socketcan.netlink.proc_files import Wanted
 from canwire.socketcan.ports import refuse
 from canwire.socketcan.sockets.base import index_of
 from canwire.socketcan.sockets.messages import MessageSocket
@@ -142,6 +149,15 @@ class BcmSocket(MessageSocket):
         self._watchings[key] = Watching(self.setting.loop, send, tell, message)
 
     _last_index = 0
+
+    def receive_list(self) -> list[Wanted]:
+        if not self._connected:
+            return []
+        mask = CAN_EFF_FLAG | CAN_RTR_FLAG
+        return [
+            Wanted(key[1], key[0], mask | (CAN_EFF_MASK if key[0] & CAN_EFF_FLAG else CAN_SFF_MASK), "bcm", 0)
+            for key in self._watchings
+        ]
 
     def _hear(self, index: int) -> None:
         for port in [self.ports.port(index)] if index else self.ports.of_all():

@@ -11,6 +11,7 @@ from canwire.socketcan.constants import (
     AF_CAN,
     CAN_EFF_FLAG,
     CAN_EFF_MASK,
+    CAN_RTR_FLAG,
     CAN_SFF_MASK,
     CANFD_MTU,
     SOCKADDR_CAN,
@@ -25,6 +26,7 @@ from canwire.socketcan.isotp.options import (
 )
 from canwire.socketcan.isotp.receiver import Receiver
 from canwire.socketcan.isotp.sender import Sender, State
+from canwire.socketcan.netlink.proc_files import Wanted
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.sockets.base import CanSocket
 from canwire.socketcan.sockets.messages import MessageSocket
@@ -126,6 +128,12 @@ class IsoTpSocket(MessageSocket):
         else:
             asked.answer(len(data))
         self._sender.send(data)
+
+    def receive_list(self) -> list[Wanted]:
+        if self._port is None:
+            return []
+        mask = CAN_EFF_FLAG | CAN_RTR_FLAG | (CAN_EFF_MASK if self._receives & CAN_EFF_FLAG else CAN_SFF_MASK)
+        return [Wanted(self._port.interface.index, self._receives, mask, "isotp", 0)]
 
     # what the protocol's two halves do
 

@@ -8,13 +8,21 @@ import socket
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.constants import CAN_BCM, CAN_J1939, CAN_RAW, TYPE_OF_PROTOCOL
+from canwire.socketcan.constants import (
+    CAN_BCM,
+    CAN_J1939,
+    CAN_RAW,
+    SOCK_DGRAM,
+    SOCK_RAW,
+    TYPE_OF_PROTOCOL,
+)
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.sockets.base import CanSocket
 from canwire.socketcan.sockets.bcm import BcmSocket
 from canwire.socketcan.sockets.isotp import IsoTpSocket
 from canwire.socketcan.sockets.j1939.bus import J1939Buses
 from canwire.socketcan.sockets.j1939.socket import J1939Socket
+from canwire.socketcan.sockets.packet import PACKET, PacketSocket
 from canwire.socketcan.sockets.raw import RawSocket
 
 if TYPE_CHECKING:
@@ -59,18 +67,35 @@ class OpenSockets:
 
     def make(self, type: int, protocol: int, program: str) -> socket.socket:
         """The program's end of a new one; raises OSError with what its `socket` fails with."""
+        if protocol >> 16 == PACKET:
+            if type not in (SOCK_DGRAM, SOCK_RAW):
+                raise refuse(errno.ESOCKTNOSUPPORT)
+            return self._opened(type, protocol)
         if protocol not in TYPE_OF_PROTOCOL:
             self._say_once(f"{program} asked for CAN protocol {protocol}, which there is not here")
             raise refuse(errno.EPROTONOSUPPORT)
         if type != TYPE_OF_PROTOCOL[protocol]:
             raise refuse(errno.EPROTOTYPE)
-        slot = self._setting.table.take_slot(protocol, type)
+        return self._opened(type, protocol)
+
+    def _opened(self, type: int, protocol: int) -> socket.socket:
+        packet = protocol >> 16 == PACKET
+        slot = self._setting.table.take_slot(PACKET if packet else protocol, type)
         if slot is None:
             raise refuse(errno.ENFILE)
         own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         own.setblocking(False)
         theirs.bind(f"\0{self._prefix}{slot:04x}")
-        made = self._made(protocol, slot, own, os.fstat(theirs.fileno()).st_ino)
+        try:
+            made = self._made(protocol, slot, own, os.fstat(theirs.fileno()).st_ino)
+        except OSError as error:
+            own.close()
+            theirs.close()
+            self._setting.table.free_slot(slot)
+            if error.errno != errno.ENOSPC:
+                raise
+            self._say_once(f"no more CAN sockets: {error.filename} is full")
+            raise refuse(errno.ENOBUFS) from None
         self._by_slot[slot] = self._by_inode[os.fstat(theirs.fileno()).st_ino] = made
         return theirs
 
@@ -82,6 +107,9 @@ class OpenSockets:
             self._setting.table.free_slot(slot)
             self._on_closed()
 
+        if protocol >> 16 == PACKET:
+            about = protocol & 0xFFFF
+            return PacketSocket(self._setting, self._ports, slot, end, closed, self._rings, about)
         if protocol == CAN_RAW:
             return RawSocket(self._setting, self._ports, slot, end, closed, self._rings)
         if protocol == CAN_J1939:

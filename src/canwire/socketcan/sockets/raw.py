@@ -11,15 +11,18 @@ from canwire.socketcan.constants import (
     CAN_MTU,
     CAN_RAW_FD_FRAMES,
     CAN_RAW_LOOPBACK,
+    CAN_RAW_XL_FRAMES,
     CANFD_MTU,
     SOL_CAN_RAW,
 )
 from canwire.socketcan.interfaces import NOT_BOUND, NOT_FRAMES
+from canwire.socketcan.netlink.proc_files import Wanted
 from canwire.socketcan.outlets import RowOutlet
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.rings import COLLECTED, Rings, Row
 from canwire.socketcan.sockets.base import CanSocket, index_of
 from canwire.socketcan.sockets.raw_options import RawOptions
+from canwire.socketcan.sockets.stamped import StampedSocket
 from canwire.socketcan.wire import numpy_module, received_dtype, row_of, sound
 
 if TYPE_CHECKING:
@@ -37,11 +40,10 @@ if TYPE_CHECKING:
 
 _LATER = 16  # waiting rows below which a bus that waits goes on
 _KICKS = 64
-_MUCH = 64  # frames after which more is looked for at once ...
-_GATHER_S = 0.0005  # ... and else after this
+_MUCH = 64  # frames after which more is looked for at once
 
 
-class RawSocket(CanSocket):
+class RawSocket(StampedSocket):
     """A socket without a program's bind hears nothing and sends to addresses only."""
 
     def __init__(
@@ -54,26 +56,38 @@ class RawSocket(CanSocket):
         rings: Rings,
     ) -> None:
         self._hung_up = self._collects = self._hears_all = False
+        self._hears_later = 0  # the interface that it is bound to, and that is down
         self._ring = rings.pair(slot, end.fileno())
         self._outlet = RowOutlet(self._ring, end, lambda: setting.table.receive_buffer(slot))
         self._options = RawOptions()
+        self._gathering = setting.gathering()
         self._heard: list[Port] = []
         self._held: deque[tuple[int, Array]] = deque()  # sent; their interfaces have no room yet
+        self._matches = 0
         super().__init__(setting, ports, slot, end, closed)
 
     # what the program asks
 
     def bind(self, address: bytes) -> None:
         index = index_of(address)
-        heard = [self.ports.port(index)] if index else self.ports.of_all()
+        heard = self._ports_at(index)
         for port in self._heard:
             port.leave(self)
         self._heard = []
+        self._hears_later = index if not heard else 0
         self._hears_all = index == 0
         self._hear(heard)
         self.setting.table.bind(self.slot, index)
-        if index:
+        if index and heard:
             heard[0].tell_if_down(self)
+        elif index:
+            self.interface_lost(self.setting.interfaces.by_index[index], errno.ENETDOWN)
+
+    def _ports_at(self, index: int) -> list[Port]:
+        """Of this interface, 0: of all; none where it is down, and heard once it is up. Raises OSError."""
+        if not index:
+            return self.ports.of_all()
+        return [] if self.ports.is_down(index) else [self.ports.port(index)]
 
     def _hear(self, ports: list[Port]) -> None:
         for port in ports:
@@ -83,16 +97,16 @@ class RawSocket(CanSocket):
                 self._apply_loopback(port)
 
     def boards_changed(self) -> None:
-        if self._hears_all:
+        if self._hears_all or self._hears_later:
             with suppress(OSError):  # the port has said why
-                self._hear(self.ports.of_all())
+                self._hear(self._ports_at(self._hears_later))
 
     def set_option(self, level: int, name: int, value: bytes) -> None:
         if level != SOL_CAN_RAW:
             raise refuse(errno.EINVAL)
         self._options.set(name, value)
-        if name == CAN_RAW_FD_FRAMES:
-            self.setting.table.allow_fd(self.slot, self._options.on(name))
+        if name in (CAN_RAW_FD_FRAMES, CAN_RAW_XL_FRAMES):
+            self.setting.table.allow_fd(self.slot, self._options.on(CAN_RAW_FD_FRAMES))
         elif name == CAN_RAW_LOOPBACK:
             for port in self._heard:
                 self._apply_loopback(port)
@@ -101,6 +115,12 @@ class RawSocket(CanSocket):
         if level != SOL_CAN_RAW:
             raise refuse(errno.EINVAL)
         return self._options.get(name)
+
+    def receive_list(self) -> list[Wanted]:
+        if not self._heard:
+            return []
+        index = self.setting.table.bound_to(self.slot)
+        return [Wanted(index, *words, "raw", self._matches) for words in self._options.wanted()]
 
     def _apply_loopback(self, port: Port) -> None:
         if self._options.on(CAN_RAW_LOOPBACK):
@@ -113,7 +133,9 @@ class RawSocket(CanSocket):
     def take(self, batch: Batch) -> None:
         found = self._options.selected(batch, self.slot)
         if found is not None:
-            self._put(found)
+            self._matches += len(found)
+            self.ports.matches += len(found)
+            self.put(found)
 
     def congested(self) -> bool:
         return self._outlet.congested()
@@ -122,13 +144,15 @@ class RawSocket(CanSocket):
         row = numpy_module().zeros(1, received_dtype())
         row["error"], row["interface"] = error, interface.index
         self.setting.table.set_error(self.slot, error)
+        if self.errors is not None:
+            self.errors.gone()
         if error == errno.ENODEV:
             self._heard = [port for port in self._heard if port.interface is not interface]
             if not self._heard:
                 self.setting.table.unbind(self.slot)
-        self._put(row)
+        self.put(row)
 
-    def _put(self, rows: Array) -> None:
+    def put(self, rows: Array) -> None:
         if not self._hung_up:
             self._outlet.put(rows)
             self.rewatch()
@@ -156,7 +180,10 @@ class RawSocket(CanSocket):
         for message in messages:
             if len(message) > 1:  # else a kick, or nothing
                 self._send_past_library(message)
-        self._collect_soon()
+        if self.setting.timed or self._collects:
+            self._collect_soon()
+        else:
+            self._collect()
 
     def _send_past_library(self, frame: bytes) -> None:
         """By fwrite, splice, a plain system call: nobody could say what is wrong with it, so it is counted."""
@@ -210,9 +237,9 @@ class RawSocket(CanSocket):
             self._collect_soon()
         elif self._hung_up:
             self.close()
-        elif count:
+        elif count and self._gathering is not None and (pause_s := self._gathering.pause_s(count)):
             self._collects = True
-            self.setting.loop.call_in(self.setting.gather_s(_GATHER_S), self._collect)
+            self.setting.loop.call_in(pause_s, self._collect)
         elif not self._ring.want_frames():
             self._collect_soon()
 
@@ -252,6 +279,7 @@ class RawSocket(CanSocket):
         if not self._options.on(CAN_RAW_LOOPBACK):
             port.silent.add(self.slot)
         room = port.room()
+        self.leaving(port, rows[:room])
         if room < len(rows):
             self._held.append((index, rows[room:].copy()))
         port.send(self.slot, rows[:room])
@@ -260,5 +288,6 @@ class RawSocket(CanSocket):
         for port in self._heard:
             port.leave(self)
             port.silent.discard(self.slot)
+        self.ports.forget_stamper(self.slot)
         self._heard = []
         self.let_go()

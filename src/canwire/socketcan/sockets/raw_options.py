@@ -7,6 +7,7 @@ import struct
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.constants import (
+    CAN_ERR_FLAG,
     CAN_ERR_MASK,
     CAN_MTU,
     CAN_RAW_ERR_FILTER,
@@ -15,6 +16,7 @@ from canwire.socketcan.constants import (
     CAN_RAW_JOIN_FILTERS,
     CAN_RAW_LOOPBACK,
     CAN_RAW_RECV_OWN_MSGS,
+    CAN_RAW_XL_FRAMES,
     MOST_FILTERS,
 )
 from canwire.socketcan.filters import Filters
@@ -30,11 +32,13 @@ if TYPE_CHECKING:
 
 _INT = struct.Struct("<i")
 _WORD = struct.Struct("<I")
+_FILTER = struct.Struct("<II")
 _SWITCHES = {
     CAN_RAW_LOOPBACK: 1,
     CAN_RAW_RECV_OWN_MSGS: 0,
     CAN_RAW_FD_FRAMES: 0,
     CAN_RAW_JOIN_FILTERS: 0,
+    CAN_RAW_XL_FRAMES: 0,
 }
 
 
@@ -51,6 +55,11 @@ class RawOptions:
     def on(self, switch: int) -> bool:
         """CAN_RAW_LOOPBACK, CAN_RAW_FD_FRAMES ..."""
         return self._switches[switch] != 0
+
+    def wanted(self) -> list[tuple[int, int]]:
+        """Identifier words and masks of its filters, that for errors last."""
+        found = [] if self._deaf else list(_FILTER.iter_unpack(self._filter_words))
+        return found + ([(0, self._error_mask | CAN_ERR_FLAG)] if self._error_mask else [])
 
     def set(self, name: int, value: bytes) -> None:
         if name == CAN_RAW_FILTER:
@@ -84,6 +93,8 @@ class RawOptions:
         if len(value) != _INT.size:
             raise refuse(errno.EINVAL)
         self._switches[name] = _INT.unpack(value)[0]
+        if name == CAN_RAW_XL_FRAMES and self.on(name):
+            self._switches[CAN_RAW_FD_FRAMES] = self._switches[name]  # as the kernel does
         if name == CAN_RAW_JOIN_FILTERS:
             self._filters = Filters(self._filters.filters, self.on(name))
 

@@ -25,9 +25,11 @@ _PIDFD_GETFD = 438
 
 NUMBERS = {  # of system calls
     "x86_64": {41: "socket", 49: "bind", 42: "connect", 51: "getsockname", 54: "setsockopt", 55: "getsockopt"}
-    | {16: "ioctl", 44: "sendto", 46: "sendmsg", 45: "recvfrom", 47: "recvmsg"},
+    | {16: "ioctl", 44: "sendto", 46: "sendmsg", 45: "recvfrom", 47: "recvmsg"}
+    | {299: "recvmmsg", 307: "sendmmsg"},
     "aarch64": {198: "socket", 200: "bind", 203: "connect", 204: "getsockname", 208: "setsockopt"}
-    | {209: "getsockopt", 29: "ioctl", 206: "sendto", 211: "sendmsg", 207: "recvfrom", 212: "recvmsg"},
+    | {209: "getsockopt", 29: "ioctl", 206: "sendto", 211: "sendmsg", 207: "recvfrom", 212: "recvmsg"}
+    | {243: "recvmmsg", 269: "sendmmsg"},
 }
 
 

@@ -49,6 +49,7 @@ def set_socket_option(found: CanSocket, name: int, value: bytes) -> int | None:
         if number & ~_KNOWN_STAMPING:
             raise refuse(errno.EINVAL)
         table.set_stamps(slot, stamps._replace(stamping=name, flags=number))
+        found.stamps_changed()
     else:
         table.set_receive_buffer(slot, _LEAST_SHOWN if number < _LEAST else 2 * min(number, _MOST))
     return 0

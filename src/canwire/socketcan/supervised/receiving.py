@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_J1939, SOL_CAN_J1939
 from canwire.socketcan.j1939.message import NO_ADDRESS, NO_NAME
 from canwire.socketcan.ports import refuse
-from canwire.socketcan.sockets.j1939.errors import control_message
+from canwire.socketcan.sockets.error_queue import control_message
 from canwire.socketcan.sockets.j1939.names import Name
 from canwire.socketcan.sockets.j1939.socket import ABOUT
 from canwire.socketcan.supervised.program import Message, Program
@@ -40,6 +40,11 @@ class Arrived(NamedTuple):
     row: Row
 
 
+def _fitting(control: bytes, room: int) -> tuple[bytes, bool]:
+    """As much of these messages as there is room for, and whether that is not all."""
+    return control[:room] if room >= _CMSG_SIZE else b"", len(control) > room
+
+
 class Receiving:
     """One such call."""
 
@@ -54,8 +59,8 @@ class Receiving:
 
     def look(self) -> int | None:
         """What the call returns; None: it waits. Raises OSError."""
-        if self._flags & socket.MSG_ERRQUEUE:  # nothing is told there
-            raise refuse(errno.EAGAIN)
+        if self._flags & socket.MSG_ERRQUEUE:
+            return self._error()
         descriptor = self._program.fetch(self.call.arguments[0])
         with socket.socket(fileno=descriptor) as end:
             blocks = not fcntl.fcntl(end.fileno(), fcntl.F_GETFL) & os.O_NONBLOCK
@@ -75,6 +80,20 @@ class Receiving:
             return self.look()
         return self._told(Arrived(data, row))
 
+    def _error(self) -> int:
+        """What its error queue has; raises OSError (EAGAIN) where that is nothing."""
+        program, arguments = self._program, self.call.arguments
+        entry = self._socket.take_error()
+        if self.call.name == "recvfrom":
+            return program.scatter([(arguments[1], arguments[2])], entry.data)
+        message = Message(program, arguments[1])
+        done = program.scatter(message.parts, entry.data)
+        control, cut = _fitting(entry.control, message.control_size if message.control else 0)
+        program.write(message.control, control)
+        flags = (_TRUNCATED if done < len(entry.data) else 0) | (_CONTROL_TRUNCATED if cut else 0)
+        message.finish(program, 0, len(control), flags | socket.MSG_ERRQUEUE)
+        return done
+
     def _told(self, arrived: Arrived) -> int:
         if arrived.row.error:
             raise refuse(arrived.row.error)
@@ -93,8 +112,7 @@ class Receiving:
         program.write(message.name, name[: message.name_size])
         whole = self._about(arrived)
         whole += b"".join(control_message(_SOL_SOCKET, kind, data) for kind, data in self._control(arrived))
-        room = message.control_size if message.control else 0
-        control, cut = whole[:room] if room >= _CMSG_SIZE else b"", len(whole) > room
+        control, cut = _fitting(whole, message.control_size if message.control else 0)
         program.write(message.control, control)
         flags = (_TRUNCATED if done < len(arrived.data) else 0) | (_CONTROL_TRUNCATED if cut else 0)
         flags |= (_DONTROUTE if arrived.row.flags & 1 else 0) | (_CONFIRM if arrived.row.flags & 2 else 0)

@@ -12,6 +12,7 @@ from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_RAW
 from canwire.socketcan.loop import READABLE
 from canwire.socketcan.sockets.j1939.socket import J1939Socket
 from canwire.socketcan.supervised.links import LinkSockets
+from canwire.socketcan.supervised.many import ReceivingMany, send_many
 from canwire.socketcan.supervised.names import answer_about_interface
 from canwire.socketcan.supervised.notices import Call, Listener
 from canwire.socketcan.supervised.options import get_socket_option, set_socket_option
@@ -80,6 +81,9 @@ class Supervisor:
             if found is not None and call.name in ("recvfrom", "recvmsg"):
                 self._receive(Receiving(call, program, found), found)
                 return
+            if found is not None and call.name == "recvmmsg":
+                self._receive(ReceivingMany(call, program, found), found)
+                return
             if found is not None:
                 done = self._done(call, program, found)
             else:
@@ -129,6 +133,8 @@ class Supervisor:
             program.write(d, struct.pack("<I", min(len(shown), room)))
         elif call.name == "sendto":
             return _sent(found, program.read(a, min(b, _LARGEST)), program.read(d, min(e, 128)))
+        elif call.name == "sendmmsg":
+            return send_many(call, program, found)
         else:
             return self._send_message(program, found, a)
         return 0
@@ -152,7 +158,7 @@ class Supervisor:
         address = program.read(message.name, min(message.name_size, 128)) if message.name else b""
         return _sent(found, program.gather(message.parts), address)
 
-    def _receive(self, receiving: Receiving, found: CanSocket) -> None:
+    def _receive(self, receiving: Receiving | ReceivingMany, found: CanSocket) -> None:
         over = False
 
         def look() -> None:

@@ -25,8 +25,9 @@ from canwire.socketcan.j1939.outbox import Outbox
 from canwire.socketcan.j1939.reports import Report
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.sockets.error_queue import Queued
 from canwire.socketcan.sockets.j1939.bus import LARGEST, J1939Bus, J1939Buses
-from canwire.socketcan.sockets.j1939.errors import ErrorQueue, Queued
+from canwire.socketcan.sockets.j1939.errors import Reports
 from canwire.socketcan.sockets.j1939.names import Name, parsed
 from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.table import UP
@@ -66,7 +67,7 @@ class J1939Socket(MessageSocket):
         self._buses = buses
         self._bus: J1939Bus | None = None
         self._outbox: Outbox | None = None
-        self._errors: ErrorQueue | None = None
+        self._errors: Reports | None = None
         self._begun = bytearray()  # of a message that comes in parts
         self._waiting: deque[tuple[Message, int, Answered]] = deque()
         self._left = False
@@ -133,8 +134,8 @@ class J1939Socket(MessageSocket):
         elif name == PRIORITY:
             self._set_priority(number)
         else:
-            self._errors = (self._errors or ErrorQueue()) if number else None
-            self.setting.table.queue_errors(self.slot, number != 0)
+            self._errors = (self._errors or Reports()) if number else None
+            self.setting.table.watch(self.slot, number != 0)
             self._count_errors()
 
     def _set_priority(self, number: int) -> None:
@@ -282,7 +283,7 @@ class J1939Socket(MessageSocket):
     # the end
 
     def ended(self) -> None:
-        self.setting.table.queue_errors(self.slot, False)
+        self.setting.table.watch(self.slot, False)
         if self._outbox is None or not self._outbox.pending:
             self._leave()
 
