@@ -1,7 +1,7 @@
 """What setuptools asks about the Python that it compiles for: a CPython for 64-bit Windows, by mingw-w64 on Linux.
 
 _PYTHON_SYSCONFIGDATA_NAME names this module; CROSS is the folder of the headers, PYTHON_DLL what is linked with:
-python313.dll, which says the version.
+python313.dll, which says the version; OPTIMISE is the compiler's -O.
 """
 
 import os
@@ -16,7 +16,7 @@ build_time_vars = {
     "ARFLAGS": "rcs",
     "CC": f"{_gcc} -I{os.environ['CROSS']}",
     "CCSHARED": "",
-    "CFLAGS": "-DNDEBUG",
+    "CFLAGS": f"-DNDEBUG -g0 -fno-strict-aliasing {os.environ.get('OPTIMISE', '-O2')}",
     "CXX": "x86_64-w64-mingw32-g++",
     "EXT_SUFFIX": f".cp{_major}{_minor}-win_amd64.pyd",
     "LDCXXSHARED": "",
