@@ -335,9 +335,10 @@ def test_another_version_is_named_at_both_ends(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_second_hub_of_a_name_is_refused(place: Place) -> None:
     already = f"zenoh://tests/bench already .{place.bridge.offer.instance}"
-    with pytest.raises(HubError, match=already), offered(via=(f"tcp/127.0.0.1:{place.port}",)):
+    with pytest.raises(HubError, match=already), offered(via=(f"tcp/127.0.0.1:{place.port}",), insecure=True):
         pass
-    with offered(name="other", via=(f"tcp/127.0.0.1:{place.port}",)), elsewhere(place.address) as hub:
+    there = f"tcp/127.0.0.1:{place.port}"
+    with offered(name="other", via=(there,), insecure=True), elsewhere(place.address) as hub:
         assert hub.boards()
 
 

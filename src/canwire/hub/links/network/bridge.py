@@ -62,7 +62,7 @@ class Bridge:
     """
 
     def __init__(self, dial: Callable[[str], Link], offered: Offered, lost: Callable[[], object]) -> None:
-        check_reach(offered.listen, offered.access, insecure=offered.insecure)
+        check_reach(offered.listen, offered.access, via=offered.via, insecure=offered.insecure)
         zenoh = load_zenoh()
         self._dial = dial
         self._offered = offered
