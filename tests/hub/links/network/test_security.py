@@ -69,6 +69,17 @@ def test_each_user_may_do_so_much() -> None:
 
 
 @pytest.mark.conforms("N-32")
+@pytest.mark.finding("machines 7")
+@pytest.mark.parametrize("may", [access.LISTEN, access.SEND])
+def test_nobody_else_is_shut_out_by_who_may_not_configure(may: str) -> None:
+    for request in (m.OpenChannel(1, 0, True), m.OpenMonitor(1, 0, True)):
+        with pytest.raises(HubError, match="needs the right to configure"):
+            access.check("eve", may, request)
+        access.check("alice", access.CONFIGURE, request)
+    access.check("eve", may, m.OpenChannel(1, 0, False))
+
+
+@pytest.mark.conforms("N-32")
 def test_who_is_not_known_is_not_let_in() -> None:
     soon = QUICK._replace(connect_s=0.3)
     with offered(access=Access(users=USERS)) as place:

@@ -111,7 +111,9 @@ _SENDING = (
 
 
 def needed(request: m.Message) -> str:
-    """The right that a request needs."""
+    """The right that a request needs. To shut others out of a line is no looking on, nor is it sending."""
+    if isinstance(request, (m.OpenChannel, m.OpenMonitor)) and request.exclusive:
+        return CONFIGURE
     if isinstance(request, m.SetUpChannel):
         return SEND if request.mode.transmit else LISTEN
     if isinstance(request, _LISTENING):
