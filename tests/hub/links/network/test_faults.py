@@ -163,7 +163,7 @@ def test_a_cut_beyond_the_lease_goes_on_and_what_is_lost_is_counted(room: int, l
         there = here.boards()[0].id
         cable.cut()
         assert "has not been heard of" in str(lost_call(hub))
-        until(lambda: bool(place.bridge._leaving) and not transports(hub))
+        until(lambda: bool(place.bridge._absent) and not transports(hub))
         assert "has not been heard of" in str(lost_call(hub))
         send_all(sender, 200)
         if not lost:  # behind the others, and not one more that does not fit
