@@ -20,7 +20,7 @@ Campaign CampaignRun Draw campaign repeat_run run_campaign
 BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogMark LogWriter MarkKind create_log log_dtype log_formats
 ChannelStatistics IdentifierStatistics LogStatistics log_statistics
 open_log Recorder RecordTriggers Trace open_trace convert_log merge_logs epoch_ns record
-Offer offer offered_hubs
+Offer offer offered_hubs route
 lines_now unused_lines FoundAdapter find_adapters
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
 DecodedMessages MessageCheck MessagePort OutgoingMessage Simulation

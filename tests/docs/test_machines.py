@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from canwire.hub.links.network.access import Access, Login, load
+from canwire.hub.links.network.access import Access, Login, Router, load
 from canwire.hub.protocol.messages import VERSION
 from tests.docs.blocks import ROOT, blocks, run_console
 
@@ -25,10 +25,12 @@ def test_the_commands_of_the_page(tmp_path: Path) -> None:
 
 
 def test_the_files_of_the_page(tmp_path: Path) -> None:
-    hub, program = [block.text for block in blocks(PAGE) if block.language == "toml"]
-    for name, text in (("lab.toml", hub), ("me.toml", program)):
+    hub, program, router = [block.text for block in blocks(PAGE) if block.language == "toml"]
+    for name, text in (("lab.toml", hub), ("me.toml", program), ("behind.toml", hub + router)):
         (tmp_path / name).write_text(text)
     users = load(Access, str(tmp_path / "lab.toml")).users
     login = load(Login, str(tmp_path / "me.toml"))
     assert users[login.user].password == login.password
+    behind = load(Access, str(tmp_path / "behind.toml"))
+    assert (behind.users, behind.router) == (users, Router(user="bench", password="the hub's own"))
     assert {name: user.may for name, user in users.items()} == {"runner": "configure", "visitor": "listen"}

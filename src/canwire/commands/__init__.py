@@ -105,6 +105,7 @@ VERBS = {
     "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
     "pace": Verb("canwire.commands.pace", "show or set how quickly a lockstep hub's time passes"),
     "offer": Verb("canwire.commands.network.offer", "offer the hub to other machines"),
+    "router": Verb("canwire.commands.network.router", "join hubs and programs that cannot reach each other"),
     "completion": Verb("canwire.commands.shell.completion", "completion of verbs and options for a shell"),
 }
 

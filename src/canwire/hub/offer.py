@@ -1,4 +1,4 @@
-"""A hub offered to other machines, and which hubs are offered."""
+"""A hub offered to other machines, a router between them, and which hubs are offered."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from canwire.errors import HubLost
+from canwire.errors import BadValue, HubLost
 from canwire.hub.links.calling import RemoteLink
 from canwire.hub.usual import default_address
 from canwire.platform import raise_descriptor_limit
@@ -34,8 +34,9 @@ def offer(
     """Offer the hub on a socket (None: the user's usual one) to other machines until `stop` is set.
 
     `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` routers of
-    Zenoh's to connect to, `access` the file of users; without one, endpoints that other machines reach are refused
-    unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs connect to.
+    Zenoh's to connect to, `access` the file of users; without one, routers and endpoints that other machines reach
+    are refused unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs
+    connect to.
 
     Raises HubLost without such a hub and once it is gone, HubError if another one has this name in the realm or the
     endpoint is taken, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
@@ -66,6 +67,28 @@ def offer(
             pass
     if lost:
         raise HubLost(f"the hub on {socket} is gone, and so is what was offered of it")
+
+
+def route(
+    listen: Sequence[str], access: str, *, ready: Callable[[], object] | None = None, stop: Event
+) -> None:
+    """Be a router that hubs (`offer` with `via`) and programs connect to, until `stop` is set.
+
+    It listens at these endpoints ("tcp/192.168.1.5:7447"). `access` is the file of users that the hubs have, too: it
+    lets in nobody else, and nobody uses another one's name. `ready` is called once it listens.
+    Raises HubError if it cannot listen there, BadConfig for a bad file, BadValue without an endpoint, ExtraMissing.
+    """
+    from canwire.hub.links.network.access import Access, load
+    from canwire.hub.links.network.session.settings import for_router, open_for_hub
+
+    if isinstance(listen, str) or not listen:
+        raise BadValue(f"listen {listen!r}: one endpoint or more, such as ['tcp/192.168.1.5:7447']")
+    users = load(Access, access)
+    with contextlib.closing(open_for_hub(for_router(tuple(listen), users), users)):
+        if ready is not None:
+            ready()
+        while not stop.wait(_LOOK_AGAIN_S):
+            pass
 
 
 def offered_hubs(endpoint: str = "tcp/localhost:7449", realm: str = "*") -> list[Offer]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import subprocess
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ import canwire
 from canwire import BadConfig, BadValue, ChannelMode, Frame, HubError, HubLost
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.network import access, discovery
-from canwire.hub.links.network.access import Access, Login, Tls, User
+from canwire.hub.links.network.access import Access, Login, Router, Tls, User
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.session.settings import (
     LEASE_S,
@@ -21,7 +23,10 @@ from canwire.hub.links.network.session.settings import (
     check_reach,
     for_client,
     for_hub,
+    for_router,
     load_zenoh,
+    open_for_hub,
+    open_session,
     usual,
 )
 from canwire.hub.protocol import messages as m
@@ -61,6 +66,17 @@ def test_each_user_may_do_so_much() -> None:
                     hub.open_control(hub.boards()[0].id, 0)
         with as_user(place, "alice", "secret") as alice:
             alice.unplug("HW000002")
+
+
+@pytest.mark.conforms("N-32")
+@pytest.mark.finding("machines 7")
+@pytest.mark.parametrize("may", [access.LISTEN, access.SEND])
+def test_nobody_else_is_shut_out_by_who_may_not_configure(may: str) -> None:
+    for request in (m.OpenChannel(1, 0, True), m.OpenMonitor(1, 0, True)):
+        with pytest.raises(HubError, match="needs the right to configure"):
+            access.check("eve", may, request)
+        access.check("alice", access.CONFIGURE, request)
+    access.check("eve", may, m.OpenChannel(1, 0, False))
 
 
 @pytest.mark.conforms("N-32")
@@ -152,9 +168,80 @@ def test_other_machines_come_in_by_name_or_because_it_was_typed(endpoint: str) -
     check_reach(("tcp/127.0.0.1:7449", "tcp/[::1]:7449", "tcp/localhost:7449"), None, insecure=False)
 
 
+BEHIND = Access(users=USERS, router=Router(user="bench", password="own"))
+
+
+@pytest.mark.finding("machines 1")
+@pytest.mark.parametrize(
+    ("listen", "doors", "complaint"),
+    [
+        ((), None, "--access FILE with users and \\[router\\].* or --insecure"),
+        ((), Access(users=USERS), "needs \\[router\\]"),
+        (("tcp/127.0.0.1:1",), BEHIND, "offer the hub twice"),
+    ],
+)
+def test_a_router_opens_nothing_that_nobody_asked_to_open(
+    listen: tuple[str, ...], doors: Access | None, complaint: str
+) -> None:
+    via = ("tcp/127.0.0.1:7447",)  # the router itself may listen anywhere
+    with (
+        pytest.raises(BadValue, match=complaint),
+        offered(listen=listen, via=via, access=doors),
+    ):
+        pass
+
+
+@contextmanager
+def routing(doors: Access) -> Iterator[str]:
+    """A router in this process, as `canwire router` is one; its endpoint."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with closing(open_for_hub(for_router((endpoint,), doors), doors)):
+        yield endpoint
+
+
+@pytest.mark.conforms("N-32")
+@pytest.mark.finding("machines 1")
+def test_rights_hold_behind_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
+    with routing(BEHIND) as endpoint, offered(listen=(), via=(endpoint,), access=BEHIND) as place:
+        there = place._replace(port=int(endpoint.rpartition(":")[2]))
+        assert there.bridge.address == there.address
+        with there.here() as here, as_user(there, "eve", "ear") as eve, as_user(there, "bob", "pass") as bob:
+            running(here)
+            heard, sender = channel(eve, 1, transmit=0), channel(bob, 0)
+            sender.send(Frame(0x42))
+            frame = heard.receive(LONG_S)
+            assert frame is not None
+            assert frame.id == 0x42
+            with pytest.raises(HubError, match="eve may only listen"):
+                eve.unplug("HW000001")
+        with pytest.raises(HubLost):
+            as_user(there, "alice", "wrong", QUICK._replace(connect_s=0.3))
+        monkeypatch.setattr(
+            NetworkLink, "_user", property(lambda self: "alice", lambda self, user: None), raising=False
+        )
+        with pytest.raises(HubLost, match="has not been heard of"):
+            NetworkLink(there.address, "liar", Login(user="eve", password="ear"), QUICK._replace(call_s=0.4))
+
+
+@pytest.mark.finding("machines 1")
+def test_a_router_that_asks_nobody_is_not_joined_with_users() -> None:
+    """Zenoh's own end of it: who comes with a password is not let in where nobody asks for one."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    plain = {**usual(LEASE_S), "mode": "router", "listen/endpoints": [endpoint]}
+    soon = {**for_hub((), (endpoint,), BEHIND), "connect/timeout_ms": 300}
+    with closing(open_session(plain)), pytest.raises(HubError, match=r"does not let \[router\]'s user in"):
+        open_for_hub(soon, BEHIND)
+
+
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
+        (
+            '[users.a]\nmay = "send"\npassword = "x"\n[users.b]\nmay = "send"\n'
+            '[tls]\nca = "c"\ncertificate = "c"\nkey = "k"\n',
+            "b without a password beside others .* keep two files",
+        ),
+        ('[users.a]\nmay = "send"\npassword = "x"\n[router]\nuser = "a"\npassword = "y"\n', "own name"),
         ("[users.alice]\n", "may"),
         ('[users.alice]\nmay = "everything"\n', "everything"),
         ('[users.alice]\nmay = "send"\n', "needs a password"),
@@ -252,6 +339,6 @@ def test_hubs_come_and_go() -> None:
     with offered() as place:
         endpoint = f"tcp/127.0.0.1:{place.port}"
         assert [offer.name for offer in canwire.offered_hubs(endpoint)] == ["bench"]
-        with offered(name="other", via=(endpoint,)):
+        with offered(name="other", via=(endpoint,), insecure=True):
             until(lambda: [offer.name for offer in canwire.offered_hubs(endpoint)] == ["bench", "other"])
         until(lambda: [offer.name for offer in canwire.offered_hubs(endpoint)] == ["bench"])

@@ -35,15 +35,32 @@ class User(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     password: Word = ""
 
 
+class Router(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """[router]: who a hub is to routers (`--via`), which ask everybody; without a password, by its certificate."""
+
+    user: Name
+    password: Word = ""
+
+
 class Access(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A hub's file (`canwire serve --access`): each user may do so much, and nobody else anything."""
 
     users: dict[Name, User]
     tls: Tls | None = None
+    router: Router | None = None
 
     def __post_init__(self) -> None:
-        if self.tls is None and not all(user.password for user in self.users.values()):
-            raise ValueError("each user needs a password where there is no [tls]")
+        known = self.users | ({self.router.user: self.router} if self.router is not None else {})
+        without = [name for name, user in known.items() if not user.password]
+        if without and self.tls is None:
+            raise ValueError(f"{', '.join(without)}: each user needs a password where there is no [tls]")
+        if 0 < len(without) < len(known):
+            raise ValueError(
+                f"{', '.join(without)} without a password beside others who have one: Zenoh lets in either all by "
+                "password or all by certificate; keep two files, and offer the hub twice (`canwire offer`)"
+            )
+        if self.router is not None and self.router.user in self.users:
+            raise ValueError(f"{self.router.user} is the hub's own name in [router], and cannot be a user's")
 
 
 class Login(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -94,7 +111,9 @@ _SENDING = (
 
 
 def needed(request: m.Message) -> str:
-    """The right that a request needs."""
+    """The right that a request needs. To shut others out of a line is no looking on, nor is it sending."""
+    if isinstance(request, (m.OpenChannel, m.OpenMonitor)) and request.exclusive:
+        return CONFIGURE
     if isinstance(request, m.SetUpChannel):
         return SEND if request.mode.transmit else LISTEN
     if isinstance(request, _LISTENING):

@@ -13,6 +13,7 @@ from canwire.errors import BadMessage, CanwireError, HubError, HubLost
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Access, right_of
 from canwire.hub.links.network.calls import Answered, asked_in, encode
+from canwire.hub.links.network.cuts.absent import Absent
 from canwire.hub.links.network.discovery import offers_in
 from canwire.hub.links.network.guest import Guest
 from canwire.hub.links.network.session.callback import direct
@@ -24,7 +25,6 @@ from canwire.hub.links.network.session.settings import (
     for_hub,
     load_zenoh,
     open_for_hub,
-    was_cut,
 )
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed, serial_in
@@ -62,7 +62,7 @@ class Bridge:
     """
 
     def __init__(self, dial: Callable[[str], Link], offered: Offered, lost: Callable[[], object]) -> None:
-        check_reach(offered.listen, offered.access, insecure=offered.insecure)
+        check_reach(offered.listen, offered.access, via=offered.via, insecure=offered.insecure)
         zenoh = load_zenoh()
         self._dial = dial
         self._offered = offered
@@ -71,9 +71,7 @@ class Bridge:
         self._greeting = threading.Lock()
         self._guests: dict[str, Guest] = {}
         self._heard: dict[str, Any] = {}  # subscribers
-        self._leaving: dict[
-            str, float
-        ] = {}  # clients whose connection is broken, and until when they may be back
+        self._absent = Absent(offered.lease_s, offered.grace_s, offered.cut_s)
         self._closed = False
         self._stopping = EventDescriptor()
         self._healthy_s = time.monotonic()
@@ -182,11 +180,9 @@ class Bridge:
         _, client = keys.client_of(str(sample.key_expr))
         with self._lock:
             if sample.kind == self._zenoh.SampleKind.PUT:
-                self._leaving.pop(client, None)
+                self._absent.came(client)
             elif client in self._guests:
-                offered = self._offered
-                cut = was_cut(self._guests[client].pump.heard_ns, offered.lease_s)
-                self._leaving[client] = time.monotonic() + (offered.cut_s if cut else offered.grace_s)
+                self._absent.went(client, time.monotonic(), self._guests[client].pump.silent_ns)
                 self._stopping.signal()  # the thread looks when
 
     def _guarded(self, client: str, work: Callable[[], object]) -> None:
@@ -246,7 +242,7 @@ class Bridge:
 
     def _leave(self, client: str) -> None:
         with self._lock:
-            self._leaving.pop(client, None)
+            self._absent.came(client)
             guest = self._guests.pop(client, None)
             heard = self._heard.pop(client, None)
         if heard is not None:
@@ -265,8 +261,8 @@ class Bridge:
                 return  # the link has told
             self._healthy_s = now_s = time.monotonic()
             with self._lock:
-                gone = [client for client, until_s in self._leaving.items() if now_s >= until_s]
-                wait_s = min([HEALTHY_S, *(until_s - now_s for until_s in self._leaving.values())])
+                gone = self._absent.over(now_s)
+                wait_s = self._absent.wait_s(now_s, HEALTHY_S)
                 silent = [
                     client
                     for client, guest in self._guests.items()
@@ -276,7 +272,7 @@ class Bridge:
                 self._say_farewell(client, "this program keeps one time with others, and was not heard of")
             for client in {*gone, *silent}:
                 self._leave(client)
-            self._stopping.wait(max(0.0, wait_s))
+            self._stopping.wait(wait_s)
 
     def _is_healthy(self) -> bool:
         return time.monotonic() - self._healthy_s < _UNHEALTHY_S

@@ -17,8 +17,8 @@ from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
 from canwire.hub.links.network.asking import Asker
-from canwire.hub.links.network.broken import Broken
 from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
+from canwire.hub.links.network.cuts.broken import Broken
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
 from canwire.hub.links.network.lifetimes import LIVING
@@ -85,7 +85,9 @@ class NetworkLink:
         self._pump = Pump(self._send, self._doorbell)
         self._pump.add(IncomingNotes(self._note))
         self._pump.add(self._stirs)
-        self._broken = Broken(self._patience, lambda: self._pump.heard_ns, self._lose)
+        self._broken = Broken(
+            self._patience, lambda: self._pump.heard_ns, lambda: self._pump.silent_ns, self._lose
+        )
         self._copies = HeldCopies(self._pump, self._doorbell)
         self._asker = Asker(
             self._session,
@@ -172,7 +174,8 @@ class NetworkLink:
 
     def _open(self, name: str) -> None:
         self._session.declare_subscriber(f"{self._keys}/down", direct(self._came))
-        self._session.liveliness().declare_subscriber(keys.token(self._offer), direct(self._hub_came_or_went))
+        named = keys.tokens(self._offer.realm, self._offer.name)
+        self._session.liveliness().declare_subscriber(named, direct(self._hub_came_or_went))
         self._session.info.declare_transport_events_listener(direct(self._connected_or_not))
         self._here = self._session.liveliness().declare_token(f"{self._keys}/here")
         self._sender = sender(self._session, f"{self._keys}/up")
@@ -244,9 +247,15 @@ class NetworkLink:
         self._notices.tell(notice)
 
     def _hub_came_or_went(self, sample: Any) -> None:
-        """Its token: gone where the hub, or its way to a router, is."""
-        if sample.kind == self._zenoh.SampleKind.DELETE:
+        """Its token: gone where the hub, or its way to a router, is; or that of another one of its name."""
+        offer = keys.offer_of(str(sample.key_expr))
+        if offer is None:
+            return
+        own = offer.instance == self._offer.instance
+        if own and sample.kind == self._zenoh.SampleKind.DELETE:
             self._broken.gone()
+        elif not own and sample.kind == self._zenoh.SampleKind.PUT:
+            self._broken.replaced("it was started again")
 
     def _connected_or_not(self, event: Any) -> None:
         """The connection to the hub or a router: without it nobody tells of tokens."""

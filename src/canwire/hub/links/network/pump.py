@@ -49,6 +49,7 @@ class Pump:
         self.quiet = False  # rings are moved with calls and answers, and their events are for others
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
         self.heard_ns = time.monotonic_ns()
+        self._unheard_ns = 0  # how long the other end had heard nothing, when it last said so
         self._thread = threading.Thread(target=self._run, name="canwire-network", daemon=True)
 
     def start(self) -> None:
@@ -68,6 +69,11 @@ class Pump:
                     mirror.close()
                     for event in events:
                         event.close()
+
+    @property
+    def silent_ns(self) -> int:
+        """How long either end has not heard the other one, as far as this one knows."""
+        return max(time.monotonic_ns() - self.heard_ns, self._unheard_ns)
 
     def wake(self) -> None:
         """There may be something to send."""
@@ -167,6 +173,9 @@ class Pump:
     def _compare(self, found: list[tuple[int, int]] | tuple[tuple[int, int], ...]) -> None:
         """The other end has sent so much."""
         for number, sent in found:
+            if number == wire.SILENCE:
+                self._unheard_ns = sent
+                continue
             taker = self._moved.takers.get(number)
             if taker is not None:
                 taker.sent(sent)
@@ -234,7 +243,8 @@ class Pump:
         if beat or sent:
             self._asked_ns = now_ns
             if self._healthy():
-                self._send(wire.states(sent))
+                silence = [(wire.SILENCE, max(0, now_ns - self.heard_ns))] * beat
+                self._send(wire.states(sent + silence))
                 counts = [one.now() for one in self._moved.watched.values()] if beat else []
                 if counts:
                     self._send(wire.counts(counts))

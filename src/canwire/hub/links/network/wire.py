@@ -21,6 +21,7 @@ _LENGTH = struct.Struct("<I")
 SMALL = 1_024  # bytes of a payload that goes together with others
 _MOST = 32  # of them
 NOTES = 0  # the number of what is no ring: notices, in their order
+SILENCE = (1 << 32) - 2  # of no ring either: in a sign of life, for how many ns its sender has heard nothing
 STIRS = (1 << 32) - 1  # and of another: how often a timed program was told to look again
 
 

@@ -10,16 +10,17 @@ import json
 import os
 import socket
 import tempfile
-import time
 from typing import Any, NamedTuple
 
 from canwire.errors import BadValue, ExtraMissing, HubError, HubLost
-from canwire.hub.links.network.access import Access, Login, Tls, User
+from canwire.hub.links.network.access import Access, Login, Router, Tls, User
 
 SESSIONS = 1_000  # machines or programs that one hub lets in
 CONNECT_S = 1.5
 LEASE_S = 10.0  # silence of the other machine after which Zenoh gives a connection up ...
-CUT_S = 20.0  # ... and how much longer both ends keep what is open, since the way between them may be cut
+CUT_S = (
+    30.0  # ... and how much longer both ends keep what is open: cuts of 30 s, and the time to make a new one
+)
 _ALL = ["put", "delete", "declare_subscriber", "query", "reply", "declare_queryable"]
 _TOKENS = ["liveliness_token", "liveliness_query", "declare_liveliness_subscriber"]
 _BOTH = ["ingress", "egress"]
@@ -36,11 +37,6 @@ class Patience(NamedTuple):
     lease_s: float = LEASE_S
     cut_s: float = CUT_S
     connect_s: float = CONNECT_S
-
-
-def was_cut(heard_ns: int, lease_s: float) -> bool:
-    """A connection that is gone now was silent before: nobody closed it."""
-    return time.monotonic_ns() - heard_ns > lease_s * 1e9 / 2
 
 
 def load_zenoh() -> Any:
@@ -87,7 +83,7 @@ def for_client(
 def for_hub(
     listen: tuple[str, ...], via: tuple[str, ...], access: Access | None, lease_s: float = LEASE_S
 ) -> Settings:
-    """A hub's session: it listens where it was told, and nowhere else."""
+    """A hub's session: it listens where it was told, and nowhere else; or it joins routers, which keep the lists."""
     settings = {
         **usual(lease_s),
         "mode": "peer",
@@ -96,18 +92,39 @@ def for_hub(
     }
     if via:
         settings |= {"connect/timeout_ms": round(CONNECT_S * 1000), "connect/exit_on_failure": True}
-    if access is not None:
-        settings |= {"access_control": rules(access.users)}
-        settings |= _tls(access.tls, "listen") if access.tls is not None else {}
+    if access is not None and via:
+        own = access.router
+        settings |= _credentials(own.user, own.password) if own is not None else {}
+        settings |= _tls(access.tls, "connect") if access.tls is not None else {}
+    elif access is not None:
+        settings |= _asking(access)
     return settings
 
 
-def rules(users: dict[str, User]) -> Settings:
-    """Each user has keys of its own, and sees which hubs there are; nobody else's, and nothing more."""
+def for_router(listen: tuple[str, ...], access: Access, lease_s: float = LEASE_S) -> Settings:
+    """A router that asks everybody who they are: users, as at a hub, and the hubs themselves by [router]'s name."""
+    return {**usual(lease_s), "mode": "router", "listen/endpoints": list(listen), **_asking(access)}
+
+
+def _asking(access: Access) -> Settings:
+    """Who listens lets nobody in but these, each to keys of its own."""
+    tls = _tls(access.tls, "listen") if access.tls is not None else {}
+    return {"access_control": rules(access.users, access.router), **tls}
+
+
+def rules(users: dict[str, User], hub: Router | None = None) -> Settings:
+    """Each user has keys of its own, and sees which hubs there are; nobody else's, and nothing more.
+
+    A `hub` that comes to a router has everybody's.
+    """
     own = [_rule(user, _ALL + _TOKENS, f"canwire/*/to/*/{user}/**") for user in users]
     everybody = _rule("hubs ", _TOKENS, "canwire/*/hub/**")  # no user's name has a space
     subjects = [{"id": user, _told_by(what): [user]} for user, what in users.items()]
     policies = [{"rules": [user, everybody["id"]], "subjects": [user]} for user in users]
+    if hub is not None:
+        own.append(_rule("all ", _ALL + _TOKENS, "canwire/*/to/**"))
+        subjects.append({"id": "hub ", _told_by(hub): [hub.user]})
+        policies.append({"rules": ["all ", everybody["id"]], "subjects": ["hub "]})
     return {
         "enabled": True,
         "default_permission": "deny",
@@ -117,16 +134,41 @@ def rules(users: dict[str, User]) -> Settings:
     }
 
 
-def check_reach(listen: tuple[str, ...], access: Access | None, *, insecure: bool) -> None:
+def check_reach(
+    listen: tuple[str, ...], access: Access | None, *, via: tuple[str, ...] = (), insecure: bool
+) -> None:
     """Raises BadValue for a door that anybody on the network could come in by, unless that was asked for."""
-    if access is not None or insecure:
+    if access is not None:
+        _check_routers(listen, via, access)
         return
+    if insecure:
+        return
+    for endpoint in via:
+        raise BadValue(
+            f"{endpoint}: whoever reaches that router would reach this hub, and nobody would be asked who they are; "
+            "give --access FILE with users and [router], where the router is `canwire router --access FILE` or one "
+            "with such a list, or --insecure"
+        )
     for endpoint in listen:
         if not _is_loopback(endpoint):
             raise BadValue(
                 f"{endpoint}: other machines reach it, and nobody would be asked who they are; give --access FILE "
                 "with users, or --insecure"
             )
+
+
+def _check_routers(listen: tuple[str, ...], via: tuple[str, ...], access: Access) -> None:
+    """With a list, the hub asks who somebody is, or the router does."""
+    if via and listen:
+        raise BadValue(
+            f"{via[0]} and {listen[0]} with --access: behind a router it is the router that asks who somebody is; "
+            "offer the hub twice (`canwire offer`), once with --via and once with --listen"
+        )
+    if via and access.router is None:
+        raise BadValue(
+            f"{via[0]}: the file of --access needs [router] with user and password, by which the hub comes to a "
+            "router that asks; to one that asks nobody, with --insecure and without --access"
+        )
 
 
 def open_session(settings: Settings) -> Any:
@@ -139,12 +181,10 @@ def open_session(settings: Settings) -> Any:
 
 
 def open_for_hub(settings: Settings, access: Access | None) -> Any:
-    """Raises HubError where it cannot listen or connect."""
+    """A hub's session or a router's; raises HubError where it cannot listen or connect."""
     zenoh = load_zenoh()
     with tempfile.TemporaryDirectory() as place:  # for this user's eyes alone, and gone once it was read
-        passwords = {
-            name: user.password for name, user in (access.users if access else {}).items() if user.password
-        }
+        passwords = _passwords(access) if access is not None and settings["listen/endpoints"] else {}
         if passwords:
             path = os.path.join(place, "passwords")
             with open(path, "w", encoding="utf-8", newline="\n") as file:
@@ -154,8 +194,17 @@ def open_for_hub(settings: Settings, access: Access | None) -> Any:
         try:
             return open_session(settings)
         except zenoh.ZError as error:
-            where = ", ".join([*settings["listen/endpoints"], *settings["connect/endpoints"]])
-            raise HubError(f"{where}: {_reason(error)}") from None
+            via = settings.get("connect/endpoints", [])
+            where = ", ".join([*settings["listen/endpoints"], *via])
+            asked = "; nobody answers there, or it does not let [router]'s user in" if via and access else ""
+            raise HubError(f"{where}: {_reason(error)}{asked}") from None
+
+
+def _passwords(access: Access) -> dict[str, str]:
+    """Of everybody who may come in by one."""
+    found = {name: user.password for name, user in access.users.items() if user.password}
+    own = access.router
+    return found | ({own.user: own.password} if own is not None and own.password else {})
 
 
 def open_for_client(settings: Settings) -> Any:
@@ -181,7 +230,7 @@ def _rule(name: str, messages: list[str], key: str) -> Settings:
     return {"id": name, "messages": messages, "flows": _BOTH, "permission": "allow", "key_exprs": [key]}
 
 
-def _told_by(user: User) -> str:
+def _told_by(user: User | Router) -> str:
     """What says who somebody is: a password, or the name in a certificate."""
     return "usernames" if user.password else "cert_common_names"
 
