@@ -37,7 +37,7 @@ class LabHub:
             self._world = World(Config(), virtual=True, bench=bench)
             self._engine = Engine(self._world, VIRTUAL)
         else:
-            with pacer.lock:
+            with pacer.holding():
                 self._world = World(Config(), bench=bench)
             self._engine = Engine(self._world, REAL, BenchPace(self._world, pacer))
         self.handle = Hub(LocalLink(self._engine, "lab"))

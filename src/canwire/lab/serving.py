@@ -46,7 +46,7 @@ class Serving:
         faults |= {name: bus.faults for name, bus in lin_buses.items()}
         rates = [BusConfig(name=name, bit_rate=bus.timing.bit_rate) for name, bus in buses.items()]
         slow = [BusConfig(name=name, type="lin") for name in lin_buses]
-        with pacer.lock:
+        with pacer.holding():
             self._world = World(Config(bus=(*rates, *slow)), bench=Bench(timeline, HeldTime(), wires, faults))
         self._engine = Engine(self._world, pace=BenchPace(self._world, pacer))
         with ExitStack() as on_failure:

@@ -37,6 +37,8 @@ class LabTime:
         self.timeline = Timeline()
         self.held = HeldTime()
         self.pacer = Pacer(self.timeline) if time == "real" else None
+        if self.pacer is not None:
+            self.pacer.when_late = self._say_late
         self._company: Company | None = None
         self.waiters: dict[asyncio.Future[None], int] = {}
         self._soon: deque[Callable[[], None]] = deque()
@@ -128,6 +130,16 @@ class LabTime:
             raise WrongState("a pace is for a lab in virtual time: this one's passes with the clock")
         self.held.hold(pace(factor))
 
+    @property
+    def behind_ns(self) -> int:
+        """Real time only: how far the buses are behind the clock, a second at most; what is beyond is left out."""
+        return 0 if self.pacer is None else self.pacer.behind_ns()
+
+    @property
+    def skipped_ns(self) -> int:
+        """Real time only: what was left out of time, which this machine could not simulate or was stopped for."""
+        return 0 if self.pacer is None else self.pacer.skipped_ns
+
     def lateness_ns(self) -> list[int]:
         """Real time only: how late each happening was handled."""
         return [] if self.pacer is None else self.pacer.lateness_ns()
@@ -142,6 +154,15 @@ class LabTime:
         finally:
             self._closed = True
             self._leave()
+
+    def _say_late(self) -> None:
+        import logging  # 10 ms that only those pay who are late
+
+        logging.getLogger("canwire").warning(
+            "a lab in real time has left out %.2f s: its buses have more to do than this machine can simulate, "
+            "or it was stopped",
+            self.skipped_ns / 1e9,
+        )
 
     def _stalled(self) -> str | None:
         """What is busy and gets nowhere; whoever has buses knows."""
@@ -252,7 +273,7 @@ class LabTime:
 
     @contextlib.contextmanager
     def _locked(self, pacer: Pacer) -> Iterator[None]:
-        with pacer.lock:
+        with pacer.holding():
             pacer.check()
             pacer.catch_up()
             yield

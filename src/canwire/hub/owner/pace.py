@@ -226,6 +226,9 @@ class BenchPace(RealPace):
     def holding(self) -> AbstractContextManager[object]:
         return self._locked()
 
+    def lateness(self) -> tuple[int, int]:
+        return self._pacer.behind_ns(), self._pacer.skipped_ns
+
     def catch_up(self) -> None:
         self._pacer.catch_up()
 
@@ -234,6 +237,6 @@ class BenchPace(RealPace):
 
     @contextmanager
     def _locked(self) -> Iterator[None]:
-        with self._pacer.lock:
+        with self._pacer.holding():
             yield
             self._pacer.wake()
