@@ -27,6 +27,7 @@ TESTER = """\
 """
 ECU = "silent at 156\n"  # 50 ms after the last answer
 WATCHER = "0 1 2 3 4 5 6 7 until 166\n"
+READER = "8 until 176, error 1460\n"  # ERROR_TIMEOUT
 
 
 def play(programs: Mapping[str, Path], home: Path) -> tuple[str, ...]:
@@ -53,9 +54,10 @@ def play(programs: Mapping[str, Path], home: Path) -> tuple[str, ...]:
         return said
 
 
-@pytest.mark.conforms("N-39", "N-40")
+@pytest.mark.conforms("N-39", "N-40", "N-41")
 def test_waits_clocks_threads_and_locks_are_the_hubs_time(native: Native, tmp_path: Path) -> None:
     both = native.build("timed.cpp", "vciapi")
     watcher = native.build("timed.c", "vcinpl", "vciapi")
-    said = play({"ecu": both, "tester": both, "watcher": watcher}, tmp_path)
-    assert said == (ECU, TESTER, WATCHER)
+    reader = native.build("timed_candrv.c", "candrv")
+    said = play({"ecu": both, "tester": both, "watcher": watcher, "candrv": reader}, tmp_path)
+    assert said == (ECU, TESTER, WATCHER, READER)

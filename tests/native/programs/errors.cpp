@@ -165,6 +165,41 @@ static void released_meanwhile(Line &line)
     }
 }
 
+static Line *kept;
+static volatile LONG asked;
+
+static unsigned __stdcall ask_at_the_end(void *)
+{
+    BALFEATURES features;
+
+    while (kept->layer->GetFeatures(&features) == VCI_OK)
+        InterlockedIncrement(&asked);
+    return 0;
+}
+
+/* The program is on its way out, and a thread of it still asks. */
+static void at_exit()
+{
+    CANMSG message;
+
+    while (kept->reader->GetDataEntry(&message) == VCI_OK)
+        ;
+    if (asked == 0 || kept->control->StopLine() != VCI_OK || kept->reader->Release() != 0 ||
+        kept->reader->GetDataEntry(&message) != static_cast<HRESULT>(VCI_E_INVHANDLE)) {
+        fputs("at exit: not as before\n", stderr);
+        _exit(1);
+    }
+}
+
+static void until_the_end()
+{
+    kept = new Line(0, 1);
+    TRUE_THAT(_beginthreadex(NULL, 0, ask_at_the_end, NULL, 0, NULL) != 0);
+    while (asked == 0)
+        Sleep(1);
+    atexit(at_exit);
+}
+
 int main()
 {
     Line line(0);
@@ -177,6 +212,7 @@ int main()
 #ifndef _WIN32
     fork_of(line);
 #endif
+    until_the_end();
     puts("every mistake has its code");
     return 0;
 }
