@@ -282,6 +282,38 @@ static int error_of(int fd, struct slot *slot, const struct received *header)
     return error;
 }
 
+/* A message that is longer than what comes by the pair: the rest comes from the server's memory. -1 and errno. */
+static ssize_t take_rest(const struct slot *slot, const struct arrival *arrival, struct msghdr *message, ssize_t done)
+{
+    struct request request = {.operation = TAKE_REST, .slot = slot_number(slot), .a = arrival->about.rest};
+    int memory = -1;
+    long size = ask(&request, NULL, 0, NULL, NULL, &memory, 1);
+    size_t skipped = (size_t)done, at = 0;
+    off_t taken = 0;
+
+    if (size < 0 || memory < 0)
+        return -1;
+    for (; at < message->msg_iovlen && taken < size && done >= arrival->length; at++) {
+        struct iovec part = message->msg_iov[at];
+        size_t skip = part.iov_len < skipped ? part.iov_len : skipped;
+        skipped -= skip;
+        if (part.iov_len == skip)
+            continue;
+        ssize_t got = pread(memory, (char *)part.iov_base + skip, part.iov_len - skip, taken);
+        if (got < 0) {
+            done = -1;
+            break;
+        }
+        taken += got;
+    }
+    int before = errno;
+    REAL(close)(memory);
+    errno = before;
+    if (taken < size)
+        message->msg_flags |= MSG_TRUNC;
+    return done < 0 ? -1 : done + (ssize_t)taken;
+}
+
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags)
 {
     struct block *block = block_of(slot);
@@ -308,6 +340,8 @@ ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int f
             return -1;
         if (done < 0)
             continue;
+        if (arrival.header.flags & RECEIVED_HAS_REST && (done = take_rest(slot, &arrival, message, done)) < 0)
+            return -1;
         if (arrival.header.error == 0)
             return finish(slot, &arrival, message, done);
         int error = error_of(fd, slot, &arrival.header);

@@ -93,7 +93,7 @@ struct about { /* a CAN_J1939 message's own */
     uint8_t source;
     uint8_t destination;
     uint8_t priority;
-    uint8_t reserved;
+    uint8_t rest; /* its number, where RECEIVED_HAS_REST */
 };
 
 struct sent { /* stands before what the program sends */
@@ -103,6 +103,7 @@ struct sent { /* stands before what the program sends */
 
 #define RECEIVED_LOCAL 1u /* MSG_DONTROUTE */
 #define RECEIVED_OWN 2u   /* MSG_CONFIRM */
+#define RECEIVED_HAS_REST 8u  /* of CAN_J1939: more bytes are at the server, see TAKE_REST */
 #define RECEIVED_OUTGOING 4u /* AF_PACKET: it is on its way to the line */
 
 /* requests to the server; each is one message on a connection of its own */
@@ -128,7 +129,8 @@ enum operation {
     TAKE_ERROR,      /* the error queue's oldest: size of its data (uint32_t), data, control messages */
     PLACE_FILES,     /* a = enum folder, data = an interface, or nothing: have the files of the folder in the directory */
     MAP_RING,        /* AF_PACKET: the reply brings the descriptor of the memory, and its size */
-    SUBSCRIBE,       /* a = the port of a netlink socket, b = a group of rtnetlink's, below 0: no longer */
+    TAKE_REST = 21,  /* CAN_J1939: a = number of a rest; the reply is its size and brings a descriptor of memory */
+    SUBSCRIBE = 20,       /* a = the port of a netlink socket, b = a group of rtnetlink's, below 0: no longer */
     SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };
 
