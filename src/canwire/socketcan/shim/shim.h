@@ -214,6 +214,9 @@ struct vector { /* a program's message, fetched */
 };
 int fetch_message(struct vector *vector, const struct msghdr *message); /* -1 and errno */
 
+/* rests.c */
+ssize_t take_rest(const struct slot *slot, int number, ssize_t length, struct msghdr *message, ssize_t done);
+
 /* packets.c: AF_PACKET */
 #define KERNELS_OWN (-2)
 int open_packet_socket(int type, int protocol); /* KERNELS_OWN: nothing of ours can be meant */
@@ -223,9 +226,12 @@ int get_packet_option(struct slot *slot, int name, void *value, socklen_t *lengt
 int ring_has_some(int fd, struct slot *slot);
 int rings_ready(int count, const fd_set *reads); /* select: how many of them have some; the others will block */
 struct sockaddr_ll;
+void put_auxiliary(const struct received *header, struct msghdr *message, size_t *used);
+int tell_packet(const struct slot *slot, const struct received *header, struct msghdr *message);
 struct sockaddr_ll packet_name(const struct slot *slot, const struct received *header);
 
 /* receive.c, send.c */
+void put_control(struct msghdr *message, size_t *used, int level, int type, const void *data, size_t length);
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);
 ssize_t receive_error(struct slot *slot, struct msghdr *message); /* MSG_ERRQUEUE */
 void drop_tokens(int fd, struct slot *slot); /* empty messages ahead of others, of errors that were told otherwise */
