@@ -55,7 +55,9 @@ class Table:
     def __init__(self, path: str, prefix: bytes) -> None:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
         try:
-            os.posix_fallocate(descriptor, 0, _SIZE)  # so that a full place is an error now
+            os.ftruncate(descriptor, _SIZE)
+            if hasattr(os, "posix_fallocate"):  # Linux: a full place is an error now, and no signal later
+                os.posix_fallocate(descriptor, 0, _SIZE)
             self._memory = mmap.mmap(descriptor, _SIZE)
         finally:
             os.close(descriptor)
