@@ -65,7 +65,7 @@ struct slot { /* one socket; what stands here the program's calls change without
 struct table {
     uint64_t magic;
     uint32_t interfaces;
-    uint32_t slots;
+    uint32_t slots; /* in use */
     char prefix[PREFIX_SIZE];
     uint64_t now_ns;   /* where programs keep one time: the hub's ... */
     uint64_t epoch_ns; /* ... and what makes it the wall's */
