@@ -37,10 +37,12 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 @pytest.mark.conforms("PL-12", "N-21")
 def test_the_page_s_terminals(bench: Bench) -> None:
     serve, dump, generate, write, *others = COMMANDS
-    assert others[4:] == [
+    assert others[2:4] + others[6:] == [
+        "canwire run tshark -i can0",
+        "canwire run tcpdump -i can0 -w can0.pcap",  # socketcan/test_packets.py
         "gcc -static -o my-dump my-dump.c",
-        "canwire run ./my-dump",
-    ]  # socketcan/test_supervised.py
+        "canwire run ./my-dump",  # socketcan/test_supervised.py
+    ]
     assert serve == "canwire serve"
     seen = bench.listening(*dump.split()[2:])
     bench.run(*generate.split()[2:])
@@ -60,7 +62,7 @@ def test_the_page_s_terminals(bench: Bench) -> None:
 def test_its_terminals_of_links_and_j1939(bench: Bench) -> None:
     need("ip")
     need("testj1939")
-    set_up, show, receive, send = (command.split()[2:] for command in COMMANDS[4:8])
+    set_up, show, receive, send = (command.split()[2:] for command in (*COMMANDS[4:6], *COMMANDS[8:10]))
     bench.run(*set_up)
     assert "bitrate 250000" in bench.run(*show)
     receiver = bench.listening("stdbuf", "-oL", *receive)

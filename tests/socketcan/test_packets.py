@@ -93,6 +93,12 @@ ring = heard(CAN)
 ring.setsockopt(SOL_PACKET, 10, version)
 ring.setsockopt(SOL_PACKET, 5, struct.pack("<7I", *sizes, {retire_ms}, 0, 0)[: 16 if version == 1 else 28])
 memory = mmap.mmap(ring.fileno(), 1 << 18)
+try:
+    ring.setsockopt(socket.SOL_SOCKET, 26, bytes(16))
+except OSError as failed:
+    assert failed.errno == errno.ENOPROTOOPT, failed  # its messages are none of frames: libpcap filters by itself
+else:
+    raise AssertionError("a filter")
 poll = select.poll()
 poll.register(ring, select.POLLIN)
 assert poll.poll(0) == [] and select.select([ring], [], [], 0)[0] == []
@@ -104,6 +110,12 @@ assert poll.poll(0) == [] and select.select([ring], [], [], 0)[0] == []
 wire.send(frame)
 assert poll.poll(10_000) == [(ring.fileno(), select.POLLIN)]
 assert struct.unpack("<II", ring.getsockopt(SOL_PACKET, 6, 12)[:8]) == (2, 0)
+import subprocess
+subprocess.run(["ip", "link", "set", "can0", "down"], check=True)
+poll.modify(ring, 0)
+assert poll.poll(10_000) == [(ring.fileno(), select.POLLERR)]
+assert ring.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == errno.ENETDOWN
+assert poll.poll(0) == []
 """
 
 LOOK_2 = """
@@ -125,6 +137,7 @@ struct.pack_into("<I", memory, 8, 0)
 @pytest.mark.conforms("N-50")
 @pytest.mark.parametrize(("version", "look"), [(V2, LOOK_2), (V3, LOOK_3)], ids=["V2", "V3"])
 def test_a_mapped_ring(bench: Bench, version: int, look: str) -> None:
+    find_program("ip")
     bench.run(sys.executable, "-c", SENT + RING.format(version=version, look=look, retire_ms=1))
 
 
@@ -206,7 +219,7 @@ exit $status
     ("program", "words"),
     [
         ("dumpcap", "-q -i can0 -c 3 -w {file}"),
-        ("tcpdump", "-Z root -i can0 -c 3 -w {file}"),
+        ("tcpdump", "-Z root -i can0 -c 3 -w {file} len = 16"),
         ("tcpdump", "-Z root --immediate-mode -i can0 -c 3 -w {file}"),
     ],
     ids=["dumpcap", "tcpdump", "tcpdump, frame by frame"],

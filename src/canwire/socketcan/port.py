@@ -122,6 +122,8 @@ class Port:
             self._loop.call_in(pause_s, self._turn)
         elif not self.lost:
             self._reading.ring.arm()
+            if len(records) and self._channel.over:  # it rang for frames and for its end at the same time
+                self.pump()
 
     def _hand_on(self, records: Array) -> None:
         was_up, up = self._follow(records)

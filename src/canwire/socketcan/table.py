@@ -27,7 +27,7 @@ _INTERFACES_AT = 64
 _INTERFACE_SIZE = 64
 _SLOTS_AT = _INTERFACES_AT + MOST_INTERFACES * _INTERFACE_SIZE
 _SIZE = _SLOTS_AT + MOST_SLOTS * _SLOT.size
-_COUNT_AT = 8
+_COUNT_AT, _SLOTS_IN_USE_AT = 8, 12
 _AT_REST = 64  # places that wait, so that who still looks at one that is gone does not find another there
 _FLAGS_OFFSET = 24
 _BOUND_OFFSET, _FD_OFFSET, _RECEIVE_OFFSET, _ERROR_OFFSET = 8, 16, 20, 48
@@ -55,11 +55,13 @@ class Table:
     def __init__(self, path: str, prefix: bytes) -> None:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
         try:
-            os.posix_fallocate(descriptor, 0, _SIZE)  # so that a full place is an error now
+            os.ftruncate(descriptor, _SIZE)
+            if hasattr(os, "posix_fallocate"):  # Linux: a full place is an error now, and no signal later
+                os.posix_fallocate(descriptor, 0, _SIZE)
             self._memory = mmap.mmap(descriptor, _SIZE)
         finally:
             os.close(descriptor)
-        _HEADER.pack_into(self._memory, 0, MAGIC, 0, MOST_SLOTS, prefix)
+        _HEADER.pack_into(self._memory, 0, MAGIC, 0, 0, prefix)
         self._interfaces = 0
         self._resting: deque[int] = deque()  # places of interfaces that are gone
         self._uses = Counter[int]()
@@ -113,6 +115,7 @@ class Table:
         if not self._free:
             return None
         slot = self._free.pop()
+        self._count_slots()
         _SLOT.pack_into(
             self._memory, _at(slot), protocol, type, 0, 0, 0, USUAL_RECEIVE_BUFFER, 0, 0, 0, 0, 0, 0
         )
@@ -122,6 +125,11 @@ class Table:
         """Nobody has a descriptor of it any more."""
         self.watch(slot, False)
         self._free.append(slot)
+        self._count_slots()
+
+    def _count_slots(self) -> None:
+        """Without any, no call of a program has to ask whether it is about one."""
+        _WORD.pack_into(self._memory, _SLOTS_IN_USE_AT, MOST_SLOTS - len(self._free))
 
     def bind(self, slot: int, interface: int) -> None:
         """To this index; 0: to all."""

@@ -6,6 +6,7 @@ Source: Linux' Documentation/networking/j1939.rst, "API Calls" and "Message Filt
 from __future__ import annotations
 
 import errno
+import os
 import struct
 from collections.abc import Callable
 from typing import NamedTuple
@@ -24,6 +25,7 @@ from canwire.socketcan.ports import refuse
 
 _FILTER = struct.Struct("<QQIIBB6x")
 MOST_FILTERS = 512
+_PRIVILEGED = 2  # priorities below are an administrator's
 
 
 class Filter(NamedTuple):
@@ -49,6 +51,15 @@ def parse_filters(value: bytes) -> list[Filter]:
     if len(value) % _FILTER.size or len(value) > MOST_FILTERS * _FILTER.size:
         raise refuse(errno.EINVAL)
     return [Filter(*fields) for fields in _FILTER.iter_unpack(value)]
+
+
+def checked_priority(number: int) -> int:
+    """Of SO_J1939_SEND_PRIO; raises OSError."""
+    if not 0 <= number <= 7:
+        raise refuse(errno.EDOM)
+    if number < _PRIVILEGED and os.geteuid() != 0:
+        raise refuse(errno.EPERM)
+    return number
 
 
 class Endpoint:

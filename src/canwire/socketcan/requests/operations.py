@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import struct
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -43,6 +44,7 @@ class Operation(IntEnum):
     PLACE_FILES = 18
     MAP_RING = 19
     SUBSCRIBE = 20
+    TAKE_REST = 21
     SUPERVISE = 100
 
 
@@ -77,6 +79,8 @@ def do_with_socket(found: CanSocket, request: Request, asked: Asked) -> None:
         found.sent(request.data, request.a, bool(request.b), asked)
     elif isinstance(found, J1939Socket) and request.operation == Operation.NAME:
         asked.answer(0, found.name(of_peer=bool(request.a)))
+    elif isinstance(found, J1939Socket) and request.operation == Operation.TAKE_REST:
+        _answer_with_memory(asked, found.rests.take(request.a))
     elif isinstance(found, PacketSocket) and request.operation == Operation.MAP_RING:
         descriptor, size = found.memory()
         asked.answer(size, descriptor=descriptor)
@@ -85,3 +89,14 @@ def do_with_socket(found: CanSocket, request: Request, asked: Asked) -> None:
         asked.answer(0, _SIZE.pack(len(entry.data)) + entry.data + entry.control)
     else:
         raise refuse(errno.EOPNOTSUPP)
+
+
+def _answer_with_memory(asked: Asked, data: bytes) -> None:
+    """So much that no message between processes has room for it: in a file of memory, at its beginning."""
+    descriptor = os.memfd_create("canwire-rest", os.MFD_CLOEXEC)
+    try:
+        with open(descriptor, "wb", closefd=False) as file:
+            file.write(data)
+        asked.answer(len(data), descriptor=descriptor)
+    finally:
+        os.close(descriptor)

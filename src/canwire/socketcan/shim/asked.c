@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define LARGEST_ETP (0xffffffu * 7) /* SAE J1939-21: packets, and bytes in each */
 #define CHUNK 65536 /* bytes of a request */
 
 /* CAN_J1939: the server has to know the address, and takes long messages in parts. */
@@ -45,7 +46,7 @@ ssize_t send_asked(int fd, struct slot *slot, const struct msghdr *message, int 
     request.b = waits_to_send(fd, flags);
     if (request.a < 0)
         return -1;
-    if (size > 1 << 20) {
+    if (size > (j1939 ? LARGEST_ETP : 1u << 20)) {
         errno = EMSGSIZE;
         return -1;
     }

@@ -84,6 +84,28 @@ struct sockaddr_ll packet_name(const struct slot *slot, const struct received *h
     return name;
 }
 
+/* AF_PACKET's PACKET_AUXDATA. */
+void put_auxiliary(const struct received *header, struct msghdr *message, size_t *used)
+{
+    struct tpacket_auxdata data = {.tp_status = TP_STATUS_USER,
+                                   .tp_len = header->length,
+                                   .tp_snaplen = header->length};
+
+    put_control(message, used, SOL_PACKET, PACKET_AUXDATA, &data, sizeof data);
+}
+
+/* ... and where it came from. */
+int tell_packet(const struct slot *slot, const struct received *header, struct msghdr *message)
+{
+    struct sockaddr_ll name = packet_name(slot, header);
+
+    if (message->msg_name == NULL)
+        return 0;
+    int error = copy_out(message->msg_name, &name, message->msg_namelen < sizeof name ? message->msg_namelen : sizeof name);
+    message->msg_namelen = sizeof name;
+    return error;
+}
+
 /* The interface that a message is for; -1 and errno: it cannot go. */
 int packet_destination(const struct slot *slot, const struct msghdr *message)
 {
@@ -161,11 +183,16 @@ EXPORT void *mmap64(void *address, size_t length, int protection, int flags, int
 int ring_has_some(int fd, struct slot *slot)
 {
     const struct mapped *own = &mapped[slot_number(slot)];
+    struct pollfd end = {fd, 0, 0};
     char bytes[16];
     int came = 0;
 
-    while (REAL(recv)(fd, bytes, sizeof bytes, MSG_DONTWAIT) > 0)
-        came = 1;
+    for (;;) { /* those that woke somebody, and those of errors, which are empty, as a read is after the server's end */
+        ssize_t got = REAL(recv)(fd, bytes, sizeof bytes, MSG_DONTWAIT);
+        if (got < 0 || (got == 0 && (REAL(poll)(&end, 1, 0) != 0)))
+            break;
+        came |= got > 0;
+    }
     uint32_t at = __atomic_load_n(&slot->ring_at, __ATOMIC_ACQUIRE);
     if (own->memory == NULL || at > own->size)
         return came; /* another process has mapped it */

@@ -7,7 +7,6 @@
 #include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/j1939.h>
-#include <linux/if_packet.h>
 #include <linux/net_tstamp.h>
 #include <poll.h>
 #include <stdlib.h>
@@ -22,7 +21,7 @@ struct arrival { /* the oldest message: its first bytes, all of a frame's */
     struct about about;
 };
 
-static void put_control(struct msghdr *message, size_t *used, int level, int type, const void *data, size_t length)
+void put_control(struct msghdr *message, size_t *used, int level, int type, const void *data, size_t length)
 {
     size_t room = message->msg_controllen - *used, whole = CMSG_LEN(length);
 
@@ -67,28 +66,6 @@ static void put_about(const struct about *about, struct msghdr *message, size_t 
     put_control(message, used, SOL_CAN_J1939, SCM_J1939_PRIO, &about->priority, 1);
 }
 
-/* AF_PACKET's PACKET_AUXDATA. */
-static void put_auxiliary(const struct arrival *arrival, struct msghdr *message, size_t *used)
-{
-    struct tpacket_auxdata data = {.tp_status = TP_STATUS_USER,
-                                   .tp_len = (uint32_t)arrival->length,
-                                   .tp_snaplen = (uint32_t)arrival->length};
-
-    put_control(message, used, SOL_PACKET, PACKET_AUXDATA, &data, sizeof data);
-}
-
-/* ... and where it came from. */
-static int tell_packet(const struct slot *slot, const struct arrival *arrival, struct msghdr *message)
-{
-    struct sockaddr_ll name = packet_name(slot, &arrival->header);
-
-    if (message->msg_name == NULL)
-        return 0;
-    int error = copy_out(message->msg_name, &name, message->msg_namelen < sizeof name ? message->msg_namelen : sizeof name);
-    message->msg_namelen = sizeof name;
-    return error;
-}
-
 static int tell(struct slot *slot, const struct arrival *arrival, struct msghdr *message, size_t room)
 {
     const struct received *header = &arrival->header;
@@ -100,7 +77,7 @@ static int tell(struct slot *slot, const struct arrival *arrival, struct msghdr 
         put_about(&arrival->about, message, &used);
     put_stamps(slot, header, message, &used);
     if (slot->protocol == PACKET && slot->sends)
-        put_auxiliary(arrival, message, &used);
+        put_auxiliary(header, message, &used);
     if (slot->counts_drops && header->drops != 0)
         put_control(message, &used, SOL_SOCKET, SO_RXQ_OVFL, &header->drops, sizeof header->drops);
     message->msg_controllen = used;
@@ -109,7 +86,7 @@ static int tell(struct slot *slot, const struct arrival *arrival, struct msghdr 
     if (header->flags & RECEIVED_OWN)
         message->msg_flags |= MSG_CONFIRM;
     if (slot->protocol == PACKET)
-        return tell_packet(slot, arrival, message);
+        return tell_packet(slot, header, message);
     if (message->msg_name != NULL) {
         struct sockaddr_can name = {.can_family = AF_CAN, .can_ifindex = header->interface};
         socklen_t length = address_length(slot);
@@ -308,6 +285,8 @@ ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int f
             return -1;
         if (done < 0)
             continue;
+        if (arrival.header.flags & RECEIVED_HAS_REST && (done = take_rest(slot, arrival.about.rest, arrival.length, message, done)) < 0)
+            return -1;
         if (arrival.header.error == 0)
             return finish(slot, &arrival, message, done);
         int error = error_of(fd, slot, &arrival.header);

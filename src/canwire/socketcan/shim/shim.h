@@ -65,7 +65,7 @@ struct slot { /* one socket; what stands here the program's calls change without
 struct table {
     uint64_t magic;
     uint32_t interfaces;
-    uint32_t slots;
+    uint32_t slots; /* in use */
     char prefix[PREFIX_SIZE];
     uint64_t now_ns;   /* where programs keep one time: the hub's ... */
     uint64_t epoch_ns; /* ... and what makes it the wall's */
@@ -93,7 +93,7 @@ struct about { /* a CAN_J1939 message's own */
     uint8_t source;
     uint8_t destination;
     uint8_t priority;
-    uint8_t reserved;
+    uint8_t rest; /* its number, where RECEIVED_HAS_REST */
 };
 
 struct sent { /* stands before what the program sends */
@@ -103,6 +103,7 @@ struct sent { /* stands before what the program sends */
 
 #define RECEIVED_LOCAL 1u /* MSG_DONTROUTE */
 #define RECEIVED_OWN 2u   /* MSG_CONFIRM */
+#define RECEIVED_HAS_REST 8u  /* of CAN_J1939: more bytes are at the server, see TAKE_REST */
 #define RECEIVED_OUTGOING 4u /* AF_PACKET: it is on its way to the line */
 
 /* requests to the server; each is one message on a connection of its own */
@@ -128,7 +129,8 @@ enum operation {
     TAKE_ERROR,      /* the error queue's oldest: size of its data (uint32_t), data, control messages */
     PLACE_FILES,     /* a = enum folder, data = an interface, or nothing: have the files of the folder in the directory */
     MAP_RING,        /* AF_PACKET: the reply brings the descriptor of the memory, and its size */
-    SUBSCRIBE,       /* a = the port of a netlink socket, b = a group of rtnetlink's, below 0: no longer */
+    TAKE_REST = 21,  /* CAN_J1939: a = number of a rest; the reply is its size and brings a descriptor of memory */
+    SUBSCRIBE = 20,       /* a = the port of a netlink socket, b = a group of rtnetlink's, below 0: no longer */
     SUPERVISE = 100, /* a = the descriptor of seccomp's notifications in the process that asks */
 };
 
@@ -212,6 +214,9 @@ struct vector { /* a program's message, fetched */
 };
 int fetch_message(struct vector *vector, const struct msghdr *message); /* -1 and errno */
 
+/* rests.c */
+ssize_t take_rest(const struct slot *slot, int number, ssize_t length, struct msghdr *message, ssize_t done);
+
 /* packets.c: AF_PACKET */
 #define KERNELS_OWN (-2)
 int open_packet_socket(int type, int protocol); /* KERNELS_OWN: nothing of ours can be meant */
@@ -221,9 +226,12 @@ int get_packet_option(struct slot *slot, int name, void *value, socklen_t *lengt
 int ring_has_some(int fd, struct slot *slot);
 int rings_ready(int count, const fd_set *reads); /* select: how many of them have some; the others will block */
 struct sockaddr_ll;
+void put_auxiliary(const struct received *header, struct msghdr *message, size_t *used);
+int tell_packet(const struct slot *slot, const struct received *header, struct msghdr *message);
 struct sockaddr_ll packet_name(const struct slot *slot, const struct received *header);
 
 /* receive.c, send.c */
+void put_control(struct msghdr *message, size_t *used, int level, int type, const void *data, size_t length);
 ssize_t receive_message(int fd, struct slot *slot, struct msghdr *message, int flags);
 ssize_t receive_error(struct slot *slot, struct msghdr *message); /* MSG_ERRQUEUE */
 void drop_tokens(int fd, struct slot *slot); /* empty messages ahead of others, of errors that were told otherwise */

@@ -88,63 +88,6 @@ EXPORT int connect(int fd, const struct sockaddr *address, socklen_t length)
     return slot == NULL ? REAL(connect)(fd, address, length) : ask_with_address(CONNECT, slot, address, length);
 }
 
-static int name_of_j1939(const struct slot *slot, int peer, struct sockaddr *address, socklen_t *length)
-{
-    struct request request = {.operation = NAME, .slot = slot_number(slot), .a = peer};
-    struct sockaddr_can name;
-    size_t size = sizeof name;
-
-    if (ask(&request, NULL, 0, &name, &size, NULL, 0) < 0)
-        return -1;
-    int error = copy_out(address, &name, *length < size ? *length : size);
-    *length = (socklen_t)size;
-    return error != 0 ? (errno = error, -1) : 0;
-}
-
-static int put_name(struct sockaddr *address, socklen_t *length, const void *name, socklen_t whole)
-{
-    int error = copy_out(address, name, *length < whole ? *length : whole);
-
-    *length = whole;
-    return error != 0 ? (errno = error, -1) : 0;
-}
-
-EXPORT int getsockname(int fd, struct sockaddr *address, socklen_t *length)
-{
-    struct slot *slot = slot_of(fd);
-    struct sockaddr_can name = {.can_family = AF_CAN};
-
-    if (slot == NULL)
-        return REAL(getsockname)(fd, address, length);
-    if (slot->protocol == PACKET) {
-        struct received from = {.interface = slot->interface};
-        struct sockaddr_ll own = packet_name(slot, &from);
-        return put_name(address, length, &own, offsetof(struct sockaddr_ll, sll_addr));
-    }
-    name.can_ifindex = slot->interface;
-    name.can_addr.tp.rx_id = slot->receives;
-    name.can_addr.tp.tx_id = slot->sends;
-    if (slot->protocol == CAN_J1939)
-        return name_of_j1939(slot, 0, address, length);
-    if (slot->protocol == CAN_BCM) {
-        errno = EOPNOTSUPP;
-        return -1;
-    }
-    return put_name(address, length, &name, address_length(slot));
-}
-
-EXPORT int getpeername(int fd, struct sockaddr *address, socklen_t *length)
-{
-    struct slot *slot = slot_of(fd);
-
-    if (slot == NULL)
-        return REAL(getpeername)(fd, address, length);
-    if (slot->protocol == CAN_J1939)
-        return name_of_j1939(slot, 1, address, length);
-    errno = EOPNOTSUPP;
-    return -1;
-}
-
 static int is_stamp(int name)
 {
     return name == SO_TIMESTAMP_OLD_ || name == SO_TIMESTAMP_NEW || name == SO_TIMESTAMPNS_OLD_ ||
@@ -161,6 +104,8 @@ static int set_socket_option(struct slot *slot, int name, const void *value, soc
 {
     int number;
 
+    if ((name == SO_ATTACH_FILTER || name == SO_ATTACH_BPF) && slot->protocol == PACKET && slot->watched)
+        return errno = ENOPROTOOPT, -1; /* what wakes the program is no frame: libpcap filters by itself then */
     if (name == SO_BINDTODEVICE) { /* which a CAN socket's bind does not look at */
         char device[IFNAMSIZ] = "";
         if (copy_in(device, value, length < sizeof device - 1 ? length : sizeof device - 1) != 0)
@@ -227,6 +172,8 @@ EXPORT int setsockopt(int fd, int level, int name, const void *value, socklen_t 
         return done <= 0 ? done : REAL(setsockopt)(fd, level, name, value, length);
     }
     request.slot = slot_number(slot);
+    if (slot->protocol == PACKET && level == SOL_PACKET && name == PACKET_RX_RING)
+        REAL(setsockopt)(fd, SOL_SOCKET, SO_DETACH_FILTER, &level, sizeof level);
     if (length > LARGEST_OPTION) {
         errno = EINVAL;
         return -1;

@@ -39,7 +39,7 @@ struct slot *slot_of(int fd)
     unsigned number = 0;
     int before = errno;
 
-    if (shim_table == NULL || fd < 0)
+    if (shim_table == NULL || fd < 0 || __atomic_load_n(&shim_table->slots, __ATOMIC_RELAXED) == 0)
         return NULL;
     if (REAL(getsockname)(fd, (struct sockaddr *)&name, &length) < 0) {
         errno = before;

@@ -73,22 +73,6 @@ static int keep_sets(struct sets *sets, int count, fd_set *reads, fd_set *writes
     return room != NULL ? 0 : -1;
 }
 
-static int selected(int count, struct sets *sets, struct wait *wait)
-{
-    static const struct timespec none;
-
-    for (;;) {
-        int found = REAL(pselect)(count, sets->theirs[0], sets->theirs[1], sets->theirs[2], &none, wait->mask);
-        if (found != 0 || (wait->again && expired(wait)))
-            return found;
-        if (await_turn(wait) < 0)
-            return -1;
-        for (int at = 0; at < 3; at++)
-            if (sets->theirs[at] != NULL)
-                memcpy(sets->theirs[at], sets->copy[at], sets->size);
-    }
-}
-
 /* Those that have some are readable, whatever the kernel says. */
 static int add_rings(int count, const fd_set *wanted, fd_set *reads, int found)
 {
@@ -102,6 +86,37 @@ static int add_rings(int count, const fd_set *wanted, fd_set *reads, int found)
         }
     }
     return found;
+}
+
+/* pselect, but what waits in a socket that has a mapped ring is old: only the ring says whether there is something. */
+static int select_with_rings(int count, fd_set *reads, fd_set *writes, fd_set *others, const struct timespec *span,
+                             const sigset_t *mask)
+{
+    static const struct timespec none;
+    fd_set wanted;
+
+    if (reads == NULL || count < 0 || count > FD_SETSIZE || shim_table == NULL || shim_table->watched == 0)
+        return REAL(pselect)(count, reads, writes, others, span, mask);
+    memcpy(&wanted, reads, ((size_t)count + 63) / 64 * 8);
+    int ready = rings_ready(count, &wanted);
+    int found = REAL(pselect)(count, reads, writes, others, ready ? &none : span, mask);
+    return found < 0 || !ready ? found : add_rings(count, &wanted, reads, found);
+}
+
+static int selected(int count, struct sets *sets, struct wait *wait)
+{
+    static const struct timespec none;
+
+    for (;;) {
+        int found = select_with_rings(count, sets->theirs[0], sets->theirs[1], sets->theirs[2], &none, wait->mask);
+        if (found != 0 || (wait->again && expired(wait)))
+            return found;
+        if (await_turn(wait) < 0)
+            return -1;
+        for (int at = 0; at < 3; at++)
+            if (sets->theirs[at] != NULL)
+                memcpy(sets->theirs[at], sets->copy[at], sets->size);
+    }
 }
 
 static int select_by_turns(int count, fd_set *reads, fd_set *writes, fd_set *others, struct wait *wait)
@@ -121,28 +136,17 @@ static int select_by_turns(int count, fd_set *reads, fd_set *writes, fd_set *oth
     return found;
 }
 
-/* What waits in a socket that has a mapped ring is old: only the ring says whether there is something. */
-static int select_by_kernel(int count, fd_set *reads, fd_set *writes, fd_set *others, struct timeval *timeout)
-{
-    struct timeval none = {0, 0};
-    fd_set wanted;
-
-    if (reads == NULL || count > FD_SETSIZE || shim_table == NULL || shim_table->watched == 0)
-        return REAL(select)(count, reads, writes, others, timeout);
-    wanted = *reads;
-    int ready = rings_ready(count, &wanted);
-    int found = REAL(select)(count, reads, writes, others, ready ? &none : timeout);
-    return found < 0 || !ready ? found : add_rings(count, &wanted, reads, found);
-}
-
 EXPORT int select(int count, fd_set *restrict reads, fd_set *restrict writes, fd_set *restrict others,
                   struct timeval *restrict timeout)
 {
-    if (!timed() || (timeout != NULL && timeout->tv_sec == 0 && timeout->tv_usec == 0))
-        return select_by_kernel(count, reads, writes, others, timeout);
+    int at_once = !timed() || (timeout != NULL && timeout->tv_sec == 0 && timeout->tv_usec == 0);
+    if (at_once && (shim_table == NULL || shim_table->watched == 0))
+        return REAL(select)(count, reads, writes, others, timeout);
     struct timespec span = {0, 0};
     if (timeout != NULL)
         span = (struct timespec){timeout->tv_sec + timeout->tv_usec / 1000000, timeout->tv_usec % 1000000 * 1000};
+    if (at_once)
+        return select_with_rings(count, reads, writes, others, timeout != NULL ? &span : NULL, NULL);
     struct wait wait = {.until_ns = wait_end_ns(timeout != NULL ? &span : NULL)};
     int found = select_by_turns(count, reads, writes, others, &wait);
     if (timeout != NULL) { /* Linux tells what was left */
@@ -156,7 +160,7 @@ EXPORT int pselect(int count, fd_set *restrict reads, fd_set *restrict writes, f
                    const struct timespec *restrict span, const sigset_t *restrict mask)
 {
     if (!timed() || (span != NULL && span->tv_sec == 0 && span->tv_nsec == 0))
-        return REAL(pselect)(count, reads, writes, others, span, mask);
+        return select_with_rings(count, reads, writes, others, span, mask);
     struct wait wait = {.until_ns = wait_end_ns(span), .mask = mask};
     return select_by_turns(count, reads, writes, others, &wait);
 }

@@ -17,7 +17,8 @@ from canwire.socketcan.j1939.message import NO_ADDRESS, NO_NAME
 from canwire.socketcan.ports import refuse
 from canwire.socketcan.sockets.error_queue import control_message
 from canwire.socketcan.sockets.j1939.names import Name
-from canwire.socketcan.sockets.j1939.socket import ABOUT
+from canwire.socketcan.sockets.j1939.rests import HAS_REST
+from canwire.socketcan.sockets.j1939.socket import ABOUT, J1939Socket
 from canwire.socketcan.supervised.program import Message, Program
 from canwire.socketcan.table import Stamps
 
@@ -78,6 +79,8 @@ class Receiving:
             row.error == errno.ENOMSG and not data
         ):  # its error queue has something, which only the shim's poll tells
             return self.look()
+        if row.flags & HAS_REST and isinstance(self._socket, J1939Socket):
+            data += self._socket.rests.take(ABOUT.unpack(row.about)[-1])
         return self._told(Arrived(data, row))
 
     def _error(self) -> int:
@@ -122,7 +125,7 @@ class Receiving:
     def _address(self, arrived: Arrived) -> bytes:
         table, slot = self._socket.setting.table, self._socket.slot
         if table.protocol(slot) == CAN_J1939:
-            name, _, pgn, source, _, _ = ABOUT.unpack(arrived.row.about)
+            name, _, pgn, source, *_ = ABOUT.unpack(arrived.row.about)
             return Name(arrived.row.interface, name, pgn, source).pack()
         if table.protocol(slot) == CAN_ISOTP:
             return struct.pack("<HxxiII", AF_CAN, arrived.row.interface, *table.identifiers(slot))
@@ -132,7 +135,7 @@ class Receiving:
         """What a CAN_J1939 message has."""
         if self._socket.setting.table.protocol(self._socket.slot) != CAN_J1939:
             return b""
-        _, name, _, _, address, priority = ABOUT.unpack(arrived.row.about)
+        _, name, _, _, address, priority, _ = ABOUT.unpack(arrived.row.about)
         found = control_message(SOL_CAN_J1939, 1, bytes((address,))) if address != NO_ADDRESS else b""
         found += control_message(SOL_CAN_J1939, 2, struct.pack("<Q", name)) if name != NO_NAME else b""
         return found + control_message(SOL_CAN_J1939, 3, bytes((priority,)))

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from canwire.socketcan.setting import Setting
     from canwire.socketcan.wire import Batch
 
-LARGEST = 400_000  # bytes of a message: what a socket pair has room for
 _FRAME = struct.Struct("<IBxxx8s")
 
 
@@ -41,7 +40,7 @@ class J1939Bus:
 
     def __init__(self, setting: Setting, port: Port, emptied: Callable[[], object]) -> None:
         self.port = port
-        self.network = Network(setting.loop, self._put, LARGEST)
+        self.network = Network(setting.loop, self._put)
         self._emptied = emptied
         self._members: dict[int, Member] = {}
         self._frames = FrameQueue()

@@ -1,4 +1,4 @@
-"""CAN_J1939 sockets: messages between names or addresses, of up to 400,000 bytes.
+"""CAN_J1939 sockets: messages between names or addresses, of up to 117,440,505 bytes.
 
 Source: Linux' Documentation/networking/j1939.rst, linux/can/j1939.h.
 """
@@ -6,14 +6,13 @@ Source: Linux' Documentation/networking/j1939.rst, linux/can/j1939.h.
 from __future__ import annotations
 
 import errno
-import os
 import struct
 from collections import deque
 from typing import TYPE_CHECKING
 
 from canwire.socketcan.constants import SOL_CAN_J1939
-from canwire.socketcan.j1939.codes import LARGEST_TP, RESERVED
-from canwire.socketcan.j1939.endpoint import Endpoint, parse_filters
+from canwire.socketcan.j1939.codes import LARGEST_ETP, LARGEST_TP, RESERVED
+from canwire.socketcan.j1939.endpoint import Endpoint, checked_priority, parse_filters
 from canwire.socketcan.j1939.message import (
     LARGEST_PGN,
     LARGEST_SINGLE,
@@ -26,9 +25,10 @@ from canwire.socketcan.j1939.reports import Report
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.sockets.base import CanSocket
 from canwire.socketcan.sockets.error_queue import Queued
-from canwire.socketcan.sockets.j1939.bus import LARGEST, J1939Bus, J1939Buses
+from canwire.socketcan.sockets.j1939.bus import J1939Bus, J1939Buses
 from canwire.socketcan.sockets.j1939.errors import Reports
 from canwire.socketcan.sockets.j1939.names import Name, parsed
+from canwire.socketcan.sockets.j1939.rests import HAS_REST, LARGEST_IN_PAIR, Rests
 from canwire.socketcan.sockets.messages import MessageSocket
 from canwire.socketcan.table import UP
 from canwire.socketcan.wire import LOCAL
@@ -44,9 +44,9 @@ if TYPE_CHECKING:
 
 FILTER, PROMISCUOUS, PRIORITY, ERROR_QUEUE = range(1, 5)
 MORE_FOLLOWS = 0x100  # of a request to send: these bytes are not all
-ABOUT = struct.Struct("<QQIBBBx")  # shim/shim.h, struct about
+ABOUT = struct.Struct("<QQIBBBB")  # shim/shim.h, struct about
+_SEND_BUFFER = 400_000  # bytes: several of the longest messages in the pair
 _INT = struct.Struct("<i")
-_PRIVILEGED = 2  # priorities below are an administrator's
 _MOST_PENDING, _MOST_QUEUED = 256, 8192  # messages: where a write waits, and where one fails that cannot
 
 
@@ -71,8 +71,9 @@ class J1939Socket(MessageSocket):
         self._begun = bytearray()  # of a message that comes in parts
         self._waiting: deque[tuple[Message, int, Answered]] = deque()
         self._left = False
+        self.rests = Rests()
         super().__init__(setting, ports, slot, end, closed, rings)
-        end.setsockopt(1, 7, LARGEST)  # SO_SNDBUF, which the kernel doubles
+        end.setsockopt(1, 7, _SEND_BUFFER)  # SO_SNDBUF, which the kernel doubles
 
     # what the program asks
 
@@ -132,18 +133,11 @@ class J1939Socket(MessageSocket):
         if name == PROMISCUOUS:
             self.endpoint.promiscuous = number != 0
         elif name == PRIORITY:
-            self._set_priority(number)
+            self.endpoint.priority = checked_priority(number)
         else:
             self._errors = (self._errors or Reports()) if number else None
             self.setting.table.watch(self.slot, number != 0)
             self._count_errors()
-
-    def _set_priority(self, number: int) -> None:
-        if not 0 <= number <= 7:
-            raise refuse(errno.EDOM)
-        if number < _PRIVILEGED and os.geteuid() != 0:
-            raise refuse(errno.EPERM)
-        self.endpoint.priority = number
 
     def get_option(self, level: int, name: int) -> bytes:
         if level != SOL_CAN_J1939:
@@ -168,23 +162,24 @@ class J1939Socket(MessageSocket):
     # sending
 
     def sent_to(self, data: bytes, address: bytes) -> None:
-        self._send(self._composed(data, address), False, len(data), None)
+        self._send(self._composed(data, address, len(data)), False, len(data), None)
 
     def sent(self, data: bytes, index: int, waits: bool, asked: Answered) -> None:
         """`index`: so many bytes of address come first, and perhaps MORE_FOLLOWS."""
         ahead = index & ~MORE_FOLLOWS
         address, data = data[:ahead], data[ahead:]
         size = len(data)
-        data = bytes(self._begun) + data
-        message = self._composed(data, address)
         if index & MORE_FOLLOWS:
-            self._begun[:] = data
+            self._composed(b"", address, len(self._begun) + size)
+            self._begun += data
             asked.answer(size)
             return
+        whole = bytes(self._begun) + data if self._begun else data
         self._begun.clear()
+        message = self._composed(whole, address, len(whole))
         self._send(message, waits, size, asked)
 
-    def _composed(self, data: bytes, address: bytes) -> Message:
+    def _composed(self, data: bytes, address: bytes, size: int) -> Message:
         endpoint = self.endpoint
         if self._bus is None or not (endpoint.name or endpoint.address != NO_ADDRESS):
             raise refuse(errno.EBADFD)
@@ -198,9 +193,9 @@ class J1939Socket(MessageSocket):
         message = endpoint.message(data, to.pgn, to.name, to.address)
         if message.pgn in RESERVED:
             raise refuse(errno.EDOM)
-        if len(data) > LARGEST:
+        if size > LARGEST_ETP:
             raise refuse(errno.EMSGSIZE)
-        if len(data) > LARGEST_TP and message.is_broadcast:
+        if size > LARGEST_TP and message.is_broadcast:
             raise refuse(errno.EDESTADDRREQ)
         return message
 
@@ -239,6 +234,7 @@ class J1939Socket(MessageSocket):
 
     def _deliver(self, message: Message, stamp_ns: int, own: bool) -> None:
         assert self._bus is not None
+        data, rest = message.data[:LARGEST_IN_PAIR], message.data[LARGEST_IN_PAIR:]
         about = ABOUT.pack(
             message.source_name,
             message.destination_name,
@@ -246,9 +242,11 @@ class J1939Socket(MessageSocket):
             message.source,
             message.destination,
             message.priority,
+            self.rests.keep(rest),
         )
         index = self._bus.port.interface.index
-        self.tell(message.data, stamp_ns, index, flags=LOCAL if own else 0, about=about)
+        flags = (LOCAL if own else 0) | (HAS_REST if rest else 0)
+        self.tell(data, stamp_ns, index, flags=flags, about=about)
 
     def _report(self, report: Report) -> None:
         if self._errors is None or self.over:
