@@ -2,8 +2,8 @@
 
 The helper calls the program back and shows the token that came with its environment, and a port of its own. That first
 connection is for signals, and ends with the program; each thread of the program that calls has one of its own, which
-begins with the token. What is said on the first one before a reply may arrive after it: so a reply says how much that was,
-and its reader waits for it. ../win32/ is the other end.
+begins with the token. What is said on the first one before a reply may arrive after it: so a reply says how much that
+was, and its reader waits for it. ../win32/ is the other end.
 """
 
 from __future__ import annotations
