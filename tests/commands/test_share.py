@@ -207,3 +207,30 @@ def test_adapters_are_listed_with_the_line_to_type(
     ]
     assert main(["adapters", "--json"]) == 0
     assert '"python-can:gs_usb/C0FFEE"' in capsys.readouterr().out
+
+
+class _WithoutPorts:
+    """An importer that fails as pyserial's search does under Wine 8."""
+
+    def find_spec(self, name: str, *_: object) -> None:
+        if name == "serial.tools.list_ports":
+            raise AttributeError("function 'CM_MapCrToWin32Err' not found")
+
+
+def test_a_system_that_cannot_list_its_ports_says_so_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import serial.tools
+
+    from canwire.drivers.slcan_dongle.ports import usb_serial_of
+
+    monkeypatch.delattr(serial.tools, "list_ports", raising=False)
+    monkeypatch.delitem(sys.modules, "serial.tools.list_ports", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [_WithoutPorts(), *sys.meta_path])
+    for words in (["adapters"], ["share"], ["adapters", "--json"]):
+        assert main(words) != 0
+        said = capsys.readouterr()
+        assert (said.out, said.err.count("\n")) == ("", 1)
+        assert "serial ports cannot be listed here" in said.err
+        assert "CM_MapCrToWin32Err" in said.err
+    assert usb_serial_of("COM3") == ""  # a port that is named is opened all the same

@@ -40,6 +40,7 @@ class Program:
         assert whole(self.lifeline, len(SECRET)) == SECRET
         (self.port,) = struct.unpack("<H", whole(self.lifeline, 2))
         self._calls = self.dial(SECRET + b"C")
+        self.said = 0  # on the lifeline, as the last reply counts it
 
     def dial(self, hello: bytes) -> socket.socket:
         made = socket.create_connection(("127.0.0.1", self.port), LONG_S)
@@ -49,7 +50,7 @@ class Program:
     def call(self, method: str, number: int = 0, data: bytes = b"") -> tuple[int, int, bytes, list[str]]:
         """Its code, its number, its data, and what it passes on."""
         self._calls.sendall(struct.pack("<40sII", method.encode(), number, len(data)) + data)
-        result, value, size, count = struct.unpack("<iIII", whole(self._calls, 16))
+        result, value, size, count, self.said = struct.unpack("<iIIII", whole(self._calls, 20))
         told = whole(self._calls, size)
         names = [whole(self._calls, 64).rstrip(b"\0").decode() for _ in range(count)]
         return result, value, told, names
@@ -123,9 +124,12 @@ def test_memory_is_a_file_and_signals_are_numbers(program: Program) -> None:
 def test_what_is_over_is_told_even_to_who_listens_late(program: Program) -> None:
     early, late = reader_of(program), reader_of(program)
     program.say(HEAR, early.own)
+    assert program.said == 0
     program.call("vci.release", early.number)
+    assert program.said == 1  # its program waits until it has heard this
     assert program.hear() == (OVER, early.own)
     program.call("vci.release", late.number)
+    assert program.said == 2
     program.say(HEAR, late.own)
     assert {program.hear(), program.hear()} == {(OVER, late.own)}
     program.say(FORGET, late.own)  # and numbers that mean nothing any more are ignored

@@ -19,6 +19,7 @@ PARTS = {
         "--ignore=tests/hub/links/network",
         "tests/hub/handles",
         "tests/hub/test_kills.py",
+        "tests/platform/test_ticks.py",
         *(
             f"tests/python_can/test_bus.py::test_{one}"  # where waiting, files to wait for and a hub's end come in
             for one in (

@@ -9,7 +9,7 @@ from urllib.parse import quote
 from canwire.drivers.python_can.gs_usb import devices
 from canwire.drivers.python_can.reasons import detected_configs, known_interfaces
 from canwire.drivers.slcan_dongle.ports import described_ports
-from canwire.errors import ExtraMissing
+from canwire.errors import CanwireError, ExtraMissing
 from canwire.values.frozen import dataclass
 
 # gs_usb is looked for by our own driver, serial ports by pyserial; the others are no adapters, or are found by anybody
@@ -25,7 +25,10 @@ class FoundAdapter:
 
 
 def find_adapters() -> list[FoundAdapter]:
-    """All that are found, with serial ports; looking may take seconds. Raises ExtraMissing without both libraries."""
+    """All that are found, with serial ports; looking may take seconds.
+
+    Raises ExtraMissing without both libraries, CanwireError where the system cannot list its serial ports.
+    """
     found = [*_serial(), *_usb(), *_of_python_can()]
     if not found and find_spec("serial") is None and find_spec("can") is None:
         raise ExtraMissing("pyserial", "hardware")
@@ -35,9 +38,13 @@ def find_adapters() -> list[FoundAdapter]:
 def _serial() -> list[FoundAdapter]:
     if find_spec("serial") is None:
         return []
+    try:
+        ports = described_ports()
+    except OSError as error:
+        raise CanwireError(str(error)) from error
     return [
         FoundAdapter(f"?serial={quote(number)}" if number else device, f"{device}, {description}")
-        for device, number, description in described_ports()
+        for device, number, description in ports
     ]
 
 

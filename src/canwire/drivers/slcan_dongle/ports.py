@@ -43,15 +43,23 @@ def watchable(source: Any) -> bool:
 
 
 def listed_ports() -> list[tuple[str, str]]:
-    """Serial ports of this machine and their USB serial numbers; raises ExtraMissing."""
+    """Serial ports of this machine and their USB serial numbers; raises ExtraMissing, or OSError."""
     return [(device, number) for device, number, _ in described_ports()]
 
 
 def described_ports() -> list[tuple[str, str, str]]:
-    """Device, USB serial number and description of each serial port; raises ExtraMissing."""
-    load_serial()
-    from serial.tools import list_ports  # type: ignore[import-untyped]
+    """Device, USB serial number and description of each serial port; raises ExtraMissing.
 
+    OSError where they cannot be listed: pyserial's search asks Windows for functions that Wine 8 lacks.
+    """
+    load_serial()
+    try:
+        from serial.tools import list_ports  # type: ignore[import-untyped]
+    except AttributeError as error:
+        raise OSError(
+            f"serial ports cannot be listed here: this Windows lacks what pyserial asks for ({error}); "
+            "name the port, as in `canwire share COM3`"
+        ) from error
     return [(port.device, port.serial_number or "", port.description or "") for port in list_ports.comports()]
 
 

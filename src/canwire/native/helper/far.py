@@ -2,7 +2,8 @@
 
 The helper calls the program back and shows the token that came with its environment, and a port of its own. That first
 connection is for signals, and ends with the program; each thread of the program that calls has one of its own, which
-begins with the token. ../win32/ is the other end.
+begins with the token. What is said on the first one before a reply may arrive after it: so a reply says how much that
+was, and its reader waits for it. ../win32/ is the other end.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ _SIGNALLED, _OVER, _RING, _HEAR, _FORGET = range(1, 6)  # ../win32/win32.h
 _ASIDE = struct.Struct("<II")
 _PORT = struct.Struct("<H")
 _REQUEST = struct.Struct("<40sII")
-_REPLY = struct.Struct("<iIII")
+_REPLY = struct.Struct("<iIIII")
 _NAME = struct.Struct("64s")
 _LARGEST = 1 << 16
 
@@ -72,6 +73,7 @@ class FarRings:
         self._event = Event()
         self._ending = threading.Lock()  # over whether a signal is heard or over
         self._sending = threading.Lock()
+        self._said = 0
 
     def lend(self, end: RingEnd, value: int = 0, data: bytes = b"") -> Reply:
         """A reply that gives the program this end of a ring to use; `data` follows."""
@@ -86,6 +88,11 @@ class FarRings:
             self._rung[peer := next(self._numbers)] = lent.peer
             names.append(f"signal {peer}")
         return Reply(0, value, place + data, names=tuple(names))
+
+    def said(self) -> int:
+        """How much was said of signals by now, as 32 bits count."""
+        with self._sending:
+            return self._said & 0xFFFFFFFF
 
     def watch(self, event: Event) -> Reply:
         """A reply with a signal for what this event is assigned to."""
@@ -140,6 +147,7 @@ class FarRings:
     def _say(self, what: int, number: int) -> None:
         with contextlib.suppress(OSError), self._sending:  # it is gone, which `obey` finds out
             self._connection.sendall(_ASIDE.pack(what, number))
+            self._said += 1
 
     def _memory(self, descriptor: int) -> str:
         """What the program opens: a handle that it has by now, or on Linux a file that Wine shows it."""
@@ -168,17 +176,18 @@ def serve_far(port: int, process: int) -> None:
         lifeline.sendall(token + _PORT.pack(listener.getsockname()[1]))
         rings = FarRings(lifeline, process)
         threading.Thread(target=rings.tell, daemon=True).start()
-        threading.Thread(target=_accept, args=(listener, token, Helper(rings)), daemon=True).start()
+        threading.Thread(target=_accept, args=(listener, token, rings), daemon=True).start()
         rings.obey()
 
 
-def _accept(listener: socket.socket, token: bytes, helper: Helper) -> None:
+def _accept(listener: socket.socket, token: bytes, rings: FarRings) -> None:
+    helper = Helper(rings)
     while True:
         connection, _ = listener.accept()
-        threading.Thread(target=_answer_on, args=(connection, token, helper), daemon=True).start()
+        threading.Thread(target=_answer_on, args=(connection, token, helper, rings), daemon=True).start()
 
 
-def _answer_on(connection: socket.socket, token: bytes, helper: Helper) -> None:
+def _answer_on(connection: socket.socket, token: bytes, helper: Helper, rings: FarRings) -> None:
     """Until the program closes it; strangers are turned away."""
     with connection, contextlib.suppress(ConnectionError, TimeoutError):
         connection.settimeout(_PATIENCE_S)
@@ -193,12 +202,13 @@ def _answer_on(connection: socket.socket, token: bytes, helper: Helper) -> None:
                 raise BadMessage(f"a call with {size} bytes: {_LARGEST} at most")
             data = _whole(connection, size) if size else b""
             reply = helper.answer(method.rstrip(b"\0").decode("ascii"), number, data)
-            connection.sendall(_packed(reply))
+            connection.sendall(_packed(reply, rings.said()))
 
 
-def _packed(reply: Reply) -> bytes:
+def _packed(reply: Reply, said: int) -> bytes:
     names = b"".join(_NAME.pack(name.encode()) for name in reply.names)
-    return _REPLY.pack(reply.result, reply.value, len(reply.data), len(reply.names)) + reply.data + names
+    head = _REPLY.pack(reply.result, reply.value, len(reply.data), len(reply.names), said)
+    return head + reply.data + names
 
 
 def _whole(connection: socket.socket, size: int) -> bytes:

@@ -10,6 +10,7 @@
 struct tail { /* of a reply: what follows it */
     uint32_t size;  /* of the data */
     uint32_t count; /* of names, after that */
+    uint32_t said;  /* on the first connection, before the reply */
 };
 
 static struct far_helper helper;
@@ -135,7 +136,8 @@ static int receive_names(SOCKET socket, struct cw_call *call, uint32_t count)
     return 0;
 }
 
-static int answered(SOCKET socket, struct cw_call *call)
+/* What a call has ended is over when it returns: so it waits for what was said meanwhile. */
+static int answered(SOCKET socket, struct cw_call *call, uint32_t of)
 {
     struct cw_reply reply;
     struct tail tail;
@@ -145,19 +147,23 @@ static int answered(SOCKET socket, struct cw_call *call)
         return -1;
     call->result = reply.result;
     call->value = reply.value;
-    return receive_data(socket, call, tail.size) < 0 ? -1 : receive_names(socket, call, tail.count);
+    if (receive_data(socket, call, tail.size) < 0 || receive_names(socket, call, tail.count) < 0)
+        return -1;
+    far_wait_heard(tail.said, of);
+    return 0;
 }
 
 int cw_exchange(cw_socket socket, struct cw_call *call)
 {
     char message[sizeof(struct cw_request) + CW_MOST_DATA]; /* one, so that it is one packet */
+    uint32_t of = cw_process();
     struct cw_request request = {.object = call->object, .size = (uint32_t)call->in_size};
 
     strncpy(request.method, call->method, sizeof request.method - 1);
     memcpy(message, &request, sizeof request);
     if (call->in_size > 0)
         memcpy(message + sizeof request, call->in, call->in_size);
-    if (far_send((SOCKET)socket, message, sizeof request + call->in_size) == 0 && answered((SOCKET)socket, call) == 0)
+    if (far_send((SOCKET)socket, message, sizeof request + call->in_size) == 0 && answered((SOCKET)socket, call, of) == 0)
         return 0;
     cw_close_descriptors(call);
     errno = ENOTCONN;

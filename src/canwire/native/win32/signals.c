@@ -34,6 +34,8 @@ static struct cw_ring *rings;
 static struct watch *watches;
 static pthread_mutex_t sending = PTHREAD_MUTEX_INITIALIZER;
 static SOCKET lifeline = INVALID_SOCKET;
+static uint32_t heard; /* there, counted as the helper counts what it says */
+static pthread_cond_t more_heard = PTHREAD_COND_INITIALIZER; /* with `sending`: also that nothing more will be */
 
 void far_say(enum aside what, int number)
 {
@@ -90,19 +92,39 @@ static void tell_all(void)
     pthread_mutex_unlock(&lock);
 }
 
+static void count(SOCKET on)
+{
+    pthread_mutex_lock(&sending);
+    if (lifeline == on)
+        heard++;
+    pthread_cond_broadcast(&more_heard);
+    pthread_mutex_unlock(&sending);
+}
+
+void far_wait_heard(uint32_t said, uint32_t of)
+{
+    pthread_mutex_lock(&sending);
+    while (of == cw_process() && lifeline != INVALID_SOCKET && (int32_t)(said - heard) > 0)
+        pthread_cond_wait(&more_heard, &sending);
+    pthread_mutex_unlock(&sending);
+}
+
 static DWORD WINAPI listen_on(void *given)
 {
     struct listener *listener = given;
     SOCKET mine = listener->socket;
     struct message message;
 
-    while (far_receive(mine, &message, sizeof message) == 0)
+    while (far_receive(mine, &message, sizeof message) == 0) {
         hear(&message);
+        count(mine);
+    }
     cw_helper_gone(listener->process);
     free(listener);
     pthread_mutex_lock(&sending);
     if (lifeline == mine)
         lifeline = INVALID_SOCKET;
+    pthread_cond_broadcast(&more_heard);
     pthread_mutex_unlock(&sending);
     closesocket(mine);
     tell_all();
@@ -119,6 +141,7 @@ int far_listen(SOCKET on)
                        &stays);
     pthread_mutex_lock(&sending);
     lifeline = on;
+    heard = 0;
     pthread_mutex_unlock(&sending);
     if (listener != NULL)
         *listener = (struct listener){on, cw_process()};

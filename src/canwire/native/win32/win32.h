@@ -32,5 +32,6 @@ int far_receive(SOCKET socket, void *into, size_t size);
 /* signals.c */
 int far_listen(SOCKET lifeline); /* has a thread hear what is signalled there; 0, or -1 with errno */
 void far_say(enum aside what, int number);
+void far_wait_heard(uint32_t said, uint32_t of); /* until so much was heard of the helper, or that process of it is over */
 void far_signal_own(struct cw_ring *ring); /* sets its event, which is set anew at the next occasion */
 #endif
