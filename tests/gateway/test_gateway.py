@@ -145,6 +145,24 @@ def test_what_ends_it_is_told(hub: Hub, closing: ExitStack) -> None:
     assert "over" in repr(gateway)
 
 
+@pytest.mark.finding("machines 9")
+def test_passed_is_what_has_arrived_and_the_rest_is_accounted_for(hub: Hub, closing: ExitStack) -> None:
+    here = program(hub, "can0", closing)
+    there = program(hub, "can1", closing)
+    gateway = closing.enter_context(Gateway("can0", "can1", back=None, hub=hub))
+    here.send(Frame(1))
+    assert got(there).id == 1
+    hub.bus("can1").faults.short()
+    for number in range(5):
+        here.send(Frame(0x10 + number), timeout=LONG_S)
+    while gateway.there.heard < 6:
+        assert not gateway.wait(0.01)
+    assert (gateway.there.passed, gateway.there.waiting) == (1, 5)
+    gateway.close()
+    assert (gateway.there.passed, gateway.there.given_up, gateway.there.waiting) == (1, 5, 0)
+    assert str(gateway.there) == "1 passed, 5 given up"
+
+
 def test_a_limit(hub: Hub, closing: ExitStack) -> None:
     here, there = program(hub, "can0", closing), program(hub, "can1", closing)
     gateway = closing.enter_context(Gateway("can0", "can1", there=GatewayRules(rate=10), hub=hub))

@@ -8,18 +8,15 @@ from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import ChannelMode, LineMode, LineStatus, Siblings
 from canwire.errors import BadValue, Closed, HubError
-from canwire.gateway.loops import PREFIX, Way, as_note, circle, identity, ways_at
+from canwire.gateway.end import End
+from canwire.gateway.loops import PREFIX, Way, as_note, circle, ways_at
 from canwire.gateway.rules import GatewayCounts, GatewayRules, Passage
-from canwire.hub.bring_up import bring_up
 from canwire.hub.connect import connect
-from canwire.hub.finding import LinePlace, find_lines, lines_now, unused_lines
+from canwire.hub.finding import LinePlace
 from canwire.hub.handles.event import Event
-from canwire.hub.wanted_mode import WantedMode
 
 if TYPE_CHECKING:
-    from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.hub import Hub
 
 _QUEUE = 16_384  # frames
@@ -63,7 +60,7 @@ class Gateway:
         try:
             first = hub or self._closing.enter_context(connect(name="gateway"))
             second = other_hub or first
-            ends = [_End(first, line), _End(second, other)]
+            self._ends = ends = [End(first, line), End(second, other)]
             self._claim(ends, there is not None, back is not None)
             for end in ends:
                 end.open(self._closing)
@@ -81,13 +78,13 @@ class Gateway:
 
     @property
     def there(self) -> GatewayCounts:
-        """What became of frames from `line` to `other`."""
-        return self._there.counts
+        """What became of frames from `line` to `other`, by now."""
+        return self._ends[1].account(self._there.counts)
 
     @property
     def back(self) -> GatewayCounts:
         """The same the other way."""
-        return self._back.counts
+        return self._ends[0].account(self._back.counts)
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Wait until the gateway is over, at most so long; whether it is. Raises what ended it: HubLost, Unplugged."""
@@ -97,8 +94,10 @@ class Gateway:
         return over
 
     def close(self) -> None:
-        """Pass nothing on any more. Closing twice is harmless."""
+        """Pass nothing on any more; what still waits is given up, and counted so. Closing twice is harmless."""
         self._over.set()
+        for end, passage in zip(self._ends, (self._back, self._there), strict=True):
+            end.account(passage.counts, over=True)
         self._closing.close()
         for thread in self._threads:
             if thread is not threading.current_thread():
@@ -116,7 +115,7 @@ class Gateway:
         state = "over" if self._over.is_set() else "running"
         return f"<gateway between {self.name}, {state}: there {self.there}; back {self.back}>"
 
-    def _claim(self, ends: list[_End], there: bool, back: bool) -> None:
+    def _claim(self, ends: list[End], there: bool, back: bool) -> None:
         """Leave the note that others look for; refuse a circle."""
         note = PREFIX + uuid.uuid4().hex[:16]
         source, target = (end.known_as() for end in ends)
@@ -135,7 +134,7 @@ class Gateway:
                 f"gateways would pass frames round and round: {around}; another one joins these buses already"
             )
 
-    def _carry(self, source: _End, target: _End, passage: Passage) -> None:
+    def _carry(self, source: End, target: End, passage: Passage) -> None:
         try:
             while not self._over.is_set():
                 _pass_on(source, target, passage)
@@ -147,44 +146,7 @@ class Gateway:
         self._over.set()
 
 
-class _End:
-    """A line that a gateway is on."""
-
-    channel: HubChannel
-
-    def __init__(self, hub: Hub, line: str | LinePlace) -> None:
-        self.hub = hub
-        self.place = line if isinstance(line, LinePlace) else _unused(hub, line)
-        self.bus = self.place.info.bus or self.place.address
-        self.fd = False
-        self._lost = 0
-
-    def known_as(self) -> str:
-        return f"{identity(self.hub, uuid.uuid4().hex[:8])}/{self.bus}"
-
-    def open(self, closing: ExitStack) -> None:
-        """A channel on it, running."""
-        self.channel = closing.enter_context(self.hub.open_channel(self.place.board.id, self.place.line))
-        self.channel.set_up(ChannelMode(receive=_QUEUE, transmit=_QUEUE, siblings=Siblings.OTHERS))
-        control = bring_up(self.hub, self.place, self._mode, lambda status: None)
-        if control is not None:
-            control.close()
-        mode = self.channel.activate().mode
-        self.fd = mode is not None and mode.long_data
-
-    def newly_lost(self) -> int:
-        """Frames that found this program's receive queue full since the last call."""
-        lost = self.channel.status().lost
-        fresh, self._lost = lost - self._lost, lost
-        return fresh
-
-    def _mode(self, status: LineStatus) -> LineMode:
-        others = [place for place in find_lines(self.hub, self.bus, "CAN") if place != self.place]
-        running = [other for _, other in lines_now(self.hub, others)]
-        return WantedMode().at_rates_on_bus(running).mode(self.place.info.capabilities)
-
-
-def _pass_on(source: _End, target: _End, passage: Passage) -> None:
+def _pass_on(source: End, target: End, passage: Passage) -> None:
     """What waits, or the next frame; Closed once the gateway is."""
     frames = source.channel.receive_many(_AT_ONCE, None)
     counts = passage.counts
@@ -201,11 +163,6 @@ def _pass_on(source: _End, target: _End, passage: Passage) -> None:
         lost = source.newly_lost()
         counts.heard += lost
         counts.lost += lost
-
-
-def _unused(hub: Hub, name: str) -> LinePlace:
-    places = find_lines(hub, name, "CAN")
-    return next(unused_lines(hub, places), places[0])
 
 
 def _forget(hub: Hub, note: str) -> None:

@@ -58,6 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             gateway.wait()
         finally:
+            gateway.close()  # then nothing waits any more
             complain(f"there: {gateway.there}" + ("" if arguments.one_way else f"; back: {gateway.back}"))
     return 0
 
