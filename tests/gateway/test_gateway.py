@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from itertools import pairwise
 
 import pytest
 
@@ -19,6 +20,8 @@ from canwire import (
     WantedMode,
     bring_up,
 )
+from canwire.gateway import notes
+from canwire.gateway.claim import Claim
 from canwire.hub.finding import LinePlace, find_lines
 from tests.hubs import LONG_S, connected, embedded
 
@@ -96,6 +99,51 @@ def test_circles_are_refused_and_gateways_that_have_left_forgotten(hub: Hub) -> 
     with Gateway("can2", "can0", hub=hub):
         assert len(hub.notes("gateway/")) == 1
     assert hub.notes("gateway/") == {}
+
+
+@pytest.mark.conforms("N-34")
+@pytest.mark.finding("machines 12")
+def test_a_ring_over_many_hubs_is_seen_and_forgotten_when_it_opens(closing: ExitStack) -> None:
+    hubs = [closing.enter_context(connected(closing.enter_context(embedded(CONFIG)))) for _ in range(5)]
+    joined = [
+        closing.enter_context(Gateway("can0", "can0", back=None, hub=one, other_hub=other))
+        for one, other in pairwise(hubs)
+    ]
+    for _ in joined:  # word goes one hub further with each look
+        for gateway in joined:
+            gateway._claimed.look()
+    with pytest.raises(BadValue, match="round and round: " + " > ".join(["can0"] * 6)):
+        Gateway("can0", "can0", back=None, hub=hubs[4], other_hub=hubs[0])
+    with Gateway("can0", "can0", there=None, hub=hubs[4], other_hub=hubs[0]):
+        pass  # two ways to one bus are no circle
+    joined[1].close()
+    for _ in range(40):
+        for gateway in (joined[0], *joined[2:]):
+            gateway._claimed.look()
+    with Gateway("can0", "can0", back=None, hub=hubs[4], other_hub=hubs[0]):
+        pass
+
+
+@pytest.mark.conforms("N-34")
+@pytest.mark.finding("machines 12")
+def test_of_several_that_start_at_the_same_time_one_gives_way(hub: Hub) -> None:
+    """Each has left its note before any has looked; the youngest sees a circle of older ones, nobody else does."""
+    claims = [Claim(((hub, "h/can0"), (hub, "h/can1")), True, True, lambda n=n: n) for n in (7, 5, 5)]
+    for claim in claims:
+        notes.leave_ways(hub, claim._ways)
+    oldest = min(claims, key=lambda claim: claim._ways[0].age)
+    for claim in claims:
+        if claim is oldest:
+            claim.look()
+        else:
+            with pytest.raises(BadValue, match="round and round"):
+                claim.look()
+
+
+def test_a_hub_that_two_name_at_the_same_time_has_one_name(hub: Hub) -> None:
+    hub.set_note("gateway-hub/bb", b"1")
+    hub.set_note("gateway-hub/aa", b"1")
+    assert notes.identity(hub, "cc") == "bb"
 
 
 def test_a_program_that_dies_leaves_no_gateway_behind(hub: Hub, closing: ExitStack) -> None:

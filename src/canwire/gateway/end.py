@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.can.modes import ChannelMode, ChannelStatus, LineMode, LineStatus, Siblings
 from canwire.errors import Closed, HubError
-from canwire.gateway.loops import identity
+from canwire.gateway.notes import identity
 from canwire.gateway.rules import GatewayCounts
 from canwire.hub.bring_up import bring_up
 from canwire.hub.finding import LinePlace, find_lines, lines_now, unused_lines

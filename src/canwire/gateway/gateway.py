@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import threading
-import uuid
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from canwire.errors import BadValue, Closed, HubError
+from canwire.errors import BadValue, Closed
+from canwire.gateway.claim import Claim
 from canwire.gateway.end import End
-from canwire.gateway.loops import PREFIX, Way, as_note, circle, ways_at
 from canwire.gateway.rules import GatewayCounts, GatewayRules, Passage
 from canwire.hub.connect import connect
 from canwire.hub.finding import LinePlace
@@ -19,8 +18,8 @@ from canwire.hub.handles.event import Event
 if TYPE_CHECKING:
     from canwire.hub.handles.hub import Hub
 
-_QUEUE = 16_384  # frames
 _AT_ONCE = 256
+_LOOK_S = 0.5  # between two looks at what other gateways do
 _PASS = GatewayRules()
 
 
@@ -30,8 +29,8 @@ class Gateway:
     `line` and `other` are names of lines or buses of `hub` and `other_hub` (None: this user's hub, and the same one).
     A bus's name means a line of it that nobody uses, else a shared one. `there` are the rules from `line` to `other`,
     `back` those the other way; None: nothing goes that way. A line that does not run is started at the bit rate of its
-    bus, else at 500 kbit/s. Frames that a gateway has sent are not passed back; gateways that would pass them round
-    in a circle are refused.
+    bus, else at 500 kbit/s. Frames that a gateway has sent are not passed back. A gateway that closes a circle, over
+    any number of hubs, is refused; if several start at the same time the youngest ends, and `wait` raises why.
 
     ::
 
@@ -61,7 +60,7 @@ class Gateway:
             first = hub or self._closing.enter_context(connect(name="gateway"))
             second = other_hub or first
             self._ends = ends = [End(first, line), End(second, other)]
-            self._claim(ends, there is not None, back is not None)
+            self._claimed = self._claim(ends, there is not None, back is not None)
             for end in ends:
                 end.open(self._closing)
             self._there = Passage(there or _PASS, ends[1].fd)
@@ -70,10 +69,11 @@ class Gateway:
             ways = [(ends[0], ends[1], self._there)] * (there is not None)
             ways += [(ends[1], ends[0], self._back)] * (back is not None)
             self._threads = [threading.Thread(target=self._carry, args=way, daemon=True) for way in ways]
+            self._looking = threading.Thread(target=self._look_out, daemon=True)
         except BaseException:
             self._closing.close()
             raise
-        for thread in self._threads:
+        for thread in (*self._threads, self._looking):
             thread.start()
 
     @property
@@ -96,6 +96,7 @@ class Gateway:
     def close(self) -> None:
         """Pass nothing on any more; what still waits is given up, and counted so. Closing twice is harmless."""
         self._over.set()
+        self._looking.join()  # it would leave notes that nobody takes away
         for end, passage in zip(self._ends, (self._back, self._there), strict=True):
             end.account(passage.counts, over=True)
         self._closing.close()
@@ -115,24 +116,26 @@ class Gateway:
         state = "over" if self._over.is_set() else "running"
         return f"<gateway between {self.name}, {state}: there {self.there}; back {self.back}>"
 
-    def _claim(self, ends: list[End], there: bool, back: bool) -> None:
-        """Leave the note that others look for; refuse a circle."""
-        note = PREFIX + uuid.uuid4().hex[:16]
+    def _claim(self, ends: list[End], there: bool, back: bool) -> Claim:
+        """Leave the notes that others look for; refuse a circle."""
         source, target = (end.known_as() for end in ends)
         if source == target:
             raise BadValue(f"both lines are on {ends[0].bus}: a gateway joins two buses")
-        ways = [Way(note, source, target)] * there + [Way(note, target, source)] * back
-        others: set[Way] = set()
-        for end in ends:
-            end.hub.set_note(note, as_note(ways), leaves=True)
-            self._closing.callback(_forget, end.hub, note)
-            others |= ways_at(end.hub)
-        path = circle(ways, others - set(ways))
-        if path is not None:
-            around = " > ".join(name.partition("/")[2] for name in path)
-            raise BadValue(
-                f"gateways would pass frames round and round: {around}; another one joins these buses already"
-            )
+        claim = Claim(((ends[0].hub, source), (ends[1].hub, target)), there, back)
+        self._closing.callback(claim.give_up)
+        claim.stake()
+        return claim
+
+    def _look_out(self) -> None:
+        """For circles that others have closed meanwhile, together with this one."""
+        while not self._over.wait(_LOOK_S):
+            try:
+                self._claimed.look()
+            except Closed:  # those who carry frames tell it, unless the network is back before
+                continue
+            except Exception as error:  # `wait` raises it
+                self._failure = error
+                self._over.set()
 
     def _carry(self, source: End, target: End, passage: Passage) -> None:
         try:
@@ -163,8 +166,3 @@ def _pass_on(source: End, target: End, passage: Passage) -> None:
         lost = source.newly_lost()
         counts.heard += lost
         counts.lost += lost
-
-
-def _forget(hub: Hub, note: str) -> None:
-    with suppress(HubError, Closed):  # then the note has gone with its hub, or with this program
-        hub.set_note(note, b"")
