@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from canwire.errors import BadValue, Closed
+from canwire.errors import BadValue, Closed, HubError
 from canwire.gateway.claim import Claim
 from canwire.gateway.end import End
 from canwire.gateway.rules import GatewayCounts, GatewayRules, Passage
@@ -131,7 +131,7 @@ class Gateway:
         while not self._over.wait(_LOOK_S):
             try:
                 self._claimed.look()
-            except Closed:  # those who carry frames tell it, unless the network is back before
+            except (Closed, HubError):  # those who carry frames tell it, unless the network is back before
                 continue
             except Exception as error:  # `wait` raises it
                 self._failure = error

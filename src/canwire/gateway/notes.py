@@ -7,7 +7,7 @@ is gone is forgotten as one that is too far: hops count up to a limit (as in RIP
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadValue
 from canwire.gateway.loops import Way
@@ -80,7 +80,7 @@ def _far(gateway: str) -> str:
     return f"{_FAR}{gateway.removeprefix(PREFIX)}/"
 
 
-def _rows(hub: Hub, name: str, value: bytes, width: int) -> list[list[object]]:
+def _rows(hub: Hub, name: str, value: bytes, width: int) -> list[list[Any]]:
     try:
         rows = json.loads(value)
         if all(len(row) == width for row in rows):
