@@ -41,6 +41,7 @@ from canwire.commands.live.listening import (
     places_of,
     summary_of,
 )
+from canwire.commands.reconnecting import add_reconnect_argument, going_on
 from canwire.commands.shared_hub import connected
 from canwire.commands.shell.colour import has_colours
 
@@ -66,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=KINDS,
         help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
     )
+    add_reconnect_argument(parser)
     _add_capture(parser)
     _add_extras(parser)
     add_database_argument(parser, "names and signals", several=True)
@@ -119,6 +121,10 @@ def _add_extras(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print lines until COUNT, silence or Ctrl-C; BadValue, NoSuchBoard, HubError for what cannot be."""
     _check(arguments)
+    return going_on(arguments, _dump)
+
+
+def _dump(arguments: argparse.Namespace) -> int:
     capture = parse_capture(arguments.filter, arguments.kind, arguments.errors)
     databases = databases_of(arguments)
     with ExitStack() as closing:
@@ -164,6 +170,10 @@ def _check(arguments: argparse.Namespace) -> None:
         raise BadValue("--json: without -l and -t; its time_s is absolute")
     if arguments.log and arguments.stamps:
         raise BadValue("-t: without -l, whose lines have absolute times")
+    if arguments.reconnect and (
+        arguments.count is not None or arguments.seconds is not None or arguments.pcapng
+    ):
+        raise BadValue("--reconnect: without -n, --seconds and --pcapng, which would begin anew")
     for option in ("ascii", "extra", "raw_dlc", "colour"):
         if getattr(arguments, option) and (arguments.log or arguments.json or arguments.pcapng):
             raise BadValue(
