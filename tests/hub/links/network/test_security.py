@@ -14,7 +14,7 @@ import pytest
 import canwire
 from canwire import BadConfig, BadValue, ChannelMode, Frame, HubError, HubLost
 from canwire.hub.handles.hub import Hub
-from canwire.hub.links.network import access, discovery
+from canwire.hub.links.network import access, discovery, keys
 from canwire.hub.links.network.access import Access, Login, Router, Tls, User
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.session import settings
@@ -273,6 +273,25 @@ def test_a_router_that_asks_nobody_is_not_joined_with_users() -> None:
     soon = {**for_hub((), (endpoint,), BEHIND), "connect/timeout_ms": 300}
     with closing(open_session(plain)), pytest.raises(HubError, match=r"does not let \[router\]'s user in"):
         open_for_hub(soon, BEHIND)
+
+
+@pytest.mark.finding("machines 11")
+@pytest.mark.parametrize(
+    ("listen", "via", "shown"),
+    [
+        (("tcp/0.0.0.0:7449",), (), "zenoh://lab/b.example"),
+        (("tcp/[::]:7450",), (), "zenoh://lab/b.example:7450"),
+        (("tls/0.0.0.0:7447",), (), "zenoh://lab/bench1?via=tls/b.example:7447"),
+        (("tcp/10.0.0.5:7449",), (), "zenoh://lab/10.0.0.5"),
+        ((), ("tcp/10.0.0.7:7447",), "zenoh://lab/bench1?via=tcp/10.0.0.7:7447"),
+    ],
+)
+def test_the_address_that_is_shown_is_one_to_connect_to(
+    listen: tuple[str, ...], via: tuple[str, ...], shown: str
+) -> None:
+    offer = keys.Offer("lab", "bench1", "1c73", 6, "real")
+    assert keys.address_of(offer, listen, via, "b.example") == shown
+    assert keys.parse(shown).realm == "lab"
 
 
 @pytest.mark.parametrize(

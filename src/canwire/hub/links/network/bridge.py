@@ -119,12 +119,7 @@ class Bridge:
     @property
     def address(self) -> str:
         """What programs connect to."""
-        place = keys.SCHEME + f"{self.offer.realm}/"
-        for endpoint in self._offered.listen:
-            protocol, _, where = endpoint.partition("/")
-            if protocol == "tcp":
-                return place + where.removesuffix(f":{keys.PORT}")
-        return place + f"{self.offer.name}?via={[*self._offered.listen, *self._offered.via][0]}"
+        return keys.address_of(self.offer, self._offered.listen, self._offered.via, socket.gethostname())
 
     def close(self) -> None:
         """Say farewell, hang up on everybody; a second time does nothing."""
