@@ -106,6 +106,7 @@ def offering(hub: str, *options: str) -> Iterator[Served]:
     """`canwire offer` for the hub of that socket, on a port of its own of this machine's loopback: address, process."""
     port = free_port()
     command = [sys.executable, "-m", "canwire", "offer", "--hub", hub, "--realm", "tests", "--name", "bench"]
+    command += ["--age", "0"]  # a busy machine takes its time
     process = warm.Popen(
         [*command, "--listen", f"tcp/127.0.0.1:{port}", *options], stdout=subprocess.PIPE, text=True
     )

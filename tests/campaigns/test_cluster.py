@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from canwire import HubError, run_campaign
+from canwire import HubError, HubLost, run_campaign
+from canwire.campaigns.playing import CampaignRun, play
+from canwire.campaigns.running import script_of
 from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
 distributed = pytest.importorskip("distributed")
@@ -54,6 +57,22 @@ def test_a_run_that_takes_its_worker_down_is_named_and_the_others_are_played(
     runs = run_campaign(written(tmp_path, "ends.py", ENDS), cluster=cluster)
     verdicts = {run.number: run.verdict for run in runs}
     assert verdicts == dict.fromkeys(range(12), "passed") | {5: "crashed", 7: "error"}
+
+
+@pytest.mark.finding("machines 14")
+def test_a_scheduler_that_is_gone_is_a_sentence_and_the_runs_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def dying(client: object, *words: object) -> Iterator[list[CampaignRun]]:
+        yield [play(script_of(flips).load(), 0, 1)]
+        raise distributed.client.FutureCancelledError("play_batch-7", "scheduler-connection-lost", "Lost it.")
+
+    flips = written(tmp_path, "flips.py", FLIPS)
+    monkeypatch.setattr("distributed.Client", lambda *_, **options: contextlib.nullcontext())
+    monkeypatch.setattr("canwire.campaigns.cluster._played", dying)
+    with pytest.raises(HubLost, match=r"cluster dask://there:1: its scheduler is gone; .*Lost it\."):
+        run_campaign(flips, runs=3, cluster="dask://there:1", results=tmp_path / "a.csv")
+    assert (tmp_path / "a.csv.journal").read_bytes().count(b"\n") == 2  # the heading, and a run
 
 
 def test_no_cluster_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from itertools import pairwise
 
 import pytest
 
@@ -19,6 +20,8 @@ from canwire import (
     WantedMode,
     bring_up,
 )
+from canwire.gateway import notes
+from canwire.gateway.claim import Claim
 from canwire.hub.finding import LinePlace, find_lines
 from tests.hubs import LONG_S, connected, embedded
 
@@ -98,6 +101,51 @@ def test_circles_are_refused_and_gateways_that_have_left_forgotten(hub: Hub) -> 
     assert hub.notes("gateway/") == {}
 
 
+@pytest.mark.conforms("N-34")
+@pytest.mark.finding("machines 12")
+def test_a_ring_over_many_hubs_is_seen_and_forgotten_when_it_opens(closing: ExitStack) -> None:
+    hubs = [closing.enter_context(connected(closing.enter_context(embedded(CONFIG)))) for _ in range(5)]
+    joined = [
+        closing.enter_context(Gateway("can0", "can0", back=None, hub=one, other_hub=other))
+        for one, other in pairwise(hubs)
+    ]
+    for _ in joined:  # word goes one hub further with each look
+        for gateway in joined:
+            gateway._claimed.look()
+    with pytest.raises(BadValue, match="round and round: " + " > ".join(["can0"] * 6)):
+        Gateway("can0", "can0", back=None, hub=hubs[4], other_hub=hubs[0])
+    with Gateway("can0", "can0", there=None, hub=hubs[4], other_hub=hubs[0]):
+        pass  # two ways to one bus are no circle
+    joined[1].close()
+    for _ in range(40):
+        for gateway in (joined[0], *joined[2:]):
+            gateway._claimed.look()
+    with Gateway("can0", "can0", back=None, hub=hubs[4], other_hub=hubs[0]):
+        pass
+
+
+@pytest.mark.conforms("N-34")
+@pytest.mark.finding("machines 12")
+def test_of_several_that_start_at_the_same_time_one_gives_way(hub: Hub) -> None:
+    """Each has left its note before any has looked; the youngest sees a circle of older ones, nobody else does."""
+    claims = [Claim(((hub, "h/can0"), (hub, "h/can1")), True, True, lambda n=n: n) for n in (7, 5, 5)]
+    for claim in claims:
+        notes.leave_ways(hub, claim._ways)
+    oldest = min(claims, key=lambda claim: claim._ways[0].age)
+    for claim in claims:
+        if claim is oldest:
+            claim.look()
+        else:
+            with pytest.raises(BadValue, match="round and round"):
+                claim.look()
+
+
+def test_a_hub_that_two_name_at_the_same_time_has_one_name(hub: Hub) -> None:
+    hub.set_note("gateway-hub/bb", b"1")
+    hub.set_note("gateway-hub/aa", b"1")
+    assert notes.identity(hub, "cc") == "bb"
+
+
 def test_a_program_that_dies_leaves_no_gateway_behind(hub: Hub, closing: ExitStack) -> None:
     with ExitStack() as other:
         engine = closing.enter_context(embedded(CONFIG))
@@ -143,6 +191,24 @@ def test_what_ends_it_is_told(hub: Hub, closing: ExitStack) -> None:
     with pytest.raises(ZeroDivisionError):
         gateway.wait(LONG_S)
     assert "over" in repr(gateway)
+
+
+@pytest.mark.finding("machines 9")
+def test_passed_is_what_has_arrived_and_the_rest_is_accounted_for(hub: Hub, closing: ExitStack) -> None:
+    here = program(hub, "can0", closing)
+    there = program(hub, "can1", closing)
+    gateway = closing.enter_context(Gateway("can0", "can1", back=None, hub=hub))
+    here.send(Frame(1))
+    assert got(there).id == 1
+    hub.bus("can1").faults.short()
+    for number in range(5):
+        here.send(Frame(0x10 + number), timeout=LONG_S)
+    while gateway.there.heard < 6:
+        assert not gateway.wait(0.01)
+    assert (gateway.there.passed, gateway.there.waiting) == (1, 5)
+    gateway.close()
+    assert (gateway.there.passed, gateway.there.given_up, gateway.there.waiting) == (1, 5, 0)
+    assert str(gateway.there) == "1 passed, 5 given up"
 
 
 def test_a_limit(hub: Hub, closing: ExitStack) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from itertools import islice
 from typing import Any
 
 from canwire.campaigns.batches import Batch, Rules, batches, play_batch
 from canwire.campaigns.loading import Script
 from canwire.campaigns.playing import CampaignRun, crashed
-from canwire.errors import BadValue, ExtraMissing, HubError
+from canwire.errors import BadValue, ExtraMissing, HubError, HubLost
 
 SCHEME = "dask://"
 _AHEAD = 4
@@ -22,7 +23,7 @@ def in_cluster(
     """Play the runs on the workers of `address` ("dask://host:8786"); batches come as they are done.
 
     Workers need canwire of this version. Raises ExtraMissing, BadValue for another address, HubError where no
-    cluster answers.
+    cluster answers, HubLost once its scheduler is gone.
     """
     if not address.startswith(SCHEME):
         raise BadValue(f"cluster {address!r}: an address such as dask://host:8786")
@@ -36,7 +37,13 @@ def in_cluster(
     except (OSError, ValueError) as error:
         raise HubError(f"cluster {address}: {error or 'no answer'}") from None
     with client:
-        yield from _played(client, as_completed, KilledWorker, script, numbers, rules)
+        try:
+            yield from _played(client, as_completed, KilledWorker, script, numbers, rules)
+        except (CancelledError, OSError) as error:  # runs that raise these have them in their rows
+            raise HubLost(
+                f"cluster {address}: its scheduler is gone; start it anew and give the same command: with --results "
+                f"the runs that were done are not played again ({_reason(error)})"
+            ) from None
 
 
 def _played(
@@ -72,3 +79,8 @@ def _played(
             yield submitted([(number,)])[0].result()
         except killed:
             yield [crashed(script.load(), number, rules.seed)]
+
+
+def _reason(error: Exception) -> str:
+    """Dask's last sentence."""
+    return (str(error).strip().splitlines() or ["no answer"])[-1]

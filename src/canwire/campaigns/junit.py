@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
 from canwire.campaigns.playing import CampaignRun
 from canwire.errors import BadValue
 
-_ENDING = ".xml"
+_ENDINGS = (".xml", ".html")
 _OUTSIDE_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # XML 1.0, 2.2
 
 
@@ -29,10 +29,12 @@ class Played(NamedTuple):
 
 
 def check_report(path: str | Path) -> Path:
-    """`path`, if `write_junit` will be able to write there. Raises BadValue for another ending, OSError."""
+    """`path`, if a report can be written there. Raises BadValue for another ending, OSError."""
     path = Path(path)
-    if path.suffix != _ENDING:
-        raise BadValue(f"{path}: a report is JUnit XML, in a file whose name ends in {_ENDING}")
+    if path.suffix not in _ENDINGS:
+        raise BadValue(
+            f"{path}: a report is JUnit XML in a file whose name ends in .xml, or a page in one that ends in .html"
+        )
     if not path.parent.is_dir():
         raise FileNotFoundError(2, "there is no such folder", str(path.parent))
     return path

@@ -13,6 +13,7 @@ from canwire.campaigns.journal import Journal, journal_of
 from canwire.campaigns.junit import Played, check_report, write_junit
 from canwire.campaigns.limit import limit_of
 from canwire.campaigns.loading import Script
+from canwire.campaigns.page import write_page
 from canwire.campaigns.playing import CampaignRun, play
 from canwire.campaigns.table import check_table, write
 from canwire.campaigns.workers import in_processes
@@ -47,7 +48,8 @@ def run_campaign(
     `cluster` the address of a Dask scheduler, "dask://host:8786". `results` is a Parquet or CSV file for the table,
     which is written in any case: after Ctrl-C with the runs that were done. Until all are done, they are also in a
     journal beside it, each as it comes, also after a kill; the same call then plays only those that are missing.
-    `report` is an .xml file for the same as JUnit XML, written when the table is, whole as that is.
+    `report` is an .xml file for the same as JUnit XML, or an .html file for a page that shows which parameters fail;
+    it is written when the table is, whole as that is.
     `told` is called with each run that is played, as it comes, in any order. A run that takes longer than
     `time_limit` seconds (None: any) is ended, and its verdict is "timeout". Each worker reads the file anew: a script
     that calls this guards it by `if __name__ == "__main__"`.
@@ -104,7 +106,8 @@ class _Account:
     def close(self) -> None:
         """Write the report and the table; the journal goes once everything in it is there."""
         if self._report is not None and self.done:
-            write_junit(self._report, self._played, self.done.values())
+            form = write_page if self._report.suffix == ".html" else write_junit
+            form(self._report, self._played, self.done.values())
         if self._results is not None and self._journal is not None:
             if self.done:
                 write(self._results, self.done.values())

@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
             beside.enter_context(_dongle(arguments.dongle, arguments.socket))
         if arguments.socketcand is not None:
             listen = ["--listen", arguments.socketcand] * bool(arguments.socketcand)
-            beside.enter_context(_verb("socketcand", *listen, hub=arguments.socket))
+            beside.enter_context(_verb("socketcand", "--beside", *listen, hub=arguments.socket))
 
     try:
         with signals_call(end):

@@ -46,6 +46,9 @@ def connected(
     hub: Hub = closing.enter_context(canwire.connect(arguments.hub, name=f"canwire {verb}", timed=timed))
     if not hub.address:
         raise HubError(f"no hub is running that `{verb}` could share; `canwire serve` starts one")
+    watch = getattr(arguments, "watch", None)
+    if watch is not None:  # reconnecting.py
+        watch.found()
     return hub
 
 

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import threading
-import uuid
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from canwire.boards.can.modes import ChannelMode, LineMode, LineStatus, Siblings
 from canwire.errors import BadValue, Closed, HubError
-from canwire.gateway.loops import PREFIX, Way, as_note, circle, identity, ways_at
+from canwire.gateway.claim import Claim
+from canwire.gateway.end import End
 from canwire.gateway.rules import GatewayCounts, GatewayRules, Passage
-from canwire.hub.bring_up import bring_up
 from canwire.hub.connect import connect
-from canwire.hub.finding import LinePlace, find_lines, lines_now, unused_lines
+from canwire.hub.finding import LinePlace
 from canwire.hub.handles.event import Event
-from canwire.hub.wanted_mode import WantedMode
 
 if TYPE_CHECKING:
-    from canwire.hub.handles.channel import HubChannel
     from canwire.hub.handles.hub import Hub
 
-_QUEUE = 16_384  # frames
 _AT_ONCE = 256
+_LOOK_S = 0.5  # between two looks at what other gateways do
 _PASS = GatewayRules()
 
 
@@ -33,8 +29,8 @@ class Gateway:
     `line` and `other` are names of lines or buses of `hub` and `other_hub` (None: this user's hub, and the same one).
     A bus's name means a line of it that nobody uses, else a shared one. `there` are the rules from `line` to `other`,
     `back` those the other way; None: nothing goes that way. A line that does not run is started at the bit rate of its
-    bus, else at 500 kbit/s. Frames that a gateway has sent are not passed back; gateways that would pass them round
-    in a circle are refused.
+    bus, else at 500 kbit/s. Frames that a gateway has sent are not passed back. A gateway that closes a circle, over
+    any number of hubs, is refused; if several start at the same time the youngest ends, and `wait` raises why.
 
     ::
 
@@ -63,8 +59,8 @@ class Gateway:
         try:
             first = hub or self._closing.enter_context(connect(name="gateway"))
             second = other_hub or first
-            ends = [_End(first, line), _End(second, other)]
-            self._claim(ends, there is not None, back is not None)
+            self._ends = ends = [End(first, line), End(second, other)]
+            self._claimed = self._claim(ends, there is not None, back is not None)
             for end in ends:
                 end.open(self._closing)
             self._there = Passage(there or _PASS, ends[1].fd)
@@ -73,21 +69,22 @@ class Gateway:
             ways = [(ends[0], ends[1], self._there)] * (there is not None)
             ways += [(ends[1], ends[0], self._back)] * (back is not None)
             self._threads = [threading.Thread(target=self._carry, args=way, daemon=True) for way in ways]
+            self._looking = threading.Thread(target=self._look_out, daemon=True)
         except BaseException:
             self._closing.close()
             raise
-        for thread in self._threads:
+        for thread in (*self._threads, self._looking):
             thread.start()
 
     @property
     def there(self) -> GatewayCounts:
-        """What became of frames from `line` to `other`."""
-        return self._there.counts
+        """What became of frames from `line` to `other`, by now."""
+        return self._ends[1].account(self._there.counts)
 
     @property
     def back(self) -> GatewayCounts:
         """The same the other way."""
-        return self._back.counts
+        return self._ends[0].account(self._back.counts)
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Wait until the gateway is over, at most so long; whether it is. Raises what ended it: HubLost, Unplugged."""
@@ -97,8 +94,11 @@ class Gateway:
         return over
 
     def close(self) -> None:
-        """Pass nothing on any more. Closing twice is harmless."""
+        """Pass nothing on any more; what still waits is given up, and counted so. Closing twice is harmless."""
         self._over.set()
+        self._looking.join()  # it would leave notes that nobody takes away
+        for end, passage in zip(self._ends, (self._back, self._there), strict=True):
+            end.account(passage.counts, over=True)
         self._closing.close()
         for thread in self._threads:
             if thread is not threading.current_thread():
@@ -116,26 +116,28 @@ class Gateway:
         state = "over" if self._over.is_set() else "running"
         return f"<gateway between {self.name}, {state}: there {self.there}; back {self.back}>"
 
-    def _claim(self, ends: list[_End], there: bool, back: bool) -> None:
-        """Leave the note that others look for; refuse a circle."""
-        note = PREFIX + uuid.uuid4().hex[:16]
+    def _claim(self, ends: list[End], there: bool, back: bool) -> Claim:
+        """Leave the notes that others look for; refuse a circle."""
         source, target = (end.known_as() for end in ends)
         if source == target:
             raise BadValue(f"both lines are on {ends[0].bus}: a gateway joins two buses")
-        ways = [Way(note, source, target)] * there + [Way(note, target, source)] * back
-        others: set[Way] = set()
-        for end in ends:
-            end.hub.set_note(note, as_note(ways), leaves=True)
-            self._closing.callback(_forget, end.hub, note)
-            others |= ways_at(end.hub)
-        path = circle(ways, others - set(ways))
-        if path is not None:
-            around = " > ".join(name.partition("/")[2] for name in path)
-            raise BadValue(
-                f"gateways would pass frames round and round: {around}; another one joins these buses already"
-            )
+        claim = Claim(((ends[0].hub, source), (ends[1].hub, target)), there, back)
+        self._closing.callback(claim.give_up)
+        claim.stake()
+        return claim
 
-    def _carry(self, source: _End, target: _End, passage: Passage) -> None:
+    def _look_out(self) -> None:
+        """For circles that others have closed meanwhile, together with this one."""
+        while not self._over.wait(_LOOK_S):
+            try:
+                self._claimed.look()
+            except (Closed, HubError):  # those who carry frames tell it, unless the network is back before
+                continue
+            except Exception as error:  # `wait` raises it
+                self._failure = error
+                self._over.set()
+
+    def _carry(self, source: End, target: End, passage: Passage) -> None:
         try:
             while not self._over.is_set():
                 _pass_on(source, target, passage)
@@ -147,44 +149,7 @@ class Gateway:
         self._over.set()
 
 
-class _End:
-    """A line that a gateway is on."""
-
-    channel: HubChannel
-
-    def __init__(self, hub: Hub, line: str | LinePlace) -> None:
-        self.hub = hub
-        self.place = line if isinstance(line, LinePlace) else _unused(hub, line)
-        self.bus = self.place.info.bus or self.place.address
-        self.fd = False
-        self._lost = 0
-
-    def known_as(self) -> str:
-        return f"{identity(self.hub, uuid.uuid4().hex[:8])}/{self.bus}"
-
-    def open(self, closing: ExitStack) -> None:
-        """A channel on it, running."""
-        self.channel = closing.enter_context(self.hub.open_channel(self.place.board.id, self.place.line))
-        self.channel.set_up(ChannelMode(receive=_QUEUE, transmit=_QUEUE, siblings=Siblings.OTHERS))
-        control = bring_up(self.hub, self.place, self._mode, lambda status: None)
-        if control is not None:
-            control.close()
-        mode = self.channel.activate().mode
-        self.fd = mode is not None and mode.long_data
-
-    def newly_lost(self) -> int:
-        """Frames that found this program's receive queue full since the last call."""
-        lost = self.channel.status().lost
-        fresh, self._lost = lost - self._lost, lost
-        return fresh
-
-    def _mode(self, status: LineStatus) -> LineMode:
-        others = [place for place in find_lines(self.hub, self.bus, "CAN") if place != self.place]
-        running = [other for _, other in lines_now(self.hub, others)]
-        return WantedMode().at_rates_on_bus(running).mode(self.place.info.capabilities)
-
-
-def _pass_on(source: _End, target: _End, passage: Passage) -> None:
+def _pass_on(source: End, target: End, passage: Passage) -> None:
     """What waits, or the next frame; Closed once the gateway is."""
     frames = source.channel.receive_many(_AT_ONCE, None)
     counts = passage.counts
@@ -201,13 +166,3 @@ def _pass_on(source: _End, target: _End, passage: Passage) -> None:
         lost = source.newly_lost()
         counts.heard += lost
         counts.lost += lost
-
-
-def _unused(hub: Hub, name: str) -> LinePlace:
-    places = find_lines(hub, name, "CAN")
-    return next(unused_lines(hub, places), places[0])
-
-
-def _forget(hub: Hub, note: str) -> None:
-    with suppress(HubError, Closed):  # then the note has gone with its hub, or with this program
-        hub.set_note(note, b"")

@@ -1,60 +1,37 @@
-"""Gateways that would send each other's frames round and round are found before they start.
+"""Gateways that would send each other's frames round and round are found, whatever the length of the ring.
 
-Each leaves a note at the hubs of its two buses: which ways it goes. A way leads in a circle if it comes back to where
-it began without using one gateway twice in a row: no gateway hears what it has sent itself. A circle through four or
-more hubs is not seen: each gateway looks at the notes of its own two.
+A way leads in a circle if it comes back to where it began without using one gateway twice in a row: no gateway hears
+what it has sent itself. Who closes a circle of older gateways is refused; so of any that start at the same time the
+youngest gives way, and all agree on which one that is.
 """
 
 from __future__ import annotations
 
-import json
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple
-
-from canwire.errors import BadValue
-from canwire.values.checks import shown
-
-if TYPE_CHECKING:
-    from canwire.hub.handles.hub import Hub
-
-PREFIX = "gateway/"
-_IDENTITY = "gateway-hub"
+from collections.abc import Iterable
+from typing import NamedTuple
 
 
 class Way(NamedTuple):
-    """From one bus to another, by a gateway. A bus is named with its hub's identity: "5f3a/can0"."""
+    """From one bus to another, by a gateway that began `since` (ns of the wall clock).
+
+    A bus is named with its hub's identity: "5f3a/can0".
+    """
 
     gateway: str
     source: str
     target: str
+    since: int = 0
+
+    @property
+    def age(self) -> tuple[int, str]:
+        """What is smaller is older; no two gateways are equal."""
+        return self.since, self.gateway
 
 
-def identity(hub: Hub, fresh: str) -> str:
-    """What this hub is called among gateways, by whichever address it is reached; `fresh` if it has no name yet."""
-    name = hub.note(_IDENTITY)
-    if not name:
-        hub.set_note(_IDENTITY, fresh.encode())
-        name = hub.note(_IDENTITY)
-    return name.decode()
-
-
-def as_note(ways: list[Way]) -> bytes:
-    """A gateway's note."""
-    return json.dumps([[way.source, way.target] for way in ways]).encode()
-
-
-def ways_at(hub: Hub) -> set[Way]:
-    """Those of all gateways that have left their note there. Raises BadValue for a note that no gateway wrote."""
-    found = set()
-    for name, value in hub.notes(PREFIX).items():
-        try:
-            pairs = json.loads(value)
-            found |= {Way(name, str(source), str(target)) for source, target in pairs}
-        except (ValueError, TypeError):
-            raise BadValue(
-                f"note {name} at {hub.address or 'the hub'}: {shown(value)} is no gateway's"
-            ) from None
-    return found
+def closed_by(own: list[Way], others: Iterable[Way]) -> list[str] | None:
+    """The circle that a gateway closes together with older ones: buses, the first one again at the end."""
+    return circle(own, {way for way in others if way.age < own[0].age})
 
 
 def circle(own: list[Way], others: set[Way]) -> list[str] | None:

@@ -58,10 +58,11 @@ class GatewayRules:
 
 @dataclass
 class GatewayCounts:
-    """What became of frames in one direction: heard = passed + filtered + limited + unfit + lost.
+    """What became of frames in one direction: heard is the sum of all others.
 
-    `unfit`: CAN FD for a line that knows classic CAN only; `lost`: the other line's transmit queue was full, or the
-    frames found this program's receive queue full.
+    `passed`: they have arrived on the other bus; `waiting`: in the other line's transmit queue; `given_up`: they were
+    in it, and did not arrive; `unfit`: CAN FD for a line that knows classic CAN only; `lost`: that queue was full, or
+    the frames found this program's receive queue full.
     """
 
     heard: int = 0
@@ -70,11 +71,16 @@ class GatewayCounts:
     limited: int = 0
     unfit: int = 0
     lost: int = 0
+    waiting: int = 0
+    given_up: int = 0
 
     def __str__(self) -> str:
-        others = ("filtered", "limited", "unfit", "lost")
+        others = ("waiting", "given_up", "filtered", "limited", "unfit", "lost")
         return ", ".join(
-            [f"{self.passed} passed", *(f"{n} {name}" for name in others if (n := getattr(self, name)))]
+            [
+                f"{self.passed} passed",
+                *(f"{n} {name.replace('_', ' ')}" for name in others if (n := getattr(self, name))),
+            ]
         )
 
 

@@ -11,6 +11,7 @@ from canwire.errors import BadValue, HubLost
 from canwire.hub.links.calling import RemoteLink
 from canwire.hub.usual import default_address
 from canwire.platform import raise_descriptor_limit
+from canwire.values.checks import finite
 
 if TYPE_CHECKING:
     from canwire.hub.handles.event import Event
@@ -28,15 +29,18 @@ def offer(
     via: Sequence[str] = (),
     access: str | None = None,
     insecure: bool = False,
+    age_s: float = 2.0,
     ready: Callable[[str], object],
     stop: Event,
+    warn: Callable[[str], object] | None = None,
 ) -> None:
     """Offer the hub on a socket (None: the user's usual one) to other machines until `stop` is set.
 
     `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` routers of
     Zenoh's to connect to, `access` the file of users; without one, routers and endpoints that other machines reach
     are refused unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs
-    connect to.
+    connect to. Frames and calls that were on their way for longer than `age_s` (0: no limit) are not obeyed any more:
+    frames are counted as refused, calls raise HubError, and `warn` gets a line.
 
     Raises HubLost without such a hub and once it is gone, HubError if another one has this name in the realm or the
     endpoint is taken, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
@@ -53,6 +57,7 @@ def offer(
         via=tuple(via),
         access=None if access is None else load(Access, access),
         insecure=insecure,
+        age_s=finite("age_s", age_s, 0, 3600),
     )
     lost: list[bool] = []
 
@@ -60,7 +65,7 @@ def offer(
         lost.append(True)
         stop.set()
 
-    bridge = Bridge(lambda program: RemoteLink(socket, program), offered, gone)
+    bridge = Bridge(lambda program: RemoteLink(socket, program), offered, gone, warn or (lambda text: None))
     with contextlib.closing(bridge):
         ready(bridge.address)
         while not stop.wait(_LOOK_AGAIN_S):

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from canwire import BadValue, Event, Frame, Hub, HubChannel, WantedMode
-from canwire.socketcan.daemon.daemon import Daemon, parse_address
+from canwire.commands import main
+from canwire.socketcan.daemon.daemon import Daemon, announced, check_beacon, parse_address
 from canwire.socketcan.daemon.waiting import Selected
 from canwire.socketcan.loop import Polled
 from tests.gateway.test_gateway import CONFIG, got, program
@@ -191,7 +192,8 @@ def test_statistics(client: Client, other: HubChannel) -> None:
         ("< send 800 0 >", "< error identifier 800: 11 bits, or eight digits for 29 bits >"),
         ("< isotpmode >", "< error isotpmode: unknown command >"),
         ("<>", "< error empty command >"),
-        ("nonsense >", "< error nonsense: unknown command >"),
+        ("nonsense >", "< error a command begins with < >"),
+        ("nonsense\r\n< statistics >", "< error statistics: unknown command >"),
     ],
 )
 def test_mistakes_are_told_and_the_connection_goes_on(client: Client, text: str, answer: str) -> None:
@@ -257,6 +259,35 @@ def test_the_beacon(hub: Hub, said: list[str], monkeypatch: pytest.MonkeyPatch, 
         made.close()
     assert f"<URL>can://127.0.0.1:{made.address[1]}</URL>" in text
     assert '<Bus name="can0"/><Bus name="can1"/>' in text
+
+
+@pytest.mark.finding("machines 14")
+def test_a_beacon_names_an_address_that_others_reach() -> None:
+    assert announced("0.0.0.0", "127.0.0.1") == "127.0.0.1"
+    assert announced("192.168.1.5", "192.168.1.255") == "192.168.1.5"
+    with pytest.raises(
+        BadValue, match=r"beacon to 192\.168\.1\.255: it would name 127\.0\.0\.1, .* give --listen"
+    ):
+        check_beacon("127.0.0.1", "192.168.1.255")
+    check_beacon("0.0.0.0", "192.168.1.255")
+
+
+@pytest.mark.finding("machines 14")
+@pytest.mark.parametrize(("words", "status"), [([], 2), (["--beside"], 0)])
+def test_the_verb_says_that_its_hub_is_gone(
+    hub: Hub,
+    closing: ExitStack,
+    words: list[str],
+    status: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    engine = closing.enter_context(embedded(CONFIG))
+    own = closing.enter_context(connected(engine))
+    monkeypatch.setattr("canwire.commands.socketcan.socketcand.connected", lambda *_: own)
+    monkeypatch.setattr(Daemon, "run", lambda self, stop: (self.close(), engine.close()))
+    assert main(["socketcand", "--listen", "127.0.0.1:0", *words]) == status
+    assert ("the hub is gone" in capsys.readouterr().err) == bool(status)
 
 
 @pytest.mark.finding("socketcan 1")

@@ -4,6 +4,7 @@ canwire campaign flips.py                              once for each value of it
 canwire campaign flips.py --runs 10000 --workers 8     so many runs, so many processes
 canwire campaign flips.py --results flips.parquet      one row a run: parameters, verdict, figures
 canwire campaign flips.py --report flips.xml           the same as JUnit XML, for a build server
+canwire campaign flips.py --report flips.html          a page: which parameters fail, durations, the first failures
 canwire campaign flips.py --time-limit 60              a run that takes longer is ended, the others go on
 canwire campaign flips.py --repeat 4711 --log run.log  one run again, byte for byte
 canwire campaign flips.py --cluster dask://lab:8786    the same on a Dask cluster
@@ -37,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--time-limit", type=float, metavar="SECONDS", help="of each run: one that takes longer is ended"
     )
     parser.add_argument("--results", metavar="FILE", help="write the table, as .parquet or .csv")
-    parser.add_argument("--report", metavar="FILE", help="write JUnit XML, as .xml")
+    parser.add_argument("--report", metavar="FILE", help="write JUnit XML, as .xml, or a page, as .html")
     parser.add_argument("--log", metavar="FILE", help="with --repeat: its frames, as a candump log")
 
 

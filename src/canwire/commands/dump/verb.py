@@ -26,9 +26,10 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, HubError, epoch_ns
+from canwire import HubError, epoch_ns
 from canwire.commands.can_line import wanted_by
 from canwire.commands.databases.chosen import Databases, add_database_argument, databases_of
+from canwire.commands.dump.checks import check
 from canwire.commands.dump.filters import KINDS as FILTER_KINDS
 from canwire.commands.dump.filters import Capture, Masked, parse_capture
 from canwire.commands.dump.output import Lines, Output
@@ -44,6 +45,7 @@ from canwire.commands.live.listening import (
     places_of,
     summary_of,
 )
+from canwire.commands.reconnecting import add_reconnect_argument, going_on
 from canwire.commands.shared_hub import connected
 from canwire.commands.shell.colour import has_colours
 
@@ -51,7 +53,6 @@ if TYPE_CHECKING:
     from canwire import Hub
 
 _BATCH = 1024
-_MOST_ROOM = 80 << 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,6 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=KINDS,
         help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
     )
+    add_reconnect_argument(parser)
     _add_capture(parser)
     _add_extras(parser)
     add_database_argument(parser, "names and signals", several=True)
@@ -130,7 +132,11 @@ def _add_extras(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print lines until COUNT, silence or Ctrl-C; BadValue, NoSuchBoard, HubError for what cannot be."""
-    _check(arguments)
+    check(arguments)
+    return going_on(arguments, _dump)
+
+
+def _dump(arguments: argparse.Namespace) -> int:
     capture = parse_capture(arguments.filter, arguments.kind, arguments.errors)
     databases = databases_of(arguments)
     with ExitStack() as closing:
@@ -167,35 +173,6 @@ def _named(
         channel: tuple(Masked(*found, inverted=False) for found in databases.ids_of(messages, channel))
         for channel in channels
     }
-
-
-def _check(arguments: argparse.Namespace) -> None:
-    if arguments.count is not None and arguments.count < 1:
-        raise BadValue(f"-n {arguments.count}: 1 or more")
-    for option, value in (("-T", arguments.timeout), ("--seconds", arguments.seconds)):
-        if value is not None and not value >= 0:
-            raise BadValue(f"{option} {value}: seconds from 0 up")
-    if arguments.json and (arguments.log or arguments.stamps):
-        raise BadValue("--json: without -l and -t; its time_s is absolute")
-    if arguments.log and arguments.stamps:
-        raise BadValue("-t: without -l, whose lines have absolute times")
-    if arguments.room is not None and not RECORD.size <= arguments.room <= _MOST_ROOM:
-        raise BadValue(f"-r {arguments.room}: {RECORD.size} to {_MOST_ROOM} bytes")
-    for option in ("ascii", "extra", "raw_dlc", "swap", "colour", "silent"):
-        if getattr(arguments, option) and (arguments.log or arguments.json or arguments.pcapng):
-            raise BadValue(
-                f"--{option.replace('_', '-')}: for lines on a screen; without --log, --json and --pcapng"
-            )
-    if arguments.message and not arguments.db:
-        raise BadValue("--message: names a message of --db FILE")
-    if arguments.log and arguments.db:
-        raise BadValue("--db: without -l, whose lines have no room for names")
-    if arguments.pcapng:
-        for option in ("log", "stamps", "json"):
-            if getattr(arguments, option):
-                raise BadValue(f"--pcapng: without --{option}; packets are no lines")
-        if arguments.db and not arguments.message:
-            raise BadValue("--pcapng: without --db, unless --message names what to capture")
 
 
 class Dump:

@@ -21,6 +21,7 @@ from canwire import Gateway, Hub, LinePlace, NoSuchBoard, find_lines
 from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.gateway.rules import add_rule_arguments, rules_by
+from canwire.commands.reconnecting import add_reconnect_argument, going_on
 from canwire.commands.shared_hub import connected, find_line
 
 _KERNEL = "kernel:"
@@ -31,11 +32,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_line_arguments(parser)
     parser.add_argument("other", metavar="OTHER", help="another line or bus, or an interface of the kernel")
     parser.add_argument("--to-hub", metavar="ADDRESS", help="OTHER is a line of this hub")
+    add_reconnect_argument(parser)
     add_rule_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Pass frames on until Ctrl-C; HubError without a hub or an interface, OSError once that goes down."""
+    return going_on(arguments, _pass_on)
+
+
+def _pass_on(arguments: argparse.Namespace) -> int:
     with ExitStack() as closing:
         hub = connected(arguments, "bridge", closing)
         other_hub = hub
@@ -58,6 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             gateway.wait()
         finally:
+            gateway.close()  # then nothing waits any more
             complain(f"there: {gateway.there}" + ("" if arguments.one_way else f"; back: {gateway.back}"))
     return 0
 

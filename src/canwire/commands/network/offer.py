@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 
 import canwire
+from canwire.commands.console import complain
 from canwire.commands.network.options import add_offer_arguments
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import signals_call
@@ -46,8 +47,10 @@ def run(arguments: argparse.Namespace) -> int:
                 via=arguments.via or (),
                 access=arguments.access,
                 insecure=arguments.insecure,
+                age_s=2.0 if arguments.age is None else float(arguments.age),
                 ready=ready,
                 stop=stop,
+                warn=complain,
             )
     except canwire.HubLost:
         if not (said and arguments.beside):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-_EACH = ("realm", "name", "access")
+_EACH = ("realm", "name", "access", "age")
 _MANY = ("listen", "via")
 
 
@@ -23,8 +23,21 @@ def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--via", action="append", metavar="ENDPOINT", help="connect to this Zenoh router")
     parser.add_argument("--access", metavar="FILE", help="users, what each may do, and certificates (TOML)")
     parser.add_argument(
+        "--age",
+        type=_seconds,
+        metavar="SECONDS",
+        help="obey no command that was on its way for longer (default: 2; 0: no limit)",
+    )
+    parser.add_argument(
         "--insecure", action="store_true", help="let anybody in who reaches an endpoint, and do anything"
     )
+
+
+def _seconds(text: str) -> str:
+    """As it was typed, since another process may get it; argparse names the option where it is no number."""
+    if not 0 <= float(text) <= 3600:
+        raise argparse.ArgumentTypeError(f"{text}: 0 to 3600 seconds")
+    return text
 
 
 def words_of(arguments: argparse.Namespace) -> list[str]:

@@ -15,9 +15,10 @@ import argparse
 from contextlib import ExitStack, closing
 
 import canwire
-from canwire import epoch_ns
+from canwire import HubLost, epoch_ns
 from canwire.commands.can_line import add_rate_arguments, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.reconnecting import add_reconnect_argument, going_on
 from canwire.commands.shared_hub import connected
 from canwire.commands.shell.ending import signals_call
 from canwire.commands.socketcan.options import add_interface_argument, mappings_of
@@ -29,12 +30,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--beacon", default="", metavar="ADDRESS", help="announce it there by UDP, port 42000"
     )
+    parser.add_argument(
+        "--beside", action="store_true", help=argparse.SUPPRESS
+    )  # the hub's own: ends with it
+    add_reconnect_argument(parser)
     add_interface_argument(parser)
     add_rate_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve until SIGTERM, SIGHUP, SIGINT, or the hub's end; HubError without a hub, OSError for a port in use."""
+    """Serve until SIGTERM, SIGHUP, SIGINT; HubLost at the hub's end, HubError without, OSError for a port in use."""
+    return going_on(arguments, _serve)
+
+
+def _serve(arguments: argparse.Namespace) -> int:
     from canwire.socketcan.daemon.daemon import Daemon, parse_address
 
     with ExitStack() as stack:
@@ -52,4 +61,6 @@ def run(arguments: argparse.Namespace) -> int:
         with signals_call(stop.set):
             print(f"socketcand on {daemon.address[0]}:{daemon.address[1]}", flush=True)
             daemon.run(stop)
+        if hub.lost and not arguments.beside:
+            raise HubLost("the hub is gone, and so is what socketcand served of it")
     return 0

@@ -92,9 +92,11 @@ class Client:
     def _work(self) -> None:
         """What has been read, as far as the line has room for it; only then is more read."""
         while self._commands and not self._over and not self._blocked:
-            words = self._commands.popleft().strip().removeprefix("<").split()
+            _, begun, command = self._commands.popleft().partition("<")  # what stands before it is no command
             try:
-                self._do(words)
+                if not begun:
+                    raise BadText("a command begins with <")
+                self._do(command.split())
             except BadText as error:
                 self._say(f"< error {error} >")
         self._watch_again()

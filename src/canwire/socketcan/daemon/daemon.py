@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import ipaddress
 import itertools
 import os
 import socket
@@ -42,6 +43,32 @@ def parse_address(text: str) -> tuple[str, int]:
     return host.strip("[]") or "127.0.0.1", int(port or PORT)
 
 
+def check_beacon(listens: str, beacon: str) -> None:
+    """Raises BadValue where it would send other machines to their own loopback."""
+    if _is_loopback(listens) and not _is_loopback(beacon):
+        raise BadValue(
+            f"beacon to {beacon}: it would name {listens}, which is no way to this machine; give --listen with the "
+            "address that others reach it by"
+        )
+
+
+def announced(listens: str, beacon: str) -> str:
+    """The address that a beacon names: of all of this machine's, the one that the way there begins with."""
+    if not ipaddress.ip_address(listens).is_unspecified:
+        return listens
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as way:
+        way.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        way.connect((beacon, _BEACON_PORT))  # sends nothing
+        return str(way.getsockname()[0])
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
 class Daemon:
     """Serves the hub's buses until `stop` is signalled or the hub is gone. `say` puts one line in front of people."""
 
@@ -56,7 +83,12 @@ class Daemon:
         mappings: dict[str, str] | None = None,
         beacon: str = "",
     ) -> None:
-        """`beacon`: an address to which it says every 2 s that it is there, "" for none. Raises OSError, HubError."""
+        """`beacon`: an address to which it says every 2 s that it is there, "" for none.
+
+        Raises OSError, HubError, BadValue for a beacon about a port that nobody there can reach.
+        """
+        if beacon:
+            check_beacon(address[0], beacon)
         self._directory = tempfile.TemporaryDirectory(prefix="canwire-socketcand-")
         self._listener = socket.create_server(
             address, family=socket.AF_INET6 if ":" in address[0] else socket.AF_INET
@@ -78,6 +110,7 @@ class Daemon:
         self._announcer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         if beacon:
             self._announcer.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            self._announced = announced(self.address[0], beacon)
             self._announce()
 
     def run(self, stop: Event) -> None:
@@ -148,7 +181,7 @@ class Daemon:
         host = socket.gethostname()
         text = (
             f'<CANBeacon name={quoteattr(host)} type="SocketCAN" description="canwire">'
-            f"<URL>can://{self.address[0]}:{self.address[1]}</URL>{buses}</CANBeacon>"
+            f"<URL>can://{self._announced}:{self.address[1]}</URL>{buses}</CANBeacon>"
         )
         try:
             self._announcer.sendto(text.encode(), (self._beacon, _BEACON_PORT))

@@ -57,6 +57,7 @@ def offered(**changes: Any) -> Iterator[Place]:
     """A hub and its offer; `changes` of Offered."""
     port = free_port()
     place: dict[str, Any] = {"realm": "tests", "name": "bench", "listen": (f"tcp/127.0.0.1:{port}",)}
+    place["age_s"] = 0.0  # a busy machine takes its time
     with embedded(CONFIG) as engine:
         bridge = Bridge(lambda name: LocalLink(engine, name), Offered(**(place | changes)), lambda: None)
         with closing(bridge):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import socket
 import subprocess
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -13,9 +14,10 @@ import pytest
 import canwire
 from canwire import BadConfig, BadValue, ChannelMode, Frame, HubError, HubLost
 from canwire.hub.handles.hub import Hub
-from canwire.hub.links.network import access, discovery
+from canwire.hub.links.network import access, discovery, keys
 from canwire.hub.links.network.access import Access, Login, Router, Tls, User
 from canwire.hub.links.network.client import NetworkLink
+from canwire.hub.links.network.session import settings
 from canwire.hub.links.network.session.settings import (
     LEASE_S,
     SESSIONS,
@@ -25,6 +27,7 @@ from canwire.hub.links.network.session.settings import (
     for_hub,
     for_router,
     load_zenoh,
+    open_for_client,
     open_for_hub,
     open_session,
     usual,
@@ -87,6 +90,47 @@ def test_who_is_not_known_is_not_let_in() -> None:
             as_user(place, "alice", "wrong", soon)
         with pytest.raises(HubLost, match="does not let anybody without a name in"):
             elsewhere(place.address, soon)
+
+
+@contextmanager
+def silent(place: Place, count: int) -> Iterator[None]:
+    """So many connections that say nothing."""
+    with ExitStack() as closing:
+        for _ in range(count):
+            closing.enter_context(socket.create_connection(("127.0.0.1", place.port)))
+        yield
+
+
+@pytest.mark.finding("machines 8")
+def test_silent_connections_keep_nobody_out() -> None:
+    with (
+        offered(access=Access(users=USERS)) as place,
+        silent(place, 150),
+        as_user(place, "eve", "ear") as eve,
+    ):
+        assert eve.boards()
+
+
+@pytest.mark.finding("machines 8")
+def test_who_finds_no_room_is_not_told_of_a_password(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(settings, "_STRANGERS", 2)
+    soon = QUICK._replace(connect_s=0.1)
+    with (
+        offered(access=Access(users=USERS)) as place,
+        silent(place, 8),
+        pytest.raises(HubLost, match="others have taken all that it lets in"),
+    ):
+        as_user(place, "eve", "ear", soon)
+
+
+@pytest.mark.finding("machines 14")
+def test_who_is_far_away_has_longer_to_connect(monkeypatch: pytest.MonkeyPatch) -> None:
+    """300 ms one way: a handshake there and back three times took longer than all that was granted."""
+    granted: list[int] = []
+    monkeypatch.setattr(settings, "round_trip_s", lambda endpoint: 0.6)
+    monkeypatch.setattr(settings, "open_session", lambda asked: granted.append(asked["connect/timeout_ms"]))
+    open_for_client(for_client("tcp/127.0.0.1:1", Login()))
+    assert granted == [4_500]
 
 
 def test_a_user_cannot_take_another_one_s_keys(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -214,8 +258,6 @@ def test_rights_hold_behind_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
             assert frame.id == 0x42
             with pytest.raises(HubError, match="eve may only listen"):
                 eve.unplug("HW000001")
-        with pytest.raises(HubLost):
-            as_user(there, "alice", "wrong", QUICK._replace(connect_s=0.3))
         monkeypatch.setattr(
             NetworkLink, "_user", property(lambda self: "alice", lambda self, user: None), raising=False
         )
@@ -231,6 +273,25 @@ def test_a_router_that_asks_nobody_is_not_joined_with_users() -> None:
     soon = {**for_hub((), (endpoint,), BEHIND), "connect/timeout_ms": 300}
     with closing(open_session(plain)), pytest.raises(HubError, match=r"does not let \[router\]'s user in"):
         open_for_hub(soon, BEHIND)
+
+
+@pytest.mark.finding("machines 11")
+@pytest.mark.parametrize(
+    ("listen", "via", "shown"),
+    [
+        (("tcp/0.0.0.0:7449",), (), "zenoh://lab/b.example"),
+        (("tcp/[::]:7450",), (), "zenoh://lab/b.example:7450"),
+        (("tls/0.0.0.0:7447",), (), "zenoh://lab/bench1?via=tls/b.example:7447"),
+        (("tcp/10.0.0.5:7449",), (), "zenoh://lab/10.0.0.5"),
+        ((), ("tcp/10.0.0.7:7447",), "zenoh://lab/bench1?via=tcp/10.0.0.7:7447"),
+    ],
+)
+def test_the_address_that_is_shown_is_one_to_connect_to(
+    listen: tuple[str, ...], via: tuple[str, ...], shown: str
+) -> None:
+    offer = keys.Offer("lab", "bench1", "1c73", 6, "real")
+    assert keys.address_of(offer, listen, via, "b.example") == shown
+    assert keys.parse(shown).realm == "lab"
 
 
 @pytest.mark.parametrize(
@@ -275,6 +336,8 @@ def test_paths_of_certificates_count_from_the_file(tmp_path: Path) -> None:
         ("scouting/gossip/enabled", False),
         ("transport/shared_memory/enabled", False),
         ("transport/unicast/max_sessions", SESSIONS),
+        ("transport/unicast/accept_pending", 2_000),
+        ("transport/unicast/accept_timeout", 3_000),
         ("transport/link/tx/lease", 10_000),
         ("transport/link/tx/queue/size/data", 16),
         ("transport/link/tx/queue/congestion_control/drop/wait_before_drop", 1_000),
@@ -284,8 +347,8 @@ def test_paths_of_certificates_count_from_the_file(tmp_path: Path) -> None:
 def test_zenoh_is_set_up_as_it_should_be(key: str, value: object) -> None:
     """Zenoh refuses keys it does not know; what it has then is what was asked for."""
     config = load_zenoh().Config()
-    for settings in (usual(LEASE_S), for_client("tcp/a:1", Login()), for_hub(("tcp/127.0.0.1:1",), (), None)):
-        for name, given in settings.items():
+    for made in (usual(LEASE_S), for_client("tcp/a:1", Login()), for_hub(("tcp/127.0.0.1:1",), (), None)):
+        for name, given in made.items():
             config.insert_json5(name, json.dumps(given))
         assert json.loads(config.get_json(key)) == value
 

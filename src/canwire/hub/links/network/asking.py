@@ -12,7 +12,7 @@ from typing import Any
 
 from canwire.errors import HubLost
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.calls import Answered, Call
+from canwire.hub.links.network.calls import Answered, Asked, Call, encode
 from canwire.hub.links.network.pump import Pump
 from canwire.hub.links.network.session.callback import direct
 from canwire.hub.links.network.session.settings import load_zenoh
@@ -51,17 +51,18 @@ class Asker:
         self._address = address
         self._silence_s = silence_s
 
-    def insist(self, call: Call, asked: bytes) -> tuple[Answer, Answered]:
-        """Ask until there is an answer, or a reason to give up."""
+    def insist(self, call: Call, asked: Asked) -> tuple[Answer, Answered]:
+        """Ask until there is an answer, or a reason to give up; each time anew, as it is still wanted then."""
         began_s = time.monotonic()
         again_s, pause_s = began_s, _FIRST_S
         while True:
             now_s = time.monotonic()
             if now_s >= again_s:
+                asked.stamp = self._pump.clock.stamp(time.monotonic_ns())
                 if again_s == began_s and not isinstance(call.request, Hello):
-                    self._send(wire.call(asked))
+                    self._send(wire.call(encode(asked)))
                 else:
-                    self._query(asked)
+                    self._query(encode(asked))
                 again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
             with contextlib.suppress(TimeoutError):
                 return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))

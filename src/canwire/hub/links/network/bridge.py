@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from canwire.errors import BadMessage, CanwireError, HubError, HubLost
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Access, right_of
-from canwire.hub.links.network.calls import Answered, asked_in, encode
+from canwire.hub.links.network.calls import Answered, asked_in, encode, refused
 from canwire.hub.links.network.cuts.absent import Absent
 from canwire.hub.links.network.discovery import offers_in
 from canwire.hub.links.network.guest import Guest
@@ -27,7 +27,6 @@ from canwire.hub.links.network.session.settings import (
     open_for_hub,
 )
 from canwire.hub.protocol import messages as m
-from canwire.hub.protocol.failure import failed, serial_in
 from canwire.platform import EventDescriptor
 
 if TYPE_CHECKING:
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
 LOOPBACK = f"tcp/127.0.0.1:{keys.PORT}"
 GRACE_S = 2.0  # a client whose connection is broken may be back within so long
 TIMED_SILENCE_S = 1.6  # and then one that others wait for is let go, as a cable that is cut tells nobody
+AGE_S = 2.0  # of commands, which are not obeyed later
 HEALTHY_S = 0.3  # between two looks whether the hub answers ...
 _UNHEALTHY_S = 0.8  # ... and the silence after which no sign of life is given for it
 
@@ -53,15 +53,25 @@ class Offered(NamedTuple):
     grace_s: float = GRACE_S
     cut_s: float = CUT_S
     timed_silence_s: float = TIMED_SILENCE_S
+    age_s: float = AGE_S
 
 
 class Bridge:
     """Offers the hub that `dial` makes links to, until `close` or until that hub is gone: then `lost` is called.
 
+    `warn` gets a line about each client whose commands came too late.
+
     Raises BadValue, HubError if it cannot listen there or another hub has this name, HubLost without a hub.
     """
 
-    def __init__(self, dial: Callable[[str], Link], offered: Offered, lost: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        dial: Callable[[str], Link],
+        offered: Offered,
+        lost: Callable[[], object],
+        warn: Callable[[str], object] = lambda text: None,
+    ) -> None:
+        self._warn = warn
         check_reach(offered.listen, offered.access, via=offered.via, insecure=offered.insecure)
         zenoh = load_zenoh()
         self._dial = dial
@@ -109,12 +119,7 @@ class Bridge:
     @property
     def address(self) -> str:
         """What programs connect to."""
-        place = keys.SCHEME + f"{self.offer.realm}/"
-        for endpoint in self._offered.listen:
-            protocol, _, where = endpoint.partition("/")
-            if protocol == "tcp":
-                return place + where.removesuffix(f":{keys.PORT}")
-        return place + f"{self.offer.name}?via={[*self._offered.listen, *self._offered.via][0]}"
+        return keys.address_of(self.offer, self._offered.listen, self._offered.via, socket.gethostname())
 
     def close(self) -> None:
         """Say farewell, hang up on everybody; a second time does nothing."""
@@ -163,7 +168,7 @@ class Bridge:
             else:
                 threading.Thread(target=self._greet, args=(user, client, payload, reply), daemon=True).start()
         except BadMessage as error:
-            reply(_refused(payload, error))
+            reply(refused(payload, error))
 
     def _came(self, sample: Any) -> None:
         user, client = keys.client_of(str(sample.key_expr))
@@ -200,7 +205,7 @@ class Bridge:
         try:
             reply(self._let_in(user, client, payload))
         except CanwireError as error:
-            reply(_refused(payload, error))
+            reply(refused(payload, error))
 
     def _let_in(self, user: str, client: str, payload: bytes) -> bytes:
         asked = asked_in(payload)
@@ -225,11 +230,17 @@ class Bridge:
                 # by its own key: an access list lets nobody know of subscribers to everybody's
                 key = keys.client(self.offer.realm, self.offer.instance, user, client)
                 self._guests[client] = Guest(
-                    link, user, may, sender(self._session, key + "/down"), self._is_healthy
+                    link,
+                    user,
+                    may,
+                    sender(self._session, key + "/down"),
+                    self._is_healthy,
+                    self._offered.age_s,
+                    lambda text: self._warn(f"{name}: {text}"),
                 )
                 self._heard[client] = self._session.declare_subscriber(key + "/up", direct(self._came))
         welcome = m.encode_reply(serial, m.Welcome(m.VERSION, self.offer.time))[m.LENGTH.size :]
-        return encode(Answered(welcome, (), ()))
+        return encode(Answered(welcome, (), (), clock_ns=time.monotonic_ns()))
 
     def _say_farewell(self, client: str, text: str) -> None:
         guest = self._guests.get(client)
@@ -268,6 +279,9 @@ class Bridge:
                     for client, guest in self._guests.items()
                     if guest.timed and guest.silent_s > self._offered.timed_silence_s
                 ]
+                guests = list(self._guests.values())
+            for guest in guests:
+                guest.late.tell()
             for client in silent:
                 self._say_farewell(client, "this program keeps one time with others, and was not heard of")
             for client in {*gone, *silent}:
@@ -276,12 +290,3 @@ class Bridge:
 
     def _is_healthy(self) -> bool:
         return time.monotonic() - self._healthy_s < _UNHEALTHY_S
-
-
-def _refused(payload: bytes, error: CanwireError) -> bytes:
-    """An answer for somebody who is not let in."""
-    try:
-        serial = serial_in(asked_in(payload).request)
-    except BadMessage:
-        serial = 0
-    return encode(Answered(m.encode_reply(serial, failed(error))[m.LENGTH.size :], (), ()))

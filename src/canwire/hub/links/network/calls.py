@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import msgspec
 
-from canwire.errors import BadMessage
+from canwire.errors import BadMessage, CanwireError
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.failure import failed, serial_in
 from canwire.hub.protocol.link import Answer
 from canwire.hub.protocol.message import Message
 from canwire.hub.protocol.pending import Pending
@@ -20,7 +22,8 @@ States = tuple[tuple[int, int, int], ...]
 class Asked(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
     """`oldest` is the lowest serial that the client still wants an answer to; `host` is where it runs.
 
-    `rings` is how a program that keeps one time has left its own: number, records taken, the position it waits for.
+    `stamp` is when it was said (cuts/age.py). `rings` is how a program that keeps one time has left its own:
+    number, records taken, the position it waits for.
     """
 
     serial: int
@@ -29,18 +32,20 @@ class Asked(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
     positions: Positions
     request: bytes
     rings: States = ()
+    stamp: int = 0
 
 
 class Answered(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
     """`rings`: numbers of those that the reply opened, and how many records are in each already.
 
-    `taken`: what the hub has taken from the rings of a program that keeps one time.
+    `taken`: what the hub has taken from the rings of a program that keeps one time. `clock_ns`: the hub's.
     """
 
     reply: bytes
     rings: Positions
     positions: Positions
     taken: Positions = ()
+    clock_ns: int = 0
 
 
 _encoder = msgspec.msgpack.Encoder()
@@ -66,6 +71,15 @@ def answered_in(payload: bytes) -> Answered:
         return _answered.decode(payload)
     except (msgspec.MsgspecError, ValueError) as error:
         raise BadMessage(f"an answer of {len(payload)} bytes: {error}") from None
+
+
+def refused(payload: bytes, error: CanwireError) -> bytes:
+    """An answer for somebody whose call is not carried out."""
+    try:
+        serial = serial_in(asked_in(payload).request)
+    except BadMessage:
+        serial = 0
+    return encode(Answered(m.encode_reply(serial, failed(error))[m.LENGTH.size :], (), ()))
 
 
 class Call:

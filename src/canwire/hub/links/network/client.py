@@ -17,7 +17,7 @@ from canwire.errors import BadMessage, CanwireError, HubLost, LimitReached
 from canwire.hub.links.network import keys, wire
 from canwire.hub.links.network.access import Login, usual_login
 from canwire.hub.links.network.asking import Asker
-from canwire.hub.links.network.calls import Asked, Call, answered_in, encode
+from canwire.hub.links.network.calls import Asked, Call, answered_in
 from canwire.hub.links.network.cuts.broken import Broken
 from canwire.hub.links.network.discovery import find
 from canwire.hub.links.network.held_copies import HeldCopies
@@ -119,7 +119,7 @@ class NetworkLink:
         rings = ring_states.left(self._pump.mirrors()) if self._timed else ()
         asked = Asked(serial, oldest, self._host, self._pump.written(), payload, rings)
         try:
-            answer, said = self._asker.insist(call, encode(asked))
+            answer, said = self._asker.insist(call, asked)
         finally:
             with self._lock:
                 self._calls.pop(serial, None)
@@ -214,6 +214,8 @@ class NetworkLink:
         answer = answered_in(payload)
         serial, _, reply = m.decode_reply(answer.reply)
         self._pump.heard_ns = time.monotonic_ns()
+        if answer.clock_ns:
+            self._pump.clock.heard(answer.clock_ns, self._pump.heard_ns)
         with self._lock:
             call = self._calls.get(serial)
         if call is None or call.answered.settled:

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.network import access, wire
-from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode
+from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode, refused
+from canwire.hub.links.network.cuts.late import Late
 from canwire.hub.links.network.lockstep.places import Places
 from canwire.hub.links.network.lockstep.stirs import IncomingStirs
 from canwire.hub.links.network.mirrors import Outgoing
@@ -50,8 +51,11 @@ class Guest:
         may: str,
         send: Callable[[bytes], object],
         healthy: Callable[[], bool],
+        age_s: float = 0.0,
+        warn: Callable[[str], object] = lambda text: None,
     ) -> None:
         self.user = user
+        self.late = Late(age_s, warn)
         self._may = may
         self._reply: Reply = lambda answer: send(wire.answer(answer))
         self._link = link
@@ -93,6 +97,10 @@ class Guest:
     def ask(self, payload: bytes, reply: Reply) -> None:
         """Carry it out once, and answer everybody who asks for it; raises BadMessage."""
         asked = asked_in(payload)
+        late = self.late.refusal(asked, time.monotonic_ns()) if asked.serial not in self._known else None
+        if late is not None:
+            reply(refused(payload, late))
+            return
         with self._lock:
             for serial in [serial for serial in self._known if serial < asked.oldest]:
                 if isinstance(self._known[serial], bytes):
@@ -122,10 +130,23 @@ class Guest:
         if self._closed:
             return
         self._closed = True
+        self.late.tell()
         self._link.close()  # whoever waits for an answer gets HubLost
         self._places.lost()
         self._workers.shutdown(wait=True)
         self.pump.close()
+
+    # what comes too late
+
+    def _give_up(self, handle: int, count: int, age_s: float) -> None:
+        """Frames: the channel's status counts them as refused."""
+        self.late.frames(count, age_s)
+        with contextlib.suppress(RuntimeError):  # closed this very moment
+            self._workers.submit(self._count, handle, count)
+
+    def _count(self, handle: int, count: int) -> None:
+        with contextlib.suppress(CanwireError):  # the channel, or the hub, is gone, and its counts with it
+            self._link.call(m.CountRefused(handle, count))
 
     # a call
 
@@ -195,7 +216,8 @@ class Guest:
             )
         if self._places.begins(asked, request, partial(self._answer, asked), may_wait=True):
             return
-        self.pump.quiet |= isinstance(request, m.JoinTime)
+        if isinstance(request, m.JoinTime):  # from now on all go by one time, which is not the clock's
+            self.pump.quiet, self.late.age.limit_s = True, 0.0
         try:
             answer = self._places.call(asked, request)
         finally:
@@ -209,7 +231,14 @@ class Guest:
         try:
             told = self._places.signalled if self._places.timed else None
             opened = taken_over(
-                request, reply, descriptors, self._link.doorbell, lambda: next(self._numbers), told
+                request,
+                reply,
+                descriptors,
+                self._link.doorbell,
+                lambda: next(self._numbers),
+                told,
+                self.late.age,
+                self._give_up,
             )
         except OSError as error:
             raise LimitReached(f"{type(request).__name__}: {error.strerror}") from error
@@ -238,7 +267,7 @@ class Guest:
         self.pump.flush()
         taken = self._places.taken(self.pump.mirrors())
         body = m.encode_reply(asked.serial, reply)[m.LENGTH.size :]
-        answer = encode(Answered(body, rings, positions, taken))
+        answer = encode(Answered(body, rings, positions, taken, time.monotonic_ns()))
         with self._lock:
             waiting = self._known.get(asked.serial)
             self._known[asked.serial] = answer

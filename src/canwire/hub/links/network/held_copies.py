@@ -26,7 +26,7 @@ class HeldCopies:
     def adopt(self, request: m.Message, reply: m.Message, rings: Filled) -> tuple[int, ...]:
         """What a reply opened, in place of what its handle had; descriptors for the program. Raises LimitReached."""
         with enough(type(request).__name__):
-            copies = copied(request, reply, rings, self._doorbell)
+            copies = copied(request, reply, rings, self._doorbell, self._pump.clock)
         if not (isinstance(request, m.Close) or copies.opened):
             return ()
         handle = reply.handle if isinstance(reply, m.FifoOpened) else getattr(request, "handle", 0)

@@ -18,6 +18,7 @@ SCHEME = "zenoh://"
 REALM = "canwire"
 PORT = 7449
 ANYBODY = "anybody"  # the user where nobody is asked who they are
+_EVERYWHERE = re.compile(r"^(\w+/)(?:0\.0\.0\.0|\[::\])(:\d+)")
 _WORD = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
@@ -73,6 +74,25 @@ def parse(address: str) -> Place:
         raise BadValue(form)
     endpoint = via or f"tcp/{name}:{port or PORT}"
     return Place(word("realm", parts.netloc), word("host", name), endpoint, not via)
+
+
+def address_of(offer: Offer, listen: tuple[str, ...], via: tuple[str, ...], host: str) -> str:
+    """What programs connect to: `host` where the hub listens at all addresses of its machine.
+
+    >>> address_of(Offer("lab", "bench1", "1c73", 6, "real"), ("tcp/0.0.0.0:7449",), (), "b.example")
+    'zenoh://lab/b.example'
+    >>> address_of(Offer("lab", "bench1", "1c73", 6, "real"), ("tls/[::]:7447",), (), "b.example")
+    'zenoh://lab/bench1?via=tls/b.example:7447'
+    >>> address_of(Offer("lab", "bench1", "1c73", 6, "real"), (), ("tcp/10.0.0.7:7447",), "b.example")
+    'zenoh://lab/bench1?via=tcp/10.0.0.7:7447'
+    """
+    place = f"{SCHEME}{offer.realm}/"
+    here = [_EVERYWHERE.sub(rf"\g<1>{host}\g<2>", endpoint) for endpoint in listen]
+    for endpoint in here:
+        protocol, _, where = endpoint.partition("/")
+        if protocol == "tcp":
+            return place + where.removesuffix(f":{PORT}")
+    return place + f"{offer.name}?via={[*here, *via][0]}"
 
 
 def token(offer: Offer) -> str:

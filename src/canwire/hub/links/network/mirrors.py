@@ -2,15 +2,18 @@
 
 Both have the same capacity, and a record stays in the original until the copy's reader has taken it. So the original
 fills up and counts what it loses just as if its reader were here, and whatever the link loses is still there to be
-sent again. No I/O, time handed in; any thread may call.
+sent again, but for commands that have become too old. No I/O, time handed in; any thread may call.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import deque
+from collections.abc import Callable
 
 from canwire.errors import BadMessage
 from canwire.hub.links.network import wire
+from canwire.hub.links.network.cuts.age import Age, OtherClock
 from canwire.hub.links.network.wire import Report
 from canwire.ring import Ring
 
@@ -25,12 +28,18 @@ _MOST = 32  # batches made at a time ...
 FULL = _MOST // MANY  # ... which are so many payloads at least, and fewer are all that there is
 _AGAIN_NS = 10_000_000  # before the same records are asked for once more
 _EIGHTH = 8
+_MOMENT_NS = 20_000_000
 
 
 class Outgoing:
-    """The end of a ring whose records are sent; a `filled` ring has so many that the other end has already."""
+    """The end of a ring whose records are sent; a `filled` ring has so many that the other end has already.
 
-    def __init__(self, number: int, ring: Ring, filled: int = 0) -> None:
+    With the other end's `clock` they are commands, each sent with when it was given.
+    """
+
+    def __init__(self, number: int, ring: Ring, filled: int = 0, clock: OtherClock | None = None) -> None:
+        self._clock = clock
+        self._given: deque[tuple[int, int]] = deque()  # up to which position, and by when at the latest
         self.number = number
         self._ring = ring
         self._lock = threading.Lock()
@@ -60,6 +69,8 @@ class Outgoing:
         """What is to be sent now; `at_once` does not wait for more."""
         with self._lock:
             unsent = self._unsent()
+            if self._clock is not None:
+                self._mark(self._sent + unsent, now_ns)
             count = min(unsent, _MOST * self._batch, self._window - (self._sent - self._received))
             if not at_once and count % self._batch and self._holds(now_ns):
                 count -= count % self._batch
@@ -130,19 +141,51 @@ class Outgoing:
         skip = (self._sent - (self._ring.taken - self._origin)) * size
         found = []
         for block in self._ring.acquire(skip // size + count):
-            for at in range(skip, len(block), step):
-                records = block[at : at + step]
-                found.append(wire.frames(self.number, self._sent, records))
+            at = skip
+            while at < len(block):
+                alike, stamp = self._alike()
+                records = block[at : at + min(step, alike * size)]
+                found.append(wire.frames(self.number, self._sent, records, stamp))
                 self._sent += len(records) // size
+                at += len(records)
             skip = max(0, skip - len(block))
         return found
 
+    def _mark(self, end: int, now_ns: int) -> None:
+        """Commands up to there have been given by now; those of one moment are marked together."""
+        given = self._given
+        while given and given[0][0] <= self._received:
+            given.popleft()
+        last, at_ns = given[-1] if given else (self._received, -_MOMENT_NS)
+        if end > last and now_ns < at_ns + _MOMENT_NS:
+            given[-1] = end, at_ns
+        elif end > last:
+            given.append((end, now_ns))
+
+    def _alike(self) -> tuple[int, int]:
+        """How many of the records that are to be sent next were given at the same time, and its stamp."""
+        for end, at_ns in self._given:
+            if end > self._sent and self._clock is not None:
+                return end - self._sent, self._clock.stamp(at_ns)
+        return self._ring.capacity, 0
+
 
 class Incoming:
-    """The end of a ring that is filled with what comes."""
+    """The end of a ring that is filled with what comes.
 
-    def __init__(self, number: int, ring: Ring) -> None:
+    Commands older than `age` are given up instead: `give_up` gets how many, and how old they were in s.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        ring: Ring,
+        age: Age | None = None,
+        give_up: Callable[[int, float], object] = lambda count, age_s: None,
+    ) -> None:
         self.number = number
+        self._age = age
+        self._give_up = give_up
         self._ring = ring
         self._lock = threading.Lock()
         self._origin = ring.taken
@@ -187,7 +230,7 @@ class Incoming:
             self._ring.arm_free()
             return here
 
-    def accept(self, first: int, records: memoryview) -> bool:
+    def accept(self, first: int, records: memoryview, stamp: int = 0, now_ns: int = 0) -> bool:
         """Put them in; is there something to be told at once? Raises BadMessage for more than there is room for."""
         with self._lock:
             at = self.received
@@ -200,6 +243,11 @@ class Incoming:
                 raise BadMessage(
                     f"ring {self.number}: {len(rest)} bytes, room for {self._ring.free()} records"
                 )
+            age_s = 0.0 if self._age is None else self._age.over_s(stamp, now_ns)
+            if age_s and rest:
+                self._origin -= len(rest) // size  # they count as come and taken
+                self._give_up(len(rest) // size, age_s)
+                rest = rest[:0]
             while rest:
                 room = self._ring.acquire_free(len(rest) // size)
                 room[:] = rest[: len(room)]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
+from canwire.hub.links.network.cuts.age import Age, OtherClock
 from canwire.hub.links.network.mirrors import Incoming, Outgoing
 from canwire.hub.links.network.moved import Mirror
 from canwire.hub.links.network.watched import Watched
@@ -17,6 +19,7 @@ from canwire.platform import EventDescriptor, close_descriptors, create_memory, 
 from canwire.ring import Ring, ring_size, rounded_capacity
 
 Filled = tuple[tuple[int, int], ...]
+GiveUp = Callable[[int, int, float], object]  # handle, frames, their age in s
 
 
 class Opened(NamedTuple):
@@ -38,10 +41,12 @@ def taken_over(
     doorbell: EventDescriptor,
     number: Callable[[], int],
     told: Callable[[], object] | None = None,
+    age: Age | None = None,
+    give_up: GiveUp = lambda handle, count, age_s: None,
 ) -> list[Opened]:
     """The hub's end: what came with a reply for a client, which is to be moved to that client instead.
 
-    `told` is called when the other end of a FIFO is signalled.
+    `told` is called when the other end of a FIFO is signalled, `give_up` when frames to send are older than `age`.
     """
     if not descriptors:
         return []
@@ -50,7 +55,8 @@ def taken_over(
         if isinstance(reply, m.FifoOpened):
             return [_fifo_here(reply, role_of(request), memory, tuple(events), number(), told)]
         assert isinstance(reply, m.ChannelOpened), f"{reply} has descriptors that nobody knows"
-        return _queues_here(reply, memory, tuple(events), doorbell, number)
+        given_up = partial(give_up, getattr(request, "handle", 0))
+        return _queues_here(reply, memory, tuple(events), doorbell, number, age, given_up)
     finally:
         close_descriptors(memory)
 
@@ -61,6 +67,8 @@ def _queues_here(
     events: tuple[int, ...],
     doorbell: EventDescriptor,
     number: Callable[[], int],
+    age: Age | None,
+    give_up: Callable[[int, float], object],
 ) -> list[Opened]:
     heard = EventDescriptor.adopt_each(events, 2 if reply.transmit else 1)
     queues = map_memory(memory)
@@ -71,7 +79,7 @@ def _queues_here(
     if reply.transmit:
         transmit = Ring(reply.transmit, exact=True, buffer=queues[begin:])
         transmit.event, transmit.free_event = doorbell, heard[1]
-        opened.append(Opened(Incoming(number(), transmit), (heard[1],)))
+        opened.append(Opened(Incoming(number(), transmit, age, give_up), (heard[1],)))
     return opened
 
 
@@ -131,7 +139,9 @@ class Copies(NamedTuple):
             self.rings.close()
 
 
-def copied(request: m.Message, reply: m.Message, rings: Filled, doorbell: EventDescriptor) -> Copies:
+def copied(
+    request: m.Message, reply: m.Message, rings: Filled, doorbell: EventDescriptor, clock: OtherClock
+) -> Copies:
     """A client's end of what the reply opened; raises OSError where the system gives no more memory or descriptors."""
     if not rings:
         return Copies([], (), None)
@@ -141,7 +151,7 @@ def copied(request: m.Message, reply: m.Message, rings: Filled, doorbell: EventD
     made = SharedRings(reply.receive, reply.transmit, exact=True, doorbell=doorbell, halts=None)
     opened = [Opened(Incoming(rings[0][0], made.receive), ())]
     if made.transmit is not None:
-        opened.append(Opened(Outgoing(rings[1][0], made.transmit), ()))
+        opened.append(Opened(Outgoing(rings[1][0], made.transmit, clock=clock), ()))
     return Copies(opened, made.hand_over(), made)
 
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.mirrors import FULL
+from canwire.hub.links.network.cuts.age import OtherClock
+from canwire.hub.links.network.mirrors import FULL, Incoming
 from canwire.hub.links.network.moved import Mirror, Moved
 from canwire.platform import EventDescriptor
 from canwire.ring import RECHECK_S
@@ -49,6 +50,7 @@ class Pump:
         self.quiet = False  # rings are moved with calls and answers, and their events are for others
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
         self.heard_ns = time.monotonic_ns()
+        self.clock = OtherClock()
         self._unheard_ns = 0  # how long the other end had heard nothing, when it last said so
         self._thread = threading.Thread(target=self._run, name="canwire-network", daemon=True)
 
@@ -152,11 +154,15 @@ class Pump:
     # what comes
 
     def _accept(self, payload: bytes) -> None:
-        number, first, records = wire.frames_in(payload)
+        number, first, records, stamp = wire.frames_in(payload)
         taker = self._moved.takers.get(number)
         if taker is None:
             return  # closed meanwhile, or not open yet: then it is asked for
-        if taker.accept(first, records):
+        if isinstance(taker, Incoming):
+            urgent = taker.accept(first, records, stamp, self.heard_ns)
+        else:
+            urgent = taker.accept(first, records)
+        if urgent:
             self.wake()
         if self._awaiting:
             with self._arrived:
@@ -175,7 +181,8 @@ class Pump:
         for number, sent in found:
             if number == wire.SILENCE:
                 self._unheard_ns = sent
-                continue
+            elif number == wire.CLOCK:
+                self.clock.heard(sent, time.monotonic_ns())
             taker = self._moved.takers.get(number)
             if taker is not None:
                 taker.sent(sent)
@@ -243,8 +250,8 @@ class Pump:
         if beat or sent:
             self._asked_ns = now_ns
             if self._healthy():
-                silence = [(wire.SILENCE, max(0, now_ns - self.heard_ns))] * beat
-                self._send(wire.states(sent + silence))
+                silence = (wire.SILENCE, max(0, now_ns - self.heard_ns))
+                self._send(wire.states(sent + [silence, (wire.CLOCK, time.monotonic_ns())] * beat))
                 counts = [one.now() for one in self._moved.watched.values()] if beat else []
                 if counts:
                     self._send(wire.counts(counts))

@@ -13,7 +13,7 @@ from canwire.errors import BadMessage
 
 FRAMES, STATES, REPORTS, COUNTS, FAREWELL, CALL, ANSWER, TOGETHER = range(1, 9)
 
-_HEAD = struct.Struct("<BxxxIQ")  # kind, ring, position of the first record
+_HEAD = struct.Struct("<IIQ")  # kind and, above it, a stamp (cuts/age.py); ring; position of the first record
 _STATE = struct.Struct("<IQ")
 _REPORT = struct.Struct("<IQQ?")
 _COUNT = struct.Struct("<IQQQQ")
@@ -21,6 +21,7 @@ _LENGTH = struct.Struct("<I")
 SMALL = 1_024  # bytes of a payload that goes together with others
 _MOST = 32  # of them
 NOTES = 0  # the number of what is no ring: notices, in their order
+CLOCK = (1 << 32) - 3  # of no ring: in a sign of life, its sender's clock in ns
 SILENCE = (1 << 32) - 2  # of no ring either: in a sign of life, for how many ns its sender has heard nothing
 STIRS = (1 << 32) - 1  # and of another: how often a timed program was told to look again
 
@@ -44,17 +45,17 @@ class Count(NamedTuple):
     own: int
 
 
-def frames(ring: int, first: int, records: memoryview) -> bytes:
-    """A batch of records, or of one notice, from this position on."""
-    return b"".join((_HEAD.pack(FRAMES, ring, first), records))
+def frames(ring: int, first: int, records: memoryview, stamp: int = 0) -> bytes:
+    """A batch of records, or of one notice, from this position on; of commands with when they were given."""
+    return b"".join((_HEAD.pack(FRAMES | stamp << 8, ring, first), records))
 
 
-def frames_in(payload: bytes) -> tuple[int, int, memoryview]:
-    """Ring, position of the first record, records; raises BadMessage."""
+def frames_in(payload: bytes) -> tuple[int, int, memoryview, int]:
+    """Ring, position of the first record, records, stamp; raises BadMessage."""
     if len(payload) < _HEAD.size:
         raise BadMessage(f"a batch of {len(payload)} bytes: {_HEAD.size} at least")
-    _, ring, first = _HEAD.unpack_from(payload)
-    return ring, first, memoryview(payload)[_HEAD.size :]
+    kind, ring, first = _HEAD.unpack_from(payload)
+    return ring, first, memoryview(payload)[_HEAD.size :], kind >> 8
 
 
 def states(found: list[tuple[int, int]]) -> bytes:

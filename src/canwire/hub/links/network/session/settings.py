@@ -8,15 +8,21 @@ from __future__ import annotations
 import ipaddress
 import json
 import os
-import socket
 import tempfile
 from typing import Any, NamedTuple
 
 from canwire.errors import BadValue, ExtraMissing, HubError, HubLost
 from canwire.hub.links.network.access import Access, Login, Router, Tls, User
+from canwire.hub.links.network.session.door import Door, at_the_door, host_and_port, round_trip_s
 
 SESSIONS = 1_000  # machines or programs that one hub lets in
-CONNECT_S = 1.5
+CONNECT_S = 1.5  # and so many times the way there and back more
+_ROUNDS = 5
+_ROUTER_S = 5.0
+_STRANGERS = (
+    2_000  # connections that have not said who they are; with Zenoh's own 100, a hundred silent ones ...
+)
+_STRANGER_MS = 3_000  # ... kept everybody out for 10 s
 LEASE_S = 10.0  # silence of the other machine after which Zenoh gives a connection up ...
 CUT_S = (
     30.0  # ... and how much longer both ends keep what is open: cuts of 30 s, and the time to make a new one
@@ -56,6 +62,8 @@ def usual(lease_s: float) -> Settings:
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,  # on by default; stopped a router at 351 sessions
         "transport/unicast/max_sessions": SESSIONS,
+        "transport/unicast/accept_pending": _STRANGERS,
+        "transport/unicast/accept_timeout": _STRANGER_MS,
         "transport/link/tx/lease": round(lease_s * 1000),
         "transport/link/tx/queue/size/data": 16,  # of 64 KiB: a window (mirrors.py) fits, and so nothing is dropped
         # a full queue: neither wait for long (who calls has better things to do) nor hang up, usual after 5 s
@@ -91,7 +99,7 @@ def for_hub(
         "connect/endpoints": list(via),
     }
     if via:
-        settings |= {"connect/timeout_ms": round(CONNECT_S * 1000), "connect/exit_on_failure": True}
+        settings |= {"connect/timeout_ms": round(_ROUTER_S * 1000), "connect/exit_on_failure": True}
     if access is not None and via:
         own = access.router
         settings |= _credentials(own.user, own.password) if own is not None else {}
@@ -211,10 +219,17 @@ def open_for_client(settings: Settings) -> Any:
     """Raises HubLost where nobody answers, or nobody lets this one in."""
     zenoh = load_zenoh()
     endpoint = settings["connect/endpoints"][0]
+    far_ms = round(1000 * _ROUNDS * round_trip_s(endpoint))
     try:
-        return open_session(settings)
+        return open_session({**settings, "connect/timeout_ms": settings["connect/timeout_ms"] + far_ms})
     except zenoh.ZError as error:
-        if _somebody_listens(endpoint):
+        met = at_the_door(endpoint)
+        if met is Door.FULL:
+            raise HubLost(
+                f"{endpoint}: somebody listens, but ends every connection: others have taken all that it lets in at a "
+                "time; try again, or look at that machine who they are"
+            ) from None
+        if met is Door.OPEN:
             user = settings.get("transport/auth/usrpwd/user", "")
             who = f"{user} with this password" if user else "anybody without a name"
             raise HubLost(
@@ -253,27 +268,12 @@ def _tls(tls: Tls, side: str) -> Settings:
     }
 
 
-def _host_and_port(endpoint: str) -> tuple[str, int]:
-    host, _, port = endpoint.partition("/")[2].partition("?")[0].partition("#")[0].rpartition(":")
-    if not host or not port.isdecimal():
-        raise BadValue(f"{endpoint!r}: PROTOCOL/ADDRESS:PORT, such as tcp/192.168.1.5:7449")
-    return host.strip("[]"), int(port)
-
-
 def _is_loopback(endpoint: str) -> bool:
-    host, _ = _host_and_port(endpoint)
+    host, _ = host_and_port(endpoint)
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == "localhost"
-
-
-def _somebody_listens(endpoint: str) -> bool:
-    try:
-        socket.create_connection(_host_and_port(endpoint), 0.5).close()
-    except OSError:
-        return False
-    return True
 
 
 def _reason(error: Exception) -> str:

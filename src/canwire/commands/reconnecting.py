@@ -1,0 +1,73 @@
+"""`--reconnect`: a verb that only watches or passes on goes on by itself once its hub is back."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from contextlib import closing
+
+import canwire
+from canwire import HubError, HubLost, NoSuchBoard
+from canwire.commands.console import complain
+
+_FIRST_S, _LONGEST_S = 0.1, 2.0  # before it tries again
+
+
+def add_reconnect_argument(parser: argparse._ActionsContainer) -> None:
+    """For verbs whose `run` is `going_on`."""
+    parser.add_argument(
+        "--reconnect", action="store_true", help="when the hub is gone, wait for it and go on"
+    )
+
+
+class Watch:
+    """When the hub was there. It is the `watch` of a verb's arguments; shared_hub.py's `connected` tells it."""
+
+    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._clock_s = clock_s
+        self._lost_s: float | None = None
+        self._told = ""
+        self.known = False
+
+    def found(self) -> None:
+        """It is; a line says for how long it was not."""
+        if self._lost_s is not None:
+            away_s = self._clock_s() - self._lost_s
+            complain(
+                f"connected again; the {away_s:.1f} s before were missed, and what other programs sent in them"
+            )
+        self._lost_s, self._told, self.known = None, "", True
+
+    @property
+    def there(self) -> bool:
+        """As far as is known."""
+        return self.known and self._lost_s is None
+
+    def lost(self, error: HubError | NoSuchBoard) -> None:
+        """It is gone, or not back yet; each reason is told once."""
+        if self._lost_s is None:
+            self._lost_s = self._clock_s()
+        if str(error) != self._told:
+            self._told = str(error)
+            complain(f"{error}; trying again")
+
+
+def going_on(arguments: argparse.Namespace, work: Callable[[argparse.Namespace], int]) -> int:
+    """`work` until it ends; with --reconnect once more whenever its hub is gone, but not before it was there once."""
+    if not arguments.reconnect:
+        return work(arguments)
+    watch = arguments.watch = Watch()
+    pause_s = _FIRST_S
+    with closing(canwire.Event()) as never:
+        while True:
+            try:
+                return work(arguments)
+            except (HubError, NoSuchBoard) as error:
+                if not watch.known:
+                    raise
+                pause_s = (
+                    _FIRST_S if isinstance(error, HubLost) and watch.there else min(2 * pause_s, _LONGEST_S)
+                )
+                watch.lost(error)
+            never.wait(pause_s)

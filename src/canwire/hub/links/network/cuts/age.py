@@ -1,0 +1,45 @@
+"""How old a command is when it comes: a network that was cut, or is slow, must not have it obeyed late.
+
+A client stamps what it sends by the hub's clock, as far as it knows that: a message cannot be quicker than no time, so
+the largest difference between the two clocks that was ever seen is the true one, but for the quickest way. By that
+much a command counts as older than it is. Stamps are milliseconds, in 24 bits; 0 says nothing.
+"""
+
+from __future__ import annotations
+
+_SPAN = 1 << 24  # ms, 4.6 hours: what is as old, or from the future, is a clock that jumped
+_NS = 1_000_000
+_DRIFT = 5_000  # of two clocks against each other: one part in so many
+
+
+class OtherClock:
+    """The other end's clock, by what it says. Times in ns are handed in; any thread may call."""
+
+    def __init__(self) -> None:
+        self._ahead_ns: int | None = None
+        self._heard_ns = 0
+
+    def heard(self, other_ns: int, now_ns: int) -> None:
+        """The other end's time as it was sent, and when it came."""
+        ahead_ns = other_ns - now_ns
+        if self._ahead_ns is not None:
+            ahead_ns = max(ahead_ns, self._ahead_ns - (now_ns - self._heard_ns) // _DRIFT)
+        self._ahead_ns, self._heard_ns = ahead_ns, now_ns
+
+    def stamp(self, now_ns: int) -> int:
+        """What happens now; 0 as long as the other end has not said its time."""
+        return 0 if self._ahead_ns is None else (now_ns + self._ahead_ns) // _NS % _SPAN or 1
+
+
+class Age:
+    """The hub's limit for one client's commands; `limit_s` 0: there is none."""
+
+    def __init__(self, limit_s: float) -> None:
+        self.limit_s = limit_s
+
+    def over_s(self, stamp: int, now_ns: int) -> float:
+        """How old a command of this stamp is by the hub's clock; 0 if that is within the limit."""
+        age_ms = (now_ns // _NS - stamp) % _SPAN
+        if not stamp or not self.limit_s or age_ms >= _SPAN // 2:
+            return 0.0
+        return age_ms / 1000 if age_ms > self.limit_s * 1000 else 0.0

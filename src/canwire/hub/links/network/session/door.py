@@ -1,0 +1,53 @@
+"""What a bare TCP connection finds at an endpoint: how far away it is, and why somebody may not have come in."""
+
+from __future__ import annotations
+
+import enum
+import socket
+import time
+
+from canwire.errors import BadValue
+
+_CONNECT_S = 2.0
+_LOOK_S = 0.3
+
+
+class Door(enum.Enum):
+    """What there is at an endpoint."""
+
+    NONE = "nobody listens"
+    FULL = "a connection is ended as soon as it is there"
+    OPEN = "somebody waits for the first word"
+
+
+def at_the_door(endpoint: str) -> Door:
+    """Look there."""
+    try:
+        with socket.create_connection(host_and_port(endpoint), _CONNECT_S) as end:
+            end.settimeout(_LOOK_S)
+            try:
+                return Door.OPEN if end.recv(1) else Door.FULL
+            except TimeoutError:
+                return Door.OPEN
+            except ConnectionError:
+                return Door.FULL
+    except OSError:
+        return Door.NONE
+
+
+def round_trip_s(endpoint: str) -> float:
+    """The way there and back; 0 where nobody listens."""
+    began_s = time.monotonic()
+    try:
+        socket.create_connection(host_and_port(endpoint), _CONNECT_S).close()
+    except OSError:
+        return 0.0
+    return time.monotonic() - began_s
+
+
+def host_and_port(endpoint: str) -> tuple[str, int]:
+    """Of an endpoint such as tcp/192.168.1.5:7449; raises BadValue."""
+    host, _, port = endpoint.partition("/")[2].partition("?")[0].partition("#")[0].rpartition(":")
+    if not host or not port.isdecimal():
+        raise BadValue(f"{endpoint!r}: PROTOCOL/ADDRESS:PORT, such as tcp/192.168.1.5:7449")
+    return host.strip("[]"), int(port)
