@@ -21,6 +21,7 @@ DOOR = "canwire"
 ROOMS = [
     "errors",
     "version",
+    "forks",
     "places",
     "platform",
     "_mem",

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any, BinaryIO, cast
 
-from canwire.errors import BadLog, Closed
+from canwire.errors import BadLog, CanwireError, Closed
+from canwire.forks import hear_of_forks, reopen
 from canwire.logs.batch import LOG_RECORD_SIZE, LogBatch, entry_of
 from canwire.logs.entry import LogEntry
 from canwire.logs.formats import HEAD, LogFormat, format_named, format_of_file, load_format
@@ -32,12 +33,17 @@ class Log:
         file: BinaryIO,
         closing: ExitStack,
         unpacking: Unpacking | None = None,
+        raw: BinaryIO | None = None,
     ) -> None:
         self._form = form
         self._unpacking = unpacking
         self._closing: ExitStack | None = closing
         self._source = Source(path, file)
         self._begun = False
+        self._raw = raw
+        self._left = False
+        if raw is not None:
+            hear_of_forks(self)
 
     @property
     def path(self) -> str:
@@ -124,6 +130,14 @@ class Log:
     def __repr__(self) -> str:
         return f"<Log {self.path!r}, {self.format}>"
 
+    def leave_to_parent(self) -> None:
+        """In a forked process: reading goes on at a place of its own, or not at all."""
+        if self._raw is not None and not self._raw.closed:
+            try:
+                reopen(self._raw)
+            except OSError:
+                self._left = True
+
     def _entries(self, batch: LogBatch) -> Iterator[LogEntry]:
         """The batch's entries; a record that holds none, in a damaged file, is a fault."""
         block = batch.records.tobytes()
@@ -146,6 +160,8 @@ class Log:
     def _rewound(self) -> Source:
         if self._closing is None:
             raise Closed(f"log {self.path}")
+        if self._left:
+            raise CanwireError(f"log {self.path} belongs to the process that was forked; open it in this one")
         before = self._source
         if self._begun:
             if not before.file.seekable():
@@ -178,6 +194,7 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
                 name, format_named("trace"), io.BytesIO(), closing.pop_all()
             )  # it opens its files itself
         file: Any = sys.stdin.buffer if name == "-" else closing.enter_context(open(name, "rb"))
+        raw = file if name != "-" else None
         file, head = _peeked(file)
         file, unpacking = unpacked(name, file, head)
         if unpacking is not None:
@@ -185,7 +202,7 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
         form = format_named(format) if format is not None else format_of_file(unpacked_name(name), head)
         if unpacking is not None:
             refuse_packed(name, form.name)
-        return Log(name, form, file, closing.pop_all(), unpacking)
+        return Log(name, form, file, closing.pop_all(), unpacking, raw)
 
 
 def _peeked(file: BinaryIO) -> tuple[BinaryIO, bytes]:

@@ -82,6 +82,11 @@ class Writer(FormWriter):
     def give_up(self) -> None:
         self._database.close()
 
+    def leave_to_parent(self) -> None:
+        import ctypes  # here alone: SQLite would take back what the parent has begun, whenever this were collected
+
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._database))
+
     def _make(self, path: str) -> None:
         """A database without rows."""
         open(path, "wb").close()  # says in the system's words what would be wrong with it
