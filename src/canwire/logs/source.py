@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import BinaryIO, NamedTuple
 
+from canwire.errors import BadLog
 from canwire.logs.batch import LogBatch, batch_of
 from canwire.logs.entry import LogEntry
+from canwire.logs.limits import USUAL, LogLimits
 
 MOST_FAULTS = 1000
 """Faults of a file that are kept one by one; the rest is counted."""
@@ -29,10 +31,12 @@ class LogFault(NamedTuple):
 class Source:
     """What a reader is given, and tells: see the attributes of `Log`, which are these."""
 
-    def __init__(self, path: str, file: BinaryIO) -> None:
+    def __init__(self, path: str, file: BinaryIO, limits: LogLimits = USUAL) -> None:
         self.path = path
         self.file = file
+        self.limits = limits
         self.channels: list[str] = []
+        self._numbers: dict[str, int] = {}
         self.dated = False
         self.start_ns: int | None = None
         self.clock = ""
@@ -47,9 +51,23 @@ class Source:
 
     def channel(self, name: str) -> int:
         """The number of a channel's name; a new one gets the next."""
-        if name not in self.channels:
-            self.channels.append(name)
-        return self.channels.index(name)
+        number = self._numbers.get(name)
+        if number is None:
+            if len(self._numbers) != len(self.channels):  # `batch` has added some
+                self._numbers = {known: number for number, known in enumerate(self.channels)}
+            if name not in self._numbers:
+                self._numbers[name] = len(self.channels)
+                self.channels.append(name)
+                self._check_channels()
+            number = self._numbers[name]
+        return number
+
+    def beyond(self, limit: str, what: str) -> BadLog:
+        """The error for what is more than the limit of this name."""
+        most = getattr(self.limits, limit)
+        return BadLog(
+            f"{self.path}: {what} than {limit}={most}; open it with a larger one in limits=LogLimits()"
+        )
 
     def infer_date(self, time_ns: int) -> None:
         """What a time stamp tells: beyond 1973 they count from 1970."""
@@ -57,4 +75,10 @@ class Source:
 
     def batch(self, entries: Iterable[LogEntry]) -> LogBatch:
         """Entries as a batch of this log."""
-        return batch_of(entries, self.channels)
+        found = batch_of(entries, self.channels)
+        self._check_channels()
+        return found
+
+    def _check_channels(self) -> None:
+        if len(self.channels) > self.limits.channels:
+            raise self.beyond("channels", "more channels")
