@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable
 from typing import BinaryIO, NamedTuple
 
-from canwire.errors import BadLog
-from canwire.logs.batch import LogBatch, batch_of
+from canwire.errors import BadLog, BadValue
+from canwire.logs.batch import LogBatch, batch_of, record_of
 from canwire.logs.entry import LogEntry
 from canwire.logs.limits import USUAL, LogLimits
 
@@ -16,6 +17,9 @@ MOST_FAULTS = 1000
 
 DATED_NS = 10**17
 """Time stamps from here on, 1973, are dates: no log counts three years from its own zero."""
+
+
+_NO_RECORD = (BadValue, struct.error, OverflowError)
 
 
 class LogFault(NamedTuple):
@@ -74,10 +78,22 @@ class Source:
         self.dated = self.dated or time_ns >= DATED_NS
 
     def batch(self, entries: Iterable[LogEntry]) -> LogBatch:
-        """Entries as a batch of this log."""
-        found = batch_of(entries, self.channels)
+        """Entries as a batch of this log; one with numbers that no record holds is a fault."""
+        listed = list(entries)
+        try:
+            found = batch_of(listed, self.channels)
+        except _NO_RECORD:
+            found = batch_of(list(filter(self._is_sound, listed)), self.channels)
         self._check_channels()
         return found
+
+    def _is_sound(self, entry: LogEntry) -> bool:
+        try:
+            record_of(entry, 0)
+        except _NO_RECORD as error:
+            self.fault("entry", f"nothing that a log holds: {error}")
+            return False
+        return True
 
     def _check_channels(self) -> None:
         if len(self.channels) > self.limits.channels:

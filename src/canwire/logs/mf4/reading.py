@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadLog
 from canwire.logs.batch import LogBatch, log_dtype
 from canwire.logs.entry import LogEntry, LogKind
-from canwire.logs.mf4.apart import read_apart
+from canwire.logs.mf4.apart import FORKS, read_apart
 from canwire.logs.source import Source
 from canwire.values.dlc import FD_LENGTHS
 from canwire.values.error_frame import decode_error_frame
@@ -46,6 +47,8 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 def _opened(source: Source, asammdf: Any) -> numpy.ndarray:
+    if FORKS:  # this is a process of its own, and what is wrong comes out as an error
+        logging.disable()
     try:
         with asammdf.MDF(source.path, process_bus_logging=False) as mdf:
             return _read(source, mdf)

@@ -53,7 +53,7 @@ _AT_ONCE = 20_000
 _READ = 1 << 21
 _SPAN = 64  # blocks that are looked at for being equal, more of them while they are
 _LINKS = {CAN_LINK, LIN_LINK}
-_WRONG = (BadText, BadFrame, struct.error, ValueError, IndexError)
+_WRONG = (BadText, BadFrame, struct.error, ValueError, IndexError, KeyError)
 
 
 @dataclass

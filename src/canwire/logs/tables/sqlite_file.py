@@ -122,7 +122,7 @@ def read(source: Source) -> Iterator[LogBatch]:
             database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, source.limits.line_bytes)
             database.execute("pragma trusted_schema = off")
             yield from _read(source, database)
-        except sqlite3.DatabaseError as error:
+        except (sqlite3.DatabaseError, UnicodeDecodeError) as error:  # names in a damaged file, too
             source.fault("database", str(error))
 
 
