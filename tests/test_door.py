@@ -17,7 +17,8 @@ import canwire
 EXPORTED = """
 Gateway GatewayCounts GatewayRules
 Campaign CampaignRun Draw campaign repeat_run run_campaign
-BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogMark LogWriter MarkKind create_log log_dtype log_formats
+BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogLimits LogMark LogWriter MarkKind create_log log_dtype
+log_formats
 ChannelStatistics IdentifierStatistics LogStatistics log_statistics
 open_log Recorder RecordTriggers Trace open_trace convert_log merge_logs epoch_ns record
 Offer offer offered_hubs route

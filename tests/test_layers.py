@@ -21,6 +21,7 @@ DOOR = "canwire"
 ROOMS = [
     "errors",
     "version",
+    "forks",
     "places",
     "platform",
     "_mem",
@@ -123,6 +124,7 @@ OUTSIDE_WORLD = {  # real adapters: their I/O alone
     "drivers.slcan_dongle.ports",
     "drivers.python_can.adapter",
     "drivers.python_can.gs_usb.bus",
+    "logs.mf4.apart",  # and what ends a process that reads for this one
 }
 HUB_WITHOUT_CLOCKS = {
     "hub.protocol.board_messages",

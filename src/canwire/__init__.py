@@ -154,6 +154,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.logs.convert import convert_log
     from canwire.logs.entry import LogEntry, LogKind, LogMark, MarkKind
     from canwire.logs.formats import LogFormat, log_formats
+    from canwire.logs.limits import LogLimits
     from canwire.logs.log import Log, open_log
     from canwire.logs.merging import merge_logs
     from canwire.logs.queries.trace import Trace, open_trace
@@ -310,6 +311,7 @@ _NAMES = {
     "logs.recording.record": "record",
     "logs.recording.recorder": "Recorder",
     "logs.recording.triggers": "RecordTriggers",
+    "logs.limits": "LogLimits",
     "logs.source": "LogFault",
     "logs.statistics.collecting": "log_statistics",
     "logs.statistics.results": "ChannelStatistics IdentifierStatistics LogStatistics",
@@ -512,6 +514,7 @@ __all__ = [
     "LogFault",
     "LogFormat",
     "LogKind",
+    "LogLimits",
     "LogLine",
     "LogMark",
     "LogStatistics",

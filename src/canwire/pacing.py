@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from weakref import WeakSet
 
 from canwire.errors import CanwireError
 from canwire.timeline import NEVER, Timeline
@@ -26,8 +24,8 @@ class Pacer:
     that are late run for `SLICE_NS` at most before all callers that wait have had their turn. Once they are later than
     `LARGEST_GAP_NS`, the timeline leaves that time out: it is counted in `skipped_ns`, and `when_late` is called.
 
-    An exception in a callback stops the engine and is raised from `check` and `close`; `when_failed` is called. In a
-    forked process, which has no engine, `check` says so. `clock_ns` is for tests.
+    An exception in a callback stops the engine and is raised from `check` and `close`; `when_failed` is called. A
+    forked process has no engine: `check` says so. `clock_ns` is for tests.
     """
 
     def __init__(self, timeline: Timeline, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
@@ -45,7 +43,6 @@ class Pacer:
         self._make_locks()
         self._thread = threading.Thread(target=self._run, name="canwire-pacer", daemon=True)
         self._thread.start()
-        _PACERS.add(self)
 
     def now_ns(self) -> int:
         """The timeline's time by the wall clock. While time is left out it does not move."""
@@ -205,15 +202,3 @@ class Pacer:
         self._make_locks()
         self._stopping = self._forked = True
         self._fail(CanwireError("this lab belongs to the process that was forked; make another in this one"))
-
-
-_PACERS: WeakSet[Pacer] = WeakSet()
-
-
-def _after_fork() -> None:
-    for pacer in list(_PACERS):
-        pacer.leave_to_parent()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork)

@@ -20,9 +20,10 @@ peer is broken, and the ring counts as full for the producer and as empty for th
 
 from __future__ import annotations
 
+import mmap
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
-from mmap import mmap
 from typing import TYPE_CHECKING, Protocol
 
 from canwire import _mem
@@ -98,8 +99,7 @@ class Ring:
         size = ring_size(slots, record_size)
         if buffer is not None and buffer.nbytes < size:
             raise BadValue(f"buffer of {buffer.nbytes} bytes: this ring takes {size}")
-        # anonymous memory costs nothing until it is written to
-        self._buffer = buffer if buffer is not None else memoryview(mmap(-1, size))
+        self._buffer = buffer if buffer is not None else own_memory(size)
         self._words = _mem.words_of(self._buffer)
         self._shared = buffer is not None
         self.event: Signalled | None = None
@@ -369,7 +369,7 @@ class Ring:
         Blocks from `acquire` stay good for as long as somebody holds them.
         """
         if self._shared:
-            own = memoryview(mmap(-1, ring_size(1, self.record_size)))
+            own = own_memory(ring_size(1, self.record_size))
             before, self._shared = self._buffer, False
             self.capacity = self._mask = 0
             self._words = _mem.words_of(own)
@@ -445,6 +445,17 @@ class Ring:
         wanted = self._words[_FREE_WANTED]
         if wanted and (tail - wanted) & _M64 <= _LARGEST_CAPACITY:
             self._signal(_FREE_WANTED)
+
+
+def own_memory(size: int) -> memoryview:
+    """Anonymous memory, which costs nothing until it is written to; a forked child has a copy of its own."""
+    if not hasattr(mmap, "MAP_PRIVATE"):
+        return memoryview(mmap.mmap(-1, size))
+    memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    if hasattr(mmap, "MADV_NOHUGEPAGE"):
+        with suppress(OSError):  # a kernel without such pages
+            memory.madvise(mmap.MADV_NOHUGEPAGE)  # else the first record would cost two megabytes
+    return memoryview(memory)
 
 
 def rounded_capacity(capacity: int) -> int:

@@ -179,3 +179,26 @@ def test_texts_in_another_encoding(tmp_path: Path) -> None:
     path = tmp_path / "car.dbc"
     path.write_bytes('VERSION ""\nBO_ 1 A: 1 X\n SG_ T : 0|8@1+ (1,0) [0|0] "°C" X\n'.encode())
     assert load_database(path, encoding="utf-8").message("A").signals["T"].unit == "°C"
+
+
+@pytest.mark.finding("faults-2 5")
+def test_a_file_has_a_size(tmp_path: Path) -> None:
+    path = tmp_path / "big.dbc"
+    path.write_text('VERSION ""\n' + "\n" * 1000)
+    load_database(path)
+    with pytest.raises(BadDescription, match=r"big.dbc: 1011 bytes, more than most_bytes=1000"):
+        load_database(path, most_bytes=1000)
+
+
+@pytest.mark.finding("faults-2 5")
+def test_what_a_description_means_may_be_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise OverflowError("too many bits")
+
+    path = tmp_path / "a.dbc"
+    path.write_text('VERSION ""\n')
+    monkeypatch.setattr("canwire.databases.can_file.CanFile", fails)
+    with pytest.raises(
+        BadDescription, match=r"a.dbc: it means nothing here \(OverflowError: too many bits\)"
+    ):
+        load_database(path)

@@ -6,11 +6,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from canwire.errors import BadDescription
+from canwire.errors import BadDescription, CanwireError
 
 if TYPE_CHECKING:
     from canwire.databases.database import Database
 
+MOST_BYTES = 1 << 26
+"""Of a file: parsers of text take some hundred times as much memory."""
 KINDS = (".dbc", ".arxml", ".kcd", ".sym", ".ldf")
 
 
@@ -20,13 +22,14 @@ def load_database(
     encoding: str | None = None,
     strict: bool = True,
     j1939: bool | None = None,
+    most_bytes: int = MOST_BYTES,
 ) -> Database:
     """The messages that this DBC, ARXML, KCD, SYM or LDF file describes; its ending tells which it is.
 
     `encoding` is the text's (None: what is usual for its kind). `strict` refuses signals that overlap or do not fit
     into their message. `j1939` says whether messages with 29-bit identifiers are J1939's, known by their PGN (None:
-    those that the file says so of, which only DBC files can). Needs canwire[databases], LDF files canwire[lin]. Raises
-    BadDescription with the file's name, ExtraMissing.
+    those that the file says so of, which only DBC files can). A file of more than `most_bytes` is refused. Needs
+    canwire[databases], LDF files canwire[lin]. Raises BadDescription with the file's name, ExtraMissing.
     """
     from canwire.databases.can_file import CanFile
     from canwire.databases.database import Database
@@ -38,6 +41,17 @@ def load_database(
         raise BadDescription(f"{file}: no network description by its ending; there are {', '.join(KINDS)}")
     if not file.exists():
         raise BadDescription(f"{file}: No such file or directory")
-    if kind == ".ldf":
-        return Database(str(file), LinFile(file, encoding))
-    return Database(str(file), CanFile(file, encoding, strict, j1939))
+    try:
+        if (size := file.stat().st_size) > most_bytes:
+            raise BadDescription(f"{file}: {size} bytes, more than most_bytes={most_bytes}")
+        if kind == ".ldf":
+            return Database(str(file), LinFile(file, encoding))
+        return Database(str(file), CanFile(file, encoding, strict, j1939))
+    except (CanwireError, MemoryError):
+        raise
+    except OSError as error:
+        raise BadDescription(f"{file}: {error.strerror}") from None
+    except Exception as error:  # what somebody else's parser made of it may be anything
+        raise BadDescription(
+            f"{file}: it means nothing here ({type(error).__name__}: {error})"[:400]
+        ) from error

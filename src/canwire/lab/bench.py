@@ -165,6 +165,13 @@ class Lab(LabTime):
         kind = "virtual" if self.pacer is None else "real"
         return f"<lab in {kind} time, {'closed' if self.closed else f'{self.now_ns} ns'}: {names}>"
 
+    def leave_to_parent(self) -> None:
+        super().leave_to_parent()
+        buses: tuple[BenchBus[Any, Any, Any], ...] = (*self.buses.values(), *self.lin_buses.values())
+        for bus in buses:
+            for node in bus.nodes.values():
+                node.leave_to_parent()
+
     def _made(self, bus: BenchBus[Any, Any, Any]) -> None:
         """A bus is there; for labs that look at all of theirs."""
 

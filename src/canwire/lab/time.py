@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from canwire.errors import BadValue, Closed, NotIdle, WrongState
+from canwire.forks import hear_of_forks
 from canwire.held_time import HeldTime
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
@@ -39,11 +40,13 @@ class LabTime:
         self.pacer = Pacer(self.timeline) if time == "real" else None
         if self.pacer is not None:
             self.pacer.when_late = self._say_late
+            hear_of_forks(self)
         self._company: Company | None = None
         self.waiters: dict[asyncio.Future[None], int] = {}
         self._soon: deque[Callable[[], None]] = deque()
         self._called_back = False
         self._closed = False
+        self._left = False
 
     @property
     def now_ns(self) -> int:
@@ -244,7 +247,20 @@ class LabTime:
     def check_open(self) -> None:
         """Raise Closed after `close`."""
         if self._closed:
+            self.check_here()
             raise Closed("this lab")
+
+    def check_here(self) -> None:
+        """Raise CanwireError in a forked process, where a lab in real time has no engine."""
+        if self._left:
+            assert self.pacer is not None
+            self.pacer.check()
+
+    def leave_to_parent(self) -> None:
+        """In a forked process a lab in real time is over; one in virtual time is a copy, the child's own."""
+        assert self.pacer is not None
+        self.pacer.leave_to_parent()
+        self._closed = self._left = True
 
     async def _pass_time(self, waiter: asyncio.Future[None], deadline_ns: int) -> None:
         import asyncio

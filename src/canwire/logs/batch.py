@@ -128,10 +128,12 @@ def renumbered(batch: LogBatch, channels: list[str]) -> numpy.ndarray:
     records = batch.records
     if batch.channels is channels:
         return records
+    known = {name: number for number, name in enumerate(channels)}
     for name in batch.channels:
-        if name not in channels:
+        if name not in known:
+            known[name] = len(channels)
             channels.append(name)
-    numbers = [channels.index(name) for name in batch.channels]
+    numbers = [known[name] for name in batch.channels]
     if numbers != list(range(len(numbers))):
         records = records.copy()
         records["channel"] = load_numpy().array(numbers, "u2")[records["channel"]]

@@ -13,7 +13,7 @@ from itertools import islice
 from canwire.errors import BadText
 from canwire.logs.batch import LogBatch
 from canwire.logs.entry import LogEntry
-from canwire.logs.lines import LONGEST, parsed_line
+from canwire.logs.lines import parsed_line
 from canwire.logs.source import Source
 from canwire.values.frame import Frame
 
@@ -46,7 +46,7 @@ def _entries(source: Source) -> Iterator[LogEntry]:
 def _lines(source: Source) -> Iterator[bytes]:
     """An empty line more, where a line's end of two bytes lies across two blocks, says nothing."""
     left = b""
-    while block := source.file.read(LONGEST):
+    while block := source.file.read(source.limits.line_bytes):
         *lines, left = _END.split(left + block)
         yield from lines
     yield left

@@ -59,9 +59,11 @@ def lin_frame_of_detail(text: str, id: int, data: bytes, timestamp_ns: int, sent
     known = {"enhanced", "header_only", "length"}
     if set(told) - known:
         raise BadText(f"detail {text[:120]!r}: a LIN frame has {', '.join(sorted(known))}")
-    return LinFrame(
-        id, b"" if told.get("header_only") else data, timestamp_ns=timestamp_ns, sent=sent, **told
-    )
+    content = b"" if told.get("header_only") else data
+    try:
+        return LinFrame(id, content, timestamp_ns=timestamp_ns, sent=sent, **told)
+    except TypeError as error:
+        raise BadText(f"detail {text[:120]!r}: {error}") from None
 
 
 def _told(content: Any) -> dict[str, Any]:
@@ -76,7 +78,7 @@ def _told(content: Any) -> dict[str, Any]:
 def _object(text: str) -> dict[str, Any]:
     try:
         found = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadText(f"detail {text[:120]!r}: {error}") from None
     if not isinstance(found, dict):
         raise BadText(f"detail {text[:120]!r}: no JSON object")

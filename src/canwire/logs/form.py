@@ -7,6 +7,7 @@ import stat
 from collections import Counter
 from typing import TYPE_CHECKING, BinaryIO, ClassVar
 
+from canwire.forks import lead_nowhere
 from canwire.logs.entry import LogKind
 
 if TYPE_CHECKING:
@@ -69,6 +70,11 @@ class FormWriter:
 
     def give_up(self) -> None:
         """Give back what `begin` took besides the file; nothing more is written, and the file is removed."""
+
+    def leave_to_parent(self) -> None:
+        """In a forked process: whatever ends here writes nothing into the parent's file."""
+        if self.file is not None and self.path != "-":
+            lead_nowhere(self.file)
 
     def leave_out(self, what: str, count: int) -> None:
         """Count what the file cannot say: "LIN frames", "nanoseconds of time stamps"."""

@@ -11,15 +11,13 @@ from canwire.logs.entry import LogEntry
 from canwire.logs.source import Source
 
 _AT_ONCE = 20_000
-LONGEST = 1 << 16
-"""Bytes of a line: longer ones are no text."""
 
 
 def read_lines(source: Source, parse: Callable[[str], LogEntry | None]) -> Iterator[LogBatch]:
     """Batches of what `parse` makes of each line: None for one that is no entry; its errors are the source's faults."""
     found: list[LogEntry] = []
     number = 0
-    while raw := source.file.readline(LONGEST):
+    while raw := source.file.readline(source.limits.line_bytes):
         number += 1
         entry = parsed_line(source, parse, number, raw)
         if entry is not None:
@@ -44,10 +42,10 @@ def parsed_line(
         return None
 
 
-def lines_of(text: bytes) -> Iterator[bytes]:
+def lines_of(text: bytes, longest: int) -> Iterator[bytes]:
     """The lines of a text, cut where they are too long."""
     file = io.BytesIO(text)
-    while raw := file.readline(LONGEST):
+    while raw := file.readline(longest):
         yield raw
 
 

@@ -7,16 +7,20 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO, TypeVar, cast
 
-from canwire.errors import BadLog, Closed
+from canwire.errors import BadLog, CanwireError, Closed
+from canwire.forks import hear_of_forks, reopen
 from canwire.logs.batch import LOG_RECORD_SIZE, LogBatch, entry_of
 from canwire.logs.entry import LogEntry
 from canwire.logs.formats import HEAD, LogFormat, format_named, format_of_file, load_format
 from canwire.logs.journal import SUFFIX
+from canwire.logs.limits import USUAL, LogLimits
 from canwire.logs.packing import Unpacking, refuse_packed, unpacked, unpacked_name
 from canwire.logs.source import LogFault, Source
 from canwire.logs.trace.files import files_of
+
+Read = TypeVar("Read", LogEntry, LogBatch)
 
 
 class Log:
@@ -32,12 +36,18 @@ class Log:
         file: BinaryIO,
         closing: ExitStack,
         unpacking: Unpacking | None = None,
+        raw: BinaryIO | None = None,
+        limits: LogLimits = USUAL,
     ) -> None:
         self._form = form
         self._unpacking = unpacking
         self._closing: ExitStack | None = closing
-        self._source = Source(path, file)
+        self._source = Source(path, file, limits)
         self._begun = False
+        self._raw = raw
+        self._left = False
+        if raw is not None:
+            hear_of_forks(self)
 
     @property
     def path(self) -> str:
@@ -86,7 +96,7 @@ class Log:
                 yield from self._entries(batch)
             return
         source, entry = self._rewound(), None
-        for entry in single(source):
+        for entry in self._read(single(source)):
             yield entry
         self._tell_problem(source)
         if entry is None:
@@ -99,7 +109,7 @@ class Log:
         """
         source = self._rewound()
         count = 0
-        for batch in load_format(self._form).read(source):
+        for batch in self._read(load_format(self._form).read(source)):
             if len(batch):
                 count += len(batch)
                 if source.dated and source.start_ns is None:
@@ -124,6 +134,28 @@ class Log:
     def __repr__(self) -> str:
         return f"<Log {self.path!r}, {self.format}>"
 
+    def leave_to_parent(self) -> None:
+        """In a forked process: reading goes on at a place of its own, or not at all."""
+        if self._raw is not None and not self._raw.closed:
+            try:
+                reopen(self._raw)
+            except OSError:
+                self._left = True
+
+    def _read(self, found: Iterator[Read]) -> Iterator[Read]:
+        """What a reader finds. Whatever it raises besides errors of canwire's and the system's is the file's fault."""
+        while True:
+            try:
+                each = next(found)
+            except StopIteration:
+                return
+            except (CanwireError, OSError, MemoryError):
+                raise
+            except Exception as error:
+                told = f"nothing more of it can be read as {self.format} ({type(error).__name__}: {error})"
+                raise BadLog(f"{self.path}: {told[:300]}") from error
+            yield each
+
     def _entries(self, batch: LogBatch) -> Iterator[LogEntry]:
         """The batch's entries; a record that holds none, in a damaged file, is a fault."""
         block = batch.records.tobytes()
@@ -146,17 +178,19 @@ class Log:
     def _rewound(self) -> Source:
         if self._closing is None:
             raise Closed(f"log {self.path}")
+        if self._left:
+            raise CanwireError(f"log {self.path} belongs to the process that was forked; open it in this one")
         before = self._source
         if self._begun:
             if not before.file.seekable():
                 raise BadLog(f"{self.path}: a stream, which can be read once only")
             before.file.seek(0)
-            self._source = Source(before.path, before.file)
+            self._source = Source(before.path, before.file, before.limits)
         self._begun = True
         return self._source
 
 
-def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
+def open_log(path: str | os.PathLike[str], *, format: str | None = None, limits: LogLimits = USUAL) -> Log:
     """A log to read, of whatever format: its first bytes tell, or `format`. "-" is standard input.
 
     >>> with open_log("drive.log") as log:  # doctest: +SKIP
@@ -165,6 +199,9 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
 
     A folder is a trace. A file packed by gzip, or by Zstandard (canwire[parquet]), is unpacked on the way. Where the
     file is not there, but a killed recording's journal of it, that is read.
+
+    `limits` say how much is taken of a file that may be anybody's. What is read from the log raises BadLog for what is
+    beyond them, or damaged so that nothing more can be read, and OSError.
 
     Raises BadLog for a file that is no log, BadValue for an unknown format, OSError for one that does not open.
     """
@@ -175,9 +212,10 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
         if os.path.isdir(name) and format in (None, "trace"):
             files_of(name)
             return Log(
-                name, format_named("trace"), io.BytesIO(), closing.pop_all()
+                name, format_named("trace"), io.BytesIO(), closing.pop_all(), limits=limits
             )  # it opens its files itself
         file: Any = sys.stdin.buffer if name == "-" else closing.enter_context(open(name, "rb"))
+        raw = file if name != "-" else None
         file, head = _peeked(file)
         file, unpacking = unpacked(name, file, head)
         if unpacking is not None:
@@ -185,7 +223,7 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None) -> Log:
         form = format_named(format) if format is not None else format_of_file(unpacked_name(name), head)
         if unpacking is not None:
             refuse_packed(name, form.name)
-        return Log(name, form, file, closing.pop_all(), unpacking)
+        return Log(name, form, file, closing.pop_all(), unpacking, raw, limits)
 
 
 def _peeked(file: BinaryIO) -> tuple[BinaryIO, bytes]:

@@ -183,6 +183,9 @@ class Packing(io.RawIOBase):
     def writable(self) -> bool:
         return True
 
+    def fileno(self) -> int:
+        return self._file.fileno()
+
     def write(self, data: Any) -> int:
         if self._gzip is None:
             self._zstd.write(bytes(data))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable
 from typing import BinaryIO, NamedTuple
 
-from canwire.logs.batch import LogBatch, batch_of
+from canwire.errors import BadLog, BadValue
+from canwire.logs.batch import LogBatch, batch_of, record_of
 from canwire.logs.entry import LogEntry
+from canwire.logs.limits import USUAL, LogLimits
 
 MOST_FAULTS = 1000
 """Faults of a file that are kept one by one; the rest is counted."""
@@ -14,6 +17,9 @@ MOST_FAULTS = 1000
 
 DATED_NS = 10**17
 """Time stamps from here on, 1973, are dates: no log counts three years from its own zero."""
+
+
+_NO_RECORD = (BadValue, struct.error, OverflowError)
 
 
 class LogFault(NamedTuple):
@@ -29,10 +35,12 @@ class LogFault(NamedTuple):
 class Source:
     """What a reader is given, and tells: see the attributes of `Log`, which are these."""
 
-    def __init__(self, path: str, file: BinaryIO) -> None:
+    def __init__(self, path: str, file: BinaryIO, limits: LogLimits = USUAL) -> None:
         self.path = path
         self.file = file
+        self.limits = limits
         self.channels: list[str] = []
+        self._numbers: dict[str, int] = {}
         self.dated = False
         self.start_ns: int | None = None
         self.clock = ""
@@ -47,14 +55,46 @@ class Source:
 
     def channel(self, name: str) -> int:
         """The number of a channel's name; a new one gets the next."""
-        if name not in self.channels:
-            self.channels.append(name)
-        return self.channels.index(name)
+        number = self._numbers.get(name)
+        if number is None:
+            if len(self._numbers) != len(self.channels):  # `batch` has added some
+                self._numbers = {known: number for number, known in enumerate(self.channels)}
+            if name not in self._numbers:
+                self._numbers[name] = len(self.channels)
+                self.channels.append(name)
+                self._check_channels()
+            number = self._numbers[name]
+        return number
+
+    def beyond(self, limit: str, what: str) -> BadLog:
+        """The error for what is more than the limit of this name."""
+        most = getattr(self.limits, limit)
+        return BadLog(
+            f"{self.path}: {what} than {limit}={most}; open it with a larger one in limits=LogLimits()"
+        )
 
     def infer_date(self, time_ns: int) -> None:
         """What a time stamp tells: beyond 1973 they count from 1970."""
         self.dated = self.dated or time_ns >= DATED_NS
 
     def batch(self, entries: Iterable[LogEntry]) -> LogBatch:
-        """Entries as a batch of this log."""
-        return batch_of(entries, self.channels)
+        """Entries as a batch of this log; one with numbers that no record holds is a fault."""
+        listed = list(entries)
+        try:
+            found = batch_of(listed, self.channels)
+        except _NO_RECORD:
+            found = batch_of(list(filter(self._is_sound, listed)), self.channels)
+        self._check_channels()
+        return found
+
+    def _is_sound(self, entry: LogEntry) -> bool:
+        try:
+            record_of(entry, 0)
+        except _NO_RECORD as error:
+            self.fault("entry", f"nothing that a log holds: {error}")
+            return False
+        return True
+
+    def _check_channels(self) -> None:
+        if len(self.channels) > self.limits.channels:
+            raise self.beyond("channels", "more channels")

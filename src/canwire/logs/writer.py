@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, BinaryIO, cast
 
-from canwire.errors import Closed
+from canwire.errors import CanwireError, Closed
+from canwire.forks import hear_of_forks
 from canwire.logs.batch import LogBatch, batch_of, renumbered
 from canwire.logs.beside import Beside
 from canwire.logs.entry import LogEntry, LogKind
@@ -45,6 +46,8 @@ class LogWriter:
         self._whole = whole and beside is not None
         self._closed = False
         self._failed = False
+        self._left = False
+        hear_of_forks(self)
         try:
             self._telling(form.begin)
         except BaseException:
@@ -98,8 +101,7 @@ class LogWriter:
 
     def write_batch(self, batch: LogBatch) -> None:
         """Many entries. Raises OSError where the disk is full, which says how many are in the file."""
-        if self._closed:
-            raise Closed(f"log {self.path}")
+        self._check_open()
         form = self._form
         records = renumbered(batch, form.channels)
         kinds = records["kind"]
@@ -117,8 +119,7 @@ class LogWriter:
 
     def rotate(self) -> bool:
         """Begin the next file of a trace; False for a log that is one file. Raises like `write_batch`."""
-        if self._closed:
-            raise Closed(f"log {self.path}")
+        self._check_open()
         turned: list[bool] = []
         self._telling(lambda: turned.append(self._form.turn()))
         return turned[0]
@@ -147,6 +148,20 @@ class LogWriter:
     def __repr__(self) -> str:
         state = "closed" if self._closed else "open"
         return f"<LogWriter {self.path!r}, {self.format}, {self.count} entries, {state}>"
+
+    def leave_to_parent(self) -> None:
+        """In a forked process: nothing more is written, and the file is as the parent leaves it."""
+        if not self._closed:
+            self._closed = self._left = True
+            self._form.leave_to_parent()
+
+    def _check_open(self) -> None:
+        if self._left:
+            raise CanwireError(
+                f"log {self.path} belongs to the process that was forked; create another in this one"
+            )
+        if self._closed:
+            raise Closed(f"log {self.path}")
 
     def _finish(self) -> None:
         self._form.end()

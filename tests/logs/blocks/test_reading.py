@@ -17,7 +17,8 @@ from canwire import Frame, LogBatch, LogEntry, create_log
 from canwire.logs import asc, trc
 from canwire.logs.asc import reading as asc_reading
 from canwire.logs.blocks import reading
-from canwire.logs.lines import LONGEST, read_lines
+from canwire.logs.limits import USUAL
+from canwire.logs.lines import read_lines
 from canwire.logs.source import Source
 from canwire.logs.tables import csv
 from canwire.logs.tables.csv import reading as csv_reading
@@ -26,6 +27,7 @@ from canwire.logs.tables.csv.rows import HEADER, row_of_ours
 from canwire.logs.trc import reading as trc_reading
 from tests.logs.contents import START_NS, entries, frames
 
+LONGEST = USUAL.line_bytes
 FORMATS = ("asc", "trc", "csv")
 SPOILT = (b'"', b"\n", b"\r", b"\r\n", b"\0", b",", b" ", b"\t", b"\xff", b";", b"-", b"x", b"9", b"F", b".", b"\x0b",
           b"base dec  timestamps absolute\n", b"base hex  timestamps relative\n", b"// canwire channel 1 two\n",

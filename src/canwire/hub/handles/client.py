@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import threading
 import weakref
 from collections.abc import Callable
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from canwire.boards.can.modes import LineStatus
 from canwire.errors import CanwireError, HubLost, Unplugged
+from canwire.forks import hear_of_forks
 from canwire.hub.handles.client_time import ClientTime
 from canwire.hub.handles.lent import LentMemory
 from canwire.hub.protocol import messages as m
@@ -56,7 +56,7 @@ class Client(ClientTime):
         self._holdings: dict[int, Holding] = {}
         self._forked = False
         self._listen(self._notice)
-        _OPEN.add(self)
+        hear_of_forks(self)
         self._forgotten = weakref.finalize(self, _close_elsewhere, link)
         self._forgotten.atexit = False
 
@@ -186,13 +186,3 @@ def _close_elsewhere(link: Link) -> None:
 
 
 _FORKED = "this connection belongs to the process that was forked; connect again in this one"
-_OPEN: weakref.WeakSet[Client] = weakref.WeakSet()
-
-
-def _after_fork() -> None:
-    for client in list(_OPEN):
-        client.leave_to_parent()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 from canwire.boards.can.channel import Channel
 from canwire.boards.can.line import Line
 from canwire.drivers.driver import Counters, Driver, LineSettings
-from canwire.errors import BadValue, BusOff, Closed, NotTransmitted
+from canwire.errors import BadValue, BusOff, NotTransmitted
 from canwire.lab.node import BenchNode
 from canwire.lab.time import LabTime
 from canwire.timeline import NEVER
@@ -79,7 +79,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         if high_priority:
             flags |= HIGH_PRIORITY
         if self._closed:
-            raise Closed(f"node {self.name}")
+            self._check_open()
         if not 0 <= delay_ns <= LONGEST_NS:
             raise BadValue(f"delay_ns {delay_ns}: from 0 to {LONGEST_NS}")
         if self._paced:

@@ -31,6 +31,9 @@ EDL_64, BRS_64, ESI_64, REMOTE_64 = 0x1000, 0x2000, 0x4000, 0x10
 OURS = "canwire "
 
 
+_YEARS = range(1970, 2262)  # whose nanoseconds a record holds
+
+
 def system_time(time_ns: int | None) -> tuple[int, ...]:
     """A date as eight numbers, to the millisecond (UTC, as python-can writes it); zeros for None."""
     if time_ns is None:
@@ -41,10 +44,10 @@ def system_time(time_ns: int | None) -> tuple[int, ...]:
 
 
 def ns_of_system_time(numbers: tuple[int, ...]) -> int | None:
-    """Nanoseconds since 1970; None for zeros, and for what is no date."""
+    """Nanoseconds since 1970; None for zeros, for what is no date, and for one that no record holds."""
     year, month, _, day, hour, minute, second, milli = numbers
     try:
         moment = datetime(year, month, day, hour, minute, second, tzinfo=UTC)
     except ValueError:
         return None
-    return int(moment.timestamp()) * 10**9 + milli * 10**6
+    return int(moment.timestamp()) * 10**9 + milli * 10**6 if year in _YEARS else None

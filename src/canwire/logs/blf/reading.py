@@ -21,9 +21,10 @@ if TYPE_CHECKING:
     import numpy
 
 _AT_ONCE = 20_000
-_MOST = 1 << 26  # bytes of a container: larger ones are torn
 _CONTAINER_HEAD = 16
 _FEW = 8  # equal objects that are not worth numpy
+_SPAN = 64  # objects that are looked at for being equal, more of them while they are
+_LARGEST_SPAN = 1 << 20
 _CAN_SIZE = b.TIMED.size + b.CAN.size
 _WRONG = (BadText, BadFrame, BadValue, struct.error, ValueError, IndexError, KeyError)
 
@@ -44,7 +45,9 @@ def read(source: Source) -> Iterator[LogBatch]:
             source.fault(f"byte {at}", "no object begins here: the file is cut or damaged")
             break
         size, kind = b.BASE.unpack(base)[3:]
-        body = source.file.read(size - b.BASE.size) if b.BASE.size <= size < _MOST else b""
+        body = (
+            source.file.read(size - b.BASE.size) if b.BASE.size <= size <= source.limits.block_bytes else b""
+        )
         source.file.read(size % 4)
         if len(body) < size - b.BASE.size:
             source.fault(f"byte {at}", "the file ends in the middle of an object")
@@ -67,11 +70,15 @@ def _unpacked(source: Source, at: int, body: bytes) -> bytes:
         source.fault(f"byte {at}", f"a container packed by method {method}")
         return b""
     opener = zlib.decompressobj()
-    found = bytearray()
+    found, most = bytearray(), source.limits.block_bytes
     try:
         for begin in range(0, len(packed), 4096):
-            found += opener.decompress(packed[begin : begin + 4096])
-        found += opener.flush()
+            piece = packed[begin : begin + 4096]
+            while piece:
+                found += opener.decompress(piece, most + 1 - len(found))
+                if len(found) > most:
+                    raise source.beyond("block_bytes", f"byte {at}: a container that unpacks to more bytes")
+                piece = opener.unconsumed_tail
     except zlib.error as error:
         source.fault(f"byte {at}", f"a damaged container: {error}")
     return bytes(found)
@@ -85,7 +92,9 @@ class _Reader:
         self._zero_ns = 0
         self._names: dict[int, str] = {}
         self._next: tuple[str, str] | None = None  # kind and detail of the object that follows
-        self._tail = b""
+        self._tail = bytearray()
+        self._missing = 0  # bytes that have to come before the tail is looked at
+        self._span = _SPAN
 
     def head(self, head: bytes) -> int:
         """Take what the file's head says; where the objects begin."""
@@ -106,7 +115,11 @@ class _Reader:
 
     def objects(self, content: bytes, base: int) -> Iterator[LogBatch]:
         """Batches of the objects in a container, with what the one before it left over."""
-        text, at, found = self._tail + content, 0, list[LogEntry]()
+        self._tail += content
+        if len(self._tail) < self._missing:
+            return
+        text, at, found = bytes(self._tail), 0, list[LogEntry]()
+        self._missing, most = 0, self._source.limits.block_bytes
         while True:
             begin = text.find(b.OBJECT_MAGIC, at)
             if begin < 0:
@@ -125,12 +138,13 @@ class _Reader:
                 at = begin
                 break
             size = b.BASE.unpack_from(text, begin)[3]
-            if begin + size > len(text) and size < _MOST:
-                at = begin
+            if begin + size > len(text) and size <= most:
+                at, self._missing = begin, size
                 break
-            at = begin + max(size if size < _MOST else 0, b.BASE.size)
+            at = begin + max(size if size <= most else 0, b.BASE.size)
             self._one(text[begin:at], base, found)
-        self._tail = text[at:] if text.find(b.OBJECT_MAGIC, at) >= 0 or len(text) - at < 4 else b""
+        kept = text.find(b.OBJECT_MAGIC, at) >= 0 or len(text) - at < 4
+        self._tail = bytearray(text[at:] if kept else b"")
         if found:
             yield self._source.batch(found)
 
@@ -199,7 +213,7 @@ class _Reader:
         if int.from_bytes(text[at + 8 : at + 12], "little") != _CAN_SIZE or self._next is not None:
             return None
         numpy = load_numpy()
-        count = (len(text) - at) // _CAN_SIZE
+        count = min((len(text) - at) // _CAN_SIZE, self._span)
         rows = numpy.frombuffer(text, "u1", count * _CAN_SIZE, at).reshape(count, _CAN_SIZE)
         words = numpy.ascontiguousarray(rows).view("<u4")
         magic = int.from_bytes(b.OBJECT_MAGIC, "little")
@@ -209,6 +223,7 @@ class _Reader:
         dlc, remote, extended = rows[:, 35], flags & b.REMOTE != 0, words[:, 9] & b.EXTENDED != 0
         id = words[:, 9] & 0x1FFF_FFFF
         equal &= (dlc < 16) & (extended | (id <= 0x7FF))
+        self._span = min(4 * self._span, _LARGEST_SPAN) if equal.all() else _SPAN
         count = count if equal.all() else int(equal.argmin())
         if count < _FEW:
             return None

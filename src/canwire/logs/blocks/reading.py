@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from canwire.logs.batch import LogBatch, batch_of, log_dtype
 from canwire.logs.blocks.fields import Fields
 from canwire.logs.entry import LogEntry
-from canwire.logs.lines import LONGEST, lines_of, parsed_line
+from canwire.logs.lines import lines_of, parsed_line
 from canwire.logs.source import Source
 from canwire.values.record import load_numpy
 
@@ -53,11 +53,11 @@ def read_blocks(source: Source, reader: LineReader) -> Iterator[LogBatch]:
 
 def blocks(source: Source) -> Iterator[bytes]:
     """Whole lines; what is too long to be one is cut as `readline` cuts it."""
-    rest = b""
+    rest, longest = b"", source.limits.line_bytes
     while chunk := source.file.read(_CHUNK):
         text = rest + chunk
         end = text.rfind(b"\n") + 1
-        end += (len(text) - end) // LONGEST * LONGEST
+        end += (len(text) - end) // longest * longest
         if end:
             yield text[:end]
         rest = text[end:]
@@ -71,7 +71,10 @@ def read_block(source: Source, reader: LineReader, text: bytes, number: int) -> 
     fields = Fields(text, reader.separator)
     changing = reader.changing(fields)
     edges = (numpy.flatnonzero(numpy.diff(changing)) + 1).tolist()
-    if len(edges) > _MOST_PARTS or int((fields.line_ends - fields.line_begins).max()) >= LONGEST:
+    if (
+        len(edges) > _MOST_PARTS
+        or int((fields.line_ends - fields.line_begins).max()) >= source.limits.line_bytes
+    ):
         return _line_by_line(source, reader, text, number)
     block = _Block(source, reader, fields, number)
     parts = [block.read(begin, end) for begin, end in zip([0, *edges], [*edges, len(fields)], strict=True)]
@@ -135,7 +138,7 @@ class _Block:
 def _line_by_line(source: Source, reader: LineReader, text: bytes, number: int) -> tuple[numpy.ndarray, int]:
     """The same without any plain lines."""
     entries, count = [], 0
-    for raw in lines_of(text):
+    for raw in lines_of(text, source.limits.line_bytes):
         entry = parsed_line(source, reader.entry, number + count, raw)
         count += 1
         if entry is not None:

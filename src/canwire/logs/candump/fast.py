@@ -107,12 +107,11 @@ class _Lines:
             else numpy.zeros((0, 16), "u1")
         )
         if not len(names) or (names == names[0]).all():
-            different, which = names[:1], numpy.zeros(len(names), "i8")
+            firsts, which = numpy.arange(min(1, len(names))), numpy.zeros(len(names), "i8")
         else:
-            different, which = numpy.unique(names.view("S16")[:, 0], return_inverse=True)
-        numbers = numpy.zeros(len(different), "u2")
-        for number in range(len(different)):
-            first = int((which == number).argmax())
+            _, firsts, which = numpy.unique(names.view("S16")[:, 0], return_index=True, return_inverse=True)
+        numbers = numpy.zeros(len(firsts), "u2")
+        for number, first in enumerate(firsts.tolist()):
             numbers[number] = source.channel(names[first].tobytes().rstrip(b"\0").decode("utf-8", "replace"))
         return numbers[which]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadText
 from canwire.logs.batch import LogBatch, log_dtype
+from canwire.logs.blocks.reading import blocks
 from canwire.logs.entry import LogEntry
 from canwire.logs.source import Source
 from canwire.values.lin.text import parse_lin_log_line
@@ -18,7 +19,6 @@ from canwire.values.text import parse_log_line
 if TYPE_CHECKING:
     import numpy
 
-_CHUNK = 1 << 21  # bytes: some 40,000 lines
 _CENTURY_NS = 100 * 365 * 86_400 * 10**9
 _LOG = re.compile(rb"\s*\( *\d+\.\d+\)\s+\S+\s+[0-9A-Za-z_]+#")
 _SCREEN = re.compile(
@@ -37,7 +37,9 @@ def recognises(head: bytes) -> bool:
 def entries(source: Source) -> Iterator[LogEntry]:
     """Entry by entry, without numpy."""
     parser = LineParser(source)
-    for number, raw in enumerate(source.file, 1):
+    number = 0
+    while raw := source.file.readline(source.limits.line_bytes):
+        number += 1
         entry = parser.entry(number, raw)
         if entry is not None:
             yield entry
@@ -49,18 +51,11 @@ def read(source: Source) -> Iterator[LogBatch]:
 
     load_numpy()
     parser = LineParser(source)
-    number, rest = 1, b""
-    while True:
-        block = source.file.read(_CHUNK)
-        text = rest + block
-        end = text.rfind(b"\n") + 1 if block else len(text)
-        text, rest = text[:end], text[end:]
-        if text:
-            records, others, count = plain_lines(text, source)
-            yield LogBatch(_merged(records, others, number, parser), source.channels)
-            number += count
-        if not block:
-            return
+    number = 1
+    for text in blocks(source):
+        records, others, count = plain_lines(text, source)
+        yield LogBatch(_merged(records, others, number, parser), source.channels)
+        number += count
 
 
 def _merged(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadLog
 from canwire.logs.batch import LogBatch, log_dtype
 from canwire.logs.entry import LogEntry, LogKind
+from canwire.logs.mf4.apart import FORKS, read_apart
 from canwire.logs.source import Source
 from canwire.values.dlc import FD_LENGTHS
 from canwire.values.error_frame import decode_error_frame
@@ -39,15 +41,21 @@ def read(source: Source) -> Iterator[LogBatch]:
     asammdf = load_asammdf()
     if source.path == "-":
         raise BadLog("mf4: cannot be read from standard input")
-    try:
-        with asammdf.MDF(source.path, process_bus_logging=False) as mdf:
-            records = _read(source, mdf)
-    except BadLog:
-        raise
-    except (asammdf.blocks.utils.MdfException, ValueError, IndexError, KeyError, OSError) as error:
-        raise BadLog(f"{source.path}: asammdf cannot read it: {error}") from None
+    records = read_apart(source, lambda source: _opened(source, asammdf))
     for at in range(0, len(records), _AT_ONCE):
         yield LogBatch(records[at : at + _AT_ONCE], source.channels)
+
+
+def _opened(source: Source, asammdf: Any) -> numpy.ndarray:
+    if FORKS:  # this is a process of its own, and what is wrong comes out as an error
+        logging.disable()
+    try:
+        with asammdf.MDF(source.path, process_bus_logging=False) as mdf:
+            return _read(source, mdf)
+    except (BadLog, MemoryError):
+        raise
+    except Exception as error:  # somebody else's parser: anything may come
+        raise BadLog(f"{source.path}: asammdf cannot read it: {type(error).__name__}: {error}") from None
 
 
 def _read(source: Source, mdf: Any) -> numpy.ndarray:

@@ -53,8 +53,9 @@ _PCAP = {  # magic number of a pcap file: byte order, nanoseconds in a stamp's f
 }
 _AT_ONCE = 20_000
 _READ = 1 << 21
+_SPAN = 64  # blocks that are looked at for being equal, more of them while they are
 _LINKS = {CAN_LINK, LIN_LINK, COOKED_LINK}
-_WRONG = (BadText, BadFrame, struct.error, ValueError, IndexError)
+_WRONG = (BadText, BadFrame, struct.error, ValueError, IndexError, KeyError)
 
 
 @dataclass
@@ -94,6 +95,7 @@ class _Reader:
         self._interfaces: list[_Interface] = []
         self._foreign: set[int] = set()
         self._order = "<"
+        self._span = _SPAN
 
     def batches(self, begin: bytes) -> Iterator[LogBatch]:
         """Every batch; where the file is torn, that is a fault and the end."""
@@ -148,7 +150,7 @@ class _Reader:
         if len(text) < at + 8:
             return None
         size: int = struct.unpack_from(self._order + "I", text, at + 4)[0]
-        return size if size >= 12 and size % 4 == 0 and size < _READ * 8 else None
+        return size if size >= 12 and size % 4 == 0 and size <= self._source.limits.block_bytes else None
 
     def _one(self, text: bytes, at: int, found: list[LogEntry]) -> None:
         import io
@@ -160,6 +162,8 @@ class _Reader:
                     found.append(entry)
         except Torn as error:
             self._source.fault(f"byte {error.at}", str(error))
+        except BadLog:
+            raise
         except _WRONG as error:
             self._source.fault(f"byte {at}", str(error))
 
@@ -167,6 +171,8 @@ class _Reader:
         if one.kind == SECTION:
             self._interfaces = []
         elif one.kind == INTERFACE:
+            if len(self._interfaces) >= self._source.limits.channels:
+                raise self._source.beyond("channels", "more interfaces")
             self._interfaces.append(self._described(one))
         elif one.kind == PACKET:
             return self._packet(one)
@@ -233,11 +239,12 @@ class _Reader:
         size = int.from_bytes(text[at + 4 : at + 8], "little")
         if size not in (CLASSIC_SIZE + 44, FD_SIZE + 44):
             return None
-        count = (len(text) - at) // size
+        count = min((len(text) - at) // size, self._span)
         words = numpy.frombuffer(text, "<u4", count * size // 4, at).reshape(count, size // 4)
         equal = (words[:, 0] == PACKET) & (words[:, 1] == size) & (words[:, -1] == size)
         equal &= (words[:, 5] == size - 44) & (words[:, -4] == EPB_FLAGS | 4 << 16) & (words[:, -3] < 3)
         equal &= words[:, 2] < len(self._interfaces)
+        self._span = min(4 * self._span, _READ) if equal.all() else _SPAN
         count = count if equal.all() else int(equal.argmin())
         if count < 8:
             return None

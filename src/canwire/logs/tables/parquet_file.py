@@ -98,16 +98,26 @@ def open_parquet(path: str, file: Any) -> tuple[Any, dict[str, Any]]:
     arrow = load_pyarrow()
     try:
         opened = arrow.parquet.ParquetFile(file, page_checksum_verification=True)
-    except (arrow.ArrowException, OSError) as error:
+    except (arrow.ArrowException, OSError, UnicodeDecodeError) as error:
         raise BadLog(f"{path}: no whole Parquet file ({error}); its recorder may have been killed") from None
-    missing = [name for name in COLUMNS if name not in opened.schema_arrow.names]
+    try:
+        names, about = opened.schema_arrow.names, _about(opened)
+    except (ValueError, RecursionError) as error:
+        raise BadLog(f"{path}: its description is damaged: {error}") from None
+    missing = [name for name in COLUMNS if name not in names]
     if missing:
         raise BadLog(f"{path}: a table without {', '.join(missing)}: no log of canwire")
     plain = [name for name in _WORDS if opened.schema_arrow.field(name).type == arrow.string()]
     if plain:  # others write no dictionaries
         opened = arrow.parquet.ParquetFile(file, read_dictionary=plain, page_checksum_verification=True)
-    about = json.loads((opened.schema_arrow.metadata or {}).get(ABOUT, b"{}"))
     return opened, {**about, "dated": about["dated"] if "dated" in about else _by_its_times(opened)}
+
+
+def _about(opened: Any) -> dict[str, Any]:
+    about = json.loads((opened.schema_arrow.metadata or {}).get(ABOUT, b"{}"))
+    if not isinstance(about, dict):
+        raise ValueError("no JSON object")
+    return about
 
 
 def _by_its_times(opened: Any) -> bool:
@@ -139,11 +149,18 @@ def _groups(source: Source, file: Any, names: list[str]) -> Iterator[tuple[LogBa
     while True:
         try:
             batch = next(groups, None)
-        except (arrow.ArrowException, OSError) as error:
+        except (arrow.ArrowException, OSError, UnicodeDecodeError) as error:
             source.fault(f"row {before}", f"nothing from here on: {' '.join(str(error).split())}")
             return
         if batch is None:
             return
-        records, kept = batch_of_table(source, batch, before)
+        try:
+            records, kept = batch_of_table(source, batch, before)
+        except (
+            arrow.ArrowException,
+            UnicodeDecodeError,
+        ) as error:  # indices and texts are not checked before
+            source.fault(f"row {before}", f"nothing of these {batch.num_rows} rows: {error}")
+            continue
         yield records, kept, batch
         before += batch.num_rows

@@ -20,7 +20,7 @@ class TraceFile(Source):
     """One file of the trace; what is wrong in it is a fault of the trace, with the file's name."""
 
     def __init__(self, trace: Source, path: Path, file: BinaryIO) -> None:
-        super().__init__(str(path), file)
+        super().__init__(str(path), file, trace.limits)
         self._trace = trace
         self._name = path.name
 

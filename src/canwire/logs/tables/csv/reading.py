@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Iterator
+from functools import partial
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,6 @@ from canwire.logs.batch import LogBatch
 from canwire.logs.blocks.fields import Fields
 from canwire.logs.blocks.reading import blocks, read_block
 from canwire.logs.entry import LogEntry
-from canwire.logs.lines import LONGEST
 from canwire.logs.source import Source
 from canwire.logs.tables.csv import plain
 from canwire.logs.tables.csv.named import dialect_of
@@ -39,7 +39,7 @@ def recognises(head: bytes) -> bool:
 
 def read(source: Source) -> Iterator[LogBatch]:
     """Some ten thousand rows at a time; a row that means nothing is a fault."""
-    header = source.file.readline(LONGEST)
+    header = source.file.readline(source.limits.line_bytes)
     told = header.decode("utf-8-sig", "replace")
     texts = blocks(source)
     named = None if told.startswith(OTHERS) else dialect_of(told)
@@ -53,7 +53,7 @@ def read(source: Source) -> Iterator[LogBatch]:
         return
     number = 2
     for text in texts:
-        if not _is_line_by_line(text):
+        if not _is_line_by_line(text, source.limits.line_bytes):
             yield from _read_rows(source, chain([text], texts), parse, number)
             return
         records, count = read_block(source, _Reader(), text, number)
@@ -90,14 +90,14 @@ class _Reader:
         return bytes(key).decode("ascii")
 
 
-def _is_line_by_line(text: bytes) -> bool:
+def _is_line_by_line(text: bytes, longest: int) -> bool:
     """Whether each line is a row: none is cut, none ends by a lone carriage return, no cell goes on in the next one."""
     if text.count(b"\r") != text.count(b"\r\n"):
         return False
     numpy = load_numpy()
     block = numpy.frombuffer(text, "u1")
     ends = numpy.append(numpy.flatnonzero(block == 10), len(text))
-    if int(numpy.diff(ends, prepend=-1).max()) > LONGEST:
+    if int(numpy.diff(ends, prepend=-1).max()) > longest:
         return False
     if b'"' not in text:
         return True
@@ -121,7 +121,8 @@ def _read_rows(
     """The csv module's rows, the first of which has this number; number 0: they begin with the header."""
     pieces = io.BufferedReader(_Pieces(iter(texts)))
     text = io.TextIOWrapper(pieces, "utf-8-sig", errors="replace", newline="")
-    rows = csv.reader((_without_nul(line) for line in text), delimiter=delimiter)
+    lines = iter(partial(text.readline, source.limits.line_bytes), "")
+    rows = csv.reader(map(_without_nul, lines), delimiter=delimiter)
     if not number:
         header, number = ",".join(next(rows, [])), 2
         parse = parser_of(header) if header.startswith(OTHERS) else parse

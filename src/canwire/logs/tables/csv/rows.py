@@ -69,10 +69,20 @@ def _of_python_can(row: list[str]) -> LogEntry:
     return LogEntry(time_ns, "can0", frame)
 
 
+_FAR = 1e16  # seconds or microseconds: no stamp that a record holds
+
+
 def ns_of_float(seconds: str | float) -> int:
     """A stamp of python-can's: a float, which since 1970 holds no more than microseconds."""
-    value = float(seconds)
+    value = _finite(seconds)
     return round(value * 1e9) if value < 1e6 else round(value * 1e6) * 1000
+
+
+def _finite(stamp: str | float) -> float:
+    value = float(stamp)
+    if not abs(value) < _FAR:
+        raise BadText(f"time {stamp!r}: no stamp")
+    return value
 
 
 def error_of_python_can(id: int, data: bytes, time_ns: int) -> BusEvent:
@@ -89,7 +99,7 @@ def _of_gvret(row: list[str]) -> LogEntry:
     direction = {"Rx": "R", "Tx": "T"}.get(row[3].strip())
     bus, length = (int(value) for value in row[3 + directed : 5 + directed])
     begin = 5 + directed
-    time_ns = round(float(row[0]) * 1000)
+    time_ns = round(_finite(row[0]) * 1000)
     data = bytes(int(byte, 16) for byte in row[begin : begin + length])
     if len(data) != length:
         raise BadText(f"length {length}, but {len(data)} bytes")
