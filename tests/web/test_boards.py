@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,11 +25,13 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.conforms("PG-01")
 
 
+@pytest.mark.finding("page A6")
 def test_every_board_and_line_is_in_the_tree(client: httpx.Client, hub: canwire.Hub) -> None:
     tree = client.get("/boards/tree").text
     for place in canwire.every_line(hub):
         assert f'data-line="{place.address}"' in tree
         assert place.board.description in tree
+    assert set(re.findall(r'data-label="TEC">(.+?)</td>', tree)) == {"–"}  # nothing is initialised yet
 
 
 def test_buses_that_cannot_keep_up_are_told_once(
@@ -223,6 +226,7 @@ def test_changed_register_bits_are_marked(page: Page, hub: canwire.Hub) -> None:
     assert chip.get_attribute("open") is not None
 
 
+@pytest.mark.finding("page 8", "page B6")
 def test_two_hundred_boards_are_a_compact_list_that_is_searched(home: Path) -> None:
     boards = "".join(
         f'[[board]]\nkind = "usb-to-can-fd"\nserial = "HW{number:06}"\nbuses = ["can{number % 70}", "", ""]\n'

@@ -306,6 +306,7 @@ def new_row(user: User, identifier: str, data: str, cycle: str = "") -> None:
     user.page.locator("#row-dialog").wait_for(state="hidden")  # nothing behind it takes keys before
 
 
+@pytest.mark.finding("page D1")
 @pytest.mark.parametrize("wanted", TASKS, ids=[one.text for one in TASKS])
 def test_it_takes_so_many_clicks(browser: Browser, desk: Desk, wanted: Task) -> None:
     with tab(browser, at(desk.site, wanted.view)) as page:
