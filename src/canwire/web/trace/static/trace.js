@@ -12,7 +12,8 @@ import { Names } from "/static/trace/names.js";
 import { Plots } from "/static/trace/plots.js";
 import { offerMarked, replays, save, sources } from "/static/trace/logs.js";
 import { record } from "/static/trace/recording.js";
-import { frameText, isSilent, makeTexts, markBytes, markSignals } from "/static/trace/texts.js";
+import { fillRow } from "/static/trace/filling.js";
+import { makeTexts } from "/static/trace/texts.js";
 import { Viewing } from "/static/trace/viewing.js";
 
 const COUNT_MS = 100;
@@ -64,40 +65,8 @@ function placeOf(index) {
 }
 
 function fill(row, index) {
-  const place = placeOf(index);
-  if (!rows.has(place)) {
-    row.className = row.look = "trace-row coming";
-    for (const cell of row.children) put(cell, "");
-    return;
-  }
-  const event = !rows.frame(place);
-  const colour = rows.colour(place);
-  const marked = marks.has(rows.number(place));
-  const look = `trace-row${event ? ` event kind-${rows.kind(place)}` : ""}${colour ? ` tint-${colour}` : ""}`
-    + `${marked ? " marked" : ""}${rows.flags(place) & 1 ? " late" : ""}`;
-  const extra = byFrame() ? rows.extra(place) : null;
-  const age = state.paused ? 0 : (performance.now() - viewing.at) / 1000;
-  const whole = extra && isSilent(extra, age) ? `${look} silent` : look;
-  if (row.look !== whole) row.className = row.look = whole;
-  state.columns.forEach((key, at) => {
-    const cell = row.children[at];
-    if (extra && key === "data" && !event) markBytes(cell, texts.data(place), extra.changed, age);
-    else if (extra && key === "signals") markSignals(cell, `${rows.line(place)} ${rows.idText(place)}`, viewing.head.signals[place - rows.first]);
-    else {
-      const text = key in texts ? texts[key](place) : frameText(key, extra, age);
-      if (put(cell, text) && key === "data") cell.title = event ? text : ""; // words may be longer than their column
-    }
-  });
-}
-
-/** Another text of a cell; false where it is the same. */
-function put(cell, text) {
-  if (!cell.marked && cell.text === text) return false;
-  if (cell.marked || cell.firstChild === null) cell.textContent = text;
-  else cell.firstChild.data = text; // costs less than another node
-  cell.marked = "";
-  cell.text = text;
-  return true;
+  const shown = { texts, marks, columns: state.columns, signals: viewing.head?.signals, byFrame: byFrame() };
+  fillRow(row, rows, placeOf(index), shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
 }
 
 function draw() {
