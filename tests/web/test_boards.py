@@ -49,7 +49,7 @@ def test_buses_that_cannot_keep_up_are_told_once(
         if line.lin is not None
     ]
     assert {line.can is None for line in late} == {True, False}
-    monkeypatch.setattr("canwire.web.boards.view.look", lambda hub: late)
+    monkeypatch.setattr("canwire.web.boards.view.look", lambda hub, boards: late)
     for shown in (late, [line for line in late if line.can is None]):
         (said,) = lateness_of(shown)
         assert said.startswith("bus time is 2.00 s behind the clock")
@@ -245,5 +245,8 @@ def test_two_hundred_boards_are_a_compact_list_that_is_searched(home: Path) -> N
         found = client.get("/boards/tree", params={"q": "hw000123"}).text
         assert found.count("<section") == 1
         assert client.get("/boards/tree", params={"q": "can69 usb"}).text.count("<section") == 2
+        table = client.get("/statistics/table").text
+        assert (table.count("<tr>"), "40 of 400 lines are shown" in table) == (41, True)
+        assert client.get("/statistics/table", params={"q": "HW000123 can53"}).text.count("<tr>") == 2
         with watching(site, [f"HW{number:06}:0" for number in range(200)]) as viewer:
             assert len({line["bus"] for line in viewer.lines}) == 70
