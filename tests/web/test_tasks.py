@@ -203,6 +203,10 @@ def search(user: User) -> None:
 
 @task("trace", "see a frame's signals and its bits on the wire", 1)
 def open_row(user: User) -> None:
+    user.page.keyboard.press("f")  # rows move: the one that is clicked on is whichever is there then
+    user.page.keyboard.type("engine")
+    user.page.locator('#grid[data-filter="engine"]').wait_for()
+    counts(user.rows("DE AD"), 0)
     user.click(user.rows("Engine").first)
     user.page.locator(".wire svg").wait_for()
     user.page.locator("#opened", has_text="rpm").wait_for()

@@ -110,8 +110,7 @@ function setMode(mode) {
   element("mode-time").setAttribute("aria-pressed", String(mode === "time"));
   element("mode-id").setAttribute("aria-pressed", String(mode === "id"));
   list.selected = -1;
-  element("body").scrollTop = 0;
-  list.setFollow(mode === "time" && !state.paused);
+  list.begin(mode === "time" && !state.paused);
   rows.set(new ArrayBuffer(0), 0, 0, 0);
   columns();
   viewing.send();
@@ -278,8 +277,7 @@ sources(viewing.look, (source) => {
   showPaused(false);
   sessionStorage.setItem("canwire.trace.kept", JSON.stringify(kept));
   lines.forget(source);
-  list.setFollow(!byFrame() && !source);
-  element("body").scrollTop = 0;
+  list.begin(!byFrame() && !source);
 });
 replays(() => viewing.look, () => lines.channels);
 element("save").addEventListener("click", () => offerMarked(marks.numbers.length));
